@@ -1,0 +1,146 @@
+"""What the proven coefficients cost: against the straightforward way, and how the cost grows.
+
+Run as `make bench`, or `python benchmarks/bench_series.py --format json`. Every time is a median of repeated runs in
+one process with all caches cleared; the two rivals are interleaved. Times depend on the machine, the ratios and the
+exponents much less.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import flint
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from viscopade.series import _g_fixed_point, _series, end_series, series
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from benchmarks import baseline
+
+ORDERS = (20, 40, 80, 160)
+DIGITS = (50, 100, 200, 400)
+
+
+def seconds(run: Callable[[], object]) -> float:
+    """Wall-clock time of one run."""
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def derive(order: int, digits: int) -> Callable[[], object]:
+    """Return a run that derives h_0 … h_order from nothing."""
+
+    def run() -> object:
+        for cached in (_series, _g_fixed_point, end_series):
+            cached.cache_clear()
+        return series(order, digits)
+
+    return run
+
+
+def median(run: Callable[[], object], rounds: int) -> float:
+    """Median time over `rounds` runs."""
+    return statistics.median(seconds(run) for _ in range(rounds))
+
+
+def against_baseline(order: int, digits: int, rounds: int) -> dict[str, Any]:
+    """Interleave baseline and ours, and return medians and the ratio's spread."""
+    pairs = []
+    for _ in range(rounds):
+        theirs = seconds(lambda: baseline.coefficients(order, digits))
+        pairs.append((theirs, median(derive(order, digits), 5)))
+    ratios = [theirs / ours for theirs, ours in pairs]
+    return {
+        "order": order,
+        "digits": digits,
+        "baseline_s": statistics.median(p[0] for p in pairs),
+        "ours_s": statistics.median(p[1] for p in pairs),
+        "ratio": statistics.median(ratios),
+        "ratio_range": [min(ratios), max(ratios)],
+    }
+
+
+def growth(values: tuple[int, ...], run: Callable[[int], Callable[[], object]], rounds: int) -> dict[str, Any]:
+    """Return the times at `values`, and the exponents of a power law: fitted to all, and of the last doubling."""
+    times = [median(run(value), rounds) for value in values]
+    logs = np.log(values), np.log(times)
+    slope = float(np.polyfit(*logs, 1)[0])
+    last = float(np.diff(logs[1])[-1] / np.diff(logs[0])[-1])
+    return {"values": list(values), "seconds": times, "exponent": slope, "last_exponent": last}
+
+
+def measure(rounds: int) -> dict[str, Any]:
+    """Run everything."""
+    derive(20, 40)()  # load what is loaded on first use
+    return {
+        "machine": {
+            "processor": _processor(),
+            "python": platform.python_version(),
+            "python-flint": flint.__version__,
+            "flint": flint.__FLINT_VERSION__,
+        },
+        "baseline": against_baseline(20, 40, rounds),
+        "paper": {"order": 53, "digits": 50, "seconds": median(derive(53, 50), rounds)},
+        "large": {"order": 160, "digits": 100, "seconds": seconds(derive(160, 100))},
+        "orders": growth(ORDERS, lambda order: derive(order, 50), rounds),
+        "digits": growth(DIGITS, lambda digits: derive(20, digits), rounds),
+    }
+
+
+def _processor() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        for line in cpuinfo.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print the result for people."""
+    out = Console()
+    out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()), highlight=False)
+    table = Table("what", "seconds (median)", "note")
+    b = result["baseline"]
+    what = f"h_0 … h_{b['order']}, {b['digits']} digits"
+    table.add_row(f"{what}: joint Taylor expansion, plain mpmath", f"{b['baseline_s']:.3g}", "no proof")
+    low, high = b["ratio_range"]
+    ratio = f"{b['ratio']:.0f} times faster ({low:.0f} … {high:.0f})"
+    table.add_row(f"{what}: viscopade.series", f"{b['ours_s']:.3g}", ratio)
+    for key in ("paper", "large"):
+        row = result[key]
+        table.add_row(f"h_0 … h_{row['order']}, {row['digits']} digits", f"{row['seconds']:.3g}", "")
+    for key, text in (("orders", "order {}, 50 digits"), ("digits", "order 20, {} digits")):
+        row = result[key]
+        for value, time_ in zip(row["values"], row["seconds"], strict=True):
+            table.add_row(text.format(value), f"{time_:.3g}", "")
+        note = f"time ~ {key[:-1] if key == 'orders' else key}^{row['exponent']:.2f}"
+        table.add_row("", "", f"{note}, last doubling: ^{row['last_exponent']:.2f}")
+    out.print(table)
+
+
+@click.command()
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@click.option("--rounds", type=click.IntRange(1), default=3, show_default=True)
+def main(style: str, rounds: int) -> None:
+    """Measure, and print for people or as JSON."""
+    result = measure(rounds)
+    if style == "json":
+        click.echo(json.dumps(result, indent=1))
+    else:
+        show(result)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,5 @@
+"""`python -m viscopade` is the command line."""
+
+from viscopade.cli import main
+
+main()

@@ -1,0 +1,113 @@
+"""Enclosures: FLINT balls (`flint.arb`) and how they become correctly rounded decimals, mpf and double.
+
+FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from decimal import ROUND_HALF_EVEN, Context, Decimal
+from fractions import Fraction
+
+from flint import arb, ctx
+from mpmath import mp
+
+BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
+
+
+def bits_for(digits: int) -> int:
+    """Bits that hold `digits` decimal digits."""
+    return int(digits * BITS_PER_DIGIT) + 1
+
+
+@contextmanager
+def working(bits: int, length: int | None = None) -> Iterator[None]:
+    """Set FLINT's precision (and the length that power series are cut to), and put both back."""
+    saved = ctx.prec, ctx.cap
+    ctx.prec = bits
+    if length is not None:
+        ctx.cap = length
+    try:
+        yield
+    finally:
+        ctx.prec, ctx.cap = saved
+
+
+def fixed_point(value: int, error: int, bits: int) -> arb:
+    """Return the ball value/2^bits ± error/2^bits; exact if FLINT's precision holds `value`."""
+    return arb(value, error) * arb(2) ** (-bits)
+
+
+def decimal_string(ball: arb, digits: int) -> str | None:
+    """Return the number that `ball` encloses, correctly rounded to `digits` significant digits.
+
+    Returns
+    -------
+    str or None
+        None if the ball is too wide to tell; "0" or an integer's own digits if the ball is exact and holds one.
+    """
+    if ball.is_exact() and ball.is_integer():
+        return str(ball.unique_fmpz())
+    if not ball.is_finite():
+        return None
+    with working(bits_for(digits) + 64):
+        middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(digits + 15))
+    context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**9), Emax=10**9)
+    ends = {context.create_decimal(Decimal((int(end < 0), _digits_of(end), exponent))) for end in
+            (middle - radius, middle + radius)}  # fmt: skip
+    if len(ends) != 1:
+        return None
+    (number,) = ends
+    return str(number).lower() if number else None
+
+
+def _digits_of(number: int) -> tuple[int, ...]:
+    return Decimal(abs(number)).as_tuple().digits
+
+
+def to_mpf(ball: arb) -> mp.mpf:
+    """Return the ball's middle as an mpmath number, exactly."""
+    mantissa, exponent = ball.mid().man_exp()
+    return mp.make_mpf((int(mantissa < 0), abs(int(mantissa)), int(exponent), int(abs(mantissa)).bit_length()))
+
+
+def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
+    """Return the number that `ball` encloses, rounded at the decimal place where `size` has its `digits`-th digit.
+
+    Returns None if the ball is too wide to tell; "0" if the number is smaller than that place can show.
+    """
+    place = _exponent(size) - digits + 1
+    middle, radius, exponent = (int(part) for part in ball.mid_rad_10exp(digits + 15))
+    ends = {round(Fraction(end) * Fraction(10) ** (exponent - place)) for end in (middle - radius, middle + radius)}
+    if len(ends) != 1:
+        return None
+    number = Decimal(ends.pop()).scaleb(place, Context(prec=digits + 5, Emin=-(10**9), Emax=10**9))
+    return str(number).lower() if number else "0"
+
+
+def _exponent(size: arb) -> int:
+    """Return the decimal exponent of a positive ball's middle."""
+    middle, _, exponent = (int(part) for part in size.mid().mid_rad_10exp(5))
+    return exponent + len(str(middle)) - 1
+
+
+def relative_digits(balls: Iterable[arb]) -> int:
+    """Return the least number of accurate decimal digits among balls that are not exact."""
+    bits = min((ball.rel_accuracy_bits() for ball in balls if not ball.is_exact()), default=10**9)
+    return int(bits / BITS_PER_DIGIT)
+
+
+def known_decimal(ball: arb, digits: int) -> str:
+    """Return the number that `ball` encloses, rounded to `digits` digits or to as many as it determines.
+
+    Raises
+    ------
+    ArithmeticError
+        If it determines none.
+    """
+    for known in range(digits, 0, -1):
+        text = decimal_string(ball, known)
+        if text is not None:
+            return text
+    raise ArithmeticError(f"the enclosure {ball} determines no digit")

@@ -1,0 +1,87 @@
+"""The C header: C99, also valid C++ from C++98 on, without dependencies but math.h."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+
+from viscopade.kernels import WIDTH, Kernel, distinct, horner, preamble, template
+from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+
+
+def render(kernels: Sequence[Kernel], command: str) -> str:
+    """Return the header's text, with functions of type double and float for every kernel.
+
+    The float functions of a kernel are left out, with a comment that says why, where a coefficient is not a
+    normal number of type float or the sums cannot be kept below its largest number.
+
+    Parameters
+    ----------
+    kernels : sequence of Kernel
+        At least one, no two of the same degrees.
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If a kernel does not fit type double either, or `command` is not one line.
+    """
+    head = "\n".join(f" * {line}".rstrip() for line in preamble(kernels, command))
+    blocks = [_block(kernel) for kernel in distinct(kernels)]
+    return template("header.h.jinja").render(head=head, blocks=blocks)
+
+
+def _block(kernel: Kernel) -> dict[str, object]:
+    """Return what the template needs of one kernel."""
+    variants = [_variant(kernel, DOUBLE)]
+    missing = ""
+    try:
+        variants.append(_variant(kernel, FLOAT))
+    except ValueError as error:
+        missing = "\n * ".join(wrap(f"There are no functions of type float: {error}.", WIDTH))
+    return {
+        "kernel": kernel,
+        "guard": f"VISCOPADE_{kernel.name.upper()}",
+        "variants": variants,
+        "missing": missing,
+    }
+
+
+def _variant(kernel: Kernel, form: Format) -> dict[str, object]:
+    """Return what the template needs of one kernel's functions in one type."""
+    a, b = kernel.rounded(form)
+    numerator, denominator = _names("a", a), _names("b", b)
+    # Reversed, numerator and denominator are polynomials in u = 1/v*, and a power of u or v* is left over.
+    power = len(a) - len(b)
+    return {
+        "type": form.name,
+        "suffix": form.suffix,
+        "zero": form.decimal(0.0),
+        "one": form.decimal(1.0),
+        "nan": f'nan{form.suffix}("")',
+        "constants": [
+            (name, _constant(value, form))
+            for name, value in zip(numerator + denominator, a + b, strict=True)
+            if name is not None
+        ],
+        "near": [_wrapped(horner(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
+        "far_threshold": _constant(2.0 ** kernel.threshold(form), form),
+        "is_constant": len(a) == len(b) == 1,
+    }
+
+
+def _names(letter: str, values: Sequence[float]) -> list[str | None]:
+    """Return the coefficients' names, None for those that are zero."""
+    return [f"{letter}{i}" if value else None for i, value in enumerate(values)]
+
+
+def _constant(value: float, form: Format) -> str:
+    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
+
+
+def _wrapped(expression: str, indent: int) -> str:
+    """Wrap an expression that begins somewhere in a line, with its further lines indented."""
+    return f"\n{' ' * (indent + 4)}".join(wrap(expression, WIDTH - 32, drop_whitespace=True))

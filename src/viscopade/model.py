@@ -1,0 +1,538 @@
+"""Physical parameters: from spheres to rho, beta and v*, and the scaled equation of motion.
+
+Two smooth spheres press on each other with the force of eq:viscoelastic. Whatever they are made of, their
+collision depends on one number, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes it, and the
+scales that lead there.
+
+Units: any consistent system (SI, CGS, a simulation's own); results come in the units of the arguments. Only
+`beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). Nothing overflows or
+underflows on the way to a result that double precision can hold.
+
+Unequal materials: eq:paramEl is written for two spheres of one material. Here rho = 4/3 E_eff sqrt(R_eff)
+with Hertz's 1/E_eff = D_1 + D_2, D_i = (1 - nu_i^2)/Y_i, which is eq:paramEl when the materials are equal.
+The dissipative constant of the pair is the mean weighted with these compliances,
+
+    A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2),
+
+for the softer body takes the larger share of the compression. Both are derived here, in
+`derivations/02_unequal_materials.py`, the second within the quasi-static approximation that eq:viscoelastic
+rests on and to first order in A_1 and A_2. It is not the only choice: codes often take the arithmetic mean,
+and there is a theory for different materials beyond the quasi-static approximation (Goldobin, Susloparov,
+Pimenova and Brilliantov, "Collision of viscoelastic bodies: Rigorous derivation of dissipative force", Eur.
+Phys. J. E). To use another A for a pair, give both spheres that A.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+import reprlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, SupportsIndex, TypeVar, cast, overload
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import sympy
+
+FloatArray = npt.NDArray[np.float64]
+Number = SupportsFloat | SupportsIndex
+Values = TypeVar("Values", float, FloatArray)
+
+_OR_ARRAY = ", or an array of such"
+_BALL = 4 / 3 * math.pi
+_BETA_SI_PER_CGS = 100**0.2
+
+
+class _Range(NamedTuple):
+    """What a quantity may be, in words and as a test that works on floats and on arrays."""
+
+    accepted: str
+    holds: Callable[[Any], Any]
+
+
+_POSITIVE = _Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = _Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_EXTENT = _Range("a number > 0, or inf for a wall", lambda x: x > 0)
+_POISSON = _Range("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
+
+
+@dataclass(frozen=True, kw_only=True, init=False)
+class Sphere:
+    """A homogeneous viscoelastic sphere, or a plane wall (`Sphere.wall`). All arguments are keywords.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R, a length.
+    mass, density : float
+        Exactly one of the two, in units of mass and of mass per volume; the other follows from
+        mass = 4/3 pi R^3 density.
+    young_modulus : float
+        Young modulus Y, a pressure.
+    poisson_ratio : float
+        Poisson ratio nu, > -1 and <= 1/2.
+    dissipative_constant : float
+        A of eq:viscoelastic, a time; 0 is a perfectly elastic material.
+
+    Raises
+    ------
+    TypeError
+        If a value is not a real number (a bool or a string is not).
+    ValueError
+        If a value is unphysical, or not exactly one of mass and density is given.
+
+    Notes
+    -----
+    The density follows from the other attributes: it takes no part in comparisons and in the repr, and
+    `dataclasses.replace` keeps the mass.
+
+    Examples
+    --------
+    >>> ball = Sphere(
+    ...     radius=0.01, density=1000, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=1e-4
+    ... )
+    >>> f"{ball.mass:.6f}"
+    '0.004189'
+    """
+
+    radius: float
+    mass: float
+    density: float = field(init=False, compare=False, repr=False)
+    young_modulus: float
+    poisson_ratio: float
+    dissipative_constant: float
+
+    def __init__(
+        self,
+        *,
+        radius: Number,
+        mass: Number | None = None,
+        density: Number | None = None,
+        young_modulus: Number,
+        poisson_ratio: Number,
+        dissipative_constant: Number,
+    ) -> None:
+        r = _number("radius", radius, _EXTENT)
+        m, d = _mass_and_density(r, mass, density)
+        values = {
+            "radius": r,
+            "mass": m,
+            "density": d,
+            "young_modulus": _number("young_modulus", young_modulus, _POSITIVE),
+            "poisson_ratio": _number("poisson_ratio", poisson_ratio, _POISSON),
+            "dissipative_constant": _number("dissipative_constant", dissipative_constant, _NON_NEGATIVE),
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)  # the class is frozen
+        _in_range("young_modulus / (1 - poisson_ratio^2)", self.plane_strain_modulus)
+
+    @classmethod
+    def wall(cls, *, young_modulus: Number, poisson_ratio: Number, dissipative_constant: Number) -> Sphere:
+        """Return a plane, immovable wall: the limit of a huge and heavy sphere.
+
+        Its radius and mass are infinite, its density is NaN. The material is that of a `Sphere`, with the
+        same errors.
+        """
+        return cls(
+            radius=math.inf,
+            mass=math.inf,
+            young_modulus=young_modulus,
+            poisson_ratio=poisson_ratio,
+            dissipative_constant=dissipative_constant,
+        )
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether this is a plane wall."""
+        return math.isinf(self.radius)
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """Y/(1 - nu^2), a pressure: the inverse of the compliance D in the module's docstring."""
+        return self.young_modulus / ((1 - self.poisson_ratio) * (1 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two colliding spheres, or a sphere and a wall. Exchanging them changes nothing, to the last bit.
+
+    Parameters
+    ----------
+    first, second : Sphere
+        The colliding bodies, in the same units; at most one is a wall.
+
+    Raises
+    ------
+    TypeError
+        If one of them is not a `Sphere`.
+    ValueError
+        If both are walls, or if rho or beta is outside the range of double precision in these units.
+
+    Examples
+    --------
+    A ball on a wall of the same material, in SI units:
+
+    >>> material = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
+    >>> pair = Pair(Sphere(radius=0.025, density=917, **material), Sphere.wall(**material))
+    >>> f"{pair.beta:.6f} {pair.v_star(0.01):.6f}"
+    '0.019513 0.088137'
+    """
+
+    first: Sphere
+    second: Sphere
+
+    def __post_init__(self) -> None:
+        for name, value in (("first", self.first), ("second", self.second)):
+            if not isinstance(value, Sphere):
+                raise TypeError(_refusal(name, value, "a Sphere"))
+        if self.first.is_wall and self.second.is_wall:
+            raise ValueError("first and second are walls: accepted is at most one wall")
+        _in_range("rho", self.rho)
+        if self.A > 0:
+            _in_range("beta", self.beta)
+
+    @property
+    def m_eff(self) -> float:
+        """Effective mass m_1 m_2/(m_1 + m_2) (eq:newton); the sphere's mass if the other is a wall."""
+        return _reduced(self.first.mass, self.second.mass)
+
+    @property
+    def R_eff(self) -> float:
+        """Effective radius R_1 R_2/(R_1 + R_2) (eq:paramEl), a length; the sphere's radius at a wall."""
+        return _reduced(self.first.radius, self.second.radius)
+
+    @property
+    def E_eff(self) -> float:
+        """Hertz's effective modulus, a pressure: 1/E_eff = (1 - nu_1^2)/Y_1 + (1 - nu_2^2)/Y_2."""
+        return _reduced(self.first.plane_strain_modulus, self.second.plane_strain_modulus)
+
+    @property
+    def rho(self) -> float:
+        """Elastic constant of F = -rho xi^(3/2), in force/length^(3/2); eq:paramEl for equal materials."""
+        return self.E_eff * math.sqrt(self.R_eff) * (4 / 3)
+
+    @property
+    def A(self) -> float:
+        """Dissipative constant of the pair, a time: the mean of the module's docstring."""
+        soft, stiff = sorted((self.first, self.second), key=_softness)
+        # The stiffer body's share D_stiff/(D_soft + D_stiff) is at most 1/2: nothing cancels below.
+        share = 1 / (1 + stiff.plane_strain_modulus / soft.plane_strain_modulus)
+        return soft.dissipative_constant + share * (stiff.dissipative_constant - soft.dissipative_constant)
+
+    @property
+    def beta(self) -> float:
+        """Return 3/2 A (rho/m_eff)^(2/5) (eq:betadef), in (time/length)^(1/5); 0 if A is 0."""
+        return self.A * self._stiffness * 1.5
+
+    @property
+    def _stiffness(self) -> float:
+        """(rho/m_eff)^(2/5), power by power because rho/m_eff may overflow."""
+        return float(self.rho**0.4 / self.m_eff**0.4)
+
+    def v_star(self, speed: Values) -> Values:
+        """Return v* of an impact speed or an array of them, as the function `v_star` does with this beta."""
+        return v_star(speed, self.beta)
+
+    def speed(self, v_star: Values) -> Values:
+        """Return the impact speed of a v* or an array of them, as `speed_from_v_star` does with this beta."""
+        return speed_from_v_star(v_star, self.beta)
+
+    def length_scale(self, speed: Values) -> Values:
+        """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
+
+        Times x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit).
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            A length.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+        """
+        return _elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+
+    def time_scale(self, speed: Values) -> Values:
+        """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
+
+        Times tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            A time; inf at speed 0, as the slowest impacts last longest.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+        """
+        return _elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+
+    def dissipative_constant(self, beta: Values) -> Values:
+        """Return the A that gives a pair of this rho and m_eff the wanted beta: eq:betadef solved for A.
+
+        Parameters
+        ----------
+        beta : float or array
+            In (time/length)^(1/5), >= 0.
+
+        Returns
+        -------
+        float or array
+            A = 2/3 beta (rho/m_eff)^(-2/5), a time: the pair's constant, and each sphere's if both have the
+            same.
+
+        Raises
+        ------
+        TypeError
+            If a beta is not a real number.
+        ValueError
+            If a beta is negative, infinite or NaN.
+        """
+        return _elementwise(lambda b: b / self._stiffness * (2 / 3), "beta", beta, _NON_NEGATIVE)
+
+
+@overload
+def v_star(speed: float, beta: float) -> float: ...
+@overload
+def v_star(speed: FloatArray, beta: float | FloatArray) -> FloatArray: ...
+@overload
+def v_star(speed: float, beta: FloatArray) -> FloatArray: ...
+def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+    """Return v* = beta^(1/2) v^(1/10), the only parameter of eq:equationOfMotionNatUnit.
+
+    Parameters
+    ----------
+    speed : float or array
+        Impact speed v >= 0 along the line of centres.
+    beta : float or array
+        eq:betadef, >= 0, in (time/length)^(1/5) of the same units. Arrays are broadcast.
+
+    Returns
+    -------
+    float or array
+        Without units; 0 where the speed or beta is 0.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not made of real numbers.
+    ValueError
+        If an argument is negative, infinite or NaN anywhere.
+    """
+    v, b = _array("speed", speed, _NON_NEGATIVE), _array("beta", beta, _NON_NEGATIVE)
+    return _float_if_scalar(np.sqrt(b) * v**0.1)
+
+
+@overload
+def speed_from_v_star(v_star: float, beta: float) -> float: ...
+@overload
+def speed_from_v_star(v_star: FloatArray, beta: float | FloatArray) -> FloatArray: ...
+@overload
+def speed_from_v_star(v_star: float, beta: FloatArray) -> FloatArray: ...
+def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+    """Return the impact speed v = v*^10/beta^5, the inverse of `v_star` (eq:betadef).
+
+    Parameters
+    ----------
+    v_star : float or array
+        Without units, >= 0.
+    beta : float or array
+        > 0, in (time/length)^(1/5): without dissipation every speed has v* = 0. Arrays are broadcast.
+
+    Returns
+    -------
+    float or array
+        In the units of length/time that beta has; inf where it is beyond double precision.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not made of real numbers.
+    ValueError
+        If v_star is negative, or beta not positive, or either infinite or NaN anywhere.
+    """
+    v, b = _array("v_star", v_star, _NON_NEGATIVE), _array("beta", beta, _POSITIVE)
+    with np.errstate(over="ignore"):
+        # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
+        return _float_if_scalar((v / np.sqrt(b)) ** 10)
+
+
+def beta_cgs_from_si(beta: Values) -> Values:
+    """Convert beta from (s/m)^(1/5) to (s/cm)^(1/5): the number shrinks by 100^(1/5).
+
+    Raises
+    ------
+    TypeError
+        If a beta is not a real number.
+    ValueError
+        If a beta is negative, infinite or NaN.
+    """
+    return _elementwise(lambda b: b / _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+
+
+def beta_si_from_cgs(beta: Values) -> Values:
+    """Convert beta from (s/cm)^(1/5) to (s/m)^(1/5): the number grows by 100^(1/5).
+
+    Raises
+    ------
+    TypeError
+        If a beta is not a real number.
+    ValueError
+        If a beta is negative, infinite or NaN.
+    """
+    return _elementwise(lambda b: b * _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+
+
+class ScaledEquation(NamedTuple):
+    """The scaled equation of motion, lhs = 0, with x(0) = 0 and x'(0) = 1, as SymPy objects."""
+
+    lhs: sympy.Expr
+    x: sympy.Expr
+    """The compression as a function applied to time, x(tau); `x.func` is the bare function."""
+    tau: sympy.Symbol
+    kappa: sympy.Symbol
+    """v*^2 = beta v^(1/5) (section 2.1), positive."""
+
+
+def scaled_equation() -> ScaledEquation:
+    """Return x'' + x^(3/2) + kappa x' sqrt(x) with its symbols (eq:equationOfMotionNatUnit, section 2.1).
+
+    x and tau are pure numbers, compression and time in units of `Pair.length_scale` and `Pair.time_scale`.
+    The equation holds during contact, which ends as `end_of_contact` says. `derivations/01_scaling.py`
+    derives it.
+    """
+    import sympy
+
+    tau, kappa = sympy.Symbol("tau", real=True), sympy.Symbol("kappa", positive=True)
+    x = sympy.Function("x", nonnegative=True)(tau)
+    lhs = x.diff(tau, 2) + sympy.sqrt(x) ** 3 + kappa * x.diff(tau) * sympy.sqrt(x)
+    return ScaledEquation(lhs, x, tau, kappa)
+
+
+def end_of_contact() -> sympy.Eq:
+    """Return the condition x'' = 0 that ends the contact (eq:tEndAdvanced), as SymPy equality.
+
+    Its symbols are those of `scaled_equation`. The force vanishes there while the spheres are still
+    compressed: x = kappa eps (section 2.1).
+    """
+    import sympy
+
+    equation = scaled_equation()
+    return sympy.Eq(equation.x.diff(equation.tau, 2), 0)
+
+
+def _mass_and_density(radius: float, mass: Number | None, density: Number | None) -> tuple[float, float]:
+    """Check the one of the two that is given and complete the other; the density of a wall is NaN."""
+    if (mass is None) == (density is None):
+        given = "neither" if mass is None else "both"
+        raise ValueError(f"mass and density: {given} given, accepted is exactly one of them")
+    m = math.nan if mass is None else _number("mass", mass, _EXTENT)
+    d = math.nan if density is None else _number("density", density, _POSITIVE)
+    if math.isinf(radius) != math.isinf(m):
+        infinite, other = ("radius", "mass") if math.isinf(radius) else ("mass", "radius")
+        raise ValueError(f"{infinite} is inf: accepted is a finite number > 0 or, for a wall, {other} = inf too")
+    if math.isinf(radius):
+        return m, d
+    # One factor of the radius at a time: the intermediate results lie between the given value and the result.
+    if mass is None:
+        return _in_range("mass", d * radius * radius * radius * _BALL), d
+    return m, _in_range("density", m / radius / radius / radius / _BALL)
+
+
+def _reduced(a: float, b: float) -> float:
+    """Return a b/(a + b), safe from overflow; the other one if one is infinite."""
+    small, large = min(a, b), max(a, b)
+    return small / (1 + small / large)
+
+
+def _softness(sphere: Sphere) -> tuple[float, float]:
+    """Sort key, the softer first; A decides between equals, so that the order of the arguments never does."""
+    return sphere.plane_strain_modulus, sphere.dissipative_constant
+
+
+def _in_range(name: str, value: float) -> float:
+    """Return a computed positive quantity, or refuse the units that push it out of double precision."""
+    if not 0 < value < math.inf:
+        raise ValueError(f"{name} is {value} in these units: accepted is {_POSITIVE.accepted}; rescale the units")
+    return value
+
+
+def _refusal(name: str, value: object, accepted: str) -> str:
+    """Return the one line that says what is wrong and what is accepted."""
+    return f"{name} is {' '.join(reprlib.repr(value).split())}: accepted is {accepted}"
+
+
+def _number(name: str, value: object, accepted: _Range) -> float:
+    """Return `value` as a float within the accepted range."""
+    try:
+        number = float(cast(SupportsFloat, value)) if _is_real(value) else None
+    except (OverflowError, ValueError):  # an integer beyond double precision, a signalling NaN
+        number = math.nan
+    except TypeError:  # a symbolic expression
+        number = None
+    if number is None:
+        raise TypeError(_refusal(name, value, accepted.accepted))
+    if not accepted.holds(number):
+        raise ValueError(_refusal(name, value, accepted.accepted))
+    return number
+
+
+def _is_real(value: object) -> bool:
+    """Whether float() of the value makes sense: a bool, a string or an array is not a number."""
+    if isinstance(value, bool | np.bool_ | str | bytes | np.ndarray):
+        return False
+    if isinstance(value, numbers.Complex):
+        return isinstance(value, numbers.Real)
+    return hasattr(value, "__float__") or hasattr(value, "__index__")
+
+
+def _array(name: str, values: object, accepted: _Range) -> FloatArray:
+    """Return a number, an array or nested lists as a double-precision array within the accepted range."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        raise TypeError(_refusal(name, values, accepted.accepted + _OR_ARRAY)) from None
+    if array.dtype.kind == "O":  # Fraction, Decimal, huge integers
+        flat = [_number(name, value, accepted) for value in array.flat]
+        return np.array(flat, dtype=np.float64).reshape(array.shape)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(_refusal(name, values, accepted.accepted + _OR_ARRAY))
+    with np.errstate(over="ignore"):  # a long double too large becomes inf, which is refused
+        array = array.astype(np.float64)
+    refused = array[~accepted.holds(array)]
+    if refused.size:
+        raise ValueError(_refusal(name, float(refused[0]), accepted.accepted))
+    return array
+
+
+def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: _Range) -> Values:
+    """Apply `function` to checked values: a number gives a float, an array an array."""
+    array = _array(name, values, accepted)
+    with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented
+        return cast(Values, _float_if_scalar(function(array)))
+
+
+def _float_if_scalar(array: FloatArray) -> float | FloatArray:
+    """Return a float for what was given as a number, an array for the rest."""
+    return float(array) if array.ndim == 0 else array

@@ -1,0 +1,242 @@
+"""The command line as a user meets it: output shapes, exit codes, one-line errors, nothing half-written."""
+
+import csv
+import io
+import json
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+from viscopade import exports, pade, paper, series
+from viscopade.paper import TABLE
+
+VISCOPADE = [sys.executable, "-m", "viscopade"]
+
+
+def run(*words, **options):
+    environment = os.environ | options.pop("environment", {})
+    return subprocess.run(
+        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=120, env=environment, **options
+    )
+
+
+def json_of(*words):
+    result = run(*words, "--format", "json")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    return json.loads(result.stdout)
+
+
+# --- what is printed ----------------------------------------------------------------------------------------------
+
+
+def test_help_lists_the_commands_that_work_and_no_others():
+    listed = run("--help").stdout.partition("Commands:")[2].split("\n")
+    names = {line.split()[0] for line in listed if line.strip()}
+    assert names == {"reproduce", "coefficients", "pade", "export"}
+    for name in names:
+        result = run(name, "--help")
+        assert result.returncode == 0
+        assert "Usage: viscopade" in result.stdout
+
+
+def test_coefficients_json_has_the_shape_of_the_design():
+    whole = json_of("coefficients", "--order", 60, "--digits", 50)
+    assert set(whole) == {"order", "digits", "h"}
+    assert (whole["order"], whole["digits"], len(whole["h"])) == (60, 50, 61)
+    assert whole["h"] == list(series(60, 50).decimals())
+
+
+def test_coefficients_csv_and_latex():
+    rows = list(csv.reader(io.StringIO(run("coefficients", "--order", 4, "--digits", 8, "--format", "csv").stdout)))
+    assert rows == [["k", "h_k"], ["0", "1"], ["1", "0"], ["2", "-1.1534489"], ["3", "0"], ["4", "0.79826656"]]
+    text = run("coefficients", "--order", 4, "--digits", 8, "--format", "latex").stdout
+    assert text.startswith(r"\begin{tabular}{ll}")
+    assert r"2 & -1.1534489 \\" in text
+
+
+def test_text_in_a_pipe_never_folds_a_number():
+    assert series(2, 300).decimals()[2] in run("coefficients", "--order", 2, "--digits", 300).stdout
+
+
+def test_pade_json_has_the_shape_of_the_design():
+    whole = json_of("pade", 2, 5, "--digits", 20)
+    ours = pade(2, 5, 20)
+    assert (whole["m"], whole["n"]) == (2, 5)
+    assert (tuple(whole["a"]), tuple(whole["b"])) == ours.decimals()
+    assert len(whole["poles"]) == 5
+    assert [(z["re"][:7], z["im"]) for z in whole["zeros"] if z["positive"]] == [("5.68011", "0")]
+    assert not any(p["positive"] for p in whole["poles"])
+    assert whole["usable"] is False
+    assert whole["contact_order"] == 7
+
+
+def test_pade_text_says_what_it_is_good_for():
+    assert "[3/6] usable for all v* >= 0" in run("pade", 3, 6).stdout
+    text = run("pade", 7, 10, "--digits", 15).stdout
+    assert "a zero at v* = 0.279952 and a pole at v* = 0.279952" in text
+    assert "Froissart doublet" in text
+
+
+def test_export_goes_to_stdout_or_to_a_file(tmp_path):
+    target = tmp_path / "eps.h"
+    words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
+    written = run(*words, "-o", target)
+    assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
+    assert target.read_text() == run(*words).stdout == exports.render("c", [(3, 6), (1, 4)])
+    assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
+
+
+def test_reproduce_writes_everything(tmp_path):
+    result = run("reproduce", "--out", tmp_path / "new" / "exports")
+    assert result.returncode == 0
+    assert "32 of 32 printed numbers agree" in result.stdout
+    assert {p.name: p.read_text() for p in (tmp_path / "new" / "exports").iterdir()} == exports.files()
+    again = run("reproduce", "--out", tmp_path / "new" / "exports")
+    assert again.returncode == 0
+
+
+def test_reproduce_as_json():
+    whole = json_of("reproduce")
+    assert whole["agreeing"] == len(whole["entries"]) == 32
+
+
+def test_reproduce_fails_on_a_mismatch_and_writes_nothing(tmp_path):
+    """The comparison can fail: with a digit of the printed table changed, it does."""
+    code = f"""
+import viscopade.paper as paper
+a, b = paper.TABLE[3, 6]
+paper.TABLE[3, 6] = (a, (*b[:-1], "0.235586"))
+import sys
+sys.argv = ["viscopade", "reproduce", "--out", {str(tmp_path / "out")!r}]
+from viscopade.cli import main
+main()
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 1
+    assert "31 of 32 printed numbers agree" in result.stdout
+    assert "NO" in result.stdout
+    assert result.stderr == "nothing is written, because of the disagreement\n"
+    assert not (tmp_path / "out").exists()
+    assert paper.TABLE is TABLE
+
+
+def test_progress_is_shown_on_a_terminal_only():
+    master, slave = pty.openpty()
+    words = [*VISCOPADE, "coefficients", "--order", "60", "--digits", "60"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=slave, env=os.environ | {"TERM": "xterm"})
+    os.close(slave)
+    shown = b""
+    while True:
+        try:
+            part = os.read(master, 4096)
+        except OSError:  # the other side is closed
+            break
+        if not part:
+            break
+        shown += part
+    process.communicate(timeout=60)
+    os.close(master)
+    assert b"perturbation orders" in shown
+    assert run("coefficients", "--order", "60", "--digits", "60").stderr == ""
+
+
+def test_output_cut_off_by_the_reader():
+    """`viscopade … | head -1` ends quietly."""
+    producer = subprocess.Popen(
+        [*VISCOPADE, "coefficients", "--order", "20", "--digits", "5"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert producer.stdout is not None
+    assert producer.stderr is not None
+    producer.stdout.close()
+    assert producer.stderr.read() == b""
+    producer.stderr.close()
+    producer.wait(timeout=120)
+
+
+@pytest.mark.parametrize("environment", [{"LC_ALL": "C"}, {"PYTHONIOENCODING": "ascii"}, {"COLUMNS": "20"}])
+def test_other_environments(environment):
+    result = run("reproduce", environment=environment)
+    assert result.returncode == 0, result.stderr
+    assert "32 of 32" in result.stdout
+
+
+# --- what is refused ----------------------------------------------------------------------------------------------
+
+BAD = [
+    (["coefficients", "--order", "-1"], "order is -1: accepted is an integer from 0 to 1000"),
+    (["coefficients", "--order", "2.5"], "order is '2.5': accepted is an integer from 0 to 1000"),
+    (["coefficients", "--order", "1" * 5000], "accepted is an integer from 0 to 1000"),
+    (["coefficients", "--digits", "0"], "digits is 0: accepted is an integer from 1 to 5000"),
+    (["coefficients", "--digits", "1000000"], "digits is 1000000: accepted is an integer from 1 to 5000"),
+    (["coefficients", "--digits", "٣"], "accepted is an integer"),
+    (["coefficients", "--digits", ""], "accepted is an integer"),
+    (["coefficients", "--format", "xml"], "'xml' is not one of 'text', 'json', 'csv', 'latex'"),
+    (["coefficients", "extra"], "extra"),
+    (["pade", "-1", "3"], "m is -1: accepted is an integer from 0 to 200"),
+    (["pade", "3", "-6"], "n is -6: accepted is an integer from 0 to 200"),
+    (["pade", "three", "6"], "m is 'three': accepted is an integer from 0 to 200"),
+    (["pade", "3", "1e3"], "n is '1e3'"),
+    (["pade", "3"], "Missing argument 'N'"),
+    (["pade", "1", "3"], "[1/3] does not exist"),
+    (["pade", "3", "6", "--digits", "-5"], "digits is -5"),
+    (["export", "fortran"], "'fortran' is not one of 'c', 'python', 'csv', 'json', 'latex'"),
+    (["export", "c", "--pade", "3-6"], "'3-6' are no degrees: accepted is M/N"),
+    (["export", "c", "--pade", "-3/6"], "accepted is M/N"),
+    (["export", "c", "--pade", "300/1"], "accepted is M/N"),
+    (["export", "c", "--pade", "1/1"], "[1/1] does not exist"),
+    (["export", "c", "--pade", "3/6", "--pade", "3/6"], "asked for twice"),
+    (["nonsense"], "No such command 'nonsense'"),
+    (["--nonsense"], "No such option"),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), BAD, ids=lambda x: " ".join(x)[:40] if isinstance(x, list) else "")
+def test_bad_input_is_one_line_and_status_two(words, message):
+    result = run(*words)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("viscopade: ")
+    assert result.stderr.count("\n") == 1
+    assert message in result.stderr
+    assert len(result.stderr) < 5300
+
+
+def test_no_command_shows_the_help():
+    result = run()
+    assert result.returncode == 2
+    assert "Commands:" in result.stdout + result.stderr
+
+
+def test_a_file_that_is_not_ours_is_left_alone(tmp_path):
+    for words in (["export", "c", "-o", tmp_path / "viscopade_pade.h"], ["reproduce", "--out", tmp_path]):
+        (tmp_path / "viscopade_pade.h").write_text("somebody's work\n")
+        result = run(*words)
+        assert result.returncode == 2
+        assert "was not generated by viscopade" in result.stderr
+        assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {"viscopade_pade.h": "somebody's work\n"}
+
+
+def test_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    for target in (tmp_path, tmp_path / "missing" / "x.h", tmp_path / "file" / "x.h", "/proc/nowhere/x.h"):
+        result = run("export", "c", "-o", target)
+        assert result.returncode == 2
+        assert result.stderr.count("\n") == 1
+        assert result.stderr.startswith("viscopade: ")
+    result = run("reproduce", "--out", tmp_path / "file")
+    assert result.returncode == 2
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_unwritable_directory(tmp_path):
+    tmp_path.chmod(0o500)
+    result = run("export", "c", "-o", tmp_path / "x.h")
+    assert result.returncode == 2
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,817 @@
+"""The exporters: Kernel, C header (compiled), Python module (executed), tables (parsed back)."""
+
+from __future__ import annotations
+
+import csv
+import ctypes
+import io
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from decimal import Context, Decimal
+from fractions import Fraction
+from functools import cache
+from itertools import accumulate
+from operator import mul
+from pathlib import Path
+from types import SimpleNamespace
+
+import mpmath
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests import compiled
+from viscopade.kernels import END_CONDITION, MARKER, Kernel, c, horner, python, tables
+from viscopade.kernels.binary import DOUBLE, FLOAT, Format, exact
+
+COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
+SOURCE = "Müller and Pöschel 2011, eq:padeDef"
+
+# The tests' kernels: the paper's table (tab:padeCoeffs) with digits added, and rational functions made up.
+
+
+def digits40(number: Fraction) -> str:
+    return str(Context(prec=40).divide(Decimal(number.numerator), Decimal(number.denominator)))
+
+
+def kernel(a: str, b: str, pole: str | None = None, next_term: str = "-0.0125") -> Kernel:
+    numerator, denominator = tuple(a.split()), tuple(b.split())
+    return Kernel(len(numerator) - 1, len(denominator) - 1, numerator, denominator, next_term, pole, SOURCE)
+
+
+def product(numbers: Iterator[Fraction]) -> str:
+    """Return the coefficients of prod (1 + x number), of which none cancels another."""
+    coefficients = [Fraction(1)]
+    for number in numbers:
+        coefficients = [u + number * v for u, v in zip([*coefficients, 0], [0, *coefficients], strict=True)]
+    return " ".join(map(digits40, coefficients))
+
+
+def exp_pade(m: int, n: int) -> Kernel:
+    """Return the Padé approximant of exp(-x), exactly known; its high coefficients are tiny."""
+    a = [Fraction(math.comb(m, i) * math.factorial(m + n - i), math.factorial(m + n)) for i in range(m + 1)]
+    b = [Fraction(math.comb(n, i) * math.factorial(m + n - i), math.factorial(m + n)) for i in range(n + 1)]
+    return kernel(" ".join(digits40((-1) ** i * x) for i, x in enumerate(a)), " ".join(map(digits40, b)))
+
+
+PAPER = (
+    kernel("1", "1 0 1.153448858095287123456789012345678901234 0"),
+    kernel(
+        "1 0.5010861234567890123456789012345678901234",
+        "1 0.5010861234567890123456789012345678901234 1.153448858095287123456789012345678901234 "
+        "0.5779771111111111111111111111111111111111 0.5321777777777777777777777777777777777777",
+    ),
+    kernel(
+        "1 0.5535283333333333333333333333333333333333 -0.1284453333333333333333333333333333333333",
+        "1 0.5535283333333333333333333333333333333333 1.0250033333333333333333333333333333333333 "
+        "0.6384662222222222222222222222222222222222 0.3840231111111111111111111111111111111111 "
+        "0.02790811111111111111111111111111111111111",
+    ),
+    kernel(
+        "1 1.072321111111111111111111111111111111111 0.5741981111111111111111111111111111111111 "
+        "0.1415521111111111111111111111111111111111",
+        "1 1.072321111111111111111111111111111111111 1.727651111111111111111111111111111111111 "
+        "1.378421111111111111111111111111111111111 1.194491111111111111111111111111111111111 "
+        "0.4672731111111111111111111111111111111111 0.2355851111111111111111111111111111111111",
+    ),
+)
+ARTIFICIAL = (
+    kernel("1", "1"),
+    kernel("1 2", "1"),
+    kernel("1", "1 -0.4", pole="2.5"),
+    kernel("1 0 0.5 0.25", "1 3"),
+    kernel("1 0.1 3", "1 0.7 7", next_term="0"),
+    kernel("1 0.5 0.25 0.125 0", "1 2 0.3 0"),
+    kernel("1 0 0 0 0 1e-20", "1 0 0 1e15"),
+    kernel("1 -3 2.25", "1 0 0 1e-30"),
+    kernel(
+        product(Fraction(31 + i, 97) for i in range(60)),
+        product(Fraction(35 + i, 101) for i in range(63)),
+    ),
+    exp_pade(25, 28),
+)
+KERNELS = PAPER + ARTIFICIAL
+IDS = [each.label for each in KERNELS]
+
+each_kernel = pytest.mark.parametrize("sample", KERNELS, ids=IDS)
+each_form = pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
+
+
+def header(*kernels: Kernel) -> str:
+    return c.render(kernels, COMMAND)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> compiled.Library:
+    return compiled.build(tmp_path_factory.mktemp("kernels"), [header(*KERNELS)])
+
+
+def execute(*kernels: Kernel) -> SimpleNamespace:
+    names: dict[str, object] = {"__name__": "generated"}
+    exec(python.render(kernels, COMMAND), names)
+    return SimpleNamespace(**names)
+
+
+@pytest.fixture(scope="module")
+def module() -> SimpleNamespace:
+    return execute(*KERNELS)
+
+
+# The true value, and how far rounding may take a computed one from it. (100 digits are enough where the bound
+# says something at all: then no sum loses more than the digits of a double to cancellation.)
+
+
+@cache
+def numbers(texts: tuple[str, ...]) -> list[mpmath.mpf]:
+    with mpmath.workdps(100):
+        return [mpmath.mpf(text) for text in texts]
+
+
+def terms(texts: tuple[str, ...], x: mpmath.mpf) -> list[mpmath.mpf]:
+    powers = accumulate([mpmath.mpf(x)] * (len(texts) - 1), mul, initial=mpmath.mpf(1))
+    return [coefficient * power for coefficient, power in zip(numbers(texts), powers, strict=True)]
+
+
+def value_and_bound(sample: Kernel, x: mpmath.mpf, form: Format) -> tuple[mpmath.mpf, mpmath.mpf] | None:
+    """Return the true value and a bound of |computed - true| from a running error analysis.
+
+    Each term c_i x^i is rounded once in c_i, twice a step in Horner's rule, and once a power in 1/x; then
+    follow the quotient and the powers left over. Relative errors of terms are magnified by the condition
+    number, sum |c_i x^i| / |sum c_i x^i|. Underflow adds the smallest number once an operation, and once more
+    for 1/x where that is subnormal.
+
+    Returns
+    -------
+    tuple or None
+        None at or near a pole, where the bound says nothing.
+    """
+    a, b = sample.reduced
+    left = abs(len(a) - len(b))
+    with mpmath.workdps(100):
+        unit = (3 * max(len(a), len(b)) + 2 * left + 2) * mpmath.ldexp(1, -form.precision)
+        gamma = unit / (1 - unit)
+        parts = [terms(texts, x) for texts in (a, b)]
+        numerator, denominator = (mpmath.fsum(part) for part in parts)
+        above, below = (gamma * mpmath.fsum(part, absolute=True) for part in parts)
+        if below >= abs(denominator):
+            return None
+        true = numerator / denominator
+        largest = (abs(numerator) + above) * (1 + gamma) / (abs(denominator) - below)
+        underflow = (left + 1 + abs(mpmath.mpf(a[-1]) / mpmath.mpf(b[-1]))) * smallest(form)
+        return true, largest - abs(true) + underflow
+
+
+def smallest(form: Format) -> float:
+    """Return the smallest positive number of a format."""
+    return math.ldexp(1.0, 2 - form.largest - form.precision)
+
+
+def greatest(form: Format) -> float:
+    """Return the greatest finite number of a format."""
+    return math.ldexp(2.0 - 2.0 ** (1 - form.precision), form.largest)
+
+
+def deviation(sample: Kernel, x: float, computed: float, form: Format) -> str:
+    """Return what is wrong with a computed value, "" if nothing is."""
+    known = value_and_bound(sample, x, form)
+    if known is None:
+        return ""
+    true, margin = known
+    if math.isinf(computed):
+        overflows = abs(true) + margin >= mpmath.ldexp(1, form.largest + 1)
+        return "" if overflows and (computed > 0) == (true > 0) else f"{computed} at {x}"
+    with mpmath.workdps(100):
+        error = abs(computed - true)
+    return "" if error <= margin else f"{computed!r} at {x!r}: {float(error / margin):.3g} times the bound"
+
+
+def grid(sample: Kernel, form: Format) -> list[float]:
+    """Return 0 to 1e6, extremes and the neighbourhood of the threshold, as values of the format."""
+    points = [i / 16 for i in range(160)] + [10 ** (i / 19) for i in range(-5 * 19, 6 * 19 + 1)]
+    points += [1e-300, 1e-40, 1e-30, 1e10, 1e30, 1e60, 1e105, 1e150, 1e300, 1e307, 1.7e308, 3.4e38, 2e37]
+    threshold = 2.0 ** sample.threshold(form)
+    points += [threshold * factor for factor in (0.5, 1 - 2.0**-20, 1, 1 + 2.0**-20, 1.5, 2, 1000)]
+    points += [greatest(form), math.ldexp(1.0, 1 - form.largest)]
+    inside = (x for x in points if math.ldexp(1.0, 1 - form.largest) <= x <= greatest(form))
+    return [0.0, smallest(form), *(form.nearest(Fraction(x)) for x in inside)]
+
+
+def faults(sample: Kernel, function: Callable[[float], float], form: Format) -> list[str]:
+    """Return all that is wrong with a function of v* on the grid and at special values."""
+    wrong = [text for x in grid(sample, form) if (text := deviation(sample, x, function(x), form))]
+    for x in (0.0, -0.0, smallest(form), 1e-320 if form is DOUBLE else 1e-40):
+        if function(x) != 1.0:
+            wrong.append(f"{function(x)} at {x}")
+    for x in (-smallest(form), -1.0, -1e30, -math.inf, math.nan):
+        if not math.isnan(function(x)):
+            wrong.append(f"{function(x)} at {x}")
+    if function(math.inf) != pytest.approx(limit(sample), rel=2.0 ** (2 - form.precision)):
+        wrong.append(f"{function(math.inf)} at infinity")
+    return wrong
+
+
+def limit(sample: Kernel) -> float:
+    a, b = sample.reduced
+    quotient = float(exact(a[-1]) / exact(b[-1]))
+    if len(a) == len(b):
+        return quotient
+    return math.copysign(math.inf, quotient) if len(a) > len(b) else 0.0
+
+
+# Kernel
+
+
+def test_names_and_words() -> None:
+    sample = PAPER[3]
+    assert (sample.name, sample.label) == ("pade_3_6", "[3/6]")
+    assert sample.domain.startswith("all v* >= 0")
+    assert sample.error == "[3/6] = eps - 0.0125 v*^10 + ... as v* -> 0 (agreement to order v*^9)"
+    assert ARTIFICIAL[4].error == "[2/2] = eps + O(v*^6) as v* -> 0 (agreement to order v*^5)"
+
+
+def test_domain_ends_at_the_first_pole_or_zero() -> None:
+    assert ARTIFICIAL[2].domain == "0 <= v* < 2.5 (there the formula has a pole)"
+    # The paper speaks of a pole of [2/5] at 5.6801: with its own digits it is a zero of the numerator.
+    table = kernel("1. 0.553528 -0.128445", "1. 0.553528 1.025 0.638466 0.384023 0.027908")
+    assert table.pole is None
+    assert table.domain.startswith("0 <= v* < 5.6801")
+    assert table.domain.endswith("(there the formula has a zero)")
+    both = kernel("1 -1", "1 -0.25", pole="4")
+    assert both.end == ("zero", "1.0")
+
+
+def test_leading_zeros_are_dropped() -> None:
+    assert PAPER[0].reduced == (("1",), PAPER[0].b[:3])
+    assert PAPER[0].doubles == ((1.0,), (1.0, 0.0, float(PAPER[0].b[2])))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"m": 4}, r"\[4/6\] has 5 coefficients a_i, not 4"),
+        ({"n": 5}, r"\[3/5\] has 6 coefficients b_i, not 7"),
+        ({"m": -1}, "m is -1"),
+        ({"a": ("1.1", "0", "0", "0")}, "a_0 is 1.1, it must be 1"),
+        ({"b": ("0", *PAPER[3].b[1:])}, "b_0 is 0, it must be 1"),
+        ({"a": ("1", "x", "0", "0")}, "'x' is not a finite decimal number"),
+        ({"a": ("1", "nan", "0", "0")}, "'nan' is not a finite decimal number"),
+        ({"a": ("1", "1_0", "0", "0")}, "'1_0' is not a finite decimal number"),
+        ({"a": ("1", "1e99999", "0", "0")}, "'1e99999' is not a finite decimal number"),
+        ({"next_term": "inf"}, "'inf' is not a finite decimal number"),
+        ({"pole": "3.5"}, r"\[3/6\] has no positive pole, but pole is 3.5"),
+        ({"b": ("1", "-1", "0", "0", "0", "0", "0")}, r"\[3/6\] has a pole at v\* = 1, but pole is None"),
+        (
+            {"b": ("1", "-1", "0", "0", "0", "0", "0"), "pole": "1.1"},
+            r"first positive pole at v\* = 1, not at 1.1",
+        ),
+        ({"source": "two\nlines"}, "source must be one printable line"),
+        ({"source": "end */ of comment"}, "source must be one printable line"),
+    ],
+)
+def test_contradictions_are_refused(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message) as caught:
+        replace(PAPER[3], **changes)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("changes", [{"m": 3.0}, {"a": ["1", "0", "0", "0"]}, {"a": (1, 0, 0, 0)}, {"source": None}])
+def test_wrong_types_are_refused(changes: dict[str, object]) -> None:
+    with pytest.raises(TypeError):
+        replace(PAPER[3], **changes)  # type: ignore[arg-type]
+
+
+def test_importing_kernels_loads_no_heavy_package() -> None:
+    code = (
+        "import sys, viscopade.writer; from viscopade.kernels import c, python, tables; "
+        "assert not {'sympy', 'matplotlib', 'jinja2'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# Binary formats
+
+decimals = st.decimals(allow_nan=False, allow_infinity=False, places=None).map(str)
+normal = st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: not x or abs(x) > 1e-300)
+
+
+@given(
+    st.integers(-(10**40), 10**40).filter(bool),
+    st.integers(-300, 260),
+)
+def test_doubles_are_rounded_as_by_the_interpreter(mantissa: int, exponent: int) -> None:
+    text = f"{mantissa}e{exponent}"
+    assert DOUBLE.nearest(exact(text)) == float(text)
+
+
+@given(st.integers(-(10**40), 10**40).filter(bool), st.integers(-37, -3))
+def test_floats_are_rounded_as_by_the_c_library(mantissa: int, exponent: int) -> None:
+    strtof = getattr(ctypes.CDLL(None), "strtof", None)
+    if strtof is None:
+        pytest.skip("the C library's strtof cannot be reached")
+    strtof.restype, strtof.argtypes = ctypes.c_float, [ctypes.c_char_p, ctypes.c_void_p]
+    text = f"{mantissa}e{exponent}"
+    assert FLOAT.nearest(exact(text)) == strtof(text.encode(), None)
+
+
+def test_a_float_is_rounded_once() -> None:
+    number = 1 + Fraction(2) ** -24 + Fraction(2) ** -70
+    assert float(number) == 1 + 2.0**-24, "by way of a double it is a tie, and goes down to 1"
+    assert FLOAT.nearest(number) == 1 + 2.0**-23
+
+
+@each_form
+def test_rounding_at_the_ends_of_the_range(form: Format) -> None:
+    largest = Fraction(2) ** (form.largest + 1)
+    smallest = Fraction(2) ** (1 - form.largest)
+    assert form.nearest(largest * (1 - Fraction(2) ** -form.precision)) == largest * (
+        1 - Fraction(2) ** -form.precision
+    )
+    assert form.nearest(smallest) == smallest
+    for number in (
+        largest,
+        largest * (1 - Fraction(2) ** (-form.precision - 1)),
+        smallest / 2,
+        -smallest / 3,
+    ):
+        with pytest.raises(ValueError, match=f"is not a normal number of type {form.name}"):
+            form.nearest(number)
+
+
+@given(normal)
+def test_literals_of_doubles_read_back(x: float) -> None:
+    assert float.fromhex(DOUBLE.hexadecimal(x)) == x
+    assert float(DOUBLE.decimal(x)) == x
+
+
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
+def test_literals_of_floats_read_back(x: float) -> None:
+    assert float.fromhex(FLOAT.hexadecimal(x).removesuffix("f")) == x
+    assert FLOAT.nearest(exact(FLOAT.decimal(x).removesuffix("f"))) == x
+
+
+def test_horner() -> None:
+    assert horner(["a0"], "x") == "a0"
+    assert horner(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
+    assert horner(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
+
+
+@pytest.mark.parametrize(
+    ("sample", "form"),
+    [(sample, DOUBLE) for sample in KERNELS] + [(sample, FLOAT) for sample in KERNELS[:-1]],
+    ids=[*(f"{label}-double" for label in IDS), *(f"{label}-float" for label in IDS[:-1])],
+)
+def test_threshold_is_the_largest_that_is_safe(sample: Kernel, form: Format) -> None:
+    t = sample.threshold(form)
+    limit = Fraction(2) ** (form.largest - 8)
+    assert largest_sum(sample, Fraction(2) ** t) <= limit
+    assert largest_sum(sample, Fraction(2) ** (t + 1)) > limit or t == form.largest
+
+
+def largest_sum(sample: Kernel, x: Fraction) -> Fraction:
+    return max(sum(abs(exact(text)) * x**i for i, text in enumerate(texts)) for texts in sample.reduced)
+
+
+# C
+
+
+@pytest.mark.parametrize("standard", compiled.STANDARDS)
+def test_every_standard_gives_the_same_numbers(standard: str, library: compiled.Library, tmp_path: Path) -> None:
+    other = compiled.build(tmp_path, [header(*KERNELS)], standard)
+    assert set(other) == set(library)
+    for sample in KERNELS:
+        for suffix, form in (("", DOUBLE), ("f", FLOAT)):
+            name = f"epsilon_{sample.name}{suffix}"
+            if name in library:
+                for x in grid(sample, form)[::7]:
+                    same = library[name](x)
+                    assert other[name](x) == same or math.isnan(same)
+
+
+@each_kernel
+def test_double_functions(sample: Kernel, library: compiled.Library) -> None:
+    assert not faults(sample, library[f"epsilon_{sample.name}"], DOUBLE)
+
+
+@each_kernel
+def test_float_functions(sample: Kernel, library: compiled.Library) -> None:
+    if f"epsilon_{sample.name}f" not in library:
+        assert sample is KERNELS[-1]
+        return
+    assert not faults(sample, library[f"epsilon_{sample.name}f"], FLOAT)
+
+
+@pytest.mark.parametrize("flags", [["-O0"], ["-O3", "-ffp-contract=fast"], ["-O3", "-march=native"]], ids=" ".join)
+def test_optimisation_stays_within_the_bound(flags: list[str], tmp_path: Path) -> None:
+    other = compiled.build(tmp_path, [header(*PAPER)], flags=flags)
+    for sample in PAPER:
+        assert not faults(sample, other[f"epsilon_{sample.name}"], DOUBLE)
+        assert not faults(sample, other[f"epsilon_{sample.name}f"], FLOAT)
+
+
+def v_star_and_margin(speed: float, beta: float, form: Format) -> tuple[mpmath.mpf, mpmath.mpf]:
+    """Return v* to 50 digits, and the relative error of sqrt(beta) pow(speed, 0.1).
+
+    The exponent is the format's nearest to 1/10; pow is taken to be right to 2 ulp, all else to half an ulp.
+    """
+    with mpmath.workdps(50):
+        v_star = mpmath.sqrt(beta) * mpmath.root(mpmath.mpf(speed), 10)
+        exponent = abs(mpmath.mpf(form.nearest(Fraction(1, 10))) - mpmath.mpf(1) / 10)
+        return v_star, exponent * abs(mpmath.log(speed)) + 6 * mpmath.mpf(2) ** -form.precision
+
+
+def restitution_deviation(sample: Kernel, speed: float, beta: float, computed: float, form: Format) -> float:
+    """Return |computed - exact|, in units of what the rounding of v* and of the formula explain."""
+    with mpmath.workdps(50):
+        v_star, margin = v_star_and_margin(speed, beta, form)
+        a, b = ([mpmath.mpf(text) for text in texts[::-1]] for texts in sample.reduced)
+        true = mpmath.polyval(a, v_star) / mpmath.polyval(b, v_star)
+        (p, dp), (q, dq) = (mpmath.polyval(each, v_star, derivative=True) for each in (a, b))
+        slope = (dp * q - p * dq) / q**2
+        known = value_and_bound(sample, v_star, form)
+        assert known
+        explained = abs(slope * v_star) * margin + known[1]
+        return float(abs(computed - true) / explained)
+
+
+@pytest.mark.parametrize("sample", [PAPER[0], PAPER[1], PAPER[3], ARTIFICIAL[4]], ids=lambda sample: sample.label)
+@each_form
+def test_restitution(sample: Kernel, form: Format, library: compiled.Library, module: SimpleNamespace) -> None:
+    functions = [library[f"restitution_{sample.name}{form.suffix}"]]
+    if form is DOUBLE:
+        functions.append(getattr(module, f"restitution_{sample.name}"))
+    speeds = [1e-30, 1e-6, 0.262, 1.0, 2.0, 37.5, 1e6, 1e30] + ([1e-300, 1e300] if form is DOUBLE else [])
+    for speed in (form.nearest(Fraction(speed)) for speed in speeds):
+        for beta in (form.nearest(exact(beta)) for beta in ("1e-6", "0.05", "1.307", "20", "1e12")):
+            for function in functions:
+                assert restitution_deviation(sample, speed, beta, function(speed, beta), form) < 1
+
+
+@pytest.mark.parametrize("suffix", ["", "f"])
+def test_restitution_at_special_values(suffix: str, library: compiled.Library) -> None:
+    function = library[f"restitution_pade_3_6{suffix}"]
+    for pair in [(0.0, 1.3), (-0.0, 1.3), (2.0, 0.0), (2.0, -0.0), (0.0, 0.0)]:
+        assert function(*pair) == 1.0
+    for pair in [(math.inf, 1.3), (2.0, math.inf), (math.inf, math.inf)]:
+        assert function(*pair) == 0.0
+    nan = [(-1.0, 1.3), (-math.inf, 1.3), (math.nan, 1.3), (2.0, -1.0), (2.0, math.nan), (2.0, -math.inf)]
+    nan += [(0.0, math.inf), (math.inf, 0.0), (-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, math.nan)]
+    for pair in nan:
+        assert math.isnan(function(*pair))
+
+
+def test_headers_can_be_combined_and_included_twice(tmp_path: Path) -> None:
+    first, second = header(PAPER[3], PAPER[1]), header(PAPER[1], PAPER[0])
+    library = compiled.build(tmp_path, [first, second, first])
+    assert {name for name in library if name.startswith("epsilon") and not name.endswith("f")} == {
+        "epsilon_pade_0_3",
+        "epsilon_pade_1_4",
+        "epsilon_pade_3_6",
+    }
+
+
+def test_float_functions_are_left_out_where_they_do_not_fit() -> None:
+    text = " ".join(header(KERNELS[-1]).replace(" *", " ").split())
+    assert "There are no functions of type float: [25/28]: a_" in text
+    assert "is not a normal number of type float." in text
+    assert "static inline float viscopade_epsilon" not in text
+
+
+def test_what_fits_no_double_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"\[1/1\]: b_1 = 1.5e-400 is not a normal number of type double"):
+        header(kernel("1 1", "1 1.5e-400"))
+    with pytest.raises(ValueError, match=r"\[1/1\]: b_1 = 1.00000e\+400 is not a normal number"):
+        header(kernel("1 1", "1 1e400"))
+    with pytest.raises(ValueError, match=r"\[1/1\]: the coefficients are too large"):
+        header(kernel("1 1", "1 1e307"))
+
+
+def literals(text: str) -> dict[tuple[str, str], list[tuple[str, str]]]:
+    """Return the constants a_i, b_i of a header: (function, name) to its hexadecimal and decimal literals."""
+    found: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    function = ""
+    for line in text.splitlines():
+        if match := re.match(r"static inline \w+ viscopade_(epsilon_\w+)\(", line):
+            function = match[1]
+        if match := re.fullmatch(r" +const (?:double|float) ([ab]\d+) = VISCOPADE_CONSTANT\((.+), (.+)\);", line):
+            found.setdefault((function, match[1]), []).append((match[2], match[3]))
+    return found
+
+
+def wrong_literals(text: str, sample: Kernel) -> list[str]:
+    """Return the constants of a header that are not the nearest to the kernel's decimal strings."""
+    wrong = []
+    found = literals(text)
+    for form in (DOUBLE, FLOAT):
+        for letter, texts in zip("ab", sample.reduced, strict=True):
+            for i, number in enumerate(map(exact, texts)):
+                pairs = found.pop((f"epsilon_{sample.name}{form.suffix}", f"{letter}{i}"), [])
+                if number == 0 and not pairs:
+                    continue
+                ((hexadecimal, decimal),) = pairs or [("0x0p+0", "0")]
+                hexadecimal, decimal = (literal.removesuffix("f") for literal in (hexadecimal, decimal))
+                both = {float.fromhex(hexadecimal), form.nearest(exact(decimal))}
+                if both != {form.nearest(number)}:
+                    wrong.append(f"{letter}{i}: {hexadecimal}, {decimal}")
+    return wrong + [str(rest) for rest in found]
+
+
+@pytest.mark.parametrize("sample", KERNELS[:-1], ids=IDS[:-1])
+def test_literals_are_the_nearest_to_the_decimals(sample: Kernel) -> None:
+    assert not wrong_literals(header(sample), sample)
+
+
+def test_a_changed_digit_in_any_literal_is_noticed() -> None:
+    text, sample = header(PAPER[3]), PAPER[3]
+    # The last hexadecimal digit, and the decimal's 12th or (float) 6th: each is more than half a last place.
+    places = [m.end(1) - 1 for m in re.finditer(r"CONSTANT\(0x1\.([0-9a-f]+)p", text)]
+    places += [m.end() - 1 for m in re.finditer(r", [01]\.\d{12}(?=\d*\))", text)]
+    places += [m.end() - 1 for m in re.finditer(r", [01]\.\d{6}(?=\d*f\))", text)]
+    assert len(places) >= 4 * 9
+    for place in places:
+        mutant = text[:place] + str((int(text[place], 16) + 2) % 8) + text[place + 1 :]
+        assert wrong_literals(mutant, sample)
+
+
+MUTATIONS = [
+    ("v_star >= 0.0", "v_star > 0.0"),
+    ("a1 + v_star * (a2", "a2 + v_star * (a1"),
+    ("a3 + u * (a2", "a3 - u * (a2"),
+    ("denominator * u * u * u", "denominator * u * u"),
+    ("u = 1.0 / v_star", "u = 1.001 / v_star"),
+    ("v_star > VISCOPADE_CONSTANT(0x1p+1", "v_star > VISCOPADE_CONSTANT(0x1p+2"),
+    ("numerator / denominator;", "denominator / numerator;"),
+]
+
+
+def test_mutants_of_the_header_are_noticed(tmp_path: Path) -> None:
+    sample = PAPER[3]
+    for old, new in MUTATIONS:
+        mutant = header(sample).replace(old, new)
+        assert mutant != header(sample), old
+        library = compiled.build(tmp_path, [mutant], flags=["-w"])
+        double, single = (library[f"epsilon_{sample.name}{suffix}"] for suffix in ("", "f"))
+        assert faults(sample, double, DOUBLE) or faults(sample, single, FLOAT), new
+    digit = literals(header(sample))["epsilon_pade_3_6", "b4"][0][0]
+    mutant = header(sample).replace(digit, digit[:6] + f"{(int(digit[6], 16) + 1) % 16:x}" + digit[7:])
+    assert faults(sample, compiled.build(tmp_path, [mutant])["epsilon_pade_3_6"], DOUBLE)
+
+
+# Python
+
+
+def with_nan_for_errors(function: Callable[[float], float]) -> Callable[[float], float]:
+    def wrapped(x: float) -> float:
+        try:
+            return function(x)
+        except ValueError:
+            return math.nan
+
+    return wrapped
+
+
+@each_kernel
+def test_python_functions(sample: Kernel, module: SimpleNamespace, library: compiled.Library) -> None:
+    function, same = getattr(module, f"epsilon_{sample.name}"), library[f"epsilon_{sample.name}"]
+    if sample.end is None:
+        assert not faults(sample, with_nan_for_errors(function), DOUBLE)
+    end = math.inf if sample.end is None else float(sample.end[1])
+    for x in grid(sample, DOUBLE):
+        if x < end:
+            assert function(x) == same(x), "the same operations in the same order"
+        else:
+            with pytest.raises(ValueError, match=r"is beyond .* a (pole|zero) of"):
+                function(x)
+
+
+def test_python_refuses_what_is_outside_the_domain(module: SimpleNamespace) -> None:
+    pole = module.epsilon_pade_0_1
+    assert pole(math.nextafter(2.5, 0)) > 1e15
+    for x in (2.5, 3.0, 1e300, math.inf):
+        with pytest.raises(ValueError, match=r"v_star = .* is beyond 2\.5, a pole of \[0/1\]$"):
+            pole(x)
+    with pytest.raises(ValueError, match=r"beyond 5\.68.*, a zero of \[2/5\]$"):
+        module.epsilon_pade_2_5(5.7)
+
+
+def test_python_refuses_a_denominator_lost_to_rounding() -> None:
+    epsilon = execute(kernel("1", "1 -3 3 -1", pole="1")).epsilon_pade_0_3
+    lost = 0
+    for x in (1 - i * 1e-7 for i in range(1, 200)):
+        if 1.0 + x * (-3.0 + x * (3.0 + x * -1.0)) <= 0:
+            lost += 1
+            with pytest.raises(ValueError, match=r"^v_star = 0\.9999\d+ is too close to a pole of the formula$"):
+                epsilon(x)
+    assert lost
+
+
+def test_python_refuses_bad_arguments(module: SimpleNamespace) -> None:
+    for x in (-1, -5e-324, -math.inf):
+        with pytest.raises(ValueError, match=r"^v_star must not be negative, but is -"):
+            module.epsilon_pade_3_6(x)
+        with pytest.raises(ValueError, match=r"^speed must not be negative, but is -"):
+            module.restitution_pade_3_6(x, 1.0)
+        with pytest.raises(ValueError, match=r"^beta must not be negative, but is -"):
+            module.restitution_pade_3_6(1.0, x)
+    for x in ("1", None, 1j, [1.0], b"1"):
+        with pytest.raises(TypeError):
+            module.epsilon_pade_3_6(x)
+        with pytest.raises(TypeError):
+            module.restitution_pade_3_6(x, 1.0)
+        with pytest.raises(TypeError):
+            module.restitution_pade_3_6(1.0, x)
+
+
+def test_python_at_special_values(module: SimpleNamespace) -> None:
+    epsilon, restitution = module.epsilon_pade_3_6, module.restitution_pade_3_6
+    assert [epsilon(x) for x in (0, 0.0, -0.0, 5e-324, math.inf)] == [1, 1, 1, 1, 0]
+    assert [restitution(*pair) for pair in [(0, 1.3), (2, 0), (math.inf, 1)]] == [1, 1, 0]
+    for bad in (
+        epsilon(math.nan),
+        restitution(math.nan, 1),
+        restitution(1, math.nan),
+        restitution(0, math.inf),
+    ):
+        assert math.isnan(bad)
+
+
+def test_python_takes_every_real_number(module: SimpleNamespace) -> None:
+    numpy = pytest.importorskip("numpy")
+    expected = module.epsilon_pade_3_6(0.5)
+    for x in (Fraction(1, 2), Decimal("0.5"), numpy.float32(0.5), numpy.float64(0.5)):
+        assert module.epsilon_pade_3_6(x) == expected
+        assert type(module.epsilon_pade_3_6(x)) is float
+    assert module.epsilon_pade_3_6(1) == module.epsilon_pade_3_6(1.0)
+
+
+# Tables
+
+
+def parse_csv(text: str) -> tuple[list[str], list[dict[str, str]]]:
+    lines = text.splitlines(keepends=True)
+    comments = [line for line in lines if line.startswith("#")]
+    assert lines[: len(comments)] == comments, "comments come first"
+    return comments, list(csv.DictReader(io.StringIO("".join(lines[len(comments) :]))))
+
+
+def test_csv_reads_back() -> None:
+    _, rows = parse_csv(tables.csv(KERNELS, COMMAND))
+    expected = [
+        {"m": str(each.m), "n": str(each.n), "symbol": symbol, "index": str(i), "value": text}
+        for each in KERNELS
+        for symbol, texts in (("a", each.a), ("b", each.b))
+        for i, text in enumerate(texts)
+    ]
+    assert rows == expected
+
+
+def test_json_reads_back() -> None:
+    text = json.loads(tables.json(KERNELS, COMMAND))
+    assert (text["command"], text["source"], text["end_condition"]) == (COMMAND, SOURCE, END_CONDITION)
+    kernels = [
+        Kernel(
+            *(each[key] for key in ("m", "n")),
+            *(tuple(each[key]) for key in "ab"),
+            each["next_term"],
+            each["pole"],
+            each["source"],
+        )
+        for each in text["approximants"]
+    ]
+    assert tuple(kernels) == KERNELS
+    assert [each["domain"] for each in text["approximants"]] == [each.domain for each in KERNELS]
+
+
+def parse_latex(text: str) -> dict[tuple[int, int], dict[str, str]]:
+    """Return (m, n) to the cells of its rows, as symbol to number."""
+    found: dict[tuple[int, int], dict[str, str]] = {}
+    rows = [line.removesuffix(r" \\").split(" & ") for line in text.splitlines() if "=" in line and line[0] != "%"]
+    for m, n, *cells in rows:
+        if m:
+            degrees = int(m.strip("$")), int(n.strip("$"))
+        for match in (re.fullmatch(r"\$([ab])_\{(\d+)\}=(.*)\$", cell) for cell in cells if cell):
+            assert match
+            found.setdefault(degrees, {})[match[1] + match[2]] = match[3]
+        assert len(cells) == 3
+    return found
+
+
+def number(latex: str) -> Decimal:
+    return Decimal(re.sub(r"\\times10\^\{(.*)\}", r"e\1", latex))
+
+
+@pytest.mark.parametrize("digits", [1, 6, 15, 30])
+def test_latex_reads_back(digits: int) -> None:
+    found = parse_latex(tables.latex(KERNELS, COMMAND, digits))
+    for each in KERNELS:
+        cells = found[each.m, each.n]
+        texts = {f"{symbol}{i}": text for symbol in "ab" for i, text in enumerate(getattr(each, symbol))}
+        assert set(cells) == set(texts)
+        for name, text in texts.items():
+            assert number(cells[name]) == Context(prec=digits).create_decimal(text)
+
+
+def test_latex_has_the_layout_of_the_paper() -> None:
+    table = kernel("1. 0.501086", "1. 0.501086 1.15345 0.577977 0.532178")
+    assert tables.latex([table], COMMAND).splitlines()[-6:] == [
+        r"$m$ & $n$ & $a_i$ & $b_i$ & \\",
+        r"\hline",
+        r"$1$ & $4$ & $a_{0}=1$ & $b_{0}=1$ & $b_{3}=0.577977$ \\",
+        r" &  & $a_{1}=0.501086$ & $b_{1}=0.501086$ & $b_{4}=0.532178$ \\",
+        r" &  &  & $b_{2}=1.15345$ &  \\",
+        r"\end{tabular}",
+    ]
+
+
+def test_latex_numbers() -> None:
+    texts = [
+        "1",
+        "123456789.123456789",
+        "-0.00001234567891234567891",
+        "1.25e-9",
+        "9.9999999999999999",
+        "3e20",
+    ]
+    cells = parse_latex(tables.latex([kernel(" ".join(texts), "1")], COMMAND, 8))[5, 0]
+    assert [cells[f"a{i}"] for i in range(6)] == [
+        "1",
+        r"1.2345679\times10^{8}",
+        "-0.000012345679",
+        r"1.25\times10^{-9}",
+        "10.000000",
+        r"3\times10^{20}",
+    ]
+
+
+def test_latex_compiles(tmp_path: Path) -> None:
+    if shutil.which("pdflatex") is None:
+        pytest.skip("there is no pdflatex")
+    document = tmp_path / "table.tex"
+    body = tables.latex(KERNELS, COMMAND)
+    document.write_text(f"\\documentclass{{article}}\n\\begin{{document}}\n{body}\\end{{document}}\n")
+    subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", document.name], cwd=tmp_path, check=True)
+
+
+H = ("1", "0", "-1.15344885809528707", "0", "0.798266555", "0.2666666666666666666666667", "1.5e-7")
+
+
+def test_series_tables_read_back() -> None:
+    _, rows = parse_csv(tables.series_csv(H, COMMAND))
+    assert [(row["k"], row["h_k"]) for row in rows] == [(str(k), text) for k, text in enumerate(H)]
+    text = json.loads(tables.series_json(H, COMMAND))
+    assert (text["order"], tuple(text["h"])) == (6, H)
+    with pytest.raises(ValueError, match="not a finite decimal number"):
+        tables.series_csv(("1", "nan"), COMMAND)
+
+
+# What all files have in common
+
+TARGETS: dict[str, Callable[[tuple[Kernel, ...], str], str]] = {
+    "c": c.render,
+    "python": python.render,
+    "csv": tables.csv,
+    "json": tables.json,
+    "latex": tables.latex,
+}
+each_target = pytest.mark.parametrize("render", TARGETS.values(), ids=TARGETS)
+
+
+@each_target
+def test_files_begin_with_what_they_are(render: Callable[[tuple[Kernel, ...], str], str]) -> None:
+    text = render(PAPER, COMMAND)
+    words = " ".join(re.sub(r"^ ?[*#%]", "", line) for line in text.splitlines())
+    words = " ".join(words.split())
+    assert re.search(rf"{MARKER} \d+\.\d+", text[:1000])
+    assert COMMAND in text[:1000]
+    for expected in (
+        SOURCE,
+        END_CONDITION,
+        "no bound of the error is claimed",
+        *(each.domain for each in PAPER),
+    ):
+        assert expected in words
+    for each in PAPER:
+        assert each.error in words
+    assert text.endswith("\n")
+    assert not text.endswith("\n\n")
+    assert "\r" not in text
+    assert not [line for line in text.splitlines() if line != line.rstrip()]
+    assert render(PAPER, COMMAND) == text
+
+
+@each_target
+def test_bad_requests_are_refused(render: Callable[[tuple[Kernel, ...], str], str]) -> None:
+    with pytest.raises(ValueError, match="no approximant"):
+        render((), COMMAND)
+    with pytest.raises(ValueError, match="pade_3_6 is asked for twice"):
+        render((PAPER[3], PAPER[3]), COMMAND)
+    for command in ("two\nlines", "", "a */ b", "\x1b[0m"):
+        with pytest.raises(ValueError, match="command must be one printable line"):
+            render(PAPER, command)
+    with pytest.raises(TypeError):
+        render(PAPER, None)  # type: ignore[arg-type]

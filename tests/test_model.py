@@ -1,0 +1,597 @@
+"""Physical parameters: identities, limits, units, arrays, extreme values, refusals."""
+
+import dataclasses
+import doctest
+import math
+import pickle
+import subprocess
+import sys
+from decimal import Decimal
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from viscopade import model
+from viscopade.model import Pair, Sphere
+
+ICE_BETA = 1.307  # the paper's value, in (s/cm)^(1/5)
+
+MATERIAL = {"young_modulus": 1e9, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
+SPHERE = {"radius": 0.01, "density": 2500.0, **MATERIAL}
+SOFT = Sphere(radius=0.02, density=1100, young_modulus=1e7, poisson_ratio=0.49, dissipative_constant=2e-4)
+STIFF = Sphere(radius=0.03, mass=0.8, young_modulus=7e10, poisson_ratio=0.2, dissipative_constant=1e-6)
+PAIR = Pair(SOFT, STIFF)
+
+extreme = st.floats(1e-300, 1e300)
+
+
+def magnitudes(low, high):
+    """Floats whose order of magnitude is uniform."""
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+spheres = st.builds(
+    Sphere,
+    radius=magnitudes(-6, 1),
+    density=magnitudes(1, 5),
+    young_modulus=magnitudes(4, 12),
+    poisson_ratio=st.floats(-0.99, 0.5),
+    dissipative_constant=magnitudes(-9, -1),
+)
+speeds = magnitudes(-6, 3)
+
+
+def close(expected, rel=1e-13):
+    return pytest.approx(expected, rel=rel, abs=0)
+
+
+# Sphere
+
+
+def test_mass_and_density_give_each_other():
+    by_density = Sphere(**SPHERE)
+    assert by_density.mass == close(4 / 3 * math.pi * 0.01**3 * 2500)
+    by_mass = Sphere(**MATERIAL, radius=0.01, mass=by_density.mass)
+    assert by_mass.density == close(2500)
+
+
+@given(spheres)
+def test_equality_does_not_depend_on_the_rounding_of_the_density(sphere):
+    by_mass = dataclasses.replace(sphere)
+    assert by_mass.density == close(sphere.density)
+    assert by_mass == sphere
+    assert hash(by_mass) == hash(sphere)
+
+
+@given(radius=magnitudes(-80, 80), density=magnitudes(-40, 40))
+def test_mass_is_right_wherever_it_is_a_double(radius, density):
+    with mpmath.workdps(30):
+        mass = mpmath.pi * 4 / 3 * mpmath.mpf(radius) ** 3 * density
+    assert Sphere(**MATERIAL, radius=radius, density=density).mass == close(float(mass))
+
+
+def test_intermediate_powers_of_the_radius_do_not_matter():
+    ball = 4 / 3 * math.pi
+    assert Sphere(**MATERIAL, radius=1e-110, density=1e250).mass == close(ball * 1e-80)
+    assert Sphere(**MATERIAL, radius=1e150, density=1e-300).mass == close(ball * 1e150)
+    assert Sphere(**MATERIAL, radius=1e-110, mass=1e-80).density == close(1e250 / ball)
+
+
+def test_repr_and_replace_and_pickle():
+    sphere = Sphere(**SPHERE)
+    assert eval(repr(sphere)) == sphere
+    assert pickle.loads(pickle.dumps(PAIR)) == PAIR
+    larger = dataclasses.replace(sphere, radius=0.02)
+    assert larger.mass == sphere.mass
+    assert larger.density == close(2500 / 8)
+    wall = Sphere.wall(**MATERIAL)
+    assert dataclasses.replace(wall, young_modulus=1).is_wall
+
+
+@pytest.mark.parametrize("instance", [SOFT, Sphere.wall(**MATERIAL), PAIR])
+def test_instances_are_frozen(instance):
+    name = dataclasses.fields(instance)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(instance, name, 1.0)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        delattr(instance, name)
+    with pytest.raises((dataclasses.FrozenInstanceError, AttributeError)):
+        instance.beta = 1.0
+
+
+@pytest.mark.parametrize("kind", [int, Fraction, Decimal, np.float32, np.float64, np.int64, sympy.Integer, mpmath.mpf])
+def test_any_real_number_becomes_a_float(kind):
+    sphere = Sphere(
+        radius=kind(2),
+        density=kind(3),
+        young_modulus=kind(5),
+        poisson_ratio=kind(0),
+        dissipative_constant=kind(7),
+    )
+    assert sphere == Sphere(radius=2.0, density=3.0, young_modulus=5.0, poisson_ratio=0.0, dissipative_constant=7.0)
+    assert {type(value) for value in dataclasses.astuple(sphere)} == {float}
+
+
+def test_wall():
+    wall = Sphere.wall(**MATERIAL)
+    assert wall.is_wall
+    assert not SOFT.is_wall
+    assert wall.radius == wall.mass == math.inf
+    assert math.isnan(wall.density)
+    assert wall == Sphere.wall(**MATERIAL) == Sphere(radius=math.inf, mass=math.inf, **MATERIAL)
+
+
+def test_bounds_of_the_poisson_ratio():
+    assert Sphere(**{**SPHERE, "poisson_ratio": 0.5}).plane_strain_modulus == close(1e9 / 0.75)
+    assert Sphere(**{**SPHERE, "poisson_ratio": -1 + 2**-53}).plane_strain_modulus == close(1e9 / 2**-52)
+
+
+@given(st.floats(-1, 0.5, exclude_min=True))
+def test_nothing_cancels_in_the_plane_strain_modulus(nu):
+    expected = Fraction(10**9) / (1 - Fraction(nu) ** 2)
+    assert Sphere(**{**SPHERE, "poisson_ratio": nu}).plane_strain_modulus == close(float(expected), rel=1e-15)
+
+
+@pytest.mark.parametrize("name", SPHERE)
+@pytest.mark.parametrize("value", [math.nan, -math.inf, math.inf, -1.0, Decimal("NaN"), 10**400])
+def test_sphere_refuses_what_no_material_has(name, value):
+    with pytest.raises(ValueError, match=rf"^{name} is .*: accepted is") as refusal:
+        Sphere(**{**SPHERE, name: value})
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        (
+            "radius",
+            0,
+            "radius is 0: accepted is a number > 0, or inf for a wall",
+        ),
+        ("density", -0.0, "density is -0.0: accepted is a finite number > 0"),
+        ("young_modulus", 0.0, "young_modulus is 0.0: accepted is a finite number > 0"),
+        ("poisson_ratio", 0.51, "poisson_ratio is 0.51: accepted is a number > -1 and <= 1/2"),
+        ("poisson_ratio", -1, "poisson_ratio is -1: accepted is a number > -1 and <= 1/2"),
+        ("dissipative_constant", -1e-9, "dissipative_constant is -1e-09: accepted is a finite number >= 0"),
+    ],
+)
+def test_refusals_name_field_value_and_range(name, value, message):
+    with pytest.raises(ValueError) as refusal:
+        Sphere(**{**SPHERE, name: value})
+    assert str(refusal.value) == message
+
+
+@pytest.mark.parametrize("name", SPHERE)
+@pytest.mark.parametrize(
+    "value",
+    [True, np.True_, "0.3", b"1", (), 1j, np.complex128(1), [1.0], np.ones(1), object(), sympy.Symbol("a")],
+)
+def test_sphere_refuses_what_is_not_a_real_number(name, value):
+    with pytest.raises(TypeError, match=rf"^{name} is .*: accepted is") as refusal:
+        Sphere(**{**SPHERE, name: value})
+    assert "\n" not in str(refusal.value)
+
+
+def test_none_is_no_number():
+    with pytest.raises(TypeError, match=r"^young_modulus is None: accepted is a finite number > 0$"):
+        Sphere(**{**SPHERE, "young_modulus": None})
+
+
+def test_exactly_one_of_mass_and_density():
+    with pytest.raises(ValueError, match=r"^mass and density: both given, accepted is exactly one of them$"):
+        Sphere(**SPHERE, mass=1.0)
+    with pytest.raises(ValueError, match=r"^mass and density: neither given, accepted is exactly one of them$"):
+        Sphere(radius=1.0, **MATERIAL)
+
+
+def test_arguments_are_keywords():
+    with pytest.raises(TypeError, match="positional"):
+        Sphere(1.0, 1.0, 1.0, 0.3, 0.0)
+    with pytest.raises(TypeError, match="dissipative_constant"):
+        Sphere(radius=1.0, mass=1.0, young_modulus=1.0, poisson_ratio=0.3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"radius": math.inf, "mass": 1.0},
+            "radius is inf: accepted is a finite number > 0 or, for a wall, mass = inf too",
+        ),
+        (
+            {"radius": 1.0, "mass": math.inf},
+            "mass is inf: accepted is a finite number > 0 or, for a wall, radius = inf too",
+        ),
+        (
+            {"radius": math.inf, "density": 1.0},
+            "radius is inf: accepted is a finite number > 0 or, for a wall, mass = inf too",
+        ),
+        ({"radius": 1e-200, "density": 1.0}, "mass is 0.0 in these units: accepted is a finite number > 0"),
+        ({"radius": 1e200, "density": 1.0}, "mass is inf in these units: accepted is a finite number > 0"),
+        ({"radius": 1e-200, "mass": 1.0}, "density is inf in these units: accepted is a finite number > 0"),
+    ],
+)
+def test_half_infinite_and_unrepresentable_spheres(arguments, message):
+    with pytest.raises(ValueError, match="^" + message):
+        Sphere(**arguments, **MATERIAL)
+
+
+def test_stiffness_beyond_double_precision():
+    material = {"young_modulus": 1e300, "poisson_ratio": -1 + 2**-53, "dissipative_constant": 0}
+    with pytest.raises(ValueError, match=r"^young_modulus / \(1 - poisson_ratio\^2\) is inf in these units"):
+        Sphere.wall(**material)
+
+
+# Pair
+
+
+def test_equal_spheres_give_the_papers_rho_and_beta():
+    sphere = Sphere(**SPHERE)
+    pair = Pair(sphere, sphere)
+    Y, nu, A = (MATERIAL[key] for key in ("young_modulus", "poisson_ratio", "dissipative_constant"))
+    assert pair.m_eff == close(sphere.mass / 2)
+    assert pair.R_eff == close(0.005)
+    assert pair.rho == close(2 * Y * math.sqrt(pair.R_eff) / (3 * (1 - nu**2)))
+    assert pair.A == A
+    assert pair.beta == close(1.5 * A * (pair.rho / pair.m_eff) ** (2 / 5))
+
+
+@given(spheres, spheres)
+def test_effective_values(one, other):
+    pair = Pair(one, other)
+    D1, D2 = ((1 - s.poisson_ratio**2) / s.young_modulus for s in (one, other))
+    assert pair.m_eff == close(one.mass * other.mass / (one.mass + other.mass))
+    assert pair.R_eff == close(1 / (1 / one.radius + 1 / other.radius))
+    assert pair.E_eff == close(1 / (D1 + D2), rel=1e-12)
+    assert pair.rho == close(4 / 3 * math.sqrt(pair.R_eff) / (D1 + D2), rel=1e-12)
+    A = (D1 * one.dissipative_constant + D2 * other.dissipative_constant) / (D1 + D2)
+    assert close(A, rel=1e-12) == pair.A
+
+
+@given(spheres, spheres, speeds)
+def test_exchanging_the_spheres_changes_nothing(one, other, speed):
+    names = ("m_eff", "R_eff", "E_eff", "rho", "A", "beta")
+    ab, ba = Pair(one, other), Pair(other, one)
+    assert [getattr(ab, name) for name in names] == [getattr(ba, name) for name in names]
+    assert ab.v_star(speed) == ba.v_star(speed)
+
+
+def test_exchange_when_only_the_dissipative_constants_differ():
+    one, other = (Sphere(**{**SPHERE, "dissipative_constant": A}) for A in (0.1, 0.7))
+    assert Pair(one, other).A == Pair(other, one).A == close(0.4)
+
+
+@given(spheres, spheres)
+def test_one_dissipative_constant_is_the_pairs(one, other):
+    other = dataclasses.replace(other, dissipative_constant=one.dissipative_constant)
+    assert one.dissipative_constant == Pair(one, other).A
+
+
+@given(spheres, spheres)
+def test_dissipative_constant_lies_between_and_nearer_to_the_softer(one, other):
+    A = Pair(one, other).A
+    soft, stiff = sorted((one, other), key=lambda sphere: sphere.plane_strain_modulus)
+    low, high = sorted((one.dissipative_constant, other.dissipative_constant))
+    assert low * (1 - 1e-15) <= A <= high * (1 + 1e-15)
+    assert abs(A - soft.dissipative_constant) <= abs(A - stiff.dissipative_constant) + 1e-15 * high
+
+
+def test_rigid_partner():
+    rigid = Sphere.wall(young_modulus=1e200, poisson_ratio=0.1, dissipative_constant=1e3)
+    pair = Pair(SOFT, rigid)
+    assert SOFT.dissipative_constant == pair.A
+    assert pair.E_eff == SOFT.plane_strain_modulus
+
+
+def test_wall_is_the_limit_of_a_huge_heavy_sphere():
+    wall = Pair(SOFT, Sphere.wall(**MATERIAL))
+    assert (wall.m_eff, wall.R_eff) == (SOFT.mass, SOFT.radius)
+    for factor, tolerance in ((1e4, 1e-3), (1e8, 1e-7), (1e16, 1e-15)):
+        huge = Pair(SOFT, Sphere(radius=factor * SOFT.radius, mass=factor * SOFT.mass, **MATERIAL))
+        assert huge.beta == close(wall.beta, rel=tolerance)
+        assert huge.beta != wall.beta or factor == 1e16
+        assert huge.rho == close(wall.rho, rel=tolerance)
+    assert Pair(Sphere.wall(**MATERIAL), SOFT).beta == wall.beta
+
+
+def test_pair_refuses():
+    wall = Sphere.wall(**MATERIAL)
+    with pytest.raises(ValueError, match=r"^first and second are walls: accepted is at most one wall$"):
+        Pair(wall, wall)
+    with pytest.raises(TypeError, match=r"^second is 1\.0: accepted is a Sphere$"):
+        Pair(SOFT, 1.0)
+    with pytest.raises(TypeError, match=r"^first is None: accepted is a Sphere$"):
+        Pair(None, SOFT)
+
+
+def test_pair_out_of_double_precision():
+    def sphere(**changes):
+        return Sphere(**{"radius": 1.0, "mass": 1.0, **MATERIAL, **changes})
+
+    large = sphere(radius=1e100, mass=1e300, young_modulus=1e300)
+    with pytest.raises(ValueError, match=r"^rho is inf in these units: accepted is a finite number > 0; rescale"):
+        Pair(large, large)
+    stiff = sphere(young_modulus=1e300, dissipative_constant=1e300)
+    with pytest.raises(ValueError, match=r"^beta is inf in these units"):
+        Pair(stiff, stiff)
+    lazy = sphere(young_modulus=1e-300, dissipative_constant=1e-300)
+    with pytest.raises(ValueError, match=r"^beta is 0\.0 in these units"):
+        Pair(lazy, lazy)
+
+
+@given(radius=magnitudes(-60, 60), mass=magnitudes(-100, 100), Y=magnitudes(-120, 120), A=magnitudes(-100, 100))
+def test_beta_against_many_digits(radius, mass, Y, A):
+    wall = Sphere.wall(young_modulus=Y, poisson_ratio=0.5, dissipative_constant=A)
+    pair = Pair(dataclasses.replace(wall, radius=radius, mass=mass), wall)
+    with mpmath.workdps(40):
+        rho = 2 * mpmath.mpf(Y) * mpmath.sqrt(radius) / (3 * (1 - mpmath.mpf(0.25)))
+        beta = mpmath.mpf(3) / 2 * A * (rho / mass) ** (mpmath.mpf(2) / 5)
+        assert pair.beta == close(float(beta), rel=1e-13)
+
+
+def test_beta_where_rho_over_mass_is_no_double():
+    heavy = Sphere(radius=1.0, mass=1e300, young_modulus=1e-300, poisson_ratio=0, dissipative_constant=1)
+    light = Sphere(radius=1.0, mass=1e-300, young_modulus=1e300, poisson_ratio=0, dissipative_constant=1)
+    ratio = (math.sqrt(0.5) * 4 / 3) ** 0.4  # the rest of rho/m_eff is a power of ten
+    assert Pair(heavy, heavy).beta == close(1.5 * ratio * 1e-240)
+    assert Pair(light, light).beta == close(1.5 * ratio * 1e240)
+
+
+def test_elastic_pair():
+    sphere = Sphere(**{**SPHERE, "dissipative_constant": 0})
+    pair = Pair(sphere, sphere)
+    assert pair.beta == pair.v_star(1.0) == 0
+    with pytest.raises(ValueError, match=r"^beta is 0\.0: accepted is a finite number > 0$"):
+        pair.speed(1.0)
+
+
+# Units
+
+
+@given(spheres, spheres, speeds, magnitudes(-6, 6), magnitudes(-6, 6), magnitudes(-6, 6))
+def test_dimensions(one, other, speed, length, mass, time):
+    """In units smaller by these factors, every quantity grows as its dimension says."""
+
+    def rescaled(sphere):
+        return Sphere(
+            radius=sphere.radius * length,
+            mass=sphere.mass * mass,
+            young_modulus=sphere.young_modulus * (mass / length / time**2),
+            poisson_ratio=sphere.poisson_ratio,
+            dissipative_constant=sphere.dissipative_constant * time,
+        )
+
+    pair, scaled = Pair(one, other), Pair(rescaled(one), rescaled(other))
+    fast = speed * (length / time)
+    assert scaled.m_eff == close(pair.m_eff * mass)
+    assert scaled.R_eff == close(pair.R_eff * length)
+    assert scaled.rho == close(pair.rho * mass / time**2 / length**0.5)
+    assert close(pair.A * time) == scaled.A
+    assert scaled.beta == close(pair.beta * (time / length) ** 0.2)
+    assert scaled.length_scale(fast) == close(pair.length_scale(speed) * length)
+    assert scaled.time_scale(fast) == close(pair.time_scale(speed) * time)
+    assert scaled.v_star(fast) == close(pair.v_star(speed))
+
+
+def test_si_and_cgs_agree():
+    si = Sphere(radius=0.025, density=917, young_modulus=9e9, poisson_ratio=0.31, dissipative_constant=1e-6)
+    cgs = Sphere(radius=2.5, density=0.917, young_modulus=9e10, poisson_ratio=0.31, dissipative_constant=1e-6)
+    pair_si, pair_cgs = Pair(si, si), Pair(cgs, cgs)
+    assert pair_cgs.v_star(1.0) == close(pair_si.v_star(0.01))
+    assert model.beta_cgs_from_si(pair_si.beta) == close(pair_cgs.beta)
+    assert model.beta_si_from_cgs(pair_cgs.beta) == close(pair_si.beta)
+
+
+def test_one_per_metre_is_less_per_centimetre():
+    with mpmath.workdps(30):
+        expected = mpmath.mpf(100) ** (-mpmath.mpf(1) / 5)
+    assert model.beta_cgs_from_si(1.0) == close(float(expected), rel=1e-15)
+    assert model.beta_si_from_cgs(model.beta_cgs_from_si(ICE_BETA)) == close(ICE_BETA, rel=1e-15)
+
+
+def test_the_papers_ice():
+    speed = model.speed_from_v_star(1.0, ICE_BETA)
+    assert f"{speed:.3f}" == "0.262"  # cm/s
+    in_si = model.speed_from_v_star(1.0, model.beta_si_from_cgs(ICE_BETA))
+    assert in_si == close(speed / 100)
+    assert model.speed_from_v_star(10**0.3, ICE_BETA) == close(speed * 1000, rel=1e-12)  # the paper's 2.6 m/s
+
+
+# v*, speed and scales
+
+
+@given(speed=extreme, beta=extreme)
+def test_v_star_against_many_digits(speed, beta):
+    with mpmath.workdps(30):
+        expected = mpmath.sqrt(beta) * mpmath.mpf(speed) ** (mpmath.mpf(1) / 10)
+    assert model.v_star(speed, beta) == close(float(expected), rel=1e-14)
+
+
+@given(beta=extreme, speed=extreme)
+def test_v_star_and_speed_are_inverse_over_the_whole_range(speed, beta):
+    assert model.speed_from_v_star(model.v_star(speed, beta), beta) == close(speed)
+
+
+@pytest.mark.parametrize(
+    ("v_star", "beta", "speed"),
+    [
+        (1e100, 1e200, 1.0),
+        (1e-100, 1e-200, 1.0),
+        (1e130, 1e200, 1e300),
+        (1e-130, 1e-200, 1e-300),
+        (0.0, 1.0, 0.0),
+    ],
+)
+def test_no_overflow_on_the_way_to_the_speed(v_star, beta, speed):
+    assert model.speed_from_v_star(v_star, beta) == close(speed)
+
+
+def test_speed_beyond_double_precision():
+    assert model.speed_from_v_star(1e300, 1e-300) == math.inf
+    assert model.speed_from_v_star(1e-300, 1e300) == 0
+    smallest = 2.0**-1074
+    assert model.v_star(smallest, smallest) == close(2.0**-537 * 2**-107.4)
+
+
+def test_rest():
+    assert model.v_star(0, 1.0) == model.v_star(0.0, 0) == model.v_star(1.0, 0) == 0
+    assert PAIR.v_star(0.0) == PAIR.length_scale(0.0) == 0
+    assert PAIR.time_scale(0.0) == math.inf
+
+
+@given(spheres, spheres, speeds)
+def test_scales_solve_their_defining_equations(one, other, speed):
+    """With X and T as units the elastic term and the initial velocity are 1, the viscous term is v*^2."""
+    pair = Pair(one, other)
+    X, T = pair.length_scale(speed), pair.time_scale(speed)
+    assert speed * T / X == close(1)
+    assert pair.rho * X**1.5 / (pair.m_eff * X / T**2) == close(1, rel=1e-12)
+    assert 1.5 * pair.A * pair.rho * X**0.5 / (pair.m_eff / T) == close(pair.v_star(speed) ** 2, rel=1e-12)
+
+
+@given(spheres, spheres, speeds, magnitudes(-9, 3))
+def test_round_trips_of_a_pair(one, other, speed, beta):
+    pair = Pair(one, other)
+    assert pair.speed(pair.v_star(speed)) == close(speed, rel=1e-12)
+    assert pair.dissipative_constant(pair.beta) == close(pair.A)
+    A = pair.dissipative_constant(beta)
+    one, other = (dataclasses.replace(sphere, dissipative_constant=A) for sphere in (one, other))
+    assert Pair(one, other).beta == close(beta)
+
+
+FUNCTIONS = {
+    "v_star": lambda x: model.v_star(x, 2.0),
+    "speed_from_v_star": lambda x: model.speed_from_v_star(x, 2.0),
+    "Pair.v_star": PAIR.v_star,
+    "Pair.speed": PAIR.speed,
+    "length_scale": PAIR.length_scale,
+    "time_scale": PAIR.time_scale,
+    "dissipative_constant": PAIR.dissipative_constant,
+    "beta_cgs_from_si": model.beta_cgs_from_si,
+    "beta_si_from_cgs": model.beta_si_from_cgs,
+}
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_arrays_element_by_element(function):
+    values = np.array([[0.5, 1.0, 2.0], [3.0, 1e-3, 7e5]])
+    result = function(values)
+    assert isinstance(result, np.ndarray)
+    assert result.shape == values.shape
+    assert result.dtype == np.float64
+    np.testing.assert_allclose(result, [[function(float(x)) for x in row] for row in values], rtol=1e-15)
+    np.testing.assert_array_equal(values, [[0.5, 1.0, 2.0], [3.0, 1e-3, 7e5]])  # untouched
+    np.testing.assert_array_equal(function(values.tolist()), result)
+    np.testing.assert_array_equal(function(values[:, ::2]), result[:, ::2])
+    assert function(np.empty((0, 3))).shape == (0, 3)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize("three", [3, np.float64(3), np.float32(3), np.array(3.0), Fraction(3), Decimal(3)])
+def test_numbers_give_floats(function, three):
+    assert type(function(three)) is float
+    assert function(three) == function(3.0)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize("kind", [np.float32, np.int64, np.uint8, np.longdouble, object])
+def test_arrays_of_other_types_become_double(function, kind):
+    array = np.array([1, 2, 3], dtype=kind)
+    assert function(array).dtype == np.float64
+    np.testing.assert_array_equal(function(array), function(np.array([1.0, 2.0, 3.0])))
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize("bad", [-1e-300, math.nan, math.inf, -math.inf])
+def test_values_outside_the_range_are_refused(function, bad):
+    name = r"^(speed|v_star|beta)"
+    with pytest.raises(ValueError, match=rf"{name} is {bad!r}: accepted is a finite number >= 0$"):
+        function(bad)
+    with pytest.raises(ValueError, match=rf"{name} is {bad!r}: accepted is a finite number >= 0$"):
+        function(np.array([1.0, bad, 2.0]))
+    with pytest.raises(ValueError, match=rf"{name} is .*: accepted is a finite number >= 0$"):
+        function([Decimal(1), Decimal(bad)])
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize(
+    "bad",
+    [
+        True,
+        "1",
+        b"1",
+        None,
+        1j,
+        np.array([True]),
+        np.array(["1"]),
+        [1.0, None],
+        [[1.0], [1.0, 2.0]],
+        object(),
+    ],
+)
+def test_what_is_no_number_is_refused(function, bad):
+    with pytest.raises(TypeError, match=r"^(speed|v_star|beta) is .*: accepted is a finite number >= 0") as refusal:
+        function(bad)
+    assert "\n" not in str(refusal.value)
+
+
+def test_beta_is_checked_too():
+    with pytest.raises(ValueError, match=r"^beta is -1\.0: accepted is a finite number >= 0$"):
+        model.v_star(1.0, -1.0)
+    with pytest.raises(TypeError, match=r"^beta is '1': accepted is a finite number >= 0"):
+        model.v_star(1.0, "1")
+    with pytest.raises(ValueError, match=r"^beta is 0\.0: accepted is a finite number > 0$"):
+        model.speed_from_v_star(1.0, 0.0)
+    with pytest.raises(ValueError, match=r"^v_star is 1000.*: accepted is a finite number >= 0$"):
+        model.speed_from_v_star([10**400], 1.0)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).max == np.finfo(float).max, reason="no long double here")
+def test_long_double_beyond_double():
+    with pytest.raises(ValueError, match=r"^speed is inf: accepted is a finite number >= 0$"):
+        PAIR.v_star(np.array([np.finfo(np.longdouble).max]))
+
+
+def test_speeds_and_betas_are_broadcast():
+    speeds, betas = np.array([[1.0], [2.0]]), np.array([0.5, 1.0, 2.0])
+    result = model.v_star(speeds, betas)
+    assert result.shape == (2, 3)
+    assert result[1, 2] == model.v_star(2.0, 2.0)
+    assert model.v_star(1.0, betas).shape == (3,)
+    np.testing.assert_allclose(model.speed_from_v_star(result, betas), np.broadcast_to(speeds, (2, 3)), rtol=1e-14)
+
+
+# The scaled equation
+
+
+def test_scaled_equation_is_the_papers():
+    lhs, x, tau, kappa = model.scaled_equation()
+    assert lhs == x.diff(tau, 2) + x ** sympy.Rational(3, 2) + kappa * x.diff(tau) * sympy.sqrt(x)
+    assert lhs.free_symbols == {tau, kappa}
+    assert x == x.func(tau)
+    assert kappa.is_positive
+    assert model.scaled_equation() == model.scaled_equation()
+
+
+def test_contact_ends_at_kappa_epsilon():
+    lhs, x, tau, kappa = model.scaled_equation()
+    eps, x_c = sympy.symbols("epsilon x_c", positive=True)
+    end = model.end_of_contact()
+    force = lhs.subs(end.lhs, end.rhs).subs(x.diff(tau), -eps).subs(x, x_c)
+    assert sympy.solve(force, x_c) == [kappa * eps]
+
+
+def test_sympy_is_loaded_only_when_used():
+    code = "import sys, viscopade.model; assert 'sympy' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_examples_in_the_docstrings():
+    result = doctest.testmod(model)
+    assert result.attempted > 0
+    assert result.failed == 0

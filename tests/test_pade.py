@@ -1,0 +1,251 @@
+"""Padé approximants: order conditions, independent routes, degenerate cases, poles and zeros, refusals."""
+
+from fractions import Fraction
+from math import comb, factorial
+
+import numpy as np
+import pytest
+from flint import fmpq, fmpq_mat
+from mpmath import mp, mpf
+
+from viscopade import pade
+from viscopade.pade import DegenerateError, Pade, rational_pade
+from viscopade.paper import TABLE
+from viscopade.series import series
+
+PAPER_RANGE = range(26)
+
+
+def check_order_conditions_exactly(p: Pade) -> None:
+    """b eps - a = O(v*^(m+n+1)) with the printed decimals, in plain rational arithmetic."""
+    a, b = ([Fraction(x) for x in side] for side in p.decimals())
+    h = [Fraction(x) for x in series(p.m + p.n, p.digits + 10).decimals()]
+    size = sum(abs(x) for x in b) * max(abs(x) for x in h)
+    for k in range(p.m + p.n + 1):
+        defect = sum(b[i] * h[k - i] for i in range(min(k, p.n) + 1)) - (a[k] if k <= p.m else 0)
+        assert abs(defect) <= size * Fraction(1, 10 ** (p.digits - 1))
+
+
+@pytest.mark.parametrize("m", [0, 1, 2, 3, 7, 15, 25])
+def test_re_expands_to_the_series(m):
+    check_order_conditions_exactly(pade(m, m + 3, 30))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("m", [*PAPER_RANGE, 40, 60])
+def test_re_expands_to_the_series_everywhere(m):
+    check_order_conditions_exactly(pade(m, m + 3, 60))
+
+
+@pytest.mark.parametrize(("m", "n"), [(0, 0), (4, 0), (0, 4), (2, 2), (5, 3), (8, 8), (12, 1)])
+def test_degrees_other_than_the_paper_s(m, n):
+    check_order_conditions_exactly(pade(m, n, 25))
+
+
+@pytest.mark.parametrize("m", [1, 3, 10, 25])
+def test_against_lu_decomposition_in_mpmath(m):
+    """A second route: mpmath's own solver, without enclosures, with ample digits."""
+    n = m + 3
+    with mp.workdps(140):
+        h = [mpf(x) for x in series(m + n, 130).decimals()]
+        matrix = mp.matrix(n, n)
+        for j in range(n):
+            for i in range(n):
+                matrix[j, i] = h[m + j - i] if m + j >= i else 0
+        b = [mpf(1), *mp.lu_solve(matrix, mp.matrix([-h[m + j + 1] for j in range(n)]))]
+        a = [mp.fsum(b[i] * h[k - i] for i in range(min(k, n) + 1)) for k in range(m + 1)]
+        ours_a, ours_b = pade(m, n, 30).decimals()
+        for x, y in zip([*ours_a, *ours_b], [*a, *b], strict=True):
+            assert mp.almosteq(mpf(x), y, rel_eps=mpf("0.51e-29"))
+
+
+@pytest.mark.parametrize("m", [0, 1, 3, 25])
+def test_fewer_digits_are_roundings_of_more(m):
+    few, many = pade(m, m + 3, 12), pade(m, m + 3, 40)
+    assert few.decimals() == many.decimals(12)
+
+
+def test_rational_pade_of_the_exponential_has_its_closed_form():
+    m, n = 3, 4
+    p = rational_pade([Fraction(1, factorial(k)) for k in range(m + n + 3)], m, n, 25)
+    for c, degree, sign in ((p.decimals()[0], m, 1), (p.decimals()[1], n, -1)):
+        for j, c_j in enumerate(c):
+            exact = Fraction(comb(degree, j) * factorial(m + n - j), factorial(m + n)) * sign**j
+            assert abs(Fraction(c_j) / exact - 1) < Fraction(1, 10**24)
+    assert p.contact_order == 7
+
+
+def test_rational_pade_of_the_printed_series_is_pade():
+    h = [Fraction(x) for x in series(12, 60).decimals()]
+    assert rational_pade(h, 3, 6, 20).decimals() == pade(3, 6, 20).decimals()
+
+
+def test_rational_pade_knows_multiple_roots():
+    """(1 + x)^2 / (1 - x/2)^3 is its own [2/3]."""
+    h = [Fraction((k + 1) * (k + 2), 2) / 2**k for k in range(12)]  # (1 - x/2)^-3
+    h = [h[k] + 2 * (h[k - 1] if k else 0) + (h[k - 2] if k > 1 else 0) for k in range(12)]
+    p = rational_pade(h, 2, 3, 20)
+    (pole,), (zero,) = p.poles, p.zeros
+    assert (pole.multiplicity, pole.decimals(5), pole.positive) == (3, ("2.0000", "0"), True)
+    assert (zero.multiplicity, zero.decimals(5), zero.positive) == (2, ("-1.0000", "0"), False)
+    assert (p.contact_order, p.next_term) == (11, 0)
+    with pytest.raises(DegenerateError, match="singular"):
+        rational_pade(h, 3, 4, 20)
+
+
+def test_rational_pade_refuses():
+    with pytest.raises(TypeError, match="accepted are integers and Fractions"):
+        rational_pade([1, 0.5], 0, 1)
+    with pytest.raises(ValueError, match="2 coefficients were given"):
+        rational_pade([1, 2], 1, 1)
+
+
+# --- degenerate cases -----------------------------------------------------------------------------------------------
+
+
+def test_zero_three_has_exact_zeros():
+    p = pade(0, 3, 20)
+    assert p.b[1].is_zero()
+    assert p.b[3].is_zero()
+    assert p.decimals()[1] == ("1", "0", "1.1534488580952887991", "0")
+    assert len(p.poles) == 2
+    assert all(not pole.real and pole.decimals(5)[0] == "0" for pole in p.poles)
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 1), (1, 3), (3, 1)])
+def test_approximants_that_do_not_exist_are_named(m, n):
+    with pytest.raises(DegenerateError, match=rf"\[{m}/{n}\] does not exist"):
+        pade(m, n, 20)
+
+
+def test_contact_order_can_exceed_m_plus_n():
+    assert pade(0, 2, 10).contact_order == 3  # h_3 = 0
+    assert pade(1, 2, 10).contact_order == 3
+    assert pade(3, 6, 10).contact_order == 9
+
+
+def test_no_other_degenerate_case_up_to_degree_eight():
+    """Independent of the solver: the determinants in exact rational arithmetic at the printed h_k."""
+    h = [Fraction(x) for x in series(16, 60).decimals()]
+    singular = set()
+    for m in range(9):
+        for n in range(1, 9):
+            entries = [h[m + j - i] if m + j >= i else Fraction(0) for j in range(n) for i in range(n)]
+            matrix = fmpq_mat(n, n, [fmpq(x.numerator, x.denominator) for x in entries])
+            if matrix.det() == 0:
+                singular.add((m, n))
+    assert singular == {(1, 1), (1, 3), (3, 1)}
+
+
+# --- poles and zeros ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 4), (2, 5), (3, 6), (4, 7), (10, 13)])
+def test_roots_against_mpmath(m, n):
+    p = pade(m, n, 20)
+    for roots, c in ((p.zeros, p.decimals()[0]), (p.poles, p.decimals()[1])):
+        with mp.workdps(40):
+            theirs = mp.polyroots([mpf(x) for x in c[::-1]], maxsteps=500, extraprec=500)
+            assert len(theirs) == len(roots)
+            for root in roots:
+                re, im = (mpf(x) for x in root.decimals(15))
+                assert min(abs(mp.mpc(re, im) - z) / abs(z) for z in theirs) < 1e-14
+                assert root.real == (
+                    min((abs(z.imag), abs(z - re)) for z in theirs if abs(z - mp.mpc(re, im)) < 1e-9)[0] < 1e-15
+                )
+
+
+def test_two_five_has_a_zero_where_the_paper_sees_a_pole():
+    """The denominator of [2/5] has positive coefficients only: no positive pole. At 5.6801 the numerator vanishes."""
+    p = pade(2, 5, 20)
+    assert all(x > 0 for x in p.b)
+    assert p.positive_pole is None
+    assert p.domain_end is not None
+    assert p.domain_end.decimals(5) == ("5.6801", "0")
+    assert p.domain_end in p.zeros
+    assert not p.usable
+    assert p.verdict == "not usable for all v* >= 0: it has a zero at v* = 5.68012"
+    assert p(5.6) > 0 > p(5.8)
+
+
+def test_which_approximants_of_the_paper_s_range_have_positive_poles():
+    """Against sign changes of the denominator, evaluated exactly at the printed decimals."""
+    with_pole = {m for m in PAPER_RANGE if pade(m, m + 3, 30).positive_pole}
+    assert with_pole == {4, 7, 10, 16, 19, 25}
+    for m in PAPER_RANGE:
+        b = [Fraction(x) for x in pade(m, m + 3, 30).decimals()[1]]
+        changes = sum(x * y < 0 for x, y in zip([*b], [*b[1:]], strict=False))
+        assert m not in with_pole or changes >= 1  # Descartes' rule
+        if changes % 2:
+            assert m in with_pole
+
+
+def test_froissart_doublet_of_seven_ten():
+    p = pade(7, 10, 30)
+    doublet = p.doublets()[0]
+    assert doublet.pole.positive
+    assert doublet.zero.positive
+    assert doublet.distance < 1e-12
+    assert abs(complex(doublet.pole.residue)) < 1e-12
+    assert "a zero at v* = 0.279952 and a pole at v* = 0.279952" in p.verdict
+
+
+def test_partial_fractions_of_the_residues():
+    """a(x)/b(x) = sum residue/(x - pole) for m < n: checks poles and residues together."""
+    p = pade(3, 6, 25)
+    x = 1.25
+    assert sum(complex(r.residue) / (x - complex(r.value)) for r in p.poles) == pytest.approx(float(p(x)), rel=1e-13)
+
+
+# --- evaluation -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("m", "n"), [*TABLE, (25, 28), (5, 3), (4, 0)])
+def test_evaluation_against_mpmath(m, n):
+    p = pade(m, n, 30)
+    a, b = ([mpf(x) for x in side[::-1]] for side in p.decimals())
+    grid = np.concatenate(([0.0, 5e-324], np.logspace(-8, 12, 41)))
+    with mp.workdps(40):
+        for v, value in zip(grid, p(grid), strict=True):
+            top, bottom = mp.polyval(a, mpf(v)), mp.polyval(b, mpf(v))
+            size = mp.polyval([abs(x) for x in a], mpf(v)) / abs(top) + mp.polyval([abs(x) for x in b], mpf(v)) / abs(
+                bottom
+            )
+            assert abs(mpf(value) - top / bottom) <= 2 * (m + n + 3) * size * mpf(2) ** -53 * abs(top / bottom)
+
+
+def test_evaluation_at_the_ends():
+    assert np.array_equal(pade(3, 6)([0.0, np.inf]), [1.0, 0.0])
+    assert pade(0, 3)(np.inf) == 0
+    assert pade(3, 6)(1e300) == 0
+    assert pade(3, 6)(np.ones((2, 3))).shape == (2, 3)
+
+
+@pytest.mark.parametrize("bad", [-1.0, np.nan, [0.5, -1e-300]])
+def test_evaluation_refuses(bad):
+    with pytest.raises(ValueError, match="accepted is v\\* >= 0"):
+        pade(1, 4)(bad)
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("m", "n"), [(-1, 3), (0, -3), (201, 1), (1, 10**9)])
+def test_degrees_out_of_range(m, n):
+    with pytest.raises(ValueError, match="accepted is an integer from 0 to 200"):
+        pade(m, n)
+
+
+@pytest.mark.parametrize("bad", ["3", 2.0, None, True])
+def test_degrees_of_wrong_type(bad):
+    with pytest.raises(TypeError, match="accepted is an integer"):
+        pade(bad, 3)
+
+
+def test_constructor_checks_identities():
+    p = pade(1, 4, 20)
+    rest = (p.poles, p.zeros, p.digits_lost, p.contact_order, p.next_term)
+    with pytest.raises(ValueError, match="does not re-expand"):
+        Pade(1, 4, 20, (p.a[0], p.a[1] * 2), p.b, p.h, *rest)
+    with pytest.raises(ValueError, match="needs 2 and 5"):
+        Pade(1, 4, 20, p.a, p.b[:4], p.h, *rest)

@@ -1,0 +1,265 @@
+"""h_k, lambda_k and G_n: two independent routes, the proven bounds, and what is refused."""
+
+from decimal import Context, Decimal
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from flint import arb, arb_series, ctx
+from mpmath import mp, mpf
+
+from benchmarks import baseline
+from viscopade import checks
+from viscopade import series as exported
+from viscopade.balls import bits_for, working
+from viscopade.series import (
+    Effort,
+    Series,
+    _g_fixed_point,
+    _series,
+    end_series,
+    g_coefficients,
+    lambda_coefficients,
+    series,
+)
+
+
+def agree(ours: str, theirs: mpf, digits: int) -> bool:
+    """Whether `ours`, printed to `digits`, is `theirs` correctly rounded."""
+    with mp.workdps(digits + 20):
+        if abs(theirs) < mpf(10) ** (-digits - 5):
+            return ours == "0"
+        return mp.almosteq(mpf(ours), theirs, rel_eps=mpf("0.51") * mpf(10) ** (1 - digits))
+
+
+def test_the_package_offers_the_function():
+    assert exported is series
+
+
+# --- independent routes -------------------------------------------------------------------------------------------
+
+
+def test_against_joint_taylor_expansion_in_time_and_kappa():
+    """Nothing is shared: no turning point, no time reversal, no end series (benchmarks/baseline.py)."""
+    theirs = baseline.coefficients(order=12, digits=25)
+    ours = series(12, 25).decimals()
+    assert all(agree(x, y, 25) for x, y in zip(ours, theirs, strict=True))
+
+
+@pytest.mark.slow
+def test_against_joint_taylor_expansion_to_order_24():
+    theirs = baseline.coefficients(order=24, digits=50)
+    ours = series(24, 50).decimals()
+    assert all(agree(x, y, 50) for x, y in zip(ours, theirs, strict=True))
+
+
+def epsilon_by_integration(v_star: mpf, digits: int) -> mpf:
+    """Integrate ds/dtheta = u, du/dtheta = -2 s^4 - 2 kappa s^2 u in Taylor steps until s^2 + kappa u = 0."""
+    with mp.workdps(digits + 15):
+        kappa = v_star**2
+        terms, step = digits + 30, mpf("0.1")
+        s, u = mpf(0), mpf(1)
+        while True:
+            ss, uu, ww = [s], [u], []
+            for j in range(terms):
+                ww.append(mp.fdot(ss, ss[::-1]))
+                s4 = mp.fdot(ww, ww[::-1])
+                wu = mp.fdot(ww, uu[::-1])
+                ss.append(uu[j] / (j + 1))
+                uu.append(-2 * (s4 + kappa * wu) / (j + 1))
+            s_end, u_end = mp.polyval(ss[::-1], step), mp.polyval(uu[::-1], step)
+            if u_end < 0 and s_end * abs(s_end) + kappa * u_end < 0:
+                break
+            s, u = s_end, u_end
+
+        def force(theta: mpf) -> mpf:
+            return mp.polyval(ss[::-1], theta) ** 2 + kappa * mp.polyval(uu[::-1], theta)
+
+        end = mp.findroot(force, (mpf(0), step), solver="anderson", tol=mpf(10) ** (-2 * digits), verify=False)
+        return -mp.polyval(uu[::-1], end)
+
+
+@pytest.mark.parametrize("v_star", ["0.01", "0.05", "0.1"])
+def test_sum_of_the_series_against_direct_integration(v_star):
+    digits = 35
+    h = series(60, 45).mpf()
+    with mp.workdps(60):
+        summed = mp.polyval(h[::-1], mpf(v_star))
+        assert mp.almosteq(summed, epsilon_by_integration(mpf(v_star), digits), rel_eps=mpf(10) ** -digits)
+
+
+def by_lagrange_inversion(order: int, digits: int) -> list[arb]:
+    """Section 2.4: h_k = sum H_j (4/5)^j (10+5j)/(10+5j+n) [nu^n] exp(-(10+5j+n)/10 Lambda), 5j + 2n = k."""
+    lam = lambda_coefficients(order // 4 + 1, digits + 20)
+    ends = end_series(order // 5)
+    h = [arb(0)] * (order + 1)
+    with working(bits_for(digits + 20), order // 2 + 1):
+        odd = arb_series([lam[k // 2] if k % 2 else arb(0) for k in range(order // 2 + 1)], order // 2 + 1)
+        for j, end in enumerate(ends):
+            for n in range((order - 5 * j) // 2 + 1):
+                weight = end * Fraction(4, 5) ** j * Fraction(10 + 5 * j, 10 + 5 * j + n)
+                power = (odd * (-arb(10 + 5 * j + n) / 10)).exp().coeffs()
+                h[5 * j + 2 * n] += arb(weight.numerator) / weight.denominator * power[n]
+    return h
+
+
+def assert_lagrange_agrees(order: int, digits: int) -> None:
+    for x, y in zip(by_lagrange_inversion(order, digits), series(order, digits).h, strict=True):
+        assert x.overlaps(y)
+        assert x.is_exact() or x.rel_accuracy_bits() > bits_for(digits)
+
+
+def test_lagrange_inversion_in_the_lambdas_gives_the_same_enclosures():
+    assert_lagrange_agrees(order=60, digits=30)
+
+
+def test_known_values():
+    """lambda_1 and G_1 have closed forms; h_5 = 4/15; the design's decimals of lambda."""
+    with working(200):
+        g1 = (arb(3) / 5).gamma() * (arb(3) / 2).gamma() / (arb(21) / 10).gamma() / 2
+        assert g1.overlaps(g_coefficients(1, 50)[1])
+        lambda_1 = 2 * g1 / (arb(25) / 16).root(5)
+        assert lambda_1.overlaps(lambda_coefficients(1, 50)[0])
+    h = series(7, 30)
+    assert h.decimals()[:2] == ("1", "0")
+    assert h.decimals()[3] == "0"
+    assert h.decimals()[5] == "0." + "2" + 28 * "6" + "7"
+    assert [str(x)[:10] for x in lambda_coefficients(3, 10)] == ["[1.1534488", "[0.0906370", "[0.0113029"]
+
+
+def test_lambda_is_odd():
+    """Time reversal (section 2.4): the even coefficients of Lambda, computed without assuming it, enclose zero."""
+    with working(300, 21):
+        g = g_coefficients(20, 60)
+        forward = arb_series(list(g), 21).log()
+        backward = arb_series([-x if n % 2 else x for n, x in enumerate(g)], 21).log()
+        nu = arb_series([arb(0), (arb(25) / 16).root(5)], 21) * ((forward + backward) / 10).exp()
+        even = (forward - backward)(nu.reversion()).coeffs()[0::2]
+    assert all(x.contains(0) and x.rad() < 1e-40 for x in even)
+
+
+def test_end_series_is_the_design_s():
+    assert end_series(3) == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
+    assert end_series(0) == (1,)
+
+
+# --- the bounds ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("terms", [8, 12, 20, 40])
+@pytest.mark.parametrize("bits", [30, 60, 150])
+def test_g_enclosures_hold_for_any_effort(bits, terms):
+    """With few terms and few bits the error is large; it must still be covered by the bound."""
+    order = 8
+    truth = g_coefficients(order, 80)
+    try:
+        rough = _g_fixed_point(order, Effort(bits, terms))
+    except ArithmeticError:
+        pytest.skip("refused: too few terms or bits")
+    for (value, error), g in zip(rough, truth, strict=True):
+        actual = abs(Fraction(value, 1 << bits) - _fraction(g))
+        assert actual <= Fraction(error, 1 << bits) + Fraction(1, 10**60)
+
+
+def test_g_bound_of_truncation_is_not_vacuous():
+    """With ample bits the bound is the truncation's alone: it falls with every term, and is near the true error."""
+    truth = g_coefficients(6, 80)
+    bounds = []
+    for terms in (20, 40, 60):
+        value, error = _g_fixed_point(6, Effort(400, terms))[6]
+        actual = abs(Fraction(value, 1 << 400) - _fraction(truth[6]))
+        assert actual <= Fraction(error, 1 << 400) <= 10**5 * actual
+        bounds.append(error)
+    assert bounds[0] > 10**4 * bounds[1] > 10**8 * bounds[2]
+
+
+def _fraction(ball: arb) -> Fraction:
+    mantissa, exponent = ball.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+def test_too_wide_a_first_attempt_is_tried_again(monkeypatch):
+    attempts = []
+
+    def too_little(cls, orders, digits):
+        return Effort(12, 4)
+
+    raised = Effort.raised
+    monkeypatch.setattr(Effort, "guess", classmethod(too_little))
+    monkeypatch.setattr(Effort, "raised", lambda self, bits: attempts.append(bits) or raised(self, bits))
+    assert _series.__wrapped__(12, 30).decimals() == series(12, 30).decimals()
+    assert attempts
+
+
+@pytest.mark.parametrize(("order", "digits"), [(0, 1), (1, 3), (2, 1), (5, 5), (20, 7), (33, 40), (60, 25)])
+def test_digits_are_right_to_the_last(order, digits):
+    """Fewer digits are the correct rounding of more digits."""
+    few, many = series(order, digits), series(order, digits + 25)
+    for short, long, ball in zip(few.decimals(), many.decimals(), few.h, strict=True):
+        assert Decimal(short) == Context(prec=digits).create_decimal(long)
+        assert ball.is_exact() or len(Decimal(short).as_tuple().digits) == digits
+
+
+def test_enclosures_of_more_digits_lie_within():
+    for wide, narrow in zip(series(30, 20).h, series(30, 50).h, strict=True):
+        assert wide.overlaps(narrow)
+        assert narrow.rad() <= wide.rad()
+
+
+@pytest.mark.slow
+def test_order_160_to_100_digits_against_lagrange_inversion():
+    assert_lagrange_agrees(order=160, digits=100)
+
+
+# --- the object ---------------------------------------------------------------------------------------------------
+
+
+def test_conversions():
+    h = series(20, 40)
+    assert np.array_equal(h.floats(), [float(x) for x in h.decimals()])
+    with mp.workdps(40):
+        assert all(mp.almosteq(x, mpf(y), rel_eps=mpf("1e-39")) for x, y in zip(h.mpf(), h.decimals(), strict=True))
+    with pytest.raises(ValueError, match="from 1 to 40"):
+        h.decimals(41)
+
+
+def test_global_precision_is_left_alone():
+    saved = ctx.prec, ctx.cap, mpmath.mp.prec
+    _series.__wrapped__(10, 77)
+    lambda_coefficients(2, 33)
+    assert (ctx.prec, ctx.cap, mpmath.mp.prec) == saved
+
+
+def test_constructor_checks_identities():
+    h = series(4, 10).h
+    with pytest.raises(ValueError, match="5 coefficients"):
+        Series(4, 10, h[:4])
+    with pytest.raises(ValueError, match="h_0 must be 1"):
+        Series(1, 10, h[1:3])
+    with pytest.raises(ValueError, match="too wide for 3000 digits"):
+        Series(4, 3000, h)
+
+
+@pytest.mark.parametrize("order", [-1, checks.MAX_ORDER + 1])
+def test_order_out_of_range(order):
+    with pytest.raises(ValueError, match=f"order is {order}: accepted is an integer from 0 to"):
+        series(order, 10)
+
+
+@pytest.mark.parametrize("digits", [0, -3, 10**6])
+def test_digits_out_of_range(digits):
+    with pytest.raises(ValueError, match=f"digits is {digits}: accepted is an integer from 1 to 5000"):
+        series(4, digits)
+
+
+@pytest.mark.parametrize("bad", [2.5, 3.0, "4", None, True, 1 + 0j, Fraction(4)])
+def test_not_an_integer(bad):
+    with pytest.raises(TypeError, match="accepted is an integer"):
+        series(bad, 10)
+    with pytest.raises(TypeError, match="accepted is an integer"):
+        series(10, bad)
+
+
+def test_numpy_integers_are_integers():
+    assert series(np.int64(4), np.int32(10)) is series(4, 10)
