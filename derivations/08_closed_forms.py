@@ -312,7 +312,6 @@ with mp.workdps(60):
     G_2_relation = pslq([+G_number[2], G_number[1] ** 2, mp.mpf(1)], maxcoeff=10**6, maxsteps=10**5)
     l_3_relation = pslq([+l_number[3], +beta[9], G_number[1] ** 3], maxcoeff=10**6, maxsteps=10**5)
     print("PSLQ: (G_2, G_1^2, 1) .", G_2_relation, "= 0,  (l_3, B_3, G_1^3) .", l_3_relation, "= 0")
-    assert sp.Matrix([G_2_relation]).rank() == 1
     for relation, proven in (
         (G_2_relation, [1, -sp.Rational(3, 5), sp.Rational(25, 132)]),
         (l_3_relation, [1, -sp.Rational(125, 1452), sp.Rational(1, 75)]),

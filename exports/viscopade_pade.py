@@ -9,22 +9,22 @@
 # the compression x returns to 0.
 #
 # [0/3]
-#     source: Padé approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
+#     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
 #     domain: all v* >= 0 (no positive pole and no positive zero)
 #     error: [0/3] = eps + 0.532178 v*^4 + ... as v* -> 0 (agreement to order v*^3)
 # [1/4]
-#     source: Padé approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
+#     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
 #     domain: all v* >= 0 (no positive pole and no positive zero)
 #     error: [1/4] = eps + 0.0823398 v*^6 + ... as v* -> 0 (agreement to order v*^5)
 # [2/5]
-#     source: Padé approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
+#     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
 #     domain: 0 <= v* < 5.680117583 (there the formula has a zero)
 #     error: [2/5] = eps - 0.0342101 v*^8 + ... as v* -> 0 (agreement to order v*^7)
 # [3/6]
-#     source: Padé approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
+#     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
 #     domain: all v* >= 0 (no positive pole and no positive zero)
 #     error: [3/6] = eps + 0.00674634 v*^10 + ... as v* -> 0 (agreement to order v*^9)

@@ -38,7 +38,7 @@ def close(a: sp.Expr, b: sp.Expr, digits: int = DIGITS - 5) -> bool:
     return abs(sp.N(a - b, DIGITS)) < sp.Float(10, DIGITS) ** -digits
 
 
-def h_symbols(expression: sp.Expr) -> list[tuple[int, sp.Rational]]:
+def weights_and_coefficients(expression: sp.Expr) -> list[tuple[int, sp.Rational]]:
     """Return (weight, coefficient) of every monomial, where lambda_k has weight k."""
     symbols = sorted(expression.free_symbols, key=str)
     terms = sp.Poly(expression, *symbols).terms() if symbols else [((), expression)]
@@ -124,7 +124,7 @@ def test_polynomials_are_expanded_rational_and_homogeneous(k):
     """A monomial of weight n stands with v*^(2n) H_j v*^(5j): 2n + 5j = k."""
     polynomial = h_polynomial(k)
     assert polynomial == sp.expand(polynomial)
-    for weight, coefficient in h_symbols(polynomial):
+    for weight, coefficient in weights_and_coefficients(polynomial):
         assert coefficient.is_Rational
         assert coefficient == 0 or ((k - 2 * weight) % 5 == 0 and 2 * weight <= k)
 

@@ -14,8 +14,9 @@ DIGITS = 40
 SERIES_ORDER, SERIES_DIGITS = 60, 50
 PAPER_DEGREES = tuple(TABLE)
 
+# Plain ASCII: it stands in source files that compilers with other character sets read.
 SOURCE = (
-    "Padé approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
+    "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
     "motion; coefficients proven to 40 digits"
 )
 
