@@ -10,7 +10,9 @@ from __future__ import annotations
 import json
 import platform
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -93,9 +95,17 @@ def measure(rounds: int) -> dict[str, Any]:
         "baseline": against_baseline(20, 40, rounds),
         "paper": {"order": 53, "digits": 50, "seconds": median(derive(53, 50), rounds)},
         "large": {"order": 160, "digits": 100, "seconds": seconds(derive(160, 100))},
+        "reproduce_s": median(reproduce, rounds),
         "orders": growth(ORDERS, lambda order: derive(order, 50), rounds),
         "digits": growth(DIGITS, lambda digits: derive(20, digits), rounds),
     }
+
+
+def reproduce() -> None:
+    """Do what `make reproduce` does after set-up, as a process of its own."""
+    with tempfile.TemporaryDirectory() as directory:
+        words = [sys.executable, "-m", "viscopade", "reproduce", "--out", directory]
+        subprocess.run(words, check=True, capture_output=True)
 
 
 def _processor() -> str:
@@ -109,7 +119,7 @@ def _processor() -> str:
 
 def show(result: dict[str, Any]) -> None:
     """Print the result for people."""
-    out = Console()
+    out = Console(width=None if sys.stdout.isatty() else 120)
     out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()), highlight=False)
     table = Table("what", "seconds (median)", "note")
     b = result["baseline"]
@@ -121,6 +131,7 @@ def show(result: dict[str, Any]) -> None:
     for key in ("paper", "large"):
         row = result[key]
         table.add_row(f"h_0 … h_{row['order']}, {row['digits']} digits", f"{row['seconds']:.3g}", "")
+    table.add_row("viscopade reproduce, all of it", f"{result['reproduce_s']:.3g}", "")
     for key, text in (("orders", "order {}, 50 digits"), ("digits", "order 20, {} digits")):
         row = result[key]
         for value, time_ in zip(row["values"], row["seconds"], strict=True):

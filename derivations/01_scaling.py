@@ -184,3 +184,4 @@ print(f"eps in physical units {physical:.12f}, scaled {dimensionless:.12f}")
 assert abs(physical - dimensionless) < 1e-9
 assert abs(x_c - pair.v_star(speed) ** 2 * dimensionless) < 1e-9
 assert abs(xi_c / pair.length_scale(speed) - x_c) < 1e-9
+print("derived: the scaled equation of motion, beta and v*, and the end of contact at x_c = kappa eps")

@@ -162,3 +162,4 @@ for D, sphere in ((D1, one), (D2, other)):
 for name, symbolic, number in (("rho", rho_pair, pair.rho), ("A", A_pair, pair.A)):
     print(f"{name}: {number:.15g}")
     assert abs(symbolic.subs(numbers).evalf() / number - 1) < 1e-13
+print("derived: rho and the dissipative constant of two spheres of different materials")
