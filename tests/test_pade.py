@@ -168,6 +168,23 @@ def test_two_five_has_a_zero_where_the_paper_sees_a_pole():
     assert p(5.6) > 0 > p(5.8)
 
 
+@pytest.mark.parametrize(("m", "n"), [(5, 0), (4, 4), (0, 0)])
+def test_an_approximant_that_does_not_decay_is_not_usable(m, n):
+    p = pade(m, n, 15)
+    assert p.domain_end is None
+    assert not p.usable
+    assert p.verdict == "not usable for all v* >= 0: it does not tend to 0 for large v*"
+
+
+@pytest.mark.parametrize("m", PAPER_RANGE)
+def test_usable_approximants_stay_between_zero_and_one_and_decrease(m):
+    p = pade(m, m + 3, 30)
+    if p.usable:
+        eps = p(np.concatenate(([0.0], np.logspace(-3, 6, 2001))))
+        assert np.all((eps > 0) & (eps <= 1))
+        assert np.all(np.diff(eps) < 1e-12)
+
+
 def test_which_approximants_of_the_paper_s_range_have_positive_poles():
     """Against sign changes of the denominator, evaluated exactly at the printed decimals."""
     with_pole = {m for m in PAPER_RANGE if pade(m, m + 3, 30).positive_pole}

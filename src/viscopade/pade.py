@@ -142,15 +142,22 @@ class Pade:
         return next((pole for pole in self.poles if pole.positive), None)
 
     @property
+    def decays(self) -> bool:
+        """Whether the approximant tends to 0 for v* -> infinity, as eps does (section 2.5)."""
+        return len(_stripped(self.a)) < len(_stripped(self.b))
+
+    @property
     def usable(self) -> bool:
-        """Whether the approximant is finite and positive for all v* >= 0 (proven)."""
-        return self.domain_end is None
+        """Whether the approximant is finite and positive for all v* >= 0 and tends to 0 (proven)."""
+        return self.domain_end is None and self.decays
 
     @property
     def verdict(self) -> str:
         """One line that says where the approximant may be used, and why not elsewhere."""
         if self.usable:
             return "usable for all v* >= 0: no positive real pole or zero"
+        if self.domain_end is None:
+            return "not usable for all v* >= 0: it does not tend to 0 for large v*"
         found = [
             f"a {kind} at v* = {root.decimals(min(6, self.digits))[0]}"
             for kind, roots in (("zero", self.zeros), ("pole", self.poles))

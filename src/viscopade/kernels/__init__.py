@@ -130,7 +130,9 @@ class Kernel:
     def domain(self) -> str:
         """The values of v* for which the formula is a coefficient of restitution, as a sentence's part."""
         if self.end is None:
-            return "all v* >= 0 (no positive pole and no positive zero)"
+            a, b = self.reduced
+            remark = "no positive pole and no positive zero" if len(a) < len(b) else "but it does not tend to 0"
+            return f"all v* >= 0 ({remark})"
         kind, at = self.end
         below = Context(prec=10, rounding=ROUND_FLOOR).create_decimal(at)
         return f"0 <= v* < {below} (there the formula has a {kind})"
