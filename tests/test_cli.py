@@ -119,7 +119,7 @@ main()
     assert result.returncode == 1
     assert "31 of 32 printed numbers agree" in result.stdout
     assert "NO" in result.stdout
-    assert result.stderr == "nothing is written, because of the disagreement\n"
+    assert result.stderr == "viscopade: nothing is written, because of the disagreement\n"
     assert not (tmp_path / "out").exists()
     assert paper.TABLE is TABLE
 

@@ -91,17 +91,16 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     ours = approximants(COMPARED_DIGITS)
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)
-    summary = f"{agreeing} of {len(entries)} printed numbers agree"
     header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
-    show(style, header, map(_entry_row, entries), {"agreeing": agreeing, "entries": [_entry_json(e) for e in entries]},
-         title=CITATION)  # fmt: skip
+    whole = {"agreeing": agreeing, "entries": [_entry_json(entry) for entry in entries]}
+    show(style, header, map(_entry_row, entries), whole, title=CITATION)
     if style == "text":
-        click.echo(summary)
+        click.echo(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
             click.echo(f"{approximant.label} {approximant.verdict}")
     if agreeing < len(entries):
         if out is not None:
-            click.echo("nothing is written, because of the disagreement", err=True)
+            click.echo("viscopade: nothing is written, because of the disagreement", err=True)
         context.exit(1)
     if out is not None:
         texts = exports.files()
@@ -145,9 +144,12 @@ def pade_command(m: int, n: int, digits: int, style: str) -> None:
 @command.command()
 @click.argument("target", type=click.Choice([*exports.RENDERERS, "series-csv", "series-json"]))
 @click.option(
-    "--pade", "degrees", type=Degrees(), multiple=True, help="An approximant, such as 3/6; repeat for more. "
-    "Default: the four of the paper's table.",
-)  # fmt: skip
+    "--pade",
+    "degrees",
+    type=Degrees(),
+    multiple=True,
+    help="An approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
+)
 @click.option("--order", type=ORDER, default=exports.SERIES_ORDER, show_default=True, help="For series-csv and -json.")
 @click.option("--digits", type=DIGITS, default=exports.SERIES_DIGITS, show_default=True, help="Likewise.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")

@@ -36,6 +36,8 @@ MEETING_POINT = Fraction(15, 32)
 BITS_PER_TERM = 1.09  # -log2(15/32), rounded down
 
 GUARD_BITS = 16
+# Two do as a rule; this many mean that a coefficient is zero and nobody knew.
+MAX_ATTEMPTS = 20
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,7 @@ class Effort:
 def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int) -> tuple[arb, ...]:
     """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
     effort = Effort.guess(orders, digits)
-    while True:
+    for _ in range(MAX_ATTEMPTS):
         try:
             balls = compute(effort)
         except ArithmeticError:
@@ -174,6 +176,7 @@ def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits:
         # An enclosure may be narrow and still straddle a rounding boundary: then a few more bits settle it.
         accuracy = min(ball.rel_accuracy_bits() for ball in balls)
         effort = effort.raised(max(bits_for(digits) + GUARD_BITS - accuracy, 0))
+    raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
 # --- step 1: G_n ------------------------------------------------------------------------------------------------------
