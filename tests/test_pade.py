@@ -100,6 +100,13 @@ def test_rational_pade_refuses():
         rational_pade([1, 2], 1, 1)
 
 
+def test_conversion_to_mpmath():
+    p = pade(3, 6, 30)
+    for numbers, texts in zip(p.mpf(), p.decimals(), strict=True):
+        with mp.workdps(50):
+            assert all(mp.almosteq(x, mpf(y), rel_eps=mpf("0.51e-29")) for x, y in zip(numbers, texts, strict=True))
+
+
 # --- degenerate cases -----------------------------------------------------------------------------------------------
 
 

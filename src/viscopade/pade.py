@@ -15,10 +15,11 @@ from typing import SupportsIndex, TypeVar, cast
 
 import numpy as np
 from flint import acb, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from mpmath import mp
 from numpy.typing import ArrayLike, NDArray
 
 from viscopade import checks
-from viscopade.balls import bits_for, decimal_at, decimal_string, relative_digits, working
+from viscopade.balls import bits_for, decimal_at, decimal_string, relative_digits, to_mpf, working
 from viscopade.series import _series
 
 MAX_DEGREE = 200
@@ -185,6 +186,10 @@ class Pade:
         """Return a and b as decimal strings, correctly rounded to `digits` (at most `self.digits`)."""
         digits = self.digits if digits is None else checks.integer("digits", digits, 1, self.digits)
         return _decimals(self.a, digits), _decimals(self.b, digits)
+
+    def mpf(self) -> tuple[tuple[mp.mpf, ...], tuple[mp.mpf, ...]]:
+        """Return a and b as mpmath numbers, the middles of the enclosures (relative error below 10^-digits)."""
+        return tuple(map(to_mpf, self.a)), tuple(map(to_mpf, self.b))
 
     def __call__(self, v_star: ArrayLike) -> NDArray[np.float64]:
         """Evaluate a(v*)/b(v*) in double precision for v* >= 0 of any shape; infinity gives the limit.
