@@ -254,13 +254,17 @@ class _Inner:
 
     def advance(self, n: int, p_meeting: int, p_meeting_error: int) -> tuple[int, int]:
         """Append g_n, given P_n at y = 1, and return G_n = g_n(0) as (value, error)."""
-        integral, error = self._integral(n)
-        coefficients = [-c for c in integral]
-        coefficients[0] += p_meeting + sum(integral)  # P_n(0)
-        p = self.algebra.element(coefficients, p_meeting_error + 2 * error)
+        p = self._p(n, p_meeting, p_meeting_error)
         g_n = _next_order(self.algebra, self.g, self.half_inverse, n, p)
         self.g.append(g_n)
         return int(g_n.polynomial[0]), g_n.error
+
+    def _p(self, n: int, p_meeting: int, p_meeting_error: int) -> Element:
+        """Return P_n = P_n(0) - integral; the integral's error enters twice, once in P_n(0)."""
+        integral, error = self._integral(n)
+        coefficients = [-c for c in integral]
+        coefficients[0] += p_meeting + sum(integral)  # P_n(0)
+        return self.algebra.element(coefficients, p_meeting_error + 2 * error)
 
     def _integral(self, n: int) -> tuple[list[int], int]:
         """Return the coefficients of 5 b^3 int_0^y g_{n-1} q^2 dq, and the error's norm."""
