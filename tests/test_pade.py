@@ -5,11 +5,12 @@ from math import comb, factorial
 
 import numpy as np
 import pytest
-from flint import fmpq, fmpq_mat
+from flint import acb, arb, fmpq, fmpq_mat
 from mpmath import mp, mpf
 
 from viscopade import pade
-from viscopade.pade import DegenerateError, Pade, rational_pade
+from viscopade.balls import working
+from viscopade.pade import DegenerateError, Pade, Root, _contact, _is_real, _solved, _TooWideError, rational_pade
 from viscopade.paper import TABLE
 from viscopade.series import series
 
@@ -219,6 +220,32 @@ def test_partial_fractions_of_the_residues():
     p = pade(3, 6, 25)
     x = 1.25
     assert sum(complex(r.residue) / (x - complex(r.value)) for r in p.poles) == pytest.approx(float(p(x)), rel=1e-13)
+
+
+def test_real_only_if_the_mirror_image_meets_no_other_root():
+    above, below, on_axis = acb(1, arb(0.1, 0.2)), acb(1, arb(-0.1, 0.05)), acb(3, arb(0, 1e-9))
+    assert _is_real(on_axis, [above, below, on_axis])
+    assert not _is_real(acb(1, 2), [acb(1, 2), acb(1, -2)])
+    with pytest.raises(_TooWideError):
+        _is_real(above, [above, below, on_axis])
+
+
+def test_a_root_of_unknown_sign_is_not_positive():
+    assert not Root(acb(arb(0, 1)), 1, real=True).positive
+    assert Root(acb(arb(2, 1)), 1, real=True).positive
+    assert not Root(acb(2, 1), 1, real=False).positive
+
+
+@pytest.mark.parametrize(("m", "n"), [(3, 6), (3, 0), (0, 4)])
+def test_too_short_a_series_is_noticed(m, n):
+    with working(300), pytest.raises(_TooWideError) as shortage:
+        _solved(series(16, 8).h, m, n, 30)
+    assert 10 <= shortage.value.digits <= 30  # a series of 8 digits holds some more
+
+
+def test_contact_order_is_not_guessed_from_a_wide_enclosure():
+    with working(300), pytest.raises(_TooWideError):
+        _contact((arb(1),), (arb(1),), (arb(1), arb(0, 1e-3), arb(1)))
 
 
 # --- evaluation -----------------------------------------------------------------------------------------------------
