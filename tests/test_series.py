@@ -1,5 +1,7 @@
 """h_k, lambda_k and G_n: two independent routes, the proven bounds, and what is refused."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from decimal import Context, Decimal
 from fractions import Fraction
 
@@ -229,6 +231,33 @@ def test_global_precision_is_left_alone():
     _series.__wrapped__(10, 77)
     lambda_coefficients(2, 33)
     assert (ctx.prec, ctx.cap, mpmath.mp.prec) == saved
+
+
+def test_threads_take_turns():
+    """FLINT's precision and series length are global: without turns one thread would cut another's series short."""
+    tasks = [(8, 12), (40, 20), (15, 60), (60, 10), (3, 200), (24, 33)]
+    alone = {task: _series.__wrapped__(*task).decimals() for task in tasks}
+    with ThreadPoolExecutor(6) as pool:
+        together = list(pool.map(lambda task: (task, _series.__wrapped__(*task).decimals()), tasks * 12))
+    assert all(decimals == alone[task] for task, decimals in together)
+
+
+@pytest.mark.parametrize("step", ["_g", "_k_times"])
+def test_a_series_cut_by_somebody_else_is_noticed(monkeypatch, step):
+    """A cut series padded with zeros would be a wrong proven number; it must be an error."""
+    module = sys.modules["viscopade.series"]
+    original = getattr(module, step)
+
+    def meddling(*arguments):
+        result = original(*arguments)
+        ctx.cap = 5
+        return result
+
+    monkeypatch.setattr(module, step, meddling)
+    with pytest.raises(RuntimeError, match="cut to"):
+        _series.__wrapped__(20, 10)
+    monkeypatch.undo()
+    assert _series.__wrapped__(20, 10).decimals() == series(20, 10).decimals()
 
 
 def test_constructor_checks_identities():

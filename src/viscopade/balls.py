@@ -1,6 +1,7 @@
 """Enclosures: FLINT balls (`flint.arb`) and how they become correctly rounded decimals, mpf and double.
 
-FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back.
+FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back. Threads take
+turns, so that within the block the precision stays. (A thread that uses FLINT past this module is not held back.)
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
+from threading import RLock
 
 from flint import arb, ctx
 from mpmath import mp
+
+_turn = RLock()
 
 BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
 
@@ -24,14 +28,15 @@ def bits_for(digits: int) -> int:
 @contextmanager
 def working(bits: int, length: int | None = None) -> Iterator[None]:
     """Set FLINT's precision (and the length that power series are cut to), and put both back."""
-    saved = ctx.prec, ctx.cap
-    ctx.prec = bits
-    if length is not None:
-        ctx.cap = length
-    try:
-        yield
-    finally:
-        ctx.prec, ctx.cap = saved
+    with _turn:
+        saved = ctx.prec, ctx.cap
+        ctx.prec = bits
+        if length is not None:
+            ctx.cap = length
+        try:
+            yield
+        finally:
+            ctx.prec, ctx.cap = saved
 
 
 def fixed_point(value: int, error: int, bits: int) -> arb:

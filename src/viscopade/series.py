@@ -307,6 +307,7 @@ def _eps0(orders: int, effort: Effort) -> arb_series:
 
 def _padded(power_series: arb_series, length: int) -> list[arb]:
     """Return the coefficients; FLINT drops zeros at the end."""
+    _require_terms(power_series, length)
     coefficients = power_series.coeffs()
     return coefficients + [arb(0)] * (length - len(coefficients))
 
@@ -336,7 +337,14 @@ def end_series(order: int) -> tuple[Fraction, ...]:
     return tuple(Fraction(int(c.p), int(c.q)) for c in coefficients)
 
 
+def _require_terms(power_series: arb_series | fmpq_series, length: int) -> None:
+    """Raise RuntimeError if the series was cut: then somebody else has changed FLINT's global length meanwhile."""
+    if power_series.prec < length:
+        raise RuntimeError(f"a power series was cut to {power_series.prec} terms where {length} are needed")
+
+
 def _coefficient(power_series: fmpq_series, j: int) -> fmpq:
+    _require_terms(power_series, j + 1)
     coefficients = power_series.coeffs()
     return coefficients[j] if j < len(coefficients) else fmpq(0)
 
