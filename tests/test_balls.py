@@ -90,6 +90,11 @@ def test_exact_integers_are_printed_whole():
     assert decimal_string(arb(3, 1e-30), 5) == "3.0000"
 
 
+def test_ties_go_to_even_and_both_ends_count():
+    assert decimal_string(arb(0.125), 2) in {"0.12", None}  # never 0.13
+    assert decimal_string(arb("1.2501") + arb(0, "0.0002"), 2) is None
+
+
 def test_known_decimal_gives_what_is_known():
     assert known_decimal(arb("0.123456789 +/- 1e-6"), 8) == "0.12346"
     assert known_decimal(arb("0.123456789 +/- 1e-12"), 8) == "0.12345679"

@@ -1,5 +1,6 @@
 """Padé approximants: order conditions, independent routes, degenerate cases, poles and zeros, refusals."""
 
+import sys
 from fractions import Fraction
 from math import comb, factorial
 
@@ -9,7 +10,7 @@ from flint import acb, arb, fmpq, fmpq_mat
 from mpmath import mp, mpf
 
 from viscopade import pade
-from viscopade.balls import working
+from viscopade.balls import exact_middle, working
 from viscopade.pade import DegenerateError, Pade, Root, _contact, _is_real, _solved, _TooWideError, rational_pade
 from viscopade.paper import TABLE
 from viscopade.series import series
@@ -99,6 +100,8 @@ def test_rational_pade_refuses():
         rational_pade([1, 0.5], 0, 1)
     with pytest.raises(ValueError, match="2 coefficients were given"):
         rational_pade([1, 2], 1, 1)
+    with pytest.raises(ValueError, match="h_0 > 0"):
+        rational_pade([-1, 1], 0, 1)
 
 
 def test_conversion_to_mpmath():
@@ -241,6 +244,23 @@ def test_too_short_a_series_is_noticed(m, n):
     with working(300), pytest.raises(_TooWideError) as shortage:
         _solved(series(16, 8).h, m, n, 30)
     assert 10 <= shortage.value.digits <= 30  # a series of 8 digits holds some more
+
+
+@pytest.mark.parametrize(("m", "n", "order"), [(2, 0, 8), (3, 6, 15)])
+def test_coefficients_are_checked_even_without_roots(monkeypatch, m, n, order):
+    module = sys.modules["viscopade.pade"]
+    monkeypatch.setattr(module, "_roots", lambda coefficients, digits: ())
+    with working(300), pytest.raises(_TooWideError):
+        _solved(series(order, 12).h, m, n, 30)
+
+
+@pytest.mark.parametrize("digits", [10, 310])
+def test_residual_is_an_upper_bound(digits):
+    p = pade(1, 4, digits)
+    with working(4000):
+        ends = [abs(exact_middle(d)) + exact_middle(d.rad()) for d in p._order_conditions()]
+    assert all(Fraction(p.residual) >= end * (1 - Fraction(1, 10**6)) for end in ends)
+    assert 0 < p.residual < 10.0 ** -min(digits, 300)
 
 
 def test_contact_order_is_not_guessed_from_a_wide_enclosure():

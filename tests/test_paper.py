@@ -30,3 +30,8 @@ def test_b_two_of_two_five_is_printed_without_its_zeros():
     (entry,) = (e for e in ENTRIES if (e.m, e.name) == (2, "b_2"))
     assert (entry.printed, entry.rounded) == ("1.025", "1.02500")
     assert TABLE[2, 5][1][2] == "1.025"
+
+
+def test_too_few_digits_to_compare_are_refused():
+    with pytest.raises(ValueError, match="from 12 to"):
+        approximants(7)

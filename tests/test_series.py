@@ -14,7 +14,7 @@ from mpmath import mp, mpf
 from benchmarks import baseline
 from viscopade import checks
 from viscopade import series as exported
-from viscopade.balls import bits_for, working
+from viscopade.balls import bits_for, exact_middle, working
 from viscopade.series import (
     Effort,
     Series,
@@ -160,7 +160,7 @@ def test_g_enclosures_hold_for_any_effort(bits, terms):
     except ArithmeticError:
         pytest.skip("refused: too few terms or bits")
     for (value, error), g in zip(rough, truth, strict=True):
-        actual = abs(Fraction(value, 1 << bits) - _fraction(g))
+        actual = abs(Fraction(value, 1 << bits) - exact_middle(g))
         assert actual <= Fraction(error, 1 << bits) + Fraction(1, 10**60)
 
 
@@ -170,15 +170,10 @@ def test_g_bound_of_truncation_is_not_vacuous():
     bounds = []
     for terms in (20, 40, 60):
         value, error = _g_fixed_point(6, Effort(400, terms))[6]
-        actual = abs(Fraction(value, 1 << 400) - _fraction(truth[6]))
+        actual = abs(Fraction(value, 1 << 400) - exact_middle(truth[6]))
         assert actual <= Fraction(error, 1 << 400) <= 10**5 * actual
         bounds.append(error)
     assert bounds[0] > 10**4 * bounds[1] > 10**8 * bounds[2]
-
-
-def _fraction(ball: arb) -> Fraction:
-    mantissa, exponent = ball.mid().man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def test_too_wide_a_first_attempt_is_tried_again(monkeypatch):

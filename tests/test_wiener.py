@@ -107,6 +107,13 @@ def test_a_wrong_branch_or_inverse_is_refused(monkeypatch, signs):
         Wiener(80, 60).root_and_half_inverse(square)
 
 
+@pytest.mark.parametrize(("bits", "f", "w", "square"), [(3, 12, 12, Fraction(7, 5)), (4, 12, 3, Fraction(1))])
+def test_conditions_without_which_errors_would_be_negative(monkeypatch, bits, f, w, square):
+    monkeypatch.setattr(Wiener, "_approximate_root", lambda self, square: (fmpz_poly([f]), fmpz_poly([w])))
+    with pytest.raises(ArithmeticError):
+        Wiener(bits, 3).root_and_half_inverse([square])
+
+
 @pytest.mark.parametrize("square", [[Fraction(1), Fraction(-1)], [Fraction(1), Fraction(-5)]])
 def test_square_root_of_a_polynomial_with_a_zero_in_the_disc_is_refused(square):
     with pytest.raises(ArithmeticError):

@@ -103,6 +103,12 @@ def relative_digits(balls: Iterable[arb]) -> int:
     return int(bits / BITS_PER_DIGIT)
 
 
+def exact_middle(ball: arb) -> Fraction:
+    """Return the ball's middle as a fraction."""
+    mantissa, exponent = ball.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
 def known_decimal(ball: arb, digits: int) -> str:
     """Return the number that `ball` encloses, rounded to `digits` digits or to as many as it determines.
 

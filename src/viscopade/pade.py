@@ -7,6 +7,7 @@ digits the system loses is measured, and the series is derived again with as man
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -19,7 +20,7 @@ from mpmath import mp
 from numpy.typing import ArrayLike, NDArray
 
 from viscopade import checks
-from viscopade.balls import bits_for, decimal_at, decimal_string, relative_digits, to_mpf, working
+from viscopade.balls import bits_for, decimal_at, decimal_string, exact_middle, relative_digits, to_mpf, working
 from viscopade.series import _series
 
 MAX_DEGREE = 200
@@ -134,8 +135,12 @@ class Pade:
 
     @property
     def domain_end(self) -> Root | None:
-        """The first positive real pole or zero, where eps > 0 ends; None if eps > 0 for all v* >= 0."""
-        return min((r for r in self.poles + self.zeros if r.positive), key=_distance, default=None)
+        """The first positive real pole or zero, where eps > 0 ends; None if eps > 0 for all v* >= 0.
+
+        Of a pole and a zero that agree to all `digits`, it may be either.
+        """
+        positive = (root for root in self.poles + self.zeros if root.positive)
+        return min(positive, key=lambda root: exact_middle(root.value.real), default=None)
 
     @property
     def positive_pole(self) -> Root | None:
@@ -170,7 +175,7 @@ class Pade:
     @property
     def residual(self) -> float:
         """Upper bound of |(b eps - a)_k| over the order conditions k <= m + n."""
-        return max(float(abs(defect).upper()) for defect in self._order_conditions())
+        return max(_upper(abs(defect)) for defect in self._order_conditions())
 
     def doublets(self, tolerance: float = DOUBLET_TOLERANCE) -> tuple[Doublet, ...]:
         """Return the pole-zero pairs closer than `tolerance` times the pole's modulus, closest first."""
@@ -188,7 +193,7 @@ class Pade:
         return _decimals(self.a, digits), _decimals(self.b, digits)
 
     def mpf(self) -> tuple[tuple[mp.mpf, ...], tuple[mp.mpf, ...]]:
-        """Return a and b as mpmath numbers, the middles of the enclosures (relative error below 10^-digits)."""
+        """Return a and b as mpmath numbers, the middles of the enclosures (relative error below 5 10^-digits)."""
         return tuple(map(to_mpf, self.a)), tuple(map(to_mpf, self.b))
 
     def __call__(self, v_star: ArrayLike) -> NDArray[np.float64]:
@@ -269,7 +274,7 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
     Parameters
     ----------
     h : sequence of int or Fraction
-        h_0 … h_N with N >= m + n; h_0 is not 0.
+        h_0 … h_N with N >= m + n; h_0 > 0.
 
     Raises
     ------
@@ -277,13 +282,18 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
         If an argument is not of its kind or out of range.
     DegenerateError
         If the linear system for the denominator is singular.
+
+    Notes
+    -----
+    Coefficients are enclosed like those of `pade`. One that lies exactly half-way between two decimals of `digits`
+    digits is not rounded: `decimals` raises ArithmeticError then, and one digit more helps.
     """
     m, n = checks.integer("m", m, 0, MAX_DEGREE), checks.integer("n", n, 0, MAX_DEGREE)
     digits = checks.digits(digits)
     if not all(isinstance(h_k, Rational) for h_k in h):
         raise TypeError("h has an element that is not rational: accepted are integers and Fractions")
-    if len(h) <= m + n or h[0] == 0:
-        raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 not 0, and {len(h)} coefficients were given")
+    if len(h) <= m + n or h[0] <= 0:
+        raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 > 0, and {len(h)} coefficients were given")
     exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
     a, b = _exact_solution(exact, m, n)
     with working(bits_for(digits) + 64):
@@ -363,6 +373,11 @@ def _product_coefficient(b: Sequence[arb], h: Sequence[arb], k: int) -> arb:
 def _defects(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> list[arb]:
     """Coefficients of b eps - a as far as the series goes; up to order m + n they vanish."""
     return [_product_coefficient(b, h, k) - (a[k] if k < len(a) else 0) for k in range(len(h))]
+
+
+def _upper(ball: arb) -> float:
+    """Return a double that is not below any number of a non-negative ball."""
+    return 0.0 if ball.is_zero() else math.nextafter(float(ball.upper()), math.inf)
 
 
 def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int, arb]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
 
+from viscopade import checks
 from viscopade.pade import Pade, pade
 
 CITATION = "Müller & Pöschel (2011), Collision of viscoelastic spheres: compact expressions, tab:padeCoeffs"
@@ -73,7 +74,8 @@ class Entry:
 
 
 def approximants(digits: int) -> tuple[Pade, ...]:
-    """Return the approximants of the paper's table, derived here."""
+    """Return the approximants of the paper's table, derived here, to 12 digits or more: they are rounded once again."""
+    digits = checks.integer("digits", digits, 12, checks.MAX_DIGITS)
     return tuple(pade(m, n, digits) for m, n in TABLE)
 
 

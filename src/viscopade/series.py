@@ -67,12 +67,18 @@ class Series:
             raise ValueError(f"an enclosure is too wide for {self.digits} digits")
 
     def decimals(self, digits: int | None = None) -> tuple[str, ...]:
-        """Return the coefficients as decimal strings, correctly rounded to `digits` (at most `self.digits`)."""
+        """Return the coefficients as decimal strings, correctly rounded to `digits` (at most `self.digits`).
+
+        Raises
+        ------
+        ArithmeticError
+            If, for fewer than `self.digits`, an enclosure happens to lie across a boundary of rounding.
+        """
         digits = self.digits if digits is None else checks.integer("digits", digits, 1, self.digits)
         return tuple(_decimal(h_k, digits) for h_k in self.h)
 
     def mpf(self) -> tuple[mp.mpf, ...]:
-        """Return the middles of the enclosures as mpmath numbers (relative error below 10^-digits)."""
+        """Return the middles of the enclosures as mpmath numbers (relative error below 5 10^-digits)."""
         return tuple(to_mpf(h_k) for h_k in self.h)
 
     def floats(self) -> NDArray[np.float64]:
