@@ -17,7 +17,7 @@ PAPER_DEGREES = tuple(TABLE)
 # Plain ASCII: it stands in source files that compilers with other character sets read.
 SOURCE = (
     "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
-    "motion; coefficients proven to 40 digits"
+    f"motion; coefficients proven to {DIGITS} digits"
 )
 
 RENDERERS: Mapping[str, Callable[[Sequence[Kernel], str], str]] = {

@@ -5,7 +5,7 @@ The way from the equation of motion to h_k has four steps, each a function below
 1. `g_coefficients`: G_n, the coefficients of V(K) = g(0) (section 2.2), by Taylor series from both ends of
    0 <= r <= 1, in the ball arithmetic of functions of `viscopade.wiener`;
 2. `lambda_coefficients`: the odd function Lambda of time reversal (section 2.4), not needed for
-3. `_eps0`: eps0 as a power series in kappa = v*^2, from eps0 = V(-K)/V(K), kappa = (5/4)^(2/5) K V(K)^(1/5);
+3. `_log_eps0`: ln eps0 as a power series in kappa = v*^2, from eps0 = V(-K)/V(K), kappa = (5/4)^(2/5) K V(K)^(1/5);
 4. `end_series`, `series`: eps = eps0 H((4/5) v*^5 sqrt(eps0)) with the rational series H (section 2.3).
 
 Steps 2 to 4 are arithmetic of truncated power series in balls (FLINT), which has no truncation error.
@@ -304,7 +304,7 @@ def _lambda(orders: int, effort: Effort) -> tuple[arb, ...]:
         return tuple(_padded((forward - backward)(nu.reversion()), orders + 1)[1::2])
 
 
-def _eps0(orders: int, effort: Effort) -> arb_series:
+def _log_eps0(orders: int, effort: Effort) -> arb_series:
     """Return ln eps0 as a power series in kappa to kappa^orders. To be called within `working`."""
     forward, backward = _logarithms(orders, effort)
     kappa = _k_times(forward / 5, orders)
@@ -359,7 +359,7 @@ def _h(order: int, effort: Effort) -> tuple[arb, ...]:
     """Return h_0 … h_order from eps = sum_j H_j (4/5)^j v*^(5j) eps0^(1 + j/2)."""
     orders = order // 2
     with working(effort.bits, orders + 1):
-        log_eps0 = _eps0(orders, effort)
+        log_eps0 = _log_eps0(orders, effort)
         h = [arb(0)] * (order + 1)
         for j, end_coefficient in enumerate(end_series(order // 5)):
             factor = end_coefficient * Fraction(4, 5) ** j
