@@ -1,0 +1,185 @@
+"""The direct integration of the collision: against itself, the proven series, limits in closed form, and rivals."""
+
+from fractions import Fraction
+from functools import cache
+from itertools import starmap
+
+import pytest
+from mpmath import mp, mpf
+
+from benchmarks.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon, scipy_epsilon
+from viscopade import series
+from viscopade.balls import to_mpf
+from viscopade.series import lambda_coefficients
+
+QUANTITIES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c", "x_c")
+V_STARS = ("1e-6", "1e-3", "0.3", "1", "3", "30", "1e4")
+WORK = 100  # digits for comparing, more than any result here has
+
+
+def relative_error(value: mpf, reference: mpf) -> mpf:
+    with mp.workdps(WORK):
+        return abs(value / reference - 1)
+
+
+def largest_error(a: Direct, b: Direct) -> mpf:
+    return max(starmap(relative_error, ((getattr(a, name), getattr(b, name)) for name in QUANTITIES)))
+
+
+@cache
+def at_30_digits(v_star: str) -> Direct:
+    return collide(v_star, 30)
+
+
+# --- against itself -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("v_star", V_STARS)
+def test_other_digits_and_another_order_agree(v_star: str):
+    more = collide(v_star, 40, terms_per_digit=1)
+    assert largest_error(at_30_digits(v_star), more) < mpf(10) ** -32
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("terms_per_digit", [0.8, 1, 2])
+@pytest.mark.parametrize("v_star", [*V_STARS, "0.001953125", "0.07", "0.5", "1.7", "4", "9", "250"])
+def test_other_digits_and_another_order_agree_to_50_digits(v_star: str, terms_per_digit: float):
+    assert largest_error(collide(v_star, 50), collide(v_star, 65, terms_per_digit=terms_per_digit)) < mpf(10) ** -52
+
+
+@pytest.mark.slow
+def test_the_end_is_found_at_many_speeds():
+    """The zero of the force that ends contact has a neighbour at s < 0, 2 v* away; it must never be taken instead."""
+    for i in range(-60, 41):
+        v_star = mpf(10) ** (mpf(i) / 10)
+        assert largest_error(collide(v_star, 15), collide(v_star, 20)) < mpf(10) ** -17
+
+
+@pytest.mark.parametrize("v_star", V_STARS)
+def test_the_force_vanishes_at_the_end(v_star: str):
+    """x_c and epsilon come from two polynomials evaluated at the end; that x_c = kappa epsilon is not imposed."""
+    collision = at_30_digits(v_star)
+    with mp.workdps(WORK):
+        assert relative_error(collision.x_c / mpf(v_star) ** 2, collision.epsilon) < mpf(10) ** -32
+
+
+# --- against what is proven, or known in closed form --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("v_star", "digits"), [("1e-6", 60), ("0.01", 58), ("0.1", 29)])
+def test_against_the_proven_series(v_star: str, digits: int):
+    """The first term left out, h_31 v*^31, limits the agreement."""
+    collision = collide(v_star, 60)
+    h = series(order=30, digits=75).mpf()
+    with mp.workdps(WORK):
+        v = mpf(v_star)
+        rest = mp.fsum(-h[k] * v**k for k in range(1, 31))
+        assert relative_error(collision.epsilon, 1 - rest) < mpf(10) ** -digits
+        assert relative_error(collision.one_minus_epsilon, rest) < mpf(10) ** (2 - digits)
+
+
+def test_against_the_odd_series_of_ln_eps0():
+    """At x = 0, ln eps0 = -Lambda(kappa eps0^(1/10)) (design, section 2.4)."""
+    eps0 = collide("0.1", 40, end="position").epsilon
+    coefficients = [to_mpf(ball) for ball in lambda_coefficients(12, 60)]
+    with mp.workdps(WORK):
+        nu = mpf("0.1") ** 2 * eps0 ** (mpf(1) / 10)
+        exponent = mp.fsum(c * nu ** (2 * i + 1) for i, c in enumerate(coefficients))
+        assert relative_error(eps0, mp.exp(-exponent)) < mpf(10) ** -40
+
+
+def test_elastic_limit():
+    """Without damping x_max = (5/4)^(2/5) and tau_c is a beta function; the damping changes both by O(kappa)."""
+    collision = collide("1e-15", 25)
+    with mp.workdps(WORK):
+        x_max = (mpf(5) / 4) ** (mpf(2) / 5)
+        tau_c = mpf(4) / 5 * x_max * mp.beta(mpf(2) / 5, mpf(1) / 2)
+        assert relative_error(collision.x_max, x_max) < mpf(10) ** -27
+        assert relative_error(collision.tau_c, tau_c) < mpf(10) ** -27
+
+
+def test_large_v_star():
+    """epsilon v*^(10/3) -> (3/2)^(2/3), from below and about like ln(kappa) kappa^(-5/3)."""
+    for v_star in ("1e2", "1e4"):
+        epsilon = collide(v_star, 15).epsilon
+        with mp.workdps(WORK):
+            missing = 1 - epsilon * mpf(v_star) ** (mpf(10) / 3) / (mpf(3) / 2) ** (mpf(2) / 3)
+            kappa = mpf(v_star) ** 2
+            assert 2 < missing * kappa ** (mpf(5) / 3) / mp.log(kappa) < 3
+
+
+def test_large_v_star_to_the_older_end():
+    """All that creeps to x = 0 forgets how it began, so eps0 v*^10 tends to a constant exponentially in kappa^(5/3)."""
+    constants = []
+    for v_star in (4, 5):
+        eps0 = collide(v_star, 20, end="position").epsilon
+        with mp.workdps(WORK):
+            constants.append(eps0 * mpf(v_star) ** 10)
+    assert relative_error(*constants) < mpf(10) ** -22
+
+
+# --- the two ends ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("v_star", ["1e-6", "0.1", "1", "3"])
+def test_the_older_end_is_later_and_slower(v_star: str):
+    now, older = collide(v_star, 20), collide(v_star, 20, end="position")
+    assert relative_error(now.x_max, older.x_max) < mpf(10) ** -22
+    assert older.x_c == 0
+    assert older.tau_c > now.tau_c
+    assert older.one_minus_epsilon > now.one_minus_epsilon
+
+
+# --- against the rivals ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("v_star", [0.01, 0.1, 1.0, 3.0, 30.0])
+def test_against_scipy(v_star: float):
+    assert relative_error(mpf(scipy_epsilon(v_star)), collide(v_star, 15).epsilon) < 1e-11
+
+
+@pytest.mark.parametrize("v_star", [0.3, 1, 3])
+def test_against_odefun(v_star: float):
+    assert relative_error(odefun_epsilon(v_star, 15, stretched=True), collide(v_star, 18).epsilon) < 1e-15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("v_star", [0.3, 1, 3])
+def test_against_odefun_in_time(v_star: float):
+    assert relative_error(odefun_epsilon(v_star, 30), collide(v_star, 40).epsilon) < 1e-30
+
+
+# --- arguments ------------------------------------------------------------------------------------------------------
+
+
+def test_the_argument_is_taken_exactly():
+    expected = collide(Fraction(1, 10), 17)
+    assert collide("1e-1", 17) == expected
+    with mp.workdps(40):
+        assert collide(mpf(0.1), 17) == collide(0.1, 17) != expected
+        assert collide(mpf(2), 17) == collide(2, 17)
+
+
+def test_the_global_precision_is_left_alone():
+    with mp.workdps(17):
+        before = mp.prec
+        collide(1, 20)
+        odefun_epsilon(1, 5, stretched=True)
+        assert mp.prec == before
+
+
+@pytest.mark.parametrize(
+    "v_star", [0, -1, "-0.5", mpf(0), mpf("inf"), mpf("nan"), "nan", float("inf"), float("nan"), "one"]
+)
+def test_no_collision(v_star: object):
+    with pytest.raises(ValueError):
+        collide(v_star)
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match="positive"):
+        collide(1, digits=0)
+    with pytest.raises(ValueError, match="unknown end"):
+        collide(1, end="never")
+    with pytest.raises(ValueError, match="too many steps"):
+        collide(LARGEST_FOR_POSITION + 1, end="position")
