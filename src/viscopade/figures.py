@@ -1,0 +1,630 @@
+"""The paper's four figures, and beside each what it could not show, as SVG, PDF or PNG.
+
+Every curve is computed when its figure is drawn; nothing is typed in but the ranges of the axes and where labels stand.
+The same versions of Matplotlib and of this package make the same bytes. Matplotlib is loaded only by drawing, its
+settings are left as they were, and no display is needed. A curve's `gid` is its name, in SVG the id of its group.
+
+Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viscopade import double, singularity
+from viscopade.kernels import marker_line
+from viscopade.pade import Pade, Root, horner, pade
+from viscopade.paper import BETA_ICE_CGS, TABLE
+from viscopade.series import series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure as Sheet
+    from matplotlib.lines import Line2D
+
+Floats = NDArray[np.float64]
+
+FORMATS = ("svg", "pdf", "png")
+PNG_DPI = 300
+WIDTH = 3.4  # inches: one column of a journal
+
+# Digits of the coefficients of series and approximants; more than a double holds.
+DIGITS = 18
+SERIES_ORDER = 80
+MAX_M = 25
+
+# The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for. Their
+# measurements themselves are not publicly available, and are not in our figures.
+FIT_FACTOR, FIT_EXPONENT = 0.32, -0.234
+FIT_SPEEDS = (0.015, 2.0)
+FIT_LABEL = "fit of Bridges et al."
+
+# eq:asymp, and what it should be (section 2.5).
+PAPER_EXPONENT = -3.2
+LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
+
+SHOWN = ((0, 3), (1, 4), (2, 5), (3, 6), (15, 18))
+
+_STYLE: Mapping[str, Any] = {
+    "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+    "font.size": 7.5,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.scale_dashes": False,
+    "lines.dash_capstyle": "butt",
+}
+
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#BDBDBD"
+
+DOTTED, DASHED, DASH_DOT = (1.2, 1.2), (4.5, 1.8), (6, 1.6, 1.2, 1.6)
+SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
+
+    color: str
+    dashes: tuple[float, ...] = ()
+    width: float = 1.3
+    text: str = BLACK
+
+
+# The exact curve is broad and pale, so that what coincides with it stays visible on top.
+LOOKS: Mapping[str, Look] = {
+    "exact": Look(GREY, width=3.4, text="#555555"),
+    "[0/3]": Look(ORANGE, DASHED, text="#A87400"),
+    "[1/4]": Look(GREEN, DASH_DOT, text=GREEN),
+    "[2/5]": Look(VERMILION, SHORT, text=VERMILION),
+    "[3/6]": Look(BLUE, DOTTED, 1.6, BLUE),
+    "[15/18]": Look(PURPLE, DASH_DOT_DOT, text="#A04578"),
+    "[25/28]": Look(SKY, width=1.0, text="#2277AA"),
+    "k_c=5": Look(VERMILION, DOTTED, text=VERMILION),
+    "k_c=10": Look(VERMILION, SHORT, text=VERMILION),
+    "k_c=15": Look(VERMILION, DASHED, text=VERMILION),
+    "k_c=20": Look(VERMILION, DASH_DOT_DOT, text=VERMILION),
+    "k_c=40": Look(VERMILION, text=VERMILION),
+    "k_c=80": Look(VERMILION, LONG, text=VERMILION),
+    "fit": Look(BLACK, LONG, 1.0),
+    "paper-power": Look(BLACK, DOTTED, 0.9),
+    "limit-power": Look(BLACK, (), 0.5),
+}
+
+
+# Marker and size in points of what is marked.
+MARKS = {"pole": ("x", 4.5), "zero": ("o", 4.0), "doublet": ("s", 5.5), "singularity": ("*", 7.0)}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure that can be drawn.
+
+    Attributes
+    ----------
+    description : str
+        What it shows, in one line.
+    caption : str
+        The text to print below it, with LaTeX between dollar signs.
+    draw : callable
+        Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `drawn`, which sets the style.
+    paper_label : str or None
+        The label of the paper's figure that this one shows again.
+    """
+
+    description: str
+    caption: str
+    draw: Callable[[], Sheet]
+    paper_label: str | None = None
+
+
+FIGURES: dict[str, Figure] = {}
+
+
+def _figure(name: str, description: str, caption: str, paper_label: str | None = None) -> Callable[[Any], Any]:
+    """Enter the decorated function into `FIGURES`."""
+
+    def enter(draw: Callable[[], Sheet]) -> Callable[[], Sheet]:
+        FIGURES[name] = Figure(description, " ".join(caption.split()), draw, paper_label)
+        return draw
+
+    return enter
+
+
+def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
+    """Return file name and content of figures.
+
+    Parameters
+    ----------
+    names : iterable of str, optional
+        Keys of `FIGURES`; all of them if left out.
+    formats : iterable of str
+        Some of `FORMATS`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name or format.
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    names, formats = list(FIGURES if names is None else names), list(formats)
+    _refuse_unknown("figure", names, FIGURES)
+    _refuse_unknown("format", formats, FORMATS)
+    files = {}
+    for name in names:
+        with drawn(name) as sheet:
+            for kind in formats:
+                files[f"{name}.{kind}"] = content(sheet, name, kind)
+    return files
+
+
+@contextmanager
+def drawn(name: str) -> Iterator[Sheet]:
+    """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
+    from matplotlib import style
+
+    with style.context(["default", dict(_STYLE)]):
+        sheet = FIGURES[name].draw()
+        sheet.draw_without_rendering()
+        sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
+        yield sheet
+
+
+def _refuse_unknown(what: str, given: Iterable[str], known: Iterable[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise ValueError(f"{what} is {name!r}: accepted are {', '.join(known)}")
+
+
+def content(sheet: Sheet, name: str, kind: str) -> bytes:
+    """Return a drawn figure as a file's content; to be called within `drawn`."""
+    buffer = io.BytesIO()
+    made_by = marker_line(f"viscopade figures --only {name} --format {kind}")
+    metadata: dict[str, dict[str, str | None]] = {
+        "svg": {"Description": made_by, "Date": None},
+        "pdf": {"Subject": made_by, "CreationDate": None},
+        "png": {"Description": made_by},
+    }
+    title = {"Title": FIGURES[name].description}
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=title | metadata[kind])
+    return buffer.getvalue()
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------------------
+
+
+def _pade_slope(degrees: tuple[int, int], v_star: Floats) -> Floats:
+    """Return d ln [m/n]/d ln v*, to about 8 digits."""
+    step = 1e-4
+    above, below = (_pade(degrees, v_star * math.exp(sign * step)) for sign in (1, -1))
+    slope: Floats = np.log(above / below) / (2 * step)
+    return slope
+
+
+def _truncated(v_star: Floats, order: int) -> Floats:
+    """Return the series up to h_order v*^order."""
+    return horner(series(SERIES_ORDER, DIGITS).floats()[: order + 1], v_star)
+
+
+def _pade(degrees: tuple[int, int], v_star: Floats) -> Floats:
+    return pade(*degrees, DIGITS)(v_star)
+
+
+def _relative_error(epsilon: Floats, v_star: Floats) -> Floats:
+    value: Floats = np.abs(epsilon / double.epsilon(v_star) - 1)
+    return value
+
+
+def _label(degrees: tuple[int, int]) -> str:
+    return "[{}/{}]".format(*degrees)
+
+
+def _ice(speed: Floats) -> Floats:
+    """Return v* for ice, of a speed in cm/s."""
+    v_star: Floats = np.sqrt(float(BETA_ICE_CGS)) * speed**0.1
+    return v_star
+
+
+def _fit(speed: Floats) -> Floats:
+    value: Floats = FIT_FACTOR * speed**FIT_EXPONENT
+    return value
+
+
+@lru_cache(maxsize=1)
+def _singularity() -> complex:
+    """Return the singularity in the upper half plane that ends the convergence of the series."""
+    return complex(singularity.from_flow(DIGITS).v_star)
+
+
+# Where curves are computed: dense enough that no corner shows.
+LINEAR = np.linspace(0, 3, 601)
+LOGARITHMIC = np.geomspace(0.1, 100, 601)
+SPEEDS = np.geomspace(1e-3, 1e2, 501)
+# Relative distances at which curves are computed besides on both sides of a pole or zero.
+APPROACH = np.geomspace(1e-11, 0.03, 50)
+
+
+def _with_approach(v_star: Floats, root: float) -> Floats:
+    """Return v* with points close to `root` added."""
+    return np.sort(np.concatenate([v_star, root * (1 - APPROACH), root * (1 + APPROACH)]))
+
+
+def _positive_root(degrees: tuple[int, int], kind: str) -> float:
+    """Return an approximant's first positive "pole" or "zero"."""
+    p = pade(*degrees, DIGITS)
+    return next(_complex(root).real for root in _roots(p, kind) if root.positive)
+
+
+def _upper(root: Root) -> bool:
+    """Whether a root lies on the real axis or above."""
+    return root.real or bool(root.value.imag > 0)
+
+
+def _roots(p: Pade, kind: str) -> tuple[Root, ...]:
+    return {"pole": p.poles, "zero": p.zeros}[kind]
+
+
+def _complex(root: Root) -> complex:
+    """Return a root in double precision; the imaginary part of a real one is 0."""
+    real, imaginary = (float(part) for part in root.decimals(DIGITS))
+    return complex(real, imaginary)
+
+
+# --- how it is drawn --------------------------------------------------------------------------------------------------
+
+
+def _sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
+    """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
+    from matplotlib.figure import Figure as Sheet
+
+    sheet = Sheet(figsize=(WIDTH, height))
+    return sheet, list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
+
+
+Beside = tuple[float, float, float]
+"""Where a curve's name stands: at which x, and how many points right of and above the curve's point there."""
+
+
+def _curve(
+    axes: Axes, name: str, x: Floats, y: Floats, beside: Beside | None = None, *, gid: str = "", text: str = ""
+) -> Line2D:
+    look = LOOKS[name]
+    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=_identifier(gid or name))
+    if look.dashes:
+        line.set_dashes(look.dashes)
+    if beside is not None:
+        at, right, above = beside
+        _text(axes, text or name, (at, float(np.interp(at, x, y))), (right, above), look.text)
+    return line
+
+
+def _identifier(name: str) -> str:
+    """Return a name without characters that SVG does not accept: "pade-3-6" for [3/6], "series-40" for k_c=40."""
+    return name.replace("[", "pade-").replace("/", "-").replace("]", "").replace("k_c=", "series-")
+
+
+def _text(axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK) -> None:
+    """Write beside a point, with a line to it if that is far; without a shift on it, hiding what is there."""
+    from matplotlib.patheffects import withStroke
+
+    horizontal, vertical = ("right", "center", "left"), ("top", "center", "bottom")
+    leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate(
+        text,
+        point,
+        shift,
+        textcoords="offset points",
+        color=color,
+        fontsize=7,
+        ha=horizontal[int(np.sign(shift[0])) + 1],
+        va=vertical[int(np.sign(shift[1])) + 1],
+        arrowprops=leader if math.hypot(*shift) > 9 else None,
+        path_effects=[withStroke(linewidth=1.8, foreground="white")],
+        bbox=None if any(shift) else {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    )
+
+
+def _axes(axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str) -> None:
+    """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
+    axes.set(xlabel=x_label, ylabel=y_label)
+    if "x" in scales:
+        axes.set_xscale("log")
+    if "y" in scales:
+        axes.set_yscale("log")
+    axes.set(xlim=x, ylim=y)
+
+
+def _until_out(y: Floats, low: float, high: float) -> Floats:
+    """Cut a curve after the first point outside low … high: where a series diverges there is nothing to see."""
+    outside = np.flatnonzero((y < low) | (y > high))
+    cut = y.copy()
+    if outside.size:
+        cut[outside[0] + 1 :] = np.nan
+    return cut
+
+
+def _positive(y: Floats) -> Floats:
+    """Leave out what a logarithmic axis cannot show."""
+    return np.where(y > 0, y, np.nan)
+
+
+def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_frame: bool = False) -> None:
+    """Mark points: `kind` is a key of `MARKS`, and their name in a legend."""
+    marker, size = MARKS[kind]
+    face = {"zero": "white", "doublet": "none"}.get(kind, color)
+    # On the frame a mark is shown whole, beyond it not at all.
+    (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
+    points.set(gid=_identifier(gid), clip_on=not on_frame)
+
+
+V_STAR = r"$v_\ast$"
+EPSILON = r"$\varepsilon$"
+
+
+# --- the figures ------------------------------------------------------------------------------------------------------
+
+
+@_figure(
+    "seriesDiverging",
+    "eps, its series cut off at several orders, and [1/4]",
+    r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
+    series cut off after $h_{k_c} v_\ast^{k_c}$ for several $k_c$, and the Padé approximant $[1/4]$. Every truncation
+    leaves the exact curve near $v_\ast = 1$, and a higher order hardly helps: the series converges no farther.""",
+    "fig:seriesDiverging",
+)
+def _series_diverging() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    _axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
+    v_star = LINEAR[LINEAR <= 2]
+    _curve(axes, "exact", v_star, double.epsilon(v_star), (0.4, -5, -3))
+    places = {5: (0.99, -5, 0), 10: (1.1, 5, 0), 15: (1.29, 5, 0), 20: (1.08, 5, 0), 40: (1.04, -5, 0)}
+    for order, place in places.items():
+        text = f"$k_c={order}$" if order in (5, 40) else str(order)
+        _curve(axes, f"k_c={order}", v_star, _until_out(_truncated(v_star, order), -0.1, 1.2), place, text=text)
+    _curve(axes, "[1/4]", v_star, _pade((1, 4), v_star), (1.55, 3, 3))
+    return sheet
+
+
+@_figure(
+    "seriesErrors",
+    "relative error of the truncated series, and how far the series converges",
+    r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
+    line) higher orders are better in the end, right of it they are worse.""",
+)
+def _series_errors() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    _axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
+    v_star = LINEAR[(LINEAR >= 0.2) & (LINEAR <= 1.6)]
+    places = {5: (0.4, -3, 3), 10: (0.4, -3, 3), 20: (0.4, -5, 0), 40: (0.66, -5, 0), 80: (0.84, 6, 0)}
+    for order, place in places.items():
+        error = _relative_error(_truncated(v_star, order), v_star)
+        _curve(axes, f"k_c={order}", v_star, error, place, text=f"$k_c={order}$" if order == 5 else str(order))
+    radius = abs(_singularity())
+    axes.axvline(radius, color=BLACK, linewidth=0.7, dashes=DASHED, gid="radius")
+    _text(axes, f"radius of\nconvergence\n{radius:.4f}", (radius, 1e-10), (5, 0))
+    return sheet
+
+
+@_figure(
+    "tryingDifferentPade",
+    "eps and its approximants for large v*, with two power laws",
+    r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
+    power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
+    $(3/2)^{2/3} v_\ast^{-10/3}$ (thin line). $[2/5]$ ends at its zero (circle), which the paper takes for a pole;
+    beyond it is negative.""",
+    "fig:tryingDifferentPade",
+)
+def _trying_different_pade() -> Sheet:
+    sheet, (axes,) = _sheet(2.9)
+    _axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
+    zero = _positive_root((2, 5), "zero")
+    v_star = _with_approach(LOGARITHMIC, zero)
+    large = LOGARITHMIC[LOGARITHMIC >= 1]
+    curves = {"exact": _curve(axes, "exact", LOGARITHMIC, double.epsilon(LOGARITHMIC))}
+    curves["limit-power"] = _curve(axes, "limit-power", large, LIMIT_FACTOR * large**LIMIT_EXPONENT)
+    curves["paper-power"] = _curve(axes, "paper-power", large, large**PAPER_EXPONENT)
+    places = {(0, 3): (20, 3, 3), (2, 5): (5.4, -5, 0)}
+    for degrees in SHOWN:
+        name, value = _label(degrees), _pade(degrees, v_star)
+        curves[name] = _curve(axes, name, v_star, _positive(value), places.get(degrees))
+    _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
+    # The others lie too close together to be named where they are: the key has them in the order of their right ends.
+    key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
+    key |= {"limit-power": r"$(3/2)^{2/3}\,v_\ast^{-10/3}$", "exact": "exact"}
+    axes.legend([curves[name] for name in key], key.values(), loc="lower left", handlelength=3.6, frameon=False)
+    return sheet
+
+
+@_figure(
+    "localSlope",
+    "the local exponent of eps, and where -3.2 comes from",
+    r"""Local exponent $\mathrm{d} \ln \varepsilon / \mathrm{d} \ln v_\ast$: exact (broad grey line) and of Padé
+    approximants. The paper's $-3.2$ (dotted) is passed on the way to the limit $-10/3$ (thin line), while every
+    $[m/m+3]$ shown tends to $-3$. The inset magnifies what happens at large $v_\ast$.""",
+)
+def _local_slope() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    inset = axes.inset_axes((0.53, 0.37, 0.45, 0.6))
+    places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (20, 4, -4), (15, 18): (26, -3, 3)}
+    for plane, suffix in ((axes, ""), (inset, "-inset")):
+        exact_place = (30, 0, -4) if suffix else (0.5, -5, -2)
+        _curve(plane, "exact", LOGARITHMIC, double.slope(LOGARITHMIC), exact_place, gid="exact" + suffix)
+        for degrees, place in places.items():
+            name, beside = _label(degrees), place if suffix else None
+            _curve(plane, name, LOGARITHMIC, _pade_slope(degrees, LOGARITHMIC), beside, gid=name + suffix)
+        for name, exponent in (("limit-power", LIMIT_EXPONENT), ("paper-power", PAPER_EXPONENT)):
+            _curve(plane, name, np.array([0.1, 100]), np.full(2, exponent), gid=name + suffix)
+    y_label = r"$\mathrm{d}\,\ln\varepsilon\,/\,\mathrm{d}\,\ln v_\ast$"
+    _axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
+    _axes(inset, "", "", (2, 100), (-3.43, -2.9), "x")
+    inset.set_yticks([LIMIT_EXPONENT, PAPER_EXPONENT, -3], ["$-10/3$", "$-3.2$", "$-3$"])
+    inset.tick_params(labelsize=6)
+    return sheet
+
+
+@_figure(
+    "tryingDifferentPadeLin",
+    "eps and the first four approximants on linear axes",
+    r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
+    inset magnifies the frame at the lower right, where the exact curve and $[3/6]$ still cannot be told apart.""",
+    "fig:tryingDifferentPadeLin",
+)
+def _trying_different_pade_lin() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    inset = axes.inset_axes((0.51, 0.4, 0.46, 0.57))
+    places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
+    for plane, suffix in ((axes, ""), (inset, "-inset")):
+        _curve(plane, "exact", LINEAR, double.epsilon(LINEAR), None if suffix else (0.4, -5, -3), gid="exact" + suffix)
+        for degrees, place in places.items():
+            name, beside = _label(degrees), place if suffix else None
+            _curve(plane, name, LINEAR, _pade(degrees, LINEAR), beside, gid=name + suffix)
+    _axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")
+    _axes(inset, "", "", (2, 3), (0, 0.14), "")
+    inset.set(xticks=(2, 2.5, 3), yticks=(0, 0.05, 0.1))
+    inset.tick_params(labelsize=6)
+    axes.indicate_inset_zoom(inset, edgecolor=BLACK, linewidth=0.5)
+    return sheet
+
+
+@_figure(
+    "padeErrors",
+    "relative errors of eps and of 1 - eps of the approximants",
+    r"""Relative error of $\varepsilon$ (top) and of $1 - \varepsilon$ (bottom) of Padé approximants $[m/m+3]$. Circle:
+    the zero of $[2/5]$; cross: a pole of $[25/28]$, so close to a zero that the error is large only next to it. For
+    large $v_\ast$ the relative error of $\varepsilon$ grows without bound, because $[m/m+3]$ falls like $v_\ast^{-3}$
+    ($[0/3]$ like $v_\ast^{-2}$), but $\varepsilon$ like $v_\ast^{-10/3}$.""",
+)
+def _pade_errors() -> Sheet:
+    sheet, planes = _sheet(4.6, (1, 1))
+    zero, pole = _positive_root((2, 5), "zero"), _positive_root((25, 28), "pole")
+    v_star = _with_approach(LOGARITHMIC, pole)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    places = dict.fromkeys(TABLE, (0.25, 0, 0)) | {(15, 18): (1.3, -5, 0), (25, 28): (1.9, 5, 0)}
+    for plane, size, suffix in ((planes[0], epsilon, "-epsilon"), (planes[1], loss, "-loss")):
+        for degrees, place in places.items():
+            error = np.abs(_pade(degrees, v_star) - epsilon) / size
+            _curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
+            if degrees == (2, 5):
+                _mark(plane, "zero", zero, np.interp(zero, v_star, error), VERMILION, "zero-[2/5]" + suffix)
+        _mark(plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, on_frame=True)
+    _axes(planes[0], "", "relative error of " + EPSILON, (0.1, 100), (1e-12, 1e2), "xy")
+    _axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (1e-12, 1e2), "xy")
+    return sheet
+
+
+def _shades(count: int) -> ListedColormap:
+    """Return colours from pale to dark, monotonic in grey, too."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["cividis"](np.linspace(0.8, 0, count)))
+
+
+def _convergence(axes: Axes) -> None:
+    """Draw the upper half of the circle of convergence, and the singularity that limits it."""
+    end = _singularity()
+    circle = abs(end) * np.exp(1j * np.linspace(0, np.pi, 361))
+    axes.plot(circle.real, circle.imag, color=BLACK, linewidth=0.7, dashes=DASHED, gid="circle")
+    _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
+
+
+@_figure(
+    "polesAndZeros",
+    "poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis",
+    r"""Poles (crosses) and zeros (circles) of the Padé approximants $[m/m+3]$, $m = 0 \dots 25$. Top: in the upper half
+    of the complex plane (the lower one is its mirror image; some lie outside the frame). With growing $m$ they line
+    up on branch cuts of $\varepsilon$; the branch point nearest to the origin (star) limits the circle of convergence
+    of the series (dashed). Squares: Froissart doublets, a pole and a zero closer than 1 % of their distance from the
+    origin. Bottom: poles and zeros on the positive real axis, which make an approximant unusable there.""",
+)
+def _poles_and_zeros() -> Sheet:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.markers import MarkerStyle
+
+    sheet, (plane, line) = _sheet(4.7, (1.65, 1))
+    approximants = [pade(m, m + 3, DIGITS) for m in range(MAX_M + 1)]
+    colors = _shades(MAX_M + 1)
+    for kind in ("zero", "pole"):
+        roots = [(_complex(root), p.m) for p in approximants for root in _roots(p, kind) if _upper(root)]
+        z, m = (np.array(column) for column in zip(*roots, strict=True))
+        marker = MarkerStyle(MARKS[kind][0], fillstyle="none")
+        plane.scatter(z.real, z.imag, s=8, marker=marker, linewidth=0.7, color=colors(m), gid=f"{kind}s")
+        positive = (z.imag == 0) & (z.real > 0)
+        _mark(line, kind, z.real[positive], m[positive], BLACK, f"{kind}s-positive")
+    pairs = np.array([_complex(pair.pole) for p in approximants for pair in p.doublets() if _upper(pair.pole)])
+    _mark(plane, "doublet", pairs.real, pairs.imag, PURPLE, "doublets")
+    _convergence(plane)
+    _axes(plane, r"Re $v_\ast$", r"Im $v_\ast$", (-2.5, 1.5), (-0.12, 2.4), "")
+    plane.set_aspect("equal")
+    scale = ScalarMappable(Normalize(-0.5, MAX_M + 0.5), colors)
+    sheet.colorbar(scale, ax=plane, label="$m$", ticks=range(0, MAX_M + 1, 5), location="top", aspect=40)
+    _axes(line, V_STAR, "$m$", (0.1, 200), (-1, MAX_M + 1), "x")
+    plane.legend(loc="upper right", frameon=False, handletextpad=0.2)
+    line.legend(loc="upper left", frameon=False, handletextpad=0.2)
+    return sheet
+
+
+@_figure(
+    "expVsAnaVsNum",
+    "eps of ice over the impact speed: exact, [3/6], series, and the published fit",
+    r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
+    line), $[3/6]$ (dotted) and the series cut off at $k_c = 40$, which diverges at about 0.3 cm/s. Long dashes: the
+    fit $\varepsilon = 0.32\,(v/(\mathrm{cm/s}))^{-0.234}$ that Bridges, Hatzes and Lin (1984) gave for their
+    measurements, over the range of their speeds. It is a fit and not the measurements, which are not public.""",
+    "fig:expVsAnaVsNum",
+)
+def _exp_vs_ana_vs_num() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    _axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
+    _curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
+    diverging = _until_out(_truncated(_ice(SPEEDS), 40), -0.1, 1.1)
+    _curve(axes, "k_c=40", SPEEDS, diverging, (0.43, -5, 0), text="series, $k_c=40$")
+    _curve(axes, "[3/6]", SPEEDS, _pade((3, 6), _ice(SPEEDS)), (6, 3, 3))
+    measured = np.geomspace(*FIT_SPEEDS, 201)
+    _curve(axes, "fit", measured, _fit(measured), (0.03, 5, 3), text=FIT_LABEL)
+    return sheet
+
+
+@_figure(
+    "iceErrors",
+    "ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps",
+    r"""Ice as before: relative error of $\varepsilon$ of $[1/4]$, $[3/6]$ and of the series cut off at $k_c = 40$; and
+    by how much the published fit differs from the exact $\varepsilon$, relatively, which is no error of either.""",
+)
+def _ice_errors() -> Sheet:
+    sheet, (axes,) = _sheet(2.6)
+    _axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
+    v_star = _ice(SPEEDS)
+    series_error = _relative_error(_truncated(v_star, 40), v_star)
+    _curve(axes, "k_c=40", SPEEDS, series_error, (0.02, 5, 0), text="series, $k_c=40$")
+    for degrees in ((1, 4), (3, 6)):
+        _curve(axes, _label(degrees), SPEEDS, _relative_error(_pade(degrees, v_star), v_star), (5, 3, -4))
+    measured = np.geomspace(*FIT_SPEEDS, 1001)
+    difference = _relative_error(_fit(measured), _ice(measured))
+    _curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
+    return sheet
