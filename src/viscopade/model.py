@@ -25,38 +25,25 @@ Phys. J. E). To use another A for a pair, give both spheres that A.
 from __future__ import annotations
 
 import math
-import numbers
-import reprlib
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, SupportsIndex, TypeVar, cast, overload
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
-import numpy.typing as npt
+
+from viscopade import arrays, double
+from viscopade.arrays import FloatArray, Number, Range, Values
+from viscopade.double import v_star_from
 
 if TYPE_CHECKING:
     import sympy
 
-FloatArray = npt.NDArray[np.float64]
-Number = SupportsFloat | SupportsIndex
-Values = TypeVar("Values", float, FloatArray)
-
-_OR_ARRAY = ", or an array of such"
 _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2
 
-
-class _Range(NamedTuple):
-    """What a quantity may be, in words and as a test that works on floats and on arrays."""
-
-    accepted: str
-    holds: Callable[[Any], Any]
-
-
-_POSITIVE = _Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
-_NON_NEGATIVE = _Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-_EXTENT = _Range("a number > 0, or inf for a wall", lambda x: x > 0)
-_POISSON = _Range("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
+_POSITIVE = Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_EXTENT = Range("a number > 0, or inf for a wall", lambda x: x > 0)
+_POISSON = Range("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
 
 
 @dataclass(frozen=True, kw_only=True, init=False)
@@ -115,15 +102,15 @@ class Sphere:
         poisson_ratio: Number,
         dissipative_constant: Number,
     ) -> None:
-        r = _number("radius", radius, _EXTENT)
+        r = arrays.number("radius", radius, _EXTENT)
         m, d = _mass_and_density(r, mass, density)
         values = {
             "radius": r,
             "mass": m,
             "density": d,
-            "young_modulus": _number("young_modulus", young_modulus, _POSITIVE),
-            "poisson_ratio": _number("poisson_ratio", poisson_ratio, _POISSON),
-            "dissipative_constant": _number("dissipative_constant", dissipative_constant, _NON_NEGATIVE),
+            "young_modulus": arrays.number("young_modulus", young_modulus, _POSITIVE),
+            "poisson_ratio": arrays.number("poisson_ratio", poisson_ratio, _POISSON),
+            "dissipative_constant": arrays.number("dissipative_constant", dissipative_constant, _NON_NEGATIVE),
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)  # the class is frozen
@@ -187,7 +174,7 @@ class Pair:
     def __post_init__(self) -> None:
         for name, value in (("first", self.first), ("second", self.second)):
             if not isinstance(value, Sphere):
-                raise TypeError(_refusal(name, value, "a Sphere"))
+                raise TypeError(arrays.refusal(name, value, "a Sphere"))
         if self.first.is_wall and self.second.is_wall:
             raise ValueError("first and second are walls: accepted is at most one wall")
         _in_range("rho", self.rho)
@@ -240,6 +227,83 @@ class Pair:
         """Return the impact speed of a v* or an array of them, as `speed_from_v_star` does with this beta."""
         return speed_from_v_star(v_star, self.beta)
 
+    def epsilon(self, speed: Values) -> Values:
+        """Return the exact coefficient of restitution (eq:force2COR) at an impact speed or an array of them.
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            1 at speed 0.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+
+        Examples
+        --------
+        >>> ice = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
+        >>> pair = Pair(Sphere(radius=0.025, density=917, **ice), Sphere.wall(**ice))
+        >>> f"{pair.epsilon(0.01):.6f} {pair.contact_time(0.01):.3e} {pair.max_compression(0.01):.3e}"
+        '0.915376 6.122e-04 2.039e-06'
+        """
+        return double.epsilon(self.v_star(speed))
+
+    def one_minus_epsilon(self, speed: Values) -> Values:
+        """Return 1 - eps without cancellation; arguments and errors as for `epsilon`."""
+        return double.one_minus_epsilon(self.v_star(speed))
+
+    def contact_time(self, speed: Values) -> Values:
+        """Return the duration of contact t_c (eq:tEndAdvanced), a time; inf at speed 0. Arguments as for `epsilon`."""
+        return double.tau_c(self.v_star(speed)) * self.time_scale(speed)
+
+    def max_compression(self, speed: Values) -> Values:
+        """Return the maximal compression, a length; arguments and errors as for `epsilon`."""
+        return double.x_max(self.v_star(speed)) * self.length_scale(speed)
+
+    def calibrated(
+        self, speed: Number, epsilon: float | None = None, *, one_minus_epsilon: float | None = None
+    ) -> Pair:
+        """Return this pair with the dissipative constant A that gives the wanted eps at a speed.
+
+        Parameters
+        ----------
+        speed : float
+            Impact speed v > 0, a length/time.
+        epsilon, one_minus_epsilon : float
+            Exactly one of the two, as for `beta_from_restitution`.
+
+        Returns
+        -------
+        Pair
+            Of the same spheres, but both with the same new A.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `beta_from_restitution` does.
+
+        Examples
+        --------
+        >>> material = {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 0}
+        >>> ball = Sphere(radius=0.01, density=2500, **material)
+        >>> pair = Pair(ball, ball).calibrated(speed=1.0, epsilon=0.9)
+        >>> f"{pair.A:.6e} {pair.epsilon(1.0):.12f}"
+        '3.921873e-05 0.900000000000'
+        """
+        v = arrays.number("speed", speed, _POSITIVE)
+        beta = beta_from_restitution(v, epsilon, one_minus_epsilon=one_minus_epsilon)
+        a = self.dissipative_constant(float(beta))
+        first, second = (replace(sphere, dissipative_constant=a) for sphere in (self.first, self.second))
+        return Pair(first, second)
+
     def length_scale(self, speed: Values) -> Values:
         """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
 
@@ -262,7 +326,7 @@ class Pair:
         ValueError
             If a speed is negative, infinite or NaN.
         """
-        return _elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+        return arrays.elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 
     def time_scale(self, speed: Values) -> Values:
         """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
@@ -286,7 +350,7 @@ class Pair:
         ValueError
             If a speed is negative, infinite or NaN.
         """
-        return _elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+        return arrays.elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 
     def dissipative_constant(self, beta: Values) -> Values:
         """Return the A that gives a pair of this rho and m_eff the wanted beta: eq:betadef solved for A.
@@ -309,7 +373,53 @@ class Pair:
         ValueError
             If a beta is negative, infinite or NaN.
         """
-        return _elementwise(lambda b: b / self._stiffness * (2 / 3), "beta", beta, _NON_NEGATIVE)
+        return arrays.elementwise(lambda b: b / self._stiffness * (2 / 3), "beta", beta, _NON_NEGATIVE)
+
+
+@overload
+def beta_from_restitution(speed: float, epsilon: float, *, one_minus_epsilon: None = None) -> float: ...
+@overload
+def beta_from_restitution(speed: float, epsilon: None = None, *, one_minus_epsilon: float) -> float: ...
+@overload
+def beta_from_restitution(
+    speed: float | FloatArray,
+    epsilon: float | FloatArray | None = None,
+    *,
+    one_minus_epsilon: float | FloatArray | None = None,
+) -> float | FloatArray: ...
+def beta_from_restitution(
+    speed: float | FloatArray,
+    epsilon: float | FloatArray | None = None,
+    *,
+    one_minus_epsilon: float | FloatArray | None = None,
+) -> float | FloatArray:
+    """Return the beta with which the coefficient of restitution at a speed is the wanted one: beta = v*^2 v^(-1/5).
+
+    Parameters
+    ----------
+    speed : float or array
+        Impact speed v > 0, a length/time.
+    epsilon, one_minus_epsilon : float or array
+        Exactly one of the two: eps > 0 and <= 1, or 1 - eps >= 0 and < 1, for nearly elastic collisions. Arrays are
+        broadcast. Inverted exactly (`viscopade.double.v_star_from`).
+
+    Returns
+    -------
+    float or array
+        In (time/length)^(1/5) of the speed's units; 0 where eps is 1.
+
+    Raises
+    ------
+    TypeError
+        If not exactly one of epsilon and one_minus_epsilon is given, or one is not made of real numbers.
+    ValueError
+        If an argument is out of range anywhere.
+    """
+    v = arrays.array("speed", speed, _POSITIVE)
+    reached = np.asarray(v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon))  # type: ignore[type-var]
+    if np.isinf(reached).any():
+        raise ValueError("epsilon is 0: accepted is a number > 0 and <= 1")
+    return arrays.float_if_scalar(reached**2 / v**0.2)
 
 
 @overload
@@ -340,8 +450,8 @@ def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | Float
     ValueError
         If an argument is negative, infinite or NaN anywhere.
     """
-    v, b = _array("speed", speed, _NON_NEGATIVE), _array("beta", beta, _NON_NEGATIVE)
-    return _float_if_scalar(np.sqrt(b) * v**0.1)
+    v, b = arrays.array("speed", speed, _NON_NEGATIVE), arrays.array("beta", beta, _NON_NEGATIVE)
+    return arrays.float_if_scalar(np.sqrt(b) * v**0.1)
 
 
 @overload
@@ -372,10 +482,10 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
     ValueError
         If v_star is negative, or beta not positive, or either infinite or NaN anywhere.
     """
-    v, b = _array("v_star", v_star, _NON_NEGATIVE), _array("beta", beta, _POSITIVE)
+    v, b = arrays.array("v_star", v_star, _NON_NEGATIVE), arrays.array("beta", beta, _POSITIVE)
     with np.errstate(over="ignore"):
         # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
-        return _float_if_scalar((v / np.sqrt(b)) ** 10)
+        return arrays.float_if_scalar((v / np.sqrt(b)) ** 10)
 
 
 def beta_cgs_from_si(beta: Values) -> Values:
@@ -388,7 +498,7 @@ def beta_cgs_from_si(beta: Values) -> Values:
     ValueError
         If a beta is negative, infinite or NaN.
     """
-    return _elementwise(lambda b: b / _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+    return arrays.elementwise(lambda b: b / _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
 
 
 def beta_si_from_cgs(beta: Values) -> Values:
@@ -401,7 +511,7 @@ def beta_si_from_cgs(beta: Values) -> Values:
     ValueError
         If a beta is negative, infinite or NaN.
     """
-    return _elementwise(lambda b: b * _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+    return arrays.elementwise(lambda b: b * _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
 
 
 class ScaledEquation(NamedTuple):
@@ -447,8 +557,8 @@ def _mass_and_density(radius: float, mass: Number | None, density: Number | None
     if (mass is None) == (density is None):
         given = "neither" if mass is None else "both"
         raise ValueError(f"mass and density: {given} given, accepted is exactly one of them")
-    m = math.nan if mass is None else _number("mass", mass, _EXTENT)
-    d = math.nan if density is None else _number("density", density, _POSITIVE)
+    m = math.nan if mass is None else arrays.number("mass", mass, _EXTENT)
+    d = math.nan if density is None else arrays.number("density", density, _POSITIVE)
     if math.isinf(radius) != math.isinf(m):
         infinite, other = ("radius", "mass") if math.isinf(radius) else ("mass", "radius")
         raise ValueError(f"{infinite} is inf: accepted is a finite number > 0 or, for a wall, {other} = inf too")
@@ -476,63 +586,3 @@ def _in_range(name: str, value: float) -> float:
     if not 0 < value < math.inf:
         raise ValueError(f"{name} is {value} in these units: accepted is {_POSITIVE.accepted}; rescale the units")
     return value
-
-
-def _refusal(name: str, value: object, accepted: str) -> str:
-    """Return the one line that says what is wrong and what is accepted."""
-    return f"{name} is {' '.join(reprlib.repr(value).split())}: accepted is {accepted}"
-
-
-def _number(name: str, value: object, accepted: _Range) -> float:
-    """Return `value` as a float within the accepted range."""
-    try:
-        number = float(cast(SupportsFloat, value)) if _is_real(value) else None
-    except (OverflowError, ValueError):  # an integer beyond double precision, a signalling NaN
-        number = math.nan
-    except TypeError:  # a symbolic expression
-        number = None
-    if number is None:
-        raise TypeError(_refusal(name, value, accepted.accepted))
-    if not accepted.holds(number):
-        raise ValueError(_refusal(name, value, accepted.accepted))
-    return number
-
-
-def _is_real(value: object) -> bool:
-    """Whether float() of the value makes sense: a bool, a string or an array is not a number."""
-    if isinstance(value, bool | np.bool_ | str | bytes | np.ndarray):
-        return False
-    if isinstance(value, numbers.Complex):
-        return isinstance(value, numbers.Real)
-    return hasattr(value, "__float__") or hasattr(value, "__index__")
-
-
-def _array(name: str, values: object, accepted: _Range) -> FloatArray:
-    """Return a number, an array or nested lists as a double-precision array within the accepted range."""
-    try:
-        array = np.asarray(values)
-    except ValueError:  # lists of different lengths
-        raise TypeError(_refusal(name, values, accepted.accepted + _OR_ARRAY)) from None
-    if array.dtype.kind == "O":  # Fraction, Decimal, huge integers
-        flat = [_number(name, value, accepted) for value in array.flat]
-        return np.array(flat, dtype=np.float64).reshape(array.shape)
-    if array.dtype.kind not in "iuf":
-        raise TypeError(_refusal(name, values, accepted.accepted + _OR_ARRAY))
-    with np.errstate(over="ignore"):  # a long double too large becomes inf, which is refused
-        array = array.astype(np.float64)
-    refused = array[~accepted.holds(array)]
-    if refused.size:
-        raise ValueError(_refusal(name, float(refused[0]), accepted.accepted))
-    return array
-
-
-def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: _Range) -> Values:
-    """Apply `function` to checked values: a number gives a float, an array an array."""
-    array = _array(name, values, accepted)
-    with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented
-        return cast(Values, _float_if_scalar(function(array)))
-
-
-def _float_if_scalar(array: FloatArray) -> float | FloatArray:
-    """Return a float for what was given as a number, an array for the rest."""
-    return float(array) if array.ndim == 0 else array
