@@ -1,5 +1,6 @@
 """The README's examples run, and print what it says they print."""
 
+import doctest
 import re
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import viscopade
 from viscopade.model import beta_si_from_cgs
 
 ROOT = Path(__file__).parents[1]
@@ -57,3 +59,8 @@ def test_console_examples(block, tmp_path):
 
 def test_ice_in_si_units():
     assert f"{beta_si_from_cgs(1.307):.3f} (s/m)^(1/5)" in README
+
+
+def test_the_example_in_the_package():
+    assert doctest.testmod(viscopade).failed == 0
+    assert doctest.testmod(viscopade).attempted >= 4

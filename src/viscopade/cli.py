@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
-import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections import Counter
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
-from rich import box
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
-from viscopade import checks, exports
+from viscopade import exact, exports, figures
 from viscopade.balls import known_decimal
+from viscopade.console import (
+    DIGITS,
+    DIGITS_IF_EXACT,
+    DIGITS_OPTION,
+    ORDER,
+    STYLE,
+    Degrees,
+    Real,
+    Whole,
+    material,
+    pair_of,
+    show,
+    tracker,
+)
+from viscopade.model import Pair
 from viscopade.pade import MAX_DEGREE, Pade, Root, pade
 from viscopade.paper import CITATION, Entry, approximants, compare
 from viscopade.progress import shown_by
@@ -27,50 +34,6 @@ from viscopade.series import series
 from viscopade.writer import write, write_all
 
 COMPARED_DIGITS = 20
-
-
-class Whole(click.ParamType[int]):
-    """An integer within a range, with our own words for what is accepted."""
-
-    name = "integer"
-
-    def __init__(self, label: str, low: int, high: int) -> None:
-        self.label, self.low, self.high = label, low, high
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Parse decimal digits with an optional sign."""
-        if isinstance(value, str):
-            if not re.fullmatch(r"[+-]?[0-9]{1,18}", value):
-                self.fail(f"{self.label} is {value!r}: accepted is an integer from {self.low} to {self.high}")
-            value = int(value)
-        try:
-            return checks.integer(self.label, value, self.low, self.high)
-        except ValueError as error:
-            self.fail(str(error))
-
-
-class Degrees(click.ParamType[tuple[int, int]]):
-    """Degrees [m/n] written as M/N."""
-
-    name = "M/N"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Parse "3/6"."""
-        if isinstance(value, tuple):
-            return value
-        match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
-        degrees = (int(match[1]), int(match[2])) if match else (MAX_DEGREE + 1, 0)
-        if max(degrees) > MAX_DEGREE:
-            self.fail(f"{value!r} are no degrees: accepted is M/N with 0 <= M, N <= {MAX_DEGREE}, such as 3/6")
-        return degrees
-
-
-ORDER = Whole("order", 0, checks.MAX_ORDER)
-DIGITS = Whole("digits", 1, checks.MAX_DIGITS)
-STYLE = click.option(
-    "--format", "style", type=click.Choice(["text", "json", "csv", "latex"]), default="text", show_default=True
-)
-DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -142,6 +105,77 @@ def pade_command(m: int, n: int, digits: int, style: str) -> None:
 
 
 @command.command()
+@click.option("--v-star", help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
+@click.option("--beta", help="With --speed, instead of --v-star: beta in (time/length)^(1/5).")
+@click.option("--speed", help="Impact speed in length/time, in any consistent units.")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@DIGITS_IF_EXACT
+@STYLE
+def epsilon(
+    v_star: str | None, beta: str | None, speed: str | None, digits: int | None, style: str, **options: Any
+) -> None:
+    """Print the exact coefficient of restitution, maximal compression and contact time.
+
+    At v*, or at a beta and a speed, every digit is proven; x_max and tau_c are in units of (rho/m_eff)^(-2/5) v^(4/5)
+    and (rho/m_eff)^(-2/5) v^(-1/5). For spheres of a material at a speed, the numbers are double precision and in the
+    units of the arguments.
+    """
+    pair = pair_of(**options)
+    if pair is not None:
+        if v_star is not None or beta is not None or digits is not None or speed is None:
+            raise click.UsageError("with a material, accepted is --speed, and none of --v-star, --beta and --digits")
+        _show_numbers(_at_speed(pair, Real("speed").convert(speed, None, None)), {}, style)
+        return
+    if (v_star is None) == (beta is None and speed is None) or (beta is None) != (speed is None):
+        raise click.UsageError("accepted is either --v-star, or both --beta and --speed, or a material and --speed")
+    collision = exact.collision(v_star, 30 if digits is None else digits, beta=beta, speed=speed)
+    _show_numbers(collision.decimals(), {"digits": collision.digits}, style)
+
+
+@command.command()
+@click.option("--epsilon", help="Coefficient of restitution, > 0 and <= 1.")
+@click.option("--one-minus-epsilon", help="1 - epsilon instead, for nearly elastic collisions.")
+@click.option("--speed", help="Impact speed; then beta is printed, too.")
+@material("young_modulus", "poisson_ratio", "density")
+@DIGITS_OPTION
+@STYLE
+def invert(
+    epsilon: str | None, one_minus_epsilon: str | None, speed: str | None, digits: int, style: str, **options: Any
+) -> None:
+    """Print the v* that leads to a coefficient of restitution; with a speed beta, and with a material A.
+
+    Every digit is proven, but A is double precision and in the units of the arguments.
+    """
+    if (epsilon is None) == (one_minus_epsilon is None):
+        raise click.UsageError("accepted is exactly one of --epsilon and --one-minus-epsilon")
+    pair = pair_of(**options)
+    if pair is not None and speed is None:
+        raise click.UsageError("a material also needs --speed")
+    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed)
+    numbers = collision.decimals()
+    if pair is not None:
+        numbers["dissipative_constant"] = repr(pair.dissipative_constant(collision.floats()["beta"]))
+    _show_numbers(numbers, {"digits": digits}, style)
+
+
+def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
+    """Return what happens at a speed, in double precision."""
+    numbers = {
+        "beta": pair.beta,
+        "v_star": pair.v_star(speed),
+        "epsilon": pair.epsilon(speed),
+        "one_minus_epsilon": pair.one_minus_epsilon(speed),
+        "max_compression": pair.max_compression(speed),
+        "contact_time": pair.contact_time(speed),
+    }
+    return {name: repr(float(value)) for name, value in numbers.items()}
+
+
+def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) -> None:
+    show(style, ("quantity", "value"), numbers.items(), {**context, **numbers})
+
+
+@command.command()
 @click.argument("target", type=click.Choice([*exports.RENDERERS, "series-csv", "series-json"]))
 @click.option(
     "--pade",
@@ -166,6 +200,46 @@ def export(target: str, degrees: tuple[tuple[int, int], ...], order: int, digits
         click.echo(text, nl=False)
     else:
         write(output, text)
+
+
+@command.command()
+@click.option("--only", "names", multiple=True, help="Names of claims; repeat for more. Default: all.")
+@STYLE
+def claims(names: tuple[str, ...], style: str) -> None:
+    """Check every statement of the paper that can be checked, and print our verdict with the evidence."""
+    from viscopade.claims import UNCHECKED, check
+
+    findings = [finding.to_json() for finding in check(names or None)]
+    counts = Counter(finding["verdict"] for finding in findings)
+    unchecked = [] if names else [entry._asdict() for entry in UNCHECKED]
+    if style == "text":
+        for finding in findings:
+            click.echo(f"{finding['name']}  ({finding['place']})\n  claim:    {finding['statement']}")
+            click.echo(f"  verdict:  {finding['verdict']} ({finding['kind']})\n  evidence: {finding['summary']}\n")
+        for entry in unchecked:
+            click.echo(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}")
+        click.echo(", ".join(f"{counts[verdict]} {words}" for verdict, words in _VERDICTS.items() if counts[verdict]))
+        return
+    header = ("name", "place", "statement", "verdict", "kind", "summary")
+    rows = ([finding[column] for column in header] for finding in findings)
+    show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
+
+
+_VERDICTS = {"holds": "hold", "holds with a limit": "hold with a limit", "does not hold": "do not hold"}
+
+
+@command.command("figures")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
+@click.option("--only", "names", multiple=True, type=click.Choice(list(figures.FIGURES)), help="Repeat for more.")
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
+    help="Repeat for more.",
+)  # fmt: skip
+def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
+    """Draw the paper's figures, and those that it could not show."""
+    pictures = figures.render(names or None, formats)
+    write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
+    click.echo(f"wrote {', '.join(pictures)} to {out}")
 
 
 def _entry_row(entry: Entry) -> tuple[str, ...]:
@@ -220,46 +294,6 @@ def _pade_json(p: Pade) -> dict[str, Any]:
     }
 
 
-def show(
-    style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
-) -> None:
-    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object."""
-    cells = [[str(cell) for cell in row] for row in rows]
-    if style == "json":
-        click.echo(json.dumps(whole, ensure_ascii=False))
-    elif style == "csv":
-        buffer = io.StringIO()
-        csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
-        click.echo(buffer.getvalue(), nl=False)
-    elif style == "latex":
-        lines = [" & ".join(row).replace("_", r"\_") + r" \\" for row in ([*header], *cells)]
-        body = "\n".join([lines[0], r"\hline", *lines[1:]])
-        click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
-    else:
-        _print_table(header, cells, title)
-
-
-def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
-    for name in header:
-        table.add_column(name, overflow="fold")  # a digit is never left out
-    for row in cells:
-        table.add_row(*row)
-    # In a pipe a line is as long as it needs to be.
-    console = Console(width=None if sys.stdout.isatty() else 2 * checks.MAX_DIGITS, markup=False, highlight=False)
-    with console.capture() as capture:
-        console.print(table)
-    click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
-
-
-def _tracker(steps: Sequence[int], description: str) -> Iterable[int]:
-    """Show progress on a terminal, and take it away when done."""
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        yield from progress.track(steps, description=description)
-
-
 def _fail(message: object, status: int) -> NoReturn:
     """Print one line and exit."""
     click.echo("viscopade: " + " ".join(str(message).split()), err=True)
@@ -269,7 +303,7 @@ def _fail(message: object, status: int) -> NoReturn:
 def main() -> None:
     """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
     try:
-        with shown_by(_tracker):
+        with shown_by(tracker):
             status = command.main(prog_name="viscopade", standalone_mode=False)
             sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
@@ -279,6 +313,8 @@ def main() -> None:
         _fail(error.format_message(), 2)
     except (ValueError, TypeError) as error:
         _fail(error, 2)
+    except ModuleNotFoundError as error:
+        _fail(error, 1)
     except ArithmeticError as error:
         _fail(error, 1)
     except BrokenPipeError:

@@ -1,0 +1,172 @@
+"""What the commands share: types of arguments, tables on standard output, progress on standard error."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import click
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from viscopade import checks
+from viscopade.model import Pair, Sphere
+from viscopade.pade import MAX_DEGREE
+
+
+class Whole(click.ParamType[int]):
+    """An integer within a range, with our own words for what is accepted."""
+
+    name = "integer"
+
+    def __init__(self, label: str, low: int, high: int) -> None:
+        self.label, self.low, self.high = label, low, high
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Parse decimal digits with an optional sign."""
+        if isinstance(value, str):
+            if not re.fullmatch(r"[+-]?[0-9]{1,18}", value):
+                self.fail(f"{self.label} is {value!r}: accepted is an integer from {self.low} to {self.high}")
+            value = int(value)
+        try:
+            return checks.integer(self.label, value, self.low, self.high)
+        except ValueError as error:
+            self.fail(str(error))
+
+
+class Real(click.ParamType[float]):
+    """A decimal number, as a double."""
+
+    name = "number"
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Parse a decimal number."""
+        if isinstance(value, float):
+            return value
+        try:
+            return float(
+                checks.exact(self.label, value, "a finite decimal number", lambda number: abs(number) < 10**300)
+            )
+        except ValueError as error:
+            self.fail(str(error))
+
+
+class Degrees(click.ParamType[tuple[int, int]]):
+    """Degrees [m/n] written as M/N."""
+
+    name = "M/N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Parse "3/6"."""
+        if isinstance(value, tuple):
+            return value
+        match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
+        degrees = (int(match[1]), int(match[2])) if match else (MAX_DEGREE + 1, 0)
+        if max(degrees) > MAX_DEGREE:
+            self.fail(f"{value!r} are no degrees: accepted is M/N with 0 <= M, N <= {MAX_DEGREE}, such as 3/6")
+        return degrees
+
+
+ORDER = Whole("order", 0, checks.MAX_ORDER)
+DIGITS = Whole("digits", 1, checks.MAX_DIGITS)
+STYLE = click.option(
+    "--format", "style", type=click.Choice(["text", "json", "csv", "latex"]), default="text", show_default=True
+)
+# 30 unless a material is given: those numbers are double precision.
+DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits, without a material.  [default: 30]")
+DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
+
+
+MATERIAL_HELP = {
+    "young_modulus": "Young modulus.",
+    "poisson_ratio": "Poisson ratio.",
+    "density": "Density.",
+    "dissipative_constant": "Dissipative constant A, a time.",
+}
+
+
+def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        command = click.option("--wall", is_flag=True, help="The partner is a plane wall of the same material.")(
+            command
+        )
+        for name in reversed(names):
+            option = click.option("--" + name.replace("_", "-"), type=Real(name), help=MATERIAL_HELP[name])
+            command = option(command)
+        help_text = "Radius of the spheres; twice for two of different size. Any consistent units."
+        return click.option("--radius", "radii", type=Real("radius"), multiple=True, help=help_text)(command)
+
+    return decorate
+
+
+def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> Pair | None:
+    """Return the pair that the options describe, or None if there are none.
+
+    Raises
+    ------
+    click.UsageError
+        If some are missing, or there are too many radii.
+    """
+    if not radii and not wall and all(value is None for value in properties.values()):
+        return None
+    missing = [name for name, value in properties.items() if value is None] + ([] if radii else ["radius"])
+    if missing:
+        raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
+    if len(radii) > 2 - wall:
+        raise click.UsageError("accepted is --radius once or twice, and once with --wall")
+    values: dict[str, Any] = {"dissipative_constant": 0.0, **properties}
+    spheres = [Sphere(radius=radius, **values) for radius in radii]
+    values.pop("density")
+    return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
+
+
+def show(
+    style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
+) -> None:
+    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object."""
+    cells = [[str(cell) for cell in row] for row in rows]
+    if style == "json":
+        click.echo(json.dumps(whole, ensure_ascii=False))
+    elif style == "csv":
+        buffer = io.StringIO()
+        csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
+        click.echo(buffer.getvalue(), nl=False)
+    elif style == "latex":
+        lines = [" & ".join(row).replace("_", r"\_") + r" \\" for row in ([*header], *cells)]
+        body = "\n".join([lines[0], r"\hline", *lines[1:]])
+        click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
+    else:
+        _print_table(header, cells, title)
+
+
+def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
+    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+    for name in header:
+        table.add_column(name, overflow="fold")  # a digit is never left out
+    for row in cells:
+        table.add_row(*row)
+    # In a pipe a line is as long as it needs to be.
+    console = Console(width=None if sys.stdout.isatty() else 2 * checks.MAX_DIGITS, markup=False, highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+    click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+
+
+def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
+    """Show progress on a terminal, and take it away when done."""
+    console = Console(stderr=True)
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        yield from progress.track(steps, description=description)
