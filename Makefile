@@ -8,6 +8,7 @@ READY := $(VENV)/.ready
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
+	$(BIN)/viscopade figures --out docs/figures
 
 test: $(READY) lint
 	$(BIN)/python -m pytest
@@ -17,6 +18,9 @@ test-slow: $(READY)
 
 bench: $(READY)
 	$(BIN)/python benchmarks/bench_series.py
+	$(BIN)/python benchmarks/bench_exact.py
+	$(BIN)/python benchmarks/bench_double.py
+	$(BIN)/python benchmarks/damping.py
 
 lint: $(READY)
 	$(BIN)/ruff format --check --quiet .

@@ -277,6 +277,24 @@ def test_what_lies_behind_the_end_is_never_before_it(k):
         assert is_before(u_end - 2 * to_mpf(eta.mid()))
 
 
+@pytest.mark.parametrize("k", [Dyadic(-1, 0), Dyadic(-11, 0)])
+def test_a_piece_that_begins_behind_the_end_is_noticed(k):
+    """With p too small, r^2 - |k| p is positive still at a joint behind the true end."""
+    branch = wrong_at(k, len(coarse(k).pieces) - 2, -1)
+    bits, last = branch.bits, branch.pieces[-1]
+    with mp.workdps(50), working(250):
+        u_end = 1 - mp.sqrt(-to_mpf(k.ball()) * to_mpf(fine(k).p))
+        u_of_z = [mpf(c) / 2**bits for c in reversed(last.u)]
+        z = mp.findroot(lambda z: mp.polyval(u_of_z, z) - u_end, (mpf(0.4), mpf(0.6))) + mpf(10) ** -9
+        h = Dyadic(int(z * to_mpf(last.h.ball()) * 2**100), -100)
+    joined = Piece(flow.taylor(last.u[0], h.over(last.h, last.u[1]), h, k, bits, len(last.u)), h)
+    assert not flow._ends_in(joined, k, bits)
+    rest = flow.taylor(sum(joined.u), sum(joined.y), h, k, bits, len(last.u))
+    behind = Branch(k, bits, (*branch.pieces[:-1], joined, Piece(rest, h)), 1 << 30)
+    with pytest.raises(ArithmeticError, match="before the last piece"):
+        enclosed(behind)
+
+
 # r, p, h, k, max|rho| h. By so much p may be wrong: then the force, or p itself, may have been 0 already.
 NOT_BEFORE = [
     (0.5, -0.1, 1.0, 0.0, 0.0),

@@ -154,7 +154,8 @@ def invert(
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed)
     numbers = collision.decimals()
     if pair is not None:
-        numbers["dissipative_constant"] = repr(pair.dissipative_constant(collision.floats()["beta"]))
+        precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
+        numbers["dissipative_constant"] = repr(pair.dissipative_constant(precise.floats()["beta"]))
     _show_numbers(numbers, {"digits": digits}, style)
 
 
@@ -218,14 +219,11 @@ def claims(names: tuple[str, ...], style: str) -> None:
             click.echo(f"  verdict:  {finding['verdict']} ({finding['kind']})\n  evidence: {finding['summary']}\n")
         for entry in unchecked:
             click.echo(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}")
-        click.echo(", ".join(f"{counts[verdict]} {words}" for verdict, words in _VERDICTS.items() if counts[verdict]))
+        click.echo(", ".join(f"{verdict}: {number}" for verdict, number in sorted(counts.items(), reverse=True)))
         return
     header = ("name", "place", "statement", "verdict", "kind", "summary")
     rows = ([finding[column] for column in header] for finding in findings)
     show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
-
-
-_VERDICTS = {"holds": "hold", "holds with a limit": "hold with a limit", "does not hold": "do not hold"}
 
 
 @command.command("figures")

@@ -110,7 +110,7 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
         slope = f.y[0]
         if not slope > 100 * unit:
             raise ArithmeticError("too few bits for the speed")
-        shares.append((2 * residual + 8 * unit) / slope)  # 8: u' is continuous but for less than two units
+        shares.append((2 * residual + 8 * unit) / slope)  # 8: u' is continuous but for less than three units
     return shares
 
 
