@@ -154,6 +154,8 @@ class _Table(NamedTuple):
 def _table() -> _Table:
     text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
     rows = [line.split()[2:] for line in text.splitlines() if not line.startswith("#")]
+    if len(rows) != PANELS * len(NAMES):
+        raise OSError(f"{DATA} has {len(rows)} lines of {PANELS * len(NAMES)}")
     exponents = np.array([int(row[0]) for row in rows])
     constants = [int(row[1]) for row in rows]
     high = [float(c) for c in constants]

@@ -81,7 +81,7 @@ class _Functions(NamedTuple):
 
     def contraction(self, k: arb, eta: arb) -> arb:
         """Bound by what an error shrinks in unloading while the piece lasts."""
-        return (k * self.h * self.s.integral()(arb(1)) * (1 - eta)).exp()
+        return (k * self.h * self.r(arb(1)) ** 2 * (1 - eta)).exp()  # r falls
 
     def time(self, z: arb) -> arb:
         """Enclose the integral of r ds from 0 to z."""

@@ -25,7 +25,7 @@ from typing import Any, SupportsIndex
 from flint import arb, fmpz
 from mpmath import mp
 
-from viscopade import checks
+from viscopade import checks, double
 from viscopade.balls import bits_for, decimal_string, to_mpf, working
 from viscopade.enclosure import Ends, ends
 from viscopade.flow import Branch, Dyadic, integrate
@@ -296,15 +296,15 @@ class _Speed:
     beta: Fraction
     speed: Fraction
     given: dict[str, Fraction]
-    guess_bits = 12
 
     def log_kappa(self) -> arb:
         return _ball(self.beta).log() + _ball(self.speed).log() / 5
 
-    def guess(self) -> float:
-        """Return an approximation of ln k."""
-        with working(64):
-            return _log_k(float(self.log_kappa()))
+    def guess(self) -> tuple[arb, int]:
+        """Return an approximation of k, and the number of its bits that are right."""
+        with working(128):
+            log_kappa = self.log_kappa()
+            return _k_from_table(log_kappa, 52) or (arb(_log_k(float(log_kappa))).exp(), 12)
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
@@ -327,7 +327,6 @@ class _Restitution:
 
     epsilon: Fraction
     speed: Fraction | None
-    guess_bits = 4
 
     @property
     def given(self) -> dict[str, Fraction]:
@@ -337,15 +336,23 @@ class _Restitution:
         """Return ln((1 - eps)/eps), a smooth function of ln k of slope 1 to 2."""
         return _ball(1 - self.epsilon).log() - _ball(self.epsilon).log()
 
-    def guess(self) -> float:
-        """Return an approximation of ln k."""
-        with working(64):
+    def guess(self) -> tuple[arb, int]:
+        """Return an approximation of k, and the number of its bits that are right."""
+        epsilon, loss = float(self.epsilon), float(1 - self.epsilon)
+        if min(epsilon, loss) > 1e-300:
+            v_star = double.v_star_from(epsilon) if epsilon < loss else double.v_star_from(one_minus_epsilon=loss)
+            with working(128):
+                found = _k_from_table(2 * arb(v_star).log(), 47)
+            if found is not None:
+                return found
+        with working(128):
             odds = float(self.log_odds())
         # (1 - eps)/eps is about 1.153 kappa where it is small, 0.763 kappa^(5/3) where it is large.
         log_kappa = odds / (1 if odds < 0 else 5 / 3)
         for _ in range(60):
             log_kappa += (odds - _log_add(0.143 + log_kappa, -0.270 + 5 / 3 * log_kappa, 1.5)) / (5 / 3)
-        return _log_k(log_kappa)
+        with working(128):
+            return arb(_log_k(log_kappa)).exp(), 4
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
@@ -369,6 +376,18 @@ class _Restitution:
 
 
 _Wanted = _Speed | _Restitution
+
+
+def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
+    """Return k = 2 kappa x_max^(1/4) with x_max in double precision, unless v* is extreme."""
+    half = float(log_kappa) / 2
+    if abs(half) > 200:
+        return None
+    try:
+        x_max = double.x_max(math.exp(half))
+    except OSError:  # the table is being made
+        return None
+    return 2 * log_kappa.exp() * arb(x_max).root(4), bits
 
 
 def _log_k(log_kappa: float) -> float:
@@ -395,7 +414,8 @@ def _log_add(a: float, b: float, power: float = 1) -> float:
 def _collision(wanted: _Wanted, digits: int) -> Collision:
     """Solve for k and enclose, with more and more bits until every decimal is determined."""
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
-    k, known = _power_of_e(arb(wanted.guess()), 64), wanted.guess_bits
+    guess, known = wanted.guess()
+    k = Dyadic.nearest(guess, 64)
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
         loading, unloading = _branches(k, accuracy)
@@ -422,11 +442,6 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
 
 def _branches(k: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
     return integrate(k, accuracy), integrate(Dyadic(-k.mantissa, k.exponent), accuracy)
-
-
-def _power_of_e(exponent: arb, bits: int) -> Dyadic:
-    with working(bits + 64):
-        return Dyadic.nearest(exponent.exp(), bits)
 
 
 def _ball(number: Fraction) -> arb:
