@@ -183,9 +183,17 @@ main()
     assert paper.TABLE is TABLE
 
 
-def test_progress_is_shown_on_a_terminal_only():
+@pytest.mark.parametrize(
+    ("arguments", "shown_words"),
+    [
+        (["coefficients", "--order", "60", "--digits", "60"], "perturbation orders"),
+        (["epsilon", "--v-star", "2", "--digits", "400"], "Newton's method"),
+        (["claims", "--only", "table-entries"], "claims"),
+    ],
+)
+def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
     master, slave = pty.openpty()
-    words = [*VISCOPADE, "coefficients", "--order", "60", "--digits", "60"]
+    words = [*VISCOPADE, *arguments]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=slave, env=os.environ | {"TERM": "xterm"})
     os.close(slave)
     shown = b""
@@ -199,8 +207,8 @@ def test_progress_is_shown_on_a_terminal_only():
         shown += part
     process.communicate(timeout=60)
     os.close(master)
-    assert b"perturbation orders" in shown
-    assert run("coefficients", "--order", "60", "--digits", "60").stderr == ""
+    assert shown_words.encode() in shown
+    assert run(*arguments).stderr == ""
 
 
 def test_output_cut_off_by_the_reader():

@@ -24,6 +24,7 @@ from viscopade import double, singularity
 from viscopade.kernels import marker_line
 from viscopade.pade import Pade, Root, horner, pade
 from viscopade.paper import BETA_ICE_CGS, TABLE
+from viscopade.progress import quietly, track
 from viscopade.series import series
 
 if TYPE_CHECKING:
@@ -175,10 +176,10 @@ def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)
     _refuse_unknown("figure", names, FIGURES)
     _refuse_unknown("format", formats, FORMATS)
     files = {}
-    for name in names:
-        with drawn(name) as sheet:
+    for i in track(range(len(names)), "figures"):
+        with quietly(), drawn(names[i]) as sheet:
             for kind in formats:
-                files[f"{name}.{kind}"] = content(sheet, name, kind)
+                files[f"{names[i]}.{kind}"] = content(sheet, names[i], kind)
     return files
 
 

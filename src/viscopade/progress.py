@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import TypeVar
 
@@ -27,3 +27,8 @@ def shown_by(tracker: Tracker) -> Iterator[None]:
         yield
     finally:
         _tracker.reset(token)
+
+
+def quietly() -> AbstractContextManager[None]:
+    """Show nothing for the duration of a `with` block: the steps of a step."""
+    return shown_by(lambda steps, _: steps)
