@@ -97,9 +97,15 @@ def largest(error: Array, up_to: float) -> float:
 
 
 def first_above(error: Array, tolerance: float) -> float | None:
-    """Return the first v* of the grid where an error exceeds `tolerance`, None if it never does."""
+    """Return the first v* where an error exceeds `tolerance`, None if it never does.
+
+    Between the points of the grid it is interpolated, logarithmically.
+    """
     above = np.flatnonzero(error > tolerance)
-    return float(curve().v_star[above[0]]) if len(above) else None
+    if not len(above):
+        return None
+    around = slice(max(above[0] - 1, 0), above[0] + 1)
+    return float(np.exp(np.interp(np.log(tolerance), np.log(error[around]), np.log(curve().v_star[around]))))
 
 
 def at(error: Array, v_star: float) -> float:
