@@ -68,7 +68,11 @@ def executed(path: Path, **environment: str):
         )
         own = {"IPYTHONDIR": str(here / "ipython"), "JUPYTER_RUNTIME_DIR": str(here / "jupyter")}
         client = NotebookClient(
-            notebook, km=kernel, timeout=CELL_TIMEOUT, resources={"metadata": {"path": str(here / "work")}}
+            notebook,
+            km=kernel,
+            timeout=CELL_TIMEOUT,
+            resources={"metadata": {"path": str(here / "work")}},
+            coalesce_streams=True,  # what a cell prints may come in pieces
         )
         client.execute(env=os.environ | own | environment, cleanup_kc=True)
     return notebook

@@ -28,8 +28,9 @@ from viscopade.balls import fixed_point, working
 
 # Coefficients a piece has for each bit: pieces as long as a quarter of the radius of convergence cost least.
 TERMS_PER_BIT = 0.5
-# Up to here Taylor coefficients one by one are faster than Newton's iteration on the series.
+# Up to so many, Taylor coefficients one by one are faster than Newton's iteration on the series; fewer if they are long.
 NEWTON_FROM = 120
+NEWTON_FROM_BITS = 40_000
 LONGEST_FIRST_STEP = 0.23  # a quarter of the distance 0.911 of the nearest singularity at k = 0
 MAX_PIECES = 20_000
 LARGEST_GROWTH = (
@@ -269,7 +270,7 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int) 
     With R = 1 - u, S = R^2 and Y = u' the flow is u'' = S V, V = 2 h^2 S + h k Y.
     """
     lengths = [terms]
-    while lengths[-1] > NEWTON_FROM:
+    while lengths[-1] > max(min(NEWTON_FROM, NEWTON_FROM_BITS // bits), 16):
         lengths.append((lengths[-1] + 5) // 2)
     constants = Dyadic(2, 0).product(h).product(h), h.product(k)
     u = _one_by_one(start, slope, *constants, bits, lengths.pop())
