@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Iterator
 from decimal import Decimal
 from functools import lru_cache
+from itertools import groupby
 from pathlib import Path
 
 import nbformat
@@ -68,11 +69,7 @@ def executed(path: Path, **environment: str):
         )
         own = {"IPYTHONDIR": str(here / "ipython"), "JUPYTER_RUNTIME_DIR": str(here / "jupyter")}
         client = NotebookClient(
-            notebook,
-            km=kernel,
-            timeout=CELL_TIMEOUT,
-            resources={"metadata": {"path": str(here / "work")}},
-            coalesce_streams=True,  # what a cell prints may come in pieces
+            notebook, km=kernel, timeout=CELL_TIMEOUT, resources={"metadata": {"path": str(here / "work")}}
         )
         client.execute(env=os.environ | own | environment, cleanup_kc=True)
     return notebook
@@ -81,13 +78,14 @@ def executed(path: Path, **environment: str):
 def outputs(notebook) -> Iterator[tuple[str, str, str]]:
     """Yield cell, kind and text of every output; images without their content."""
     for cell in notebook.cells:
-        for output in cell.get("outputs", []):
-            if output.output_type == "stream":
-                yield cell.id, output.name, output.text
+        for stream, group in groupby(cell.get("outputs", []), key=lambda output: output.get("name", "")):
+            if stream:  # what a cell prints may come in pieces
+                yield cell.id, stream, "".join(output.text for output in group)
                 continue
-            assert output.output_type in ("display_data", "execute_result"), f"{cell.id}: {output.output_type}"
-            for kind, content in sorted(output.data.items()):
-                yield cell.id, kind, "" if kind in IMAGES else content
+            for output in group:
+                assert output.output_type in ("display_data", "execute_result"), f"{cell.id}: {output.output_type}"
+                for kind, content in sorted(output.data.items()):
+                    yield cell.id, kind, "" if kind in IMAGES else content
 
 
 def place(number: str) -> Decimal:
