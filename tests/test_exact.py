@@ -269,6 +269,20 @@ def test_what_is_not_a_number_is_refused():
         exact.Collision(12, nothing, nothing, nothing, nothing, nothing, {})
 
 
+@pytest.mark.parametrize("v_star", ["1e-3", "0.7", "1.5", "4", "1e3"])
+def test_without_the_table_of_first_guesses(v_star, monkeypatch):
+    """While the table of double precision is made, first guesses come from the two limits."""
+    with_table = exact.collision(v_star, 40).decimals()
+    inverse = exact.invert(with_table["epsilon"], 30).decimals()
+
+    def missing(_):
+        raise OSError
+
+    monkeypatch.setattr(exact.double, "x_max", missing)
+    assert exact.collision(v_star, 40).decimals() == with_table
+    assert exact.invert(with_table["epsilon"], 30).decimals() == inverse
+
+
 def test_an_inconsistent_collision_is_refused():
     good = exact.collision(1, 12)
     with pytest.raises(ValueError, match="do not belong together"):

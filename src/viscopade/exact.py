@@ -304,7 +304,7 @@ class _Speed:
         """Return an approximation of k, and the number of its bits that are right."""
         with working(128):
             log_kappa = self.log_kappa()
-            return _k_from_table(log_kappa, 52) or (arb(_log_k(float(log_kappa))).exp(), 12)
+            return _k_from_table(log_kappa, 52) or _k_from_limits(float(log_kappa))
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
@@ -347,12 +347,9 @@ class _Restitution:
                 return found
         with working(128):
             odds = float(self.log_odds())
-        # (1 - eps)/eps is about 1.153 kappa where it is small, 0.763 kappa^(5/3) where it is large.
-        log_kappa = odds / (1 if odds < 0 else 5 / 3)
-        for _ in range(60):
-            log_kappa += (odds - _log_add(0.143 + log_kappa, -0.270 + 5 / 3 * log_kappa, 1.5)) / (5 / 3)
-        with working(128):
-            return arb(_log_k(log_kappa)).exp(), 4
+        # (1 - eps)/eps is about the larger of its limits, lambda_1 kappa and (2/3)^(2/3) kappa^(5/3).
+        lambda_1 = math.sqrt(math.pi) * math.gamma(3 / 5) / (5**0.4 * 2**0.2 * math.gamma(21 / 10))
+        return _k_from_limits(min(odds - math.log(lambda_1), 3 / 5 * odds - 2 / 5 * math.log(2 / 3)))
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
@@ -390,22 +387,12 @@ def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
     return 2 * log_kappa.exp() * arb(x_max).root(4), bits
 
 
-def _log_k(log_kappa: float) -> float:
-    """Return ln k from ln kappa, to 12 bits, with F^2 = 1/5 + k^2/36 + 0.77 ln(1 + 0.1128 k/0.77).
-
-    The logarithm was fitted; it has the right derivative at k = 0.
-    """
-    log_k = log_kappa
-    for _ in range(20):
-        between = 0.77 * _log_add(0, math.log(0.1128 / 0.77) + log_k)
-        f_squared = _log_add(math.log(0.2 + between), 2 * log_k - math.log(36))
-        log_k = log_kappa + 0.8 * math.log(2) - f_squared / 10
-    return log_k
-
-
-def _log_add(a: float, b: float, power: float = 1) -> float:
-    """Return ln((e^(a q) + e^(b q))^(1/q)) for q = power, without overflow."""
-    return max(a, b) + math.log1p(math.exp(-power * abs(a - b))) / power
+def _k_from_limits(log_kappa: float) -> tuple[arb, int]:
+    """Return k as if F were the larger of its limits, 1/sqrt(5) for slow and k/6 for fast impacts."""
+    scaled = log_kappa + 4 / 5 * math.log(2)
+    log_k = min(scaled + math.log(5) / 10, 5 / 6 * scaled + math.log(6) / 6)
+    with working(128):
+        return arb(log_k).exp(), 1
 
 
 # --- solving ----------------------------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ from viscopade.balls import fixed_point, working
 
 # Coefficients a piece has for each bit: pieces as long as a quarter of the radius of convergence cost least.
 TERMS_PER_BIT = 0.5
-# Up to so many, Taylor coefficients one by one are faster than Newton's iteration on the series; fewer if they are long.
+# Up to so many, Taylor coefficients one by one are faster than Newton's iteration; fewer if they are long.
 NEWTON_FROM = 120
 NEWTON_FROM_BITS = 40_000
 LONGEST_FIRST_STEP = 0.23  # a quarter of the distance 0.911 of the nearest singularity at k = 0
