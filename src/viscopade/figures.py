@@ -44,8 +44,9 @@ DIGITS = 18
 SERIES_ORDER = 80
 MAX_M = 25
 
-# The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for. Their
-# measurements themselves are not publicly available, and are not in our figures.
+# The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for,
+# roughly those of the experiment (the original was not at hand). Their measurements themselves are not publicly
+# available, and are not in our figures.
 FIT_FACTOR, FIT_EXPONENT = 0.32, -0.234
 FIT_SPEEDS = (0.015, 2.0)
 FIT_LABEL = "fit of Bridges et al."
@@ -596,7 +597,7 @@ def _poles_and_zeros() -> Sheet:
     r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
     line), $[3/6]$ (dotted) and the series cut off at $k_c = 40$, which diverges at about 0.3 cm/s. Long dashes: the
     fit $\varepsilon = 0.32\,(v/(\mathrm{cm/s}))^{-0.234}$ that Bridges, Hatzes and Lin (1984) gave for their
-    measurements, over the range of their speeds. It is a fit and not the measurements, which are not public.""",
+    measurements, drawn for roughly the speeds of these. It is a fit and not the measurements, which are not public.""",
     "fig:expVsAnaVsNum",
 )
 def _exp_vs_ana_vs_num() -> Sheet:
