@@ -18,7 +18,7 @@ from flint import arb, arb_poly, fmpz_poly
 from viscopade.balls import fixed_point, working
 from viscopade.flow import Branch, Dyadic, Piece
 
-GUARD_BITS = 32
+GUARD_BITS = 32  # within a piece p may grow by a factor of e^6, nine bits
 # For |k| of this many bits or more the balance of energy gives the work, at the cost of few bits.
 ENERGY_FROM = -2
 

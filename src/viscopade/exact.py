@@ -35,9 +35,9 @@ Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
 
 MAX_ATTEMPTS = 12
-GUARD_BITS = 32
-GUARD_DIGIT_BITS = 12
-LEAST_ACCURACY = 30
+GUARD_BITS = 32  # of ball arithmetic, beyond the accuracy asked for
+GUARD_DIGIT_BITS = 12  # so that an enclosure rarely lies across a boundary of rounding
+LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
 _BETAS = "0, or a number from 1e-1000 to 1e100"

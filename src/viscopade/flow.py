@@ -33,11 +33,10 @@ NEWTON_FROM = 120
 NEWTON_FROM_BITS = 40_000
 LONGEST_FIRST_STEP = 0.23  # a quarter of the distance 0.911 of the nearest singularity at k = 0
 MAX_PIECES = 20_000
-LARGEST_GROWTH = (
-    6.0  # |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid
-)
-SPARE_BITS = 4
-AIM_BITS = 3
+# Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
+LARGEST_GROWTH = 6.0
+SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
+AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
 
 
 class Dyadic(NamedTuple):
