@@ -5,6 +5,8 @@ import io
 import json
 import os
 import pty
+import re
+import shutil
 import subprocess
 import sys
 
@@ -56,6 +58,19 @@ def test_coefficients_csv_and_latex():
     text = run("coefficients", "--order", 4, "--digits", 8, "--format", "latex").stdout
     assert text.startswith(r"\begin{tabular}{ll}")
     assert r"2 & -1.1534489 \\" in text
+
+
+@pytest.mark.parametrize("words", [["reproduce"], ["claims", "--only", "3-6-almost-perfect"], ["pade", "3", "6"]])
+def test_latex_escapes_what_is_special(words, tmp_path):
+    table = run(*words, "--format", "latex").stdout
+    assert not re.search(r"^\[", table, re.MULTILINE)  # it would be an argument of the line's end before
+    assert not re.search(r"(?<!\\)[%#$]|\^", table)
+    if shutil.which("pdflatex") is None:
+        pytest.skip("no pdflatex to set it")
+    document = "\\documentclass{article}\\usepackage[T1]{fontenc}\n\\begin{document}\n" + table + "\\end{document}\n"
+    (tmp_path / "table.tex").write_text(document)
+    words = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"]
+    assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=60).returncode == 0
 
 
 def test_text_in_a_pipe_never_folds_a_number():

@@ -144,11 +144,22 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     elif style == "latex":
-        lines = [" & ".join(row).replace("_", r"\_") + r" \\" for row in ([*header], *cells)]
+        lines = [" & ".join(map(_latex, row)) + r" \\" for row in ([*header], *cells)]
         body = "\n".join([lines[0], r"\hline", *lines[1:]])
         click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
     else:
         _print_table(header, cells, title)
+
+
+_LATEX_SPECIAL = str.maketrans(
+    {character: "\\" + character for character in "&%$#_{}"}
+    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+)
+
+
+def _latex(cell: str) -> str:
+    """Escape what LaTeX would take for a command; a bracket after a line's end would be its argument."""
+    return ("{}" if cell.startswith("[") else "") + cell.translate(_LATEX_SPECIAL)
 
 
 def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
