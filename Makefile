@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: reproduce test test-slow bench lint format clean
+.PHONY: reproduce test test-slow exhaustive bench lint format clean
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
@@ -15,6 +15,11 @@ test: $(READY) lint
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
+
+# All 2^31 non-negative floats, and 360 million doubles: about half an hour.
+exhaustive: $(READY)
+	$(BIN)/python benchmarks/exhaustive_float.py
+	$(BIN)/python benchmarks/ulp_double.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/bench_series.py

@@ -14,29 +14,44 @@
  *         the equation of motion; coefficients proven to 40 digits
  *     domain: all v* >= 0 (no positive pole and no positive zero)
  *     error: [0/3] = eps + 0.532178 v*^4 + ... as v* -> 0 (agreement to order v*^3)
+ *     proven: |formula - eps| / min(eps, 1 - eps) <= 0.0673 for v* <= 0.5, 0.179 for v* <= 1, 0.916
+ *         for v* <= 2, 4.68 for v* <= 5
+ *     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
  * [1/4]
  *     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
  *         the equation of motion; coefficients proven to 40 digits
  *     domain: all v* >= 0 (no positive pole and no positive zero)
  *     error: [1/4] = eps + 0.0823398 v*^6 + ... as v* -> 0 (agreement to order v*^5)
+ *     proven: |formula - eps| / min(eps, 1 - eps) <= 0.00185 for v* <= 0.5, 0.0122 for v* <= 1, 0.0899
+ *         for v* <= 2, 0.357 for v* <= 5
+ *     rounding: adds at most 1.5e-15 eps in type double and 7.9e-7 eps in type float (proven)
  * [2/5]
  *     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
  *         the equation of motion; coefficients proven to 40 digits
  *     domain: 0 <= v* < 5.680117583 (there the formula has a zero)
  *     error: [2/5] = eps - 0.0342101 v*^8 + ... as v* -> 0 (agreement to order v*^7)
+ *     proven: |formula - eps| / min(eps, 1 - eps) <= 1.47e-4 for v* <= 0.5, 0.00313 for v* <= 1,
+ *         0.0665 for v* <= 2, 0.785 for v* <= 5
+ *     rounding: adds at most 3.7e-15 eps in type double and 2e-6 eps in type float (proven)
  * [3/6]
  *     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
  *         the equation of motion; coefficients proven to 40 digits
  *     domain: all v* >= 0 (no positive pole and no positive zero)
  *     error: [3/6] = eps + 0.00674634 v*^10 + ... as v* -> 0 (agreement to order v*^9)
+ *     proven: |formula - eps| / min(eps, 1 - eps) <= 5.47e-6 for v* <= 0.5, 2.6e-4 for v* <= 1,
+ *         0.00659 for v* <= 2, 0.064 for v* <= 5
+ *     rounding: adds at most 2.4e-15 eps in type double and 1.3e-6 eps in type float (proven)
  *
- * Away from v* = 0 no bound of the error is claimed in this file.
+ * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
+ * rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
+ * and adds to the error.
  *
  * For each approximant, in double and (names that end in f) in float:
  *
- *     viscopade_epsilon_pade_M_N(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
- *     viscopade_restitution_pade_M_N(speed, beta)     the same at the v* of this speed and material
+ *     viscopade_epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
+ *     viscopade_restitution_NAME(speed, beta)     the same at the v* of this speed and material
  *
+ * NAME is pade_M_N for the Pade approximant [M/N].
  * beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
  * For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
  *
@@ -46,8 +61,8 @@
  *
  *     0, -0, subnormal        1
  *     positive, finite        the formula's value, with rounding errors; no intermediate overflow.
- *                             WARNING: also beyond the domain, where a pole or a zero bounds it,
- *                             and there it is NOT a coefficient of restitution
+ *                             WARNING: also outside the domain, and there it need NOT be a coefficient
+ *                             of restitution
  *     +infinity               the formula's limit: 0 where the denominator's degree is the higher one
  *     negative, NaN           NaN
  *
@@ -92,6 +107,9 @@ static inline float viscopade_v_starf(float speed, float beta)
 
 /*
  * [0/3] for all v* >= 0 (no positive pole and no positive zero)
+ * proven: |formula - eps| / min(eps, 1 - eps) <= 0.0673 for v* <= 0.5, 0.179 for v* <= 1, 0.916 for v*
+ * <= 2, 4.68 for v* <= 5
+ * rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
  */
 static inline double viscopade_epsilon_pade_0_3(double v_star)
 {
@@ -156,6 +174,9 @@ static inline float viscopade_restitution_pade_0_3f(float speed, float beta)
 
 /*
  * [1/4] for all v* >= 0 (no positive pole and no positive zero)
+ * proven: |formula - eps| / min(eps, 1 - eps) <= 0.00185 for v* <= 0.5, 0.0122 for v* <= 1, 0.0899 for
+ * v* <= 2, 0.357 for v* <= 5
+ * rounding: adds at most 1.5e-15 eps in type double and 7.9e-7 eps in type float (proven)
  */
 static inline double viscopade_epsilon_pade_1_4(double v_star)
 {
@@ -228,6 +249,9 @@ static inline float viscopade_restitution_pade_1_4f(float speed, float beta)
 
 /*
  * [2/5] for 0 <= v* < 5.680117583 (there the formula has a zero)
+ * proven: |formula - eps| / min(eps, 1 - eps) <= 1.47e-4 for v* <= 0.5, 0.00313 for v* <= 1, 0.0665
+ * for v* <= 2, 0.785 for v* <= 5
+ * rounding: adds at most 3.7e-15 eps in type double and 2e-6 eps in type float (proven)
  *
  * WARNING: from there on, what these functions return is NOT a coefficient of restitution.
  */
@@ -308,6 +332,9 @@ static inline float viscopade_restitution_pade_2_5f(float speed, float beta)
 
 /*
  * [3/6] for all v* >= 0 (no positive pole and no positive zero)
+ * proven: |formula - eps| / min(eps, 1 - eps) <= 5.47e-6 for v* <= 0.5, 2.6e-4 for v* <= 1, 0.00659
+ * for v* <= 2, 0.064 for v* <= 5
+ * rounding: adds at most 2.4e-15 eps in type double and 1.3e-6 eps in type float (proven)
  */
 static inline double viscopade_epsilon_pade_3_6(double v_star)
 {

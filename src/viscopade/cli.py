@@ -6,12 +6,13 @@ import os
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args
 
 import click
 
 from viscopade import exact, exports, figures
 from viscopade.balls import known_decimal
+from viscopade.certificate import Measure
 from viscopade.console import (
     DIGITS,
     DIGITS_IF_EXACT,
@@ -180,15 +181,26 @@ def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) 
 @click.argument("target", type=click.Choice([*exports.RENDERERS, "series-csv", "series-json"]))
 @click.option(
     "--pade",
-    "degrees",
     type=Degrees(),
     multiple=True,
-    help="An approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
+    help="A Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
 )
+@click.option("--minimax", type=Degrees(), multiple=True, help="A best approximant on an interval, such as 1/4.")
+@click.option("--accuracy", multiple=True, help="The cheapest best approximant with this proven error, such as 1e-5.")
+@click.option("--v-star-max", help="The interval's end, for --minimax and --accuracy.")
+@click.option("--v-star-min", default="0", show_default=True, help="Its beginning.")
+@click.option(
+    "--measure",
+    type=click.Choice(get_args(Measure)),
+    default="both",
+    show_default=True,
+    help="Error relative to the smaller of eps and 1 - eps, or to eps.",
+)
+@click.option("--full", is_flag=True, help="The kernels of full accuracy, in C.")
 @click.option("--order", type=ORDER, default=exports.SERIES_ORDER, show_default=True, help="For series-csv and -json.")
 @click.option("--digits", type=DIGITS, default=exports.SERIES_DIGITS, show_default=True, help="Likewise.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
-def export(target: str, degrees: tuple[tuple[int, int], ...], order: int, digits: int, output: Path | None) -> None:
+def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables: a C header, a Python module, CSV, JSON or LaTeX.
 
     An existing file is replaced only if viscopade generated it.
@@ -196,7 +208,8 @@ def export(target: str, degrees: tuple[tuple[int, int], ...], order: int, digits
     if target.startswith("series-"):
         text = exports.render_series(target.removeprefix("series-"), order, digits)
     else:
-        text = exports.render(target, degrees or exports.PAPER_DEGREES)
+        request = exports.Request(**wanted)
+        text = (request if request != exports.Request() else exports.PAPER).render(target)
     if output is None:
         click.echo(text, nl=False)
     else:

@@ -13,7 +13,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
 
 from flint import fmpq, fmpq_mat
 
@@ -21,21 +20,11 @@ from viscopade import exact
 from viscopade.double import CENTRES, COEFFICIENTS, DATA, FIRST, FOLD, HALF_WIDTHS, NAMES, PANELS, SPLIT
 from viscopade.kernels import MARKER
 from viscopade.progress import track
+from viscopade.reference import Row
 
 DIGITS = 22
 BITS = 66  # of a_0
 NODE_BITS = 20  # nodes are short, so that the last bit of a cosine does not matter
-
-
-class Row(NamedTuple):
-    """2^exponent (a_0 + a_1 z + …), a function on a panel."""
-
-    exponent: int
-    a: tuple[int, ...]
-
-    def __call__(self, z: Fraction) -> Fraction:
-        """Return the polynomial's value, exactly."""
-        return Fraction(2) ** self.exponent * sum(c * z**n for n, c in enumerate(self.a))
 
 
 def panel(index: int) -> dict[str, Row]:

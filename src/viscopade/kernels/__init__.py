@@ -1,7 +1,7 @@
-"""One frozen description of a rational approximant [m/n], from which every exported file is made.
+"""Frozen descriptions of rational approximants [m/n], from which every exported file is made.
 
-Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. What they share is here: a
-kernel's numbers rounded to the machine's formats, where it may be used, and the words that begin every file.
+Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. What they share is here: what a kernel
+is to them (`Quotient`), the words that begin every file, and the kernel of a Padé approximant. `minimax` has the other.
 """
 
 from __future__ import annotations
@@ -9,18 +9,19 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import ROUND_FLOOR, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from importlib.metadata import version
 from math import lcm
 from textwrap import wrap
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Protocol, TypeVar, cast
 
 from flint import fmpz_poly
 
 from viscopade import checks
 from viscopade.balls import working
+from viscopade.certificate import Certificate
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format, exact, float_text
 
 if TYPE_CHECKING:
@@ -33,6 +34,10 @@ END_CONDITION = (
     "not when the compression x returns to 0"
 )
 NO_BOUND = "Away from v* = 0 no bound of the error is claimed in this file."
+PROVEN = (
+    "proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is that "
+    "of the order of evaluation below (to nearest, with or without fused multiply-add), and adds to the error"
+)
 WIDTH = 100  # columns of generated text, where it can be wrapped
 
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
@@ -42,11 +47,80 @@ _HEADROOM = 8
 _POLE_TOLERANCE = 1e-9  # relative; the given pole may come from coefficients of more digits
 
 Values = tuple[tuple[float, ...], tuple[float, ...]]
+Kind = TypeVar("Kind", bound="Quotient")
+
+
+class Quotient(Protocol):
+    """What the exporters need to know of a quotient of polynomials."""
+
+    @property
+    def name(self) -> str:
+        """The end of the functions' names."""
+
+    @property
+    def pattern(self) -> str:
+        """The form of such names, as a header explains it."""
+
+    @property
+    def label(self) -> str:
+        """The name in comments and messages."""
+
+    @property
+    def domain(self) -> str:
+        """The values of v* for which the formula is meant, as a sentence's part."""
+
+    @property
+    def interval(self) -> tuple[Fraction, Fraction] | None:
+        """The values of v* for which the formula is made; None if for all in the domain."""
+
+    @property
+    def end(self) -> tuple[str, str] | None:
+        """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
+
+    @property
+    def a(self) -> tuple[str, ...]:
+        """Coefficients of the numerator, ascending, as decimal strings."""
+
+    @property
+    def b(self) -> tuple[str, ...]:
+        """Coefficients of the denominator."""
+
+    @property
+    def m(self) -> int:
+        """Degree of the numerator."""
+
+    @property
+    def n(self) -> int:
+        """Degree of the denominator."""
+
+    @property
+    def source(self) -> str:
+        """Where the formula comes from."""
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Sentences on the formula for the preamble."""
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data."""
+
+    @property
+    def bounds(self) -> tuple[Certificate, ...]:
+        """What is proven of the error."""
+
+    def rounded(self, form: Format) -> Values:
+        """Return the coefficients a and b in a binary format, or raise ValueError if there are none."""
+
+    def threshold(self, form: Format) -> int:
+        """Return t such that no sum in Horner's rule can overflow for v* <= 2^t."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A rational approximant of eps(v*), (a_0 + … + a_m v*^m) / (b_0 + … + b_n v*^n), eq:padeDef.
+    """A Padé approximant of eps(v*), (a_0 + … + a_m v*^m) / (b_0 + … + b_n v*^n), eq:padeDef.
 
     Attributes
     ----------
@@ -60,6 +134,10 @@ class Kernel:
         The smallest positive pole; None if there is none.
     source : str
         One line: where the formula comes from.
+    bounds : tuple of Certificate
+        What is proven of the error of the exact formula.
+    rounding : tuple of (str, str)
+        For names of types, a bound of what rounding (of coefficients, too) adds, relative to eps, where `bounds` hold.
 
     Raises
     ------
@@ -76,6 +154,8 @@ class Kernel:
     next_term: str
     pole: str | None
     source: str
+    bounds: tuple[Certificate, ...] = ()
+    rounding: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         for name, degree in (("m", self.m), ("n", self.n)):
@@ -110,9 +190,51 @@ class Kernel:
         return f"pade_{self.m}_{self.n}"
 
     @property
+    def pattern(self) -> str:
+        """The form of the names."""
+        return "pade_M_N"
+
+    @property
     def label(self) -> str:
         """The paper's name, "[3/6]"."""
         return f"[{self.m}/{self.n}]"
+
+    @property
+    def interval(self) -> None:
+        """The formula is made for no interval."""
+        return None
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Source, domain and error."""
+        return (
+            f"source: {self.source}",
+            f"domain: {self.domain}",
+            f"error: {self.error}",
+            *proven(self.bounds, self.rounding),
+        )
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+        return {
+            "m": self.m,
+            "n": self.n,
+            "a": self.a,
+            "b": self.b,
+            "domain": self.domain,
+            "pole": self.pole,
+            "zero": self.zero,
+            "next_term": self.next_term,
+            "error": self.error,
+            "proven": [{"v_star_max": below(c.high or Fraction(0)), "bound": c.bound} for c in self.bounds],
+            "rounding": dict(self.rounding),
+            "source": self.source,
+        }
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data."""
+        formula = {"name": self.name, "type": "exact", "a": self.a, "b": self.b}
+        return [{**formula, **bound.record()} for bound in self.bounds]
 
     @cached_property
     def zero(self) -> str | None:
@@ -192,17 +314,64 @@ class Kernel:
         ValueError
             If there is no such t >= 0, or the leading coefficients' quotient is not a normal number.
         """
-        a, b = ([abs(exact(text)) for text in texts] for texts in self.reduced)
+        a, b = ([exact(text) for text in texts] for texts in self.reduced)
         self._nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)
-        limit = Fraction(2) ** (form.largest - _HEADROOM)
+        return threshold(self.label, a, b, form)
 
-        def overflows(t: int) -> bool:
-            return any(sum(c * 2 ** (t * i) for i, c in enumerate(values)) > limit for values in (a, b))
 
-        t = bisect_left(range(form.largest + 1), True, key=overflows) - 1
-        if t < 0:
-            raise ValueError(f"{self.label}: the coefficients are too large to be summed in type {form.name}")
-        return t
+def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format) -> int:
+    """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t.
+
+    Raises
+    ------
+    ValueError
+        If there is no such t >= 0.
+    """
+    limit = Fraction(2) ** (form.largest - _HEADROOM)
+
+    def overflows(t: int) -> bool:
+        return any(sum(abs(c) * 2 ** (t * i) for i, c in enumerate(values)) > limit for values in (a, b))
+
+    t = bisect_left(range(form.largest + 1), True, key=overflows) - 1
+    if t < 0:
+        raise ValueError(f"{label}: the coefficients are too large to be summed in type {form.name}")
+    return t
+
+
+def proven(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return sentences on what is proven of an error; none if nothing is."""
+    if not bounds:
+        return ()
+    relative_to = {"both": "min(eps, 1 - eps)", "relative": "eps"}[bounds[0].measure]
+    errors = ", ".join(f"{bound.bound} for {span(bound.low, bound.high)}" for bound in bounds)
+    sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
+    return (
+        f"proven: |formula - eps| / {relative_to} <= {errors}",
+        f"rounding: adds at most {sizes} (proven)",
+    )
+
+
+def span(low: Fraction, high: Fraction | None) -> str:
+    """Return an interval of v* as text."""
+    if high is None:
+        return f"v* >= {above(low)}"
+    return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
+
+
+def above(number: Fraction) -> str:
+    """Return a number, rounded up to 15 digits, as text."""
+    return _decimal(number, ROUND_CEILING)
+
+
+def below(number: Fraction) -> str:
+    """Return a number, rounded down to 15 digits, as text."""
+    return _decimal(number, ROUND_FLOOR)
+
+
+def _decimal(number: Fraction, rounding: str) -> str:
+    context = Context(prec=15, rounding=rounding)
+    value = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
+    return f"{value:f}" if -5 < value.adjusted() < 16 else f"{value:e}"
 
 
 def one_line(name: str, text: str) -> str:
@@ -214,7 +383,7 @@ def one_line(name: str, text: str) -> str:
     return text
 
 
-def distinct(kernels: Sequence[Kernel]) -> tuple[Kernel, ...]:
+def distinct(kernels: Sequence[Kind]) -> tuple[Kind, ...]:
     """Return the kernels as a tuple if there is at least one and no two have the same name."""
     names = [kernel.name for kernel in kernels]
     if not names:
@@ -235,7 +404,7 @@ def marker_line(command: str) -> str:
     return f"{generated_by()}: {one_line('command', command)}"
 
 
-def preamble(kernels: Sequence[Kernel], command: str) -> list[str]:
+def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
     """Return the lines that begin every generated file, without comment marks."""
     return [
         marker_line(command),
@@ -249,15 +418,19 @@ def preamble(kernels: Sequence[Kernel], command: str) -> list[str]:
         "",
         *(line for kernel in distinct(kernels) for line in _summary(kernel)),
         "",
-        NO_BOUND,
+        *wrap(bound_text(kernels), WIDTH),
     ]
 
 
-def _summary(kernel: Kernel) -> list[str]:
+def bound_text(kernels: Sequence[Quotient]) -> str:
+    """Return a sentence on what is claimed of errors."""
+    return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
+
+
+def _summary(kernel: Quotient) -> list[str]:
     """Return the lines on one kernel in the preamble."""
-    facts = (f"source: {kernel.source}", f"domain: {kernel.domain}", f"error: {kernel.error}")
     indent = " " * 4
-    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in facts)
+    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
     return [kernel.label, *(line for part in lines for line in part)]
 
 

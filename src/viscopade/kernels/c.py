@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from textwrap import wrap
 
-from viscopade.kernels import WIDTH, Kernel, distinct, horner, preamble, template
+from viscopade.kernels import WIDTH, Quotient, distinct, horner, preamble, template
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 
+PROVEN = ("proven", "rounding")
+NAMES = (
+    "NAME is pade_M_N for the Pade approximant [M/N].",
+    "NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
+    "(p stands for the decimal point, m for the minus of an exponent).",
+)
 
-def render(kernels: Sequence[Kernel], command: str) -> str:
+
+def render(kernels: Sequence[Quotient], command: str) -> str:
     """Return the header's text, with functions of type double and float for every kernel.
 
     The float functions of a kernel are left out, with a comment that says why, where a coefficient is not a
@@ -17,7 +24,7 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
 
     Parameters
     ----------
-    kernels : sequence of Kernel
+    kernels : sequence of Quotient
         At least one, no two of the same degrees.
     command : str
         The command line that makes the file.
@@ -29,26 +36,30 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     """
     head = "\n".join(f" * {line}".rstrip() for line in preamble(kernels, command))
     blocks = [_block(kernel) for kernel in distinct(kernels)]
-    return template("header.h.jinja").render(head=head, blocks=blocks)
+    names = [line for text in NAMES if any(k.pattern in text for k in kernels) for line in wrap(text, WIDTH)]
+    return template("header.h.jinja").render(head=head, blocks=blocks, names=names)
 
 
-def _block(kernel: Kernel) -> dict[str, object]:
+def _block(kernel: Quotient) -> dict[str, object]:
     """Return what the template needs of one kernel."""
-    variants = [_variant(kernel, DOUBLE)]
-    missing = ""
-    try:
-        variants.append(_variant(kernel, FLOAT))
-    except ValueError as error:
-        missing = "\n * ".join(wrap(f"There are no functions of type float: {error}.", WIDTH))
+    variants, reasons = [], []
+    for form in (DOUBLE, FLOAT):
+        try:
+            variants.append(_variant(kernel, form))
+        except ValueError as error:
+            if form == DOUBLE:
+                raise
+            reasons += wrap(f"There are no functions of type {form.name}: {error}.", WIDTH)
     return {
         "kernel": kernel,
+        "proven": [line for fact in kernel.facts if fact.startswith(PROVEN) for line in wrap(fact, WIDTH)],
         "guard": f"VISCOPADE_{kernel.name.upper()}",
         "variants": variants,
-        "missing": missing,
+        "missing": "\n * ".join(reasons),
     }
 
 
-def _variant(kernel: Kernel, form: Format) -> dict[str, object]:
+def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
     """Return what the template needs of one kernel's functions in one type."""
     a, b = kernel.rounded(form)
     numerator, denominator = _names("a", a), _names("b", b)

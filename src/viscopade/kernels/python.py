@@ -6,16 +6,16 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from viscopade.kernels import Kernel, distinct, preamble, template
+from viscopade.kernels import Quotient, distinct, preamble, template
 from viscopade.kernels.binary import DOUBLE, exact
 
 
-def render(kernels: Sequence[Kernel], command: str) -> str:
+def render(kernels: Sequence[Quotient], command: str) -> str:
     """Return the module's text, which computes what the C functions of type double compute.
 
     Parameters
     ----------
-    kernels : sequence of Kernel
+    kernels : sequence of Quotient
         At least one, no two of the same degrees.
     command : str
         The command line that makes the file.
@@ -30,11 +30,19 @@ def render(kernels: Sequence[Kernel], command: str) -> str:
     return template("module.py.jinja").render(head=head, blocks=blocks)
 
 
-def _block(kernel: Kernel) -> dict[str, object]:
+def _block(kernel: Quotient) -> dict[str, object]:
     """Return what the template needs of one kernel."""
-    a, b = kernel.doubles
+    a, b = kernel.rounded(DOUBLE)
     end = None if kernel.end is None else (kernel.end[0], _not_above(exact(kernel.end[1])))
-    return {"kernel": kernel, "a": a, "b": b, "threshold": kernel.threshold(DOUBLE), "end": end}
+    interval = None if kernel.interval is None else tuple(map(_inside, kernel.interval, (1, -1)))
+    return {"kernel": kernel, "a": a, "b": b, "threshold": kernel.threshold(DOUBLE), "end": end, "interval": interval}
+
+
+def _inside(number: Fraction, direction: int) -> float:
+    """Return the double next to an end of an interval, on the inner side."""
+    value = float(number)
+    outside = (Fraction(value) - number) * direction < 0
+    return math.nextafter(value, direction * math.inf) if outside else value
 
 
 def _not_above(number: Fraction) -> float:

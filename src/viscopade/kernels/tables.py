@@ -11,9 +11,9 @@ from textwrap import wrap
 from viscopade import checks
 from viscopade.kernels import (
     END_CONDITION,
-    NO_BOUND,
     WIDTH,
-    Kernel,
+    Quotient,
+    bound_text,
     distinct,
     generated_by,
     marker_line,
@@ -24,10 +24,14 @@ from viscopade.kernels import (
 from viscopade.kernels.binary import exact
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
+CERTIFICATE_SOURCE = (
+    "proofs by ball arithmetic: each panel of the reference (rows of 1 - eps and eps, with their proven relative "
+    "error) is cut into equal parts, on each of which the deviation is below the bound"
+)
 SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated sum's error is claimed in it."
 
 
-def csv(kernels: Sequence[Kernel], command: str) -> str:
+def csv(kernels: Sequence[Quotient], command: str) -> str:
     """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
     rows = (
         (kernel.m, kernel.n, symbol, index, value)
@@ -38,28 +42,20 @@ def csv(kernels: Sequence[Kernel], command: str) -> str:
     return _csv(preamble(kernels, command), ("m", "n", "symbol", "index", "value"), rows)
 
 
-def json(kernels: Sequence[Kernel], command: str) -> str:
+def json(kernels: Sequence[Quotient], command: str) -> str:
     """Return one object; its "approximants" hold the numbers as decimal strings."""
-    approximants = [
-        {
-            "m": kernel.m,
-            "n": kernel.n,
-            "a": kernel.a,
-            "b": kernel.b,
-            "domain": kernel.domain,
-            "pole": kernel.pole,
-            "zero": kernel.zero,
-            "next_term": kernel.next_term,
-            "error": kernel.error,
-            "source": kernel.source,
-        }
-        for kernel in distinct(kernels)
-    ]
+    approximants = [kernel.record() for kernel in distinct(kernels)]
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
-    return _json(command, source, {"error": NO_BOUND, "approximants": approximants})
+    return _json(command, source, {"error": bound_text(kernels), "approximants": approximants})
 
 
-def latex(kernels: Sequence[Kernel], command: str, digits: int = 15) -> str:
+def certificates(kernels: Sequence[Quotient], command: str) -> str:
+    """Return one object; its "certificates" hold what is needed to check the kernels' proofs."""
+    entries = [entry for kernel in distinct(kernels) for entry in kernel.certificates()]
+    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries})
+
+
+def latex(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
     """Return a tabular laid out like the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
     checks.digits(digits)
     head = "\n".join(f"% {line}".rstrip() for line in preamble(kernels, command))
@@ -111,7 +107,7 @@ def _json(command: str, source: str, rest: dict[str, object]) -> str:
     return dumps(head | rest, indent=2, ensure_ascii=False) + "\n"
 
 
-def _latex_rows(kernel: Kernel, digits: int) -> list[str]:
+def _latex_rows(kernel: Quotient, digits: int) -> list[str]:
     """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper."""
     a, b = (
         [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(values)]

@@ -1,0 +1,189 @@
+"""The C header with the functions of full accuracy, `viscopade.full`: C99, also valid C++17."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from fractions import Fraction
+from textwrap import wrap
+
+from viscopade import full
+from viscopade.double import FIRST, FOLD
+from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.binary import DOUBLE
+
+_FRACTION_BITS = {"double": 52, "float": 23}
+_BIAS = {"double": 1023, "float": 127}
+
+
+def render(command: str) -> str:
+    """Return the header's text, with eps and 1 - eps in double and in float.
+
+    Parameters
+    ----------
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If `command` is not one line.
+    """
+    head = "\n".join(f" * {line}".rstrip() for line in _head(command))
+    return template("full.h.jinja").render(
+        head=head,
+        first=FIRST,
+        fold=FOLD,
+        top=FOLD + full.PERIOD,
+        per_octave=2**full.SPLIT,
+        double=_double(),
+        float=_float(),
+    )
+
+
+def _head(command: str) -> list[str]:
+    """Return the lines of the comment that begins the file."""
+    return [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres, and 1 - eps, as functions of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity; beta is that of the",
+        "paper's eq:betadef. These are the exact functions, to the last place of the type:",
+        "",
+        "    double viscopade_epsilon_full(double v_star)    double viscopade_one_minus_epsilon_full(double v_star)",
+        "    float viscopade_epsilon_fullf(float v_star)     float viscopade_one_minus_epsilon_fullf(float v_star)",
+        "",
+        "1 - eps is accurate however near eps is to 1, and eps however small it is.",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        "domain: all v* >= 0",
+        *_error_lines(),
+        *wrap(_table_line(), WIDTH, subsequent_indent="    "),
+        "",
+        "What the functions return:",
+        "",
+        "    v_star              epsilon                    one_minus_epsilon",
+        "    0, -0               1                          0",
+        "    +infinity           0                          1",
+        "    negative, NaN       NaN                        NaN",
+        "    large               denormal numbers, then 0   1",
+        "    small               1                          denormal numbers, then 0",
+        "",
+        *wrap(
+            "C99 or later; C++17 or later, for the hexadecimal constants (GCC and Clang take them in older C++, too). "
+            "Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type double in that type "
+            "(FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.",
+            WIDTH,
+        ),
+        "",
+        *wrap(
+            "With -ffast-math the bounds are not promised: sums may be reordered and denormal numbers set to 0, and "
+            "nothing is promised for NaN, infinities and negative numbers but that no table is read out of its range.",
+            WIDTH,
+        ),
+    ]
+
+
+def _error_lines() -> list[str]:
+    lines = ["error in units in the last place (ulp) of the true value, proven for the code below:"]
+    for form in full.FORMATS:
+        for function in full.FUNCTIONS:
+            maximum = full.certificate(form, function)["maximum"]
+            lines.append(f"    {form + ',':<8}{function + ':':<19}at most {_rounded_up(maximum)}")
+    underflow = max(full.certificate("double", function)["underflow"] for function in full.FUNCTIONS)
+    lines.append(f"    in double, where results are denormal: at most {_rounded_up(underflow)} of the smallest number")
+    return lines
+
+
+def _table_line() -> str:
+    sizes = (8 * len(rows) * len(rows[0]) for rows in (_double_rows(), full.float_rows()))
+    return "tables: {} bytes for double, {} bytes for float; in each translation unit that uses them".format(*sizes)
+
+
+def _rounded_up(ulp: float) -> str:
+    """Return a bound with as many decimals as show its distance from 1/2."""
+    digits = 1 - math.floor(math.log10(ulp - 0.5))
+    return f"{math.ceil(Fraction(ulp) * 10**digits) / 10**digits:.{digits}f}"
+
+
+def _double_rows() -> list[tuple[float, ...]]:
+    return [row.numbers for row in full.double_rows()]
+
+
+def _double() -> dict[str, object]:
+    near = full.near("double")
+    rows = _double_rows()
+    return {
+        "degree": full.DEGREES["double"],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "switch": full.switch(),
+        "cleared": _mask(full.CLEARED),
+        "near_cleared": _mask(53 - full.CENTRE_BITS),
+        "near": [("c_high", _constant(near.c_high)), ("c_low", _constant(near.c_low)), *_named(near.a)],
+        "tiny": _constant(2.0**full.TINY),
+        "lift": _constant(2.0**full.LIFT),
+        "lower": _constant(2.0 ** (-2 * full.LIFT)),
+        "pairs": _pairs([f"a[{n}]" for n in range(5, len(rows[0]))]),
+        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))], "v_star"),
+        **_layout("double", -1),
+    }
+
+
+def _float() -> dict[str, object]:
+    near = full.near("float")
+    rows = full.float_rows()
+    return {
+        "degree": full.DEGREES["float"],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "switch": full.switch(),
+        "near": [("c", _constant(near.c_high)), *_named(near.a)],
+        "pairs": _pairs([f"a[{n}]" for n in range(1, len(rows[0]))]),
+        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))]),
+        "half": f"0x{1 << (_FRACTION_BITS['float'] - full.SPLIT - 1):x}",
+        **_layout("float", 0),
+    }
+
+
+def _layout(form: str, offset: int) -> dict[str, object]:
+    """Return where the bits of a number of this type lead to in the table."""
+    shift = _FRACTION_BITS[form] - full.SPLIT
+    return {
+        "shift": shift,
+        "lead": ((_BIAS[form] + FIRST) << full.SPLIT) + offset,
+        "fold": _BIAS[form] + FOLD,
+        "near_bits": _bits(form, FIRST),
+        "one": _bits(form, FOLD),
+        "largest": _bits(form, full.LARGEST[form]),
+        "largest_exponent": full.LARGEST[form],
+    }
+
+
+def _bits(form: str, exponent: int) -> str:
+    """Return the bits of 2^exponent."""
+    types = ("<d", "<Q") if form == "double" else ("<f", "<I")
+    (bits,) = struct.unpack(types[1], struct.pack(types[0], 2.0**exponent))
+    return f"{bits:#x}"
+
+
+def _mask(bits: int) -> str:
+    return f"{(1 << bits) - 1:#x}"
+
+
+def _constant(value: float) -> str:
+    return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
+
+
+def _named(values: Sequence[float]) -> list[tuple[str, str]]:
+    return [(f"a{n}", _constant(value)) for n, value in enumerate(values)]
+
+
+def _pairs(names: Sequence[str], variable: str = "t") -> str:
+    """Return the sum that `viscopade.full` evaluates in pairs, in C, on lines of a function's body."""
+    groups = [names[n : n + 2] for n in range(0, len(names), 2)]
+    pairs = [f"({group[0]} + {variable} * {group[1]})" if len(group) == 2 else group[0] for group in groups]
+    total = pairs.pop()
+    for pair in reversed(pairs):
+        total = f"{pair} + tt * ({total})" if " + tt" in total else f"{pair} + tt * {total}"
+    return f"\n{' ' * 8}".join(wrap(total, WIDTH - 20))

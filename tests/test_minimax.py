@@ -1,0 +1,361 @@
+"""Fits of the restitution: equioscillation against proven values, machine coefficients, and the choice of degrees."""
+
+import itertools
+import math
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import ctx
+
+import viscopade as vp
+from viscopade import exact, minimax
+from viscopade.balls import exact_middle
+from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.minimax import Fit, MachineFit, choose, cost, fit, machine
+
+DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
+SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
+GRID = [(m, n, v, measure) for measure in ("both", "relative") for v in SPEEDS for m, n in DEGREES]
+NO_ANSWER = ("no best approximant exists", "accepted are degrees and intervals with an error below 1")
+
+
+def polynomial(c, v: Fraction) -> Fraction:
+    return sum((x * v**i for i, x in enumerate(c)), Fraction(0))
+
+
+def true_error(approximant: Fit | MachineFit, v_star: Fraction, measure: str, digits: int = 25) -> float:
+    """The error with its sign, from exact arithmetic and a proven value."""
+    a, b = approximant.exact
+    ratio = polynomial(a, v_star) / polynomial(b, v_star)
+    true = exact.collision(v_star, digits)
+    epsilon, loss = exact_middle(true.epsilon), exact_middle(true.one_minus_epsilon)
+    weight = min(epsilon, loss) if measure == "both" else epsilon
+    return float((ratio - 1 + loss) / weight)
+
+
+def assert_good(found: Fit):
+    assert found.lower_bound > (1 - 1e-6) * found.error
+    assert 0 < found.error < 1
+    assert found.interval[0] <= Fraction(found.points[0])
+    assert Fraction(found.points[-1]) <= found.interval[1]
+
+
+# --- the grid ---------------------------------------------------------------------------------------------------------
+
+
+def converges(m, n, high, measure, low=0) -> bool:
+    """Whether there is a fit; if not, the reason must be a good one."""
+    try:
+        found = fit(m, n, high, low, measure)
+    except ValueError as reason:
+        text = str(reason)
+    else:
+        assert_good(found)
+        return True
+    assert any(part in text for part in NO_ANSWER), (m, n, low, high, measure, text)
+    return False
+
+
+def test_sampled_grid():
+    cases = random.Random(4).sample([case for case in GRID if case[2] not in ("0.1", 1)], 40)
+    assert sum(converges(*case) for case in cases) > 25
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("measure", ["both", "relative"])
+@pytest.mark.parametrize("v_max", SPEEDS)
+def test_whole_grid(v_max, measure):
+    results = {(m, n): converges(m, n, v_max, measure) for m, n in DEGREES}
+    assert all(results[m, n] for m, n in DEGREES if n >= 4 and measure == "both")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("measure", ["both", "relative"])
+def test_intervals_that_begin_later(measure):
+    for low, high in (("0.01", "0.02"), ("0.5", 3), (1, 100), (50, 60)):
+        results = [converges(m, n, high, measure, low) for m, n in DEGREES[::3]]
+        assert sum(results) > len(results) / 2
+
+
+# --- against proven values --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("m", "n", "low", "high", "measure"),
+    [
+        (1, 4, 0, 2, "both"),
+        (3, 6, 0, 10, "both"),
+        (2, 5, 0, 5, "relative"),
+        (0, 3, 0, "0.3", "both"),
+        (4, 0, 0, "0.5", "both"),
+        (2, 4, "0.5", 3, "both"),
+    ],
+)
+def test_equioscillation(m, n, low, high, measure):
+    found = fit(m, n, high, low, measure)
+    assert_good(found)
+    for point, deviation in zip(found.points, found.deviations, strict=True):
+        if point:
+            assert true_error(found, Fraction(point), measure) == pytest.approx(deviation, rel=1e-6)
+    generator = random.Random(1)
+    for _ in range(20):
+        v_star = found.interval[0] + (found.interval[1] - found.interval[0]) * Fraction(generator.random())
+        assert abs(true_error(found, v_star, measure)) <= found.error * (1 + 1e-9)
+
+
+def test_more_digits_where_the_error_asks_for_it():
+    found = fit(6, 9, "0.1")
+    assert found.digits > 30
+    assert found.error < 1e-25
+    assert true_error(found, Fraction(found.points[4]), "both", 50) == pytest.approx(found.deviations[4], rel=1e-6)
+    assert fit(6, 9, "0.1", digits=60).error == pytest.approx(found.error, rel=1e-8)
+
+
+def test_coefficients_for_which_the_limit_at_0_is_right():
+    found = fit(3, 6, 10)
+    a, b = found.exact
+    assert (a[0], b[0]) == (1, 1)
+    assert found.a[1] == found.b[1]
+    h_2 = float(vp.series(2, 20).h[2])
+    assert abs(float(a[2] - b[2]) / h_2 - 1) == pytest.approx(found.error, rel=1e-6)
+
+
+# --- properties -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 4), (3, 6)])
+def test_better_than_pade(m, n):
+    pade = vp.pade(m, n, 30)
+    found = fit(m, n, 5)
+    a, b = ([exact_middle(c) for c in values] for values in (pade.a, pade.b))
+    ratio = float(polynomial(a, Fraction(5)) / polynomial(b, Fraction(5)))
+    assert found.error < 0.01 * abs(ratio / vp.epsilon(5.0) - 1)
+
+
+def test_higher_degrees_are_not_worse():
+    errors = {(m, n): fit(m, n, 2).error for m in (1, 2, 3) for n in (3, 4, 5)}
+    for m, n in itertools.product((1, 2), (3, 4)):
+        assert errors[m + 1, n] <= errors[m, n]
+        assert errors[m, n + 1] <= errors[m, n]
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 4), (2, 5)])
+def test_longer_intervals_are_not_better_and_the_error_is_continuous(m, n):
+    speeds = [Fraction(k, 10) for k in range(20, 31)]
+    errors = [fit(m, n, v).error for v in speeds]
+    assert errors == sorted(errors)
+    steps = np.diff(np.log(errors))
+    assert max(steps) < 0.4
+    nearby = fit(m, n, speeds[0] + Fraction(1, 10**5)).error
+    assert nearby == pytest.approx(errors[0], rel=1e-4)
+
+
+def test_the_other_measure_allows_less_error():
+    assert fit(2, 4, 5, measure="relative").error < fit(2, 4, 5).error
+
+
+def test_without_speeds_where_the_measures_differ_they_are_the_same():
+    """For v* >= 1, eps < 1/2: 1 - eps is the larger one."""
+    both, relative = (fit(2, 4, 8, 1, measure) for measure in ("both", "relative"))
+    assert both.a == relative.a
+    assert both.error == relative.error
+
+
+def test_the_same_fit_twice():
+    minimax._fit.cache_clear()
+    once = fit(2, 5, 3)
+    minimax._fit.cache_clear()
+    assert once == fit(2, 5, "3.0")
+
+
+def test_precision_is_left_alone():
+    before = ctx.prec
+    machine(fit(0, 2, 1))
+    assert ctx.prec == before
+
+
+# --- what a fit's constructor refuses ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: {"a": ("1.1", *f.a[1:])}, "a_0 and b_0 must be 1"),
+        (lambda f: {"a": (f.a[0], "0.3", *f.a[2:])}, "a_1 and b_1 must be the same"),
+        (lambda f: {"b": f.b[:-1]}, r"\[1/4\] has 2 and 5 coefficients"),
+        (lambda f: {"b": (*f.b[:-1], "-1")}, r"the denominator of \[1/4\] has a zero at"),
+        (lambda f: {"points": f.points[:-1]}, "there must be 5 points"),
+        (lambda f: {"points": f.points[::-1]}, "the points must ascend"),
+        (lambda f: {"deviations": tuple(map(abs, f.deviations))}, "alternating signs"),
+        (lambda f: {"lower_bound": 2 * f.error}, "between lower_bound and error"),
+        (lambda f: {"error": f.error / 2}, "between lower_bound and error"),
+    ],
+)
+def test_contradictions_are_refused(change, message):
+    found = fit(1, 4, 2)
+    with pytest.raises(ValueError, match=message):
+        replace(found, **change(found))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: {"a": (1.0, 0.1), "b": (1.0, 0.1, *f.b[2:])}, "is not a number of type float"),
+        (lambda f: {"error": 2 * f.rounded_error}, "must not be larger"),
+    ],
+)
+def test_contradictions_of_machine_coefficients_are_refused(change, message):
+    found = machine(fit(1, 4, 2), FLOAT)
+    with pytest.raises(ValueError, match=message):
+        replace(found, **change(found))
+
+
+# --- coefficients of the machine --------------------------------------------------------------------------------------
+
+MACHINE_CASES = [(3, 6, 2), (6, 9, 10), (4, 7, 2), (2, 5, 1), (0, 4, 1), (4, 0, "0.5"), (1, 4, 2)]
+
+
+@pytest.mark.parametrize("form", [FLOAT, DOUBLE], ids=lambda form: form.name)
+@pytest.mark.parametrize(("m", "n", "v_max"), MACHINE_CASES)
+def test_machine_coefficients(m, n, v_max, form):
+    best = fit(m, n, v_max)
+    found = machine(best, form)
+    for values in (found.a, found.b):
+        assert all(form.nearest(Fraction(c)) == c for c in values)
+    if min(m, n) >= 1:
+        assert found.a[1] == found.b[1]
+    assert best.lower_bound <= found.error <= found.rounded_error
+    for c, x in zip((*found.a, *found.b), (*best.a, *best.b), strict=True):
+        assert c == pytest.approx(float(x), rel=0.5 if form is FLOAT else 1e-6)
+
+
+@pytest.mark.parametrize(("m", "n", "v_max", "gain"), [(3, 6, 2, 10), (2, 5, 1, 50), (4, 7, 2, 50), (6, 9, 10, 50)])
+def test_float_coefficients_are_better_than_rounded_ones(m, n, v_max, gain):
+    """`gain`: by how much the excess over the least possible error is smaller."""
+    found = machine(fit(m, n, v_max), FLOAT)
+    best = found.fit.error
+    assert found.error - best < (found.rounded_error - best) / gain
+
+
+@pytest.mark.parametrize("form", [FLOAT, DOUBLE], ids=lambda form: form.name)
+def test_machine_error_against_proven_values(form):
+    found = machine(fit(3, 6, 2), form)
+    speeds = [*found.fit.points[1:], *np.linspace(0.01, 2, 40)]
+    errors = [abs(true_error(found, Fraction(v), "both")) for v in speeds]
+    a, b = found.exact
+    at_zero = abs(float((a[2] - b[2]) / exact_middle(vp.series(2, 25).h[2])) - 1)
+    assert max(*errors, at_zero) <= found.error * (1 + 1e-9)
+    assert max(*errors, at_zero) > 0.99 * found.error
+
+
+@pytest.mark.parametrize(("m", "n"), [(0, 3), (1, 2), (3, 0)])
+def test_no_neighbours_are_better(m, n):
+    """All combinations of up to two steps, tried one by one, where rounding matters: a format of 8 bits."""
+    eight = replace(FLOAT, precision=8)
+    found = machine(fit(m, n, 1), eight)
+    places = [(1, 1)] * (min(m, n) >= 1) + [(i, None) for i in range(2, m + 1)] + [(None, j) for j in range(2, n + 1)]
+    task = minimax.problem(m, n, found.fit.interval, "both", 17)
+    errors = []
+    with minimax.working(task.bits):
+        for steps in itertools.product(range(-2, 3), repeat=len(places)):
+            a, b = map(list, found.exact)
+            for (i, j), step in zip(places, steps, strict=True):
+                for values, index in ((a, i), (b, j)):
+                    if index is not None:
+                        unit = Fraction(2) ** (math.frexp(float(values[index]))[1] - 8)
+                        values[index] += step * unit
+            errors.append(minimax._error(task, (a, b), found.fit.points))
+    assert found.error <= min(errors) * (1 + 1e-9)
+
+
+def test_coefficients_that_do_not_fit():
+    with pytest.raises(ValueError, match=r"^\[3/6\] on \[0, 2\]: [ab]_\d = .* is not a normal number of type float"):
+        machine(fit(3, 6, 2), replace(FLOAT, largest=3))
+
+
+# --- the cheapest degrees ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "v_max", "form", "measure"),
+    [(1e-3, 2, DOUBLE, "both"), ("1e-5", 2, FLOAT, "both"), (1e-4, 5, DOUBLE, "relative")],
+)
+def test_the_cheapest_is_chosen(accuracy, v_max, form, measure):
+    found = choose(accuracy, v_max, form=form, measure=measure)
+    assert found.error <= float(accuracy)
+    assert found.form is form
+    assert found.cost == cost(found.fit.m, found.fit.n)
+    for m, n in DEGREES:
+        if cost(m, n) <= found.cost:
+            try:
+                other = fit(m, n, v_max, measure=measure).error
+            except ValueError:
+                continue
+            assert other >= (float(accuracy) if cost(m, n) < found.cost else found.fit.error)
+
+
+def test_cost_counts_multiplications_and_the_division():
+    assert [cost(3, 6), cost(0, 3), cost(4, 0)] == [10, 4, 4]
+
+
+@pytest.mark.parametrize("accuracy", [0, 1, 1e-8, -1e-3, math.nan, "much"])
+def test_accuracies_that_the_format_cannot_hold(accuracy):
+    with pytest.raises(ValueError, match=r"^accuracy is .*: accepted is a number below 1, and for type float at least"):
+        choose(accuracy, 5, form=FLOAT)
+
+
+def test_accuracies_that_degrees_do_not_reach():
+    with pytest.raises(ValueError, match=r"^accuracy is 1e-15: accepted on \[0, 30\] for type double is") as reason:
+        choose(1e-15, 30)
+    reached = float(str(reason.value).split("double is ")[1].split()[0])
+    assert choose(reached, 30).error <= reached
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((1, 1, 2), r"the degrees are \[1/1\]: accepted are degrees of which the larger one is at least 2"),
+        ((0, 0, 2), r"the degrees are \[0/0\]: accepted"),
+        ((-1, 4, 2), "m is -1: accepted is an integer from 0 to 12"),
+        ((3, 16, 2), "n is 16: accepted is an integer from 0 to 15"),
+        ((1, 4, 0), "v_star_max is 0: accepted is a number greater than v_star_min = 0"),
+        ((1, 4, -1), "v_star_max is -1: accepted"),
+        ((1, 4, math.nan), "v_star_max is nan: accepted"),
+        ((1, 4, math.inf), "v_star_max is inf: accepted"),
+        ((1, 4, 1e7), "v_star_max is 10000000.0: accepted is .* at most 1000000"),
+        ((1, 4, 2, 2), "v_star_max is 2: accepted is a number greater than v_star_min = 2"),
+        ((1, 4, 2, 3), "v_star_max is 2: accepted is a number greater than v_star_min = 3"),
+        ((1, 4, 2, -1), "v_star_min is -1: accepted is 0, or a number from 1e-06"),
+        ((1, 4, 2, math.nan), "v_star_min is nan: accepted"),
+        ((1, 4, "2", "1.9999999"), "is too short"),
+        ((1, 4, "fast"), "v_star_max is 'fast': accepted"),
+        ((1, 4, 2, 0, "absolute"), "measure is 'absolute': accepted is 'both' or 'relative'"),
+        ((1, 4, 2, 0, "both", 0), "digits is 0"),
+    ],
+)
+def test_values_out_of_range(arguments, message):
+    with pytest.raises(ValueError, match=f"^{message}" if not message.startswith("is") else message) as reason:
+        fit(*arguments)
+    assert "\n" not in str(reason.value)
+
+
+@pytest.mark.parametrize("arguments", [(1.0, 4, 2), (1, "4", 2), (1, 4, None), (1, 4, [2]), (True, 4, 2)])
+def test_types_that_are_no_numbers(arguments):
+    with pytest.raises(TypeError, match="accepted is"):
+        fit(*arguments)
+
+
+def test_useless_fits_are_refused():
+    with pytest.raises(ValueError, match=r"the best \[2/0\] on \[0, 5\] is off by 23.6"):
+        fit(2, 0, 5)
+
+
+def test_where_no_best_approximant_exists():
+    with pytest.raises(ValueError, match=r"^\[4/3\] on \[0, 5\]: no best approximant exists: errors come as near to"):
+        fit(4, 3, 5, measure="relative")

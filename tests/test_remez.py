@@ -1,0 +1,323 @@
+"""Best approximants: closed forms, the theorem of alternation, and linear programming as the independent route."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from scipy.optimize import linprog
+
+from viscopade import curve, remez
+from viscopade.balls import working
+from viscopade.remez import Coordinate, NoBest, NotAttained, Problem, TooAccurate
+
+
+def one(_):
+    return arb(1)
+
+
+def free(m, n, f, interval, weight=one, **more):
+    """max |N/D - f|/w without conditions but b_0 = 1."""
+    return Problem(m, n, lambda v: 1 - f(v), lambda v: 1 / weight(v), interval, **more)
+
+
+def restitution(m, n, v_max, measure="both", v_min=0.0, **more):
+    """The elastic problem, written down once more."""
+    target = curve.curve()
+
+    def sharpness(v):
+        epsilon, loss = target.both(v)
+        return 1 / target.loss_ratio(v) if measure == "both" and loss < epsilon else v * v / epsilon
+
+    return Problem(m, n, target.loss_ratio, sharpness, (v_min, v_max), 2, **{"beyond": (3 * v_max,), **more})
+
+
+def floats(values):
+    return np.array([float(x) for x in values])
+
+
+def deviation(problem, found, v):
+    """The weighted error by Horner's rule in doubles, for v not near 0."""
+    ratio = np.polynomial.polynomial.polyval(v, floats(found.a)) / np.polynomial.polynomial.polyval(v, floats(found.b))
+    with working(128):
+        f = np.array([float(1 - problem.defect(arb(x)) * arb(x) ** problem.contact) for x in v])
+        weight = np.array([float(arb(x) ** problem.contact / problem.sharpness(arb(x))) for x in v])
+    return (ratio - f) / weight
+
+
+def assert_levelled(problem, found):
+    assert len(found.points) == problem.number_of_points
+    assert list(found.points) == sorted(set(found.points))
+    assert all(x * y < 0 for x, y in zip(found.deviations, found.deviations[1:], strict=False))
+    assert 0 < found.lower_bound <= min(map(abs, found.deviations))
+    assert max(map(abs, found.deviations)) <= found.error
+    assert found.lower_bound > (1 - 1e-6) * found.error
+
+
+# --- closed forms ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [2, 3, 7, 12])
+def test_powers_by_lower_powers(n):
+    """v^n minus its best polynomial is a multiple of Chebyshev's."""
+    found = remez.solve(free(n - 1, 0, lambda v: v**n, (0.0, 1.0)))
+    assert found.error == pytest.approx(2 * 4.0**-n, rel=1e-12)
+    nodes = (1 - np.cos(np.pi * np.arange(n + 1) / n)) / 2
+    np.testing.assert_allclose(found.points, nodes, atol=1e-5)
+
+
+@pytest.mark.parametrize("n", [1, 4, 9])
+@pytest.mark.parametrize("x", [1.25, 2.0])
+def test_a_pole_by_polynomials(n, x):
+    """Chebyshev: 1/(t - x) on [-1, 1] has the error (x - sqrt(x^2 - 1))^n/(x^2 - 1)."""
+    found = remez.solve(free(n, 0, lambda v: 1 / (2 * v - 1 - arb(x)), (0.0, 1.0)))
+    assert found.error == pytest.approx((x - math.sqrt(x * x - 1)) ** n / (x * x - 1), rel=1e-11)
+
+
+def test_the_exponential_by_a_line():
+    found = remez.solve(free(1, 0, lambda v: v.exp(), (0.0, 1.0)))
+    slope = math.e - 1
+    np.testing.assert_allclose(floats(found.a), [(math.e - slope * math.log(slope)) / 2, slope], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 2), (3, 2), (2, 4)])
+def test_reciprocals_swap_numerator_and_denominator(m, n):
+    """Weighted with f, f ~ N/D and 1/f ~ D/N have nearly the same error E: E/(1 + E) and E/(1 - E) are its ends."""
+    interval = (0.0, 2.0)
+    error = remez.solve(free(m, n, lambda v: v.exp(), interval, lambda v: v.exp())).error
+    swapped = remez.solve(free(n, m, lambda v: (-v).exp(), interval, lambda v: (-v).exp())).error
+    assert swapped == pytest.approx(error, rel=3 * error)
+
+
+def test_even_function_on_the_half_line():
+    """1/(1 + v)^2 by a/(b_0 + b_1 v): with v = (1 + t)/(1 - t) it is ((1 - t)/2)^2 by a [1/1] in t."""
+    found = remez.solve(free(0, 1, lambda v: (1 + v) ** -2, (0.0, 1e9), coordinate=Coordinate(1.0, True)))
+    assert_levelled(free(0, 1, lambda v: (1 + v) ** -2, (0.0, 1e9)), found)
+
+
+def test_more_digits():
+    found = remez.solve(free(19, 0, lambda v: v**20, (0.0, 0.125), digits=60))
+    assert found.error == pytest.approx(2 * 4.0**-20 * 0.125**20, rel=1e-9)
+
+
+# --- an independent route -------------------------------------------------------------------------------------------
+
+
+def best_on_a_grid(problem, number=400):
+    """Bisection on E: is there N - D f <= E w D, D f - N <= E w D, D >= small on a grid? (linear programming)."""
+    low, high = problem.interval
+    v = low + (high - low) * (1 - np.cos(np.pi * np.arange(number + 1) / number)) / 2
+    with working(128):
+        g = np.array([float(problem.defect(arb(x))) for x in v])
+        p = np.array([float(problem.sharpness(arb(x))) for x in v])
+        columns = [(np.array([float(s(arb(x))) for x in v]), np.array([float(d(arb(x))) for x in v]))
+                   for s, d in problem.directions]  # fmt: skip
+    s, d = (np.array(part).T for part in zip(*columns, strict=True))
+    residual = p[:, None] * (s + g[:, None] * d)
+
+    def slack(error):
+        """The largest gap that all inequalities leave, D normalised to D <= 1."""
+        rows = np.concatenate([residual - error * d, -residual - error * d, -d])
+        gap = np.ones((len(rows), 1))
+        bounds = np.hstack([d, np.zeros((len(d), 1))])
+        result = linprog(
+            [*[0.0] * d.shape[1], -1.0],
+            A_ub=np.vstack([np.hstack([rows, gap]), bounds]),
+            b_ub=[*[0.0] * len(rows), *[1.0] * len(d)],
+            bounds=(None, None),
+            method="highs",
+        )
+        return result.x[-1] if result.status == 0 else 0.0
+
+    least, most = 0.0, 1.0
+    while most - least > 1e-6 * most:
+        middle = (least + most) / 2
+        least, most = (least, middle) if slack(middle) > 1e-11 else (middle, most)
+    return most
+
+
+@pytest.mark.parametrize(
+    ("m", "n", "v_max", "measure"),
+    [(0, 3, 2.0, "both"), (1, 2, 3.0, "both"), (1, 2, 3.0, "relative"), (3, 0, 0.5, "both"), (2, 2, 1.0, "relative")],
+)
+def test_linear_programming_agrees(m, n, v_max, measure):
+    problem = restitution(m, n, v_max, measure)
+    found = remez.solve(problem)
+    assert_levelled(problem, found)
+    with working(problem.bits):
+        assert best_on_a_grid(problem) == pytest.approx(found.error, rel=2e-3)
+
+
+def test_linear_programming_agrees_where_no_best_exists():
+    problem = restitution(2, 1, 2.0, "relative")
+    with pytest.raises(NotAttained) as reason:
+        remez.solve(problem)
+    with working(problem.bits):
+        assert best_on_a_grid(problem) == pytest.approx(reason.value.infimum, rel=2e-3)
+
+
+# --- the theorem ----------------------------------------------------------------------------------------------------
+
+CASES = [
+    (0, 2, 1.0, "both"),
+    (2, 0, 1.0, "both"),
+    (1, 4, 2.0, "both"),
+    (3, 6, 10.0, "both"),
+    (6, 1, 1.0, "both"),
+    (3, 3, 5.0, "both"),  # nearly a common factor at 0
+    (5, 6, 30.0, "both"),  # the same
+    (3, 9, 1000.0, "both"),
+    (3, 6, 30.0, "both"),
+    (2, 5, 5.0, "relative"),
+    (6, 9, 100.0, "relative"),
+]
+
+
+@pytest.mark.parametrize(("m", "n", "v_max", "measure"), CASES)
+def test_alternation(m, n, v_max, measure):
+    problem = restitution(m, n, v_max, measure)
+    found = remez.solve(problem)
+    assert problem.number_of_points == m + n
+    assert_levelled(problem, found)
+    assert (len(found.a), len(found.b)) == (m + 1, n + 1)
+    v = np.geomspace(0.05, v_max, 500)
+    assert np.all(np.polynomial.polynomial.polyval(v, floats(found.b)) > 0)
+    assert np.max(np.abs(deviation(problem, found, v))) <= found.error * (1 + 1e-6) + 1e-12
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 3), (2, 4)])
+def test_no_approximant_nearby_is_better_at_all_points(m, n):
+    problem = restitution(m, n, 3.0)
+    found = remez.solve(problem)
+    generator = np.random.default_rng(1)
+    for _ in range(50):
+        a, b = floats(found.a), floats(found.b)
+        a[2:] *= 1 + 1e-3 * generator.normal(size=a.size - 2)
+        b[2:] *= 1 + 1e-3 * generator.normal(size=b.size - 2)
+        a[1] = b[1] = b[1] * (1 + 1e-3 * generator.normal())
+        other = replace(found, a=tuple(map(arb, a)), b=tuple(map(arb, b)))
+        points = np.array(found.points[1:])
+        errors = list(np.abs(deviation(problem, other, points)))
+        errors.append(abs((a[2] - b[2] if m >= 2 else -b[2]) / float(problem.defect(arb(0))) + 1))  # at v = 0
+        assert max(errors) > found.lower_bound
+
+
+def test_the_interval_may_begin_later():
+    problem = restitution(2, 4, 5.0, v_min=1.0)
+    found = remez.solve(problem)
+    assert_levelled(problem, found)
+    assert found.points[0] >= 1.0
+    assert found.error < remez.solve(restitution(2, 4, 5.0)).error
+
+
+def test_a_start_saves_exchanges():
+    problem = restitution(3, 6, 10.0)
+    found = remez.solve(problem)
+    again = remez.solve(problem, found.points)
+    assert again.exchanges < found.exchanges
+    assert again.error == pytest.approx(found.error, rel=1e-9)
+
+
+# --- other conditions -----------------------------------------------------------------------------------------------
+
+
+def power_of_restitution(m, n, **more):
+    """eps^(3/2), relative, on the half-line."""
+    target = curve.curve()
+
+    def f(v):
+        epsilon = target.epsilon(v)
+        return epsilon * epsilon.sqrt()
+
+    def defect(v):
+        return 3 * target.loss_ratio(v) / 2 if v == 0 else (1 - f(v)) / (v * v)
+
+    half_line = Coordinate(1.0, True)
+    return Problem(m, n, defect, lambda v: v * v / f(v), (0.0, 1e9), 2, coordinate=half_line, **more)
+
+
+def test_limit_at_infinity():
+    problem = power_of_restitution(2, 7, conditions=(remez.limit(2, 7, arb(3) / 2),))
+    found = remez.solve(problem)
+    assert problem.number_of_points == 2 + 7 - 1
+    assert_levelled(problem, found)
+    assert float(found.a[2] / found.b[7]) == pytest.approx(1.5, rel=1e-15)
+    # without the condition the error can only be smaller, and is attained at the right end
+    without = remez.solve(power_of_restitution(2, 7))
+    assert without.error < found.error
+    assert without.points[-1] == 1e9
+
+
+def test_conditions_hold():
+    """a_1 + b_1 = 0, as Pade's approximants of the exponential have."""
+    condition = remez.Condition((arb(0), arb(1)), (arb(0), arb(1)))
+    problem = free(2, 2, lambda v: v.exp(), (0.0, 1.0), conditions=(condition,))
+    found = remez.solve(problem)
+    assert len(found.points) == problem.number_of_points == 2 + 2 + 2 - 1
+    assert float(found.a[1]) == pytest.approx(-float(found.b[1]), rel=1e-15)
+    assert found.error > remez.solve(free(2, 2, lambda v: v.exp(), (0.0, 1.0))).error
+
+
+def test_contact_is_a_condition():
+    """N - D = O(v) by contact = 1, and as a condition."""
+    by_contact = Problem(1, 2, lambda v: (1 - v.exp()) / v if v != 0 else arb(-1), lambda v: v, (0.0, 1.0), 1)
+    by_condition = free(1, 2, lambda v: v.exp(), (0.0, 1.0), conditions=remez.contact(1))
+    errors = [remez.solve(replace(p, beyond=(2.0,))).error for p in (by_contact, by_condition)]
+    assert errors[0] == pytest.approx(errors[1], rel=1e-9)
+
+
+# --- what cannot be had ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 2), (1, 3)])
+def test_what_is_represented_exactly(m, n):
+    with pytest.raises(TooAccurate, match="too small for values of 17 digits"):
+        remez.solve(free(m, n, lambda v: (1 + v) / (2 + v), (0.0, 1.0)))
+
+
+def test_values_that_are_not_accurate_enough():
+    with pytest.raises(TooAccurate):
+        remez.solve(restitution(6, 9, 0.1))
+
+
+@pytest.mark.parametrize("interval", [(1.0, 1.0), (2.0, 1.0), (-1.0, 1.0), (0.0, math.inf), (0.0, math.nan)])
+def test_bad_intervals(interval):
+    with pytest.raises(ValueError, match=r"^interval is .* accepted are two finite numbers"):
+        free(1, 1, lambda v: v.exp(), interval)
+
+
+def test_bad_degrees():
+    with pytest.raises(ValueError, match="must not be negative"):
+        free(-1, 1, lambda v: v.exp(), (0.0, 1.0))
+
+
+def test_no_pole_free_approximant():
+    """tan crosses its pole: no continuous approximant is near."""
+    with pytest.raises(NoBest):
+        remez.solve(free(1, 1, lambda v: v.tan(), (0.0, 2.0)))
+
+
+def test_precision_is_left_alone():
+    before = ctx.prec
+    remez.solve(free(2, 0, lambda v: v.exp(), (0.0, 1.0)))
+    assert ctx.prec == before
+
+
+# --- the error of other approximants --------------------------------------------------------------------------------
+
+
+def test_sup_error():
+    problem = restitution(3, 6, 10.0)
+    found = remez.solve(problem)
+    error, at = remez.sup_error(problem, found.a, found.b)
+    assert error == pytest.approx(found.error, rel=1e-9)
+    assert min(abs(at - v) for v in found.points) < 1e-3 * max(at, 1)
+    worse = remez.sup_error(problem, found.a, [*found.b[:-1], found.b[-1] * 1.01])
+    assert worse[0] > 1.01 * found.error
+
+
+def test_sup_error_at_a_pole():
+    problem = restitution(0, 2, 3.0)
+    with pytest.raises(NoBest, match=r"a pole near v\* = "):
+        remez.sup_error(problem, [arb(1)], [arb(1), arb(0), arb(-1) / 4])
