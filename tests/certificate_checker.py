@@ -22,6 +22,7 @@ Polynomial = list[Fraction]
 DATA = Path(__file__).parents[1] / "src" / "viscopade"
 FIRST, PER_OCTAVE = -4, 8  # panel 0 is [0, 2^-4]; then eight to each octave
 LAST = 2**23
+LEAST_SLOPE_ERROR, LARGEST_SLOPE_ERROR = Fraction(1, 10**8), Fraction(4, 10**8)  # of the derivatives of rows
 REFERENCE, ERROR = "data/double.txt", Fraction(1, 2**60)
 DEEPEST = 12  # times that a part may be halved
 
@@ -84,15 +85,21 @@ def within(top: Polynomial, bottom: Polynomial, q: Polynomial, bound: Fraction) 
     return all(positive(plus([bound * c for c in product], difference, sign)) for sign in (1, -1))
 
 
+def derivative(p: Polynomial) -> Polynomial:
+    return [i * c for i, c in enumerate(p)][1:]
+
+
 class Checker:
-    """A certificate of a rational function with exact coefficients."""
+    """A certificate of a rational function with exact coefficients, or of v* T/D^2 for its derivative."""
 
     def __init__(self, entry: dict[str, Any]) -> None:
-        self.a, self.b = ([number(c) for c in entry[name]] for name in "ab")
+        self.is_derivative = "t" in entry
+        top, bottom = ([number(c) for c in entry[name]] for name in (("t" if self.is_derivative else "a"), "b"))
+        self.a, self.b = top, times(bottom, bottom) if self.is_derivative else bottom
         self.measure = entry["measure"]
         self.low, self.high = Fraction(entry["v_star_min"]), Fraction(entry["v_star_max"] or -1)
         self.parts = [(int(panel), int(n)) for panel, n in entry["parts"]]
-        if self.measure not in ("both", "relative"):
+        if self.measure not in (["derivative"] if self.is_derivative else ["both", "relative"]):
             raise Wrong(f"the measure is {self.measure!r}")
         if not 0 <= self.low < self.high <= LAST:
             raise Wrong(f"the interval is not within [0, {LAST}]")
@@ -100,7 +107,13 @@ class Checker:
             raise Wrong("the reference is another one")
         if any(n < 1 for _, n in self.parts):
             raise Wrong("a panel must have a part")
-        self.bound = (Fraction(entry["bound"]) - ERROR) / (1 + ERROR)
+        self.bound = Fraction(entry["bound"])
+        slopes = entry.get("slope_errors") or [ERROR] * len(self.parts)
+        self.errors = {panel: Fraction(error) for (panel, _), error in zip(self.parts, slopes, strict=True)}
+        if self.is_derivative and not all(
+            LEAST_SLOPE_ERROR < error < LARGEST_SLOPE_ERROR for error in self.errors.values()
+        ):
+            raise Wrong("the errors of slopes are not what the reference has")
         self.rows = rows(REFERENCE)
         self.checked = 0
 
@@ -143,6 +156,8 @@ class Checker:
         """Return what the deviation is relative to: "epsilon" unless certainly larger than 1 - eps, or vice versa."""
         if self.measure == "relative":
             return ["epsilon"]
+        if self.is_derivative:
+            return ["epsilon" if 2 * self.rows["epsilon", panel][0] <= 1 else "one_minus_epsilon"]
         slack = Fraction(1, 10**6)
         half = [Fraction(1, 2) - slack]
         eps = shifted(self.rows["epsilon", panel], z, width)
@@ -152,14 +167,22 @@ class Checker:
     def shown(self, function: str, panel: int, z: Fraction, width: Fraction) -> bool:
         _, centre, half = panel_ends(panel)
         top, bottom, row = self.a, self.b, self.rows[function, panel]
-        if function == "one_minus_epsilon":
+        if self.is_derivative:  # both sides are negative, and on panel 0 divided by v*
+            top = [-c for c in top] if panel == 0 else [Fraction(0), *(-c for c in top)]
+            slope = derivative(row)
+            if panel == 0 and slope[0]:
+                raise Wrong("the slope does not vanish like v*")
+            scale = half**2 if panel == 0 else half
+            row = [(c if function == "one_minus_epsilon" else -c) / scale for c in (slope[1:] if panel == 0 else slope)]
+        elif function == "one_minus_epsilon":
             top = plus(self.b, self.a, -1)
             if panel == 0:  # both sides are divisible by v*^2 = (half z)^2
                 if any(top[:2]) or any(row[:2]):
                     raise Wrong("1 - N/D does not vanish like v*^2")
                 top, row = top[2:], [c / half**2 for c in row[2:]]
         top, bottom = (shifted(p, centre + half * z, half * width) for p in (top, bottom))
-        return positive(bottom) and within(top, bottom, shifted(row, z, width), self.bound)
+        bound = (self.bound - self.errors[panel]) / (1 + self.errors[panel])
+        return positive(bottom) and within(top, bottom, shifted(row, z, width), bound)
 
 
 def number(text: str) -> Fraction:

@@ -11,21 +11,22 @@ vanish, or to take its root, so a bound is also a proof that there is no pole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import Literal, Protocol
+from typing import Literal, Protocol, cast
 
 from flint import arb, arb_poly, arb_series
 
-from viscopade import reference
+from viscopade import double, reference
 from viscopade.balls import working
 from viscopade.double import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.progress import track
 
 Measure = Literal["both", "relative"]
+AnyMeasure = Literal["both", "relative", "speed", "derivative"]
 
 BITS = 192
 ORDER = 12  # of the Taylor polynomials on a part
@@ -38,11 +39,50 @@ DIGITS = 3  # of a printed bound
 class Formula(Hashable, Protocol):
     """What is to be proven of: R(v*) as power-series arithmetic, in the formula's exact coefficients."""
 
-    def epsilon(self, v_star: arb_series) -> arb_series:
+    @property
+    def power(self) -> int:
+        """The r for which R is a smooth function of y = v*^(1/r)."""
+
+    def epsilon(self, y: arb_series) -> arb_series:
         """Return R(v*)."""
 
-    def loss_ratio(self, v_star: arb_series) -> arb_series:
+    def loss_ratio(self, y: arb_series) -> arb_series:
         """Return (1 - R(v*))/v*^2, also around v* = 0."""
+
+
+class FormulaToInfinity(Formula, Protocol):
+    """A formula for all v* >= 0."""
+
+    def limit(self, u: arb) -> arb:
+        """Return R v*^(10/3) for all v* >= 1/u."""
+
+
+class InverseFormula(Hashable, Protocol):
+    """A formula V for v*, given eps, as power-series arithmetic."""
+
+    @property
+    def power(self) -> int:
+        """The r for which V/v* is a smooth function of y = v*^(1/r)."""
+
+    def ratio(self, y: arb_series, odds_ratio: arb_series) -> arb_series:
+        """Return V/v*, given ((1 - eps)/eps)/v*^2."""
+
+    def limit(self, odds: arb) -> arb:
+        """Return V ((1 - eps)/eps)^(-3/10) for all eps with eps/(1 - eps) <= odds."""
+
+
+class DerivativeFormula(Hashable, Protocol):
+    """A formula R' for d eps/d v*, as power-series arithmetic."""
+
+    @property
+    def power(self) -> int:
+        """1: a smooth function of v*."""
+
+    def slope_ratio(self, v_star: arb_series) -> arb_series:
+        """Return R'/v*, also around v* = 0."""
+
+
+AnyFormula = Formula | InverseFormula | DerivativeFormula
 
 
 @dataclass(frozen=True)
@@ -65,7 +105,12 @@ class Rational:
     a: tuple[Fraction, ...]
     b: tuple[Fraction, ...]
 
-    def loss_ratio(self, v_star: arb_series) -> arb_series:
+    @property
+    def power(self) -> int:
+        """The quotient is a smooth function of v*."""
+        return 1
+
+    def loss_ratio(self, y: arb_series) -> arb_series:
         """Return (1 - N/D)/v*^2.
 
         Raises
@@ -78,19 +123,44 @@ class Rational:
         if a[:2] != b[:2]:
             raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
         difference = [_ball(d - c) for c, d in zip(a[2:], b[2:], strict=True)]
-        return _quotient(_polynomial(difference, v_star), _polynomial([_ball(c) for c in b], v_star))
+        return quotient(polynomial(difference, y), polynomial([_ball(c) for c in b], y))
 
-    def epsilon(self, v_star: arb_series) -> arb_series:
+    def epsilon(self, y: arb_series) -> arb_series:
         """Return the quotient."""
         a, b = ([_ball(c) for c in values] for values in (self.a, self.b))
-        return _quotient(_polynomial(a, v_star), _polynomial(b, v_star))
+        return quotient(polynomial(a, y), polynomial(b, y))
 
 
-class FormulaToInfinity(Formula, Protocol):
-    """A formula for all v* >= 0."""
+@dataclass(frozen=True)
+class RationalDerivative:
+    """v* T/D^2, T and D polynomials with exact coefficients in ascending order."""
 
-    def limit(self, u: arb) -> arb:
-        """Return R v*^(10/3) at u = 1/v*, for a ball of u that contains 0."""
+    t: tuple[Fraction, ...]
+    b: tuple[Fraction, ...]
+
+    @classmethod
+    def of(cls, formula: Rational) -> RationalDerivative:
+        """Return the derivative of N/D: T = (N' D - N D')/v*, a_0 = b_0 and a_1 = b_1."""
+        a, b = formula.a, formula.b
+        t = [Fraction(0)] * (len(a) + len(b) - 2)
+        for i, top in enumerate(a):
+            for j, bottom in enumerate(b):
+                if i != j:
+                    t[i + j - 1] += (i - j) * top * bottom
+        if t and t[0]:
+            raise ValueError("1 - N/D must vanish like v*^2")
+        return cls(tuple(t[1:]), b)
+
+    @property
+    def power(self) -> int:
+        """A smooth function of v*."""
+        return 1
+
+    def slope_ratio(self, v_star: arb_series) -> arb_series:
+        """Return T/D^2."""
+        t, b = ([_ball(c) for c in values] for values in (self.t, self.b))
+        denominator = polynomial(b, v_star)
+        return quotient(polynomial(t, v_star), denominator * denominator)
 
 
 @dataclass(frozen=True)
@@ -100,7 +170,8 @@ class Certificate:
     Attributes
     ----------
     measure : str
-        "both", relative to the smaller of eps and 1 - eps, or "relative" to eps.
+        "both", relative to the smaller of eps and 1 - eps, "relative" to eps, "speed", of v*(eps) relative to v*,
+        or "derivative", of d eps/d v* relative to it.
     low : Fraction
     high : Fraction or None
         Interval of v*; None is infinity.
@@ -110,7 +181,7 @@ class Certificate:
         The panels that meet the interval, and into how many equal parts each was cut for the proof.
     """
 
-    measure: Measure
+    measure: AnyMeasure
     low: Fraction
     high: Fraction | None
     bound: str
@@ -118,6 +189,7 @@ class Certificate:
 
     def record(self) -> dict[str, object]:
         """Return the certificate as JSON-able data; ends of the interval as exact fractions "p/q"."""
+        slopes = [rounded_up(_slope_error(panel)) for panel, _ in self.parts] if self.measure == "derivative" else None
         return {
             "measure": self.measure,
             "v_star_min": str(self.low),
@@ -125,6 +197,7 @@ class Certificate:
             "bound": self.bound,
             "reference": DATA,
             "reference_error": reference.ERROR.hex(),
+            **({"slope_errors": slopes} if slopes else {}),
             "parts": self.parts,
         }
 
@@ -139,10 +212,14 @@ def prove(formula: Formula, low: Fraction, high: Fraction, measure: Measure = "b
     ArithmeticError
         If there is no bound: the formula has a pole in the interval, or comes too close to one.
     """
-    limits = list(panels_of(low, high))
-    if measure == "both" and limits[0][0] == 0:
+    if measure == "both" and low == 0:
         with working(BITS, ORDER + 1):
             formula.loss_ratio(arb_series([arb(0), arb(1)]))  # refuses here, if at all, what is no such formula
+    return _prove(formula, low, high, measure)
+
+
+def _prove(formula: AnyFormula, low: Fraction, high: Fraction, measure: AnyMeasure) -> Certificate:
+    limits = list(panels_of(low, high))
     number = [FEWEST_PARTS] * len(limits)
     bounds = [_on_panel(formula, limits[i], FEWEST_PARTS, measure) for i in track(range(len(limits)), "proof")]
     while True:
@@ -164,16 +241,51 @@ def prove_to_infinity(formula: FormulaToInfinity, measure: Measure = "both") -> 
     """Prove a bound of the deviation for all v* >= 0; errors as for `prove`."""
     on_panels = prove(formula, Fraction(0), reference.END, measure)
     with working(BITS):
-        u = 1 / _ball(reference.END)
-        ratio = formula.limit(arb(u / 2, (u / 2).abs_upper())) / reference.limit()
-        beyond = abs(ratio * arb(0, reference.tail(_ball(reference.END))).exp() - 1)
-        if not beyond.is_finite():
-            raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
-        return replace(on_panels, high=None, bound=max(on_panels.bound, rounded_up(beyond), key=Fraction))
+        end = _ball(reference.END)
+        ratio = formula.limit(1 / end) / reference.limit()
+        return _and_beyond(on_panels, ratio * arb(0, reference.tail(end)).exp())
+
+
+def prove_inverse(formula: InverseFormula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
+    """Prove a bound of the relative error of v*(eps) for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
+
+    Errors as for `prove`. The certificate's interval is one of v*, which covers that of eps.
+    """
+    if epsilon_min:
+        return _prove(formula, Fraction(0), _speed_beyond(epsilon_min), "speed")
+    on_panels = _prove(formula, Fraction(0), reference.END, "speed")
+    with working(BITS):
+        end = _ball(reference.END)
+        largest = (2 * reference.limit() / (end**10).root(3)).abs_upper()  # of eps, as `tail` is below ln 2
+        survives = 1 - arb(largest / 2, (largest / 2).abs_upper())
+        ratio = formula.limit(largest / (1 - largest)) * (survives / reference.limit()) ** (arb(3) / 10)
+        return _and_beyond(on_panels, ratio * arb(0, reference.tail(end)).exp())
+
+
+def prove_derivative(formula: DerivativeFormula, low: Fraction, high: Fraction) -> Certificate:
+    """Prove a bound of the relative error of d eps/d v* on low <= v* <= high; errors as for `prove`."""
+    return _prove(formula, low, high, "derivative")
+
+
+def _speed_beyond(epsilon_min: Fraction) -> Fraction:
+    """Return a v* whose eps is certainly below epsilon_min, by a little."""
+    v_star = Fraction(float(double.v_star_from(float(epsilon_min)))) * (1 + Fraction(1, 2**40))
+    *_, (panel, _, end) = panels_of(Fraction(0), v_star)
+    if reference.rows()["epsilon", panel](end) * (1 + Fraction(1, 2**50)) > epsilon_min:
+        raise ArithmeticError(f"no v* with eps = {float(epsilon_min):g} was found")
+    return v_star
+
+
+def _and_beyond(on_panels: Certificate, ratio: arb) -> Certificate:
+    """Return the certificate for the half-line, given an enclosure of formula/truth beyond the panels."""
+    beyond = abs(ratio - 1).abs_upper()
+    if not beyond < 1:
+        raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
+    return replace(on_panels, high=None, bound=max(on_panels.bound, rounded_up(beyond), key=Fraction))
 
 
 @lru_cache(maxsize=1 << 14)  # intervals share panels
-def _on_panel(formula: Formula, limit: tuple[int, Fraction, Fraction], number: int, measure: Measure) -> arb:
+def _on_panel(formula: AnyFormula, limit: tuple[int, Fraction, Fraction], number: int, measure: AnyMeasure) -> arb:
     """Bound the deviation on the panel's part of the interval; infinity if FLINT finds that R may be infinite."""
     try:
         return max(deviation(formula, part, measure) for part in parts_of(*limit, number))
@@ -223,17 +335,32 @@ def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:
             yield arb((start + end) / 2, ((end - start) / 2).abs_upper())
 
 
-def deviation(formula: Formula, part: Part, measure: Measure) -> arb:
-    """Bound the deviation on a part: relative to eps, or in measure "both" to the smaller of eps and 1 - eps."""
+def deviation(formula: AnyFormula, part: Part, measure: AnyMeasure) -> arb:
+    """Bound the deviation on a part: relative to eps, in measure "both" to the smaller of eps and 1 - eps, or to v*."""
     with working(BITS, ORDER + 1):
-        if measure == "both" and part.panel == 0:
-            return _with_reference(_sum(_taylor(lambda z: _near_origin(formula, z), part)))
-        bounds = []
-        if measure == "relative" or _may_be(part.panel, "epsilon"):
-            bounds.append(_sum(_taylor(lambda z: _relative(formula, part.panel, z), part)))
-        if measure == "both" and _may_be(part.panel, "one_minus_epsilon"):
-            bounds.append(_sum(_taylor(lambda z: _relative_loss(formula, part.panel, z), part)))
-        return _with_reference(max(bounds))
+        bounds = [_sum(_taylor(function, part, formula.power)) for function in _functions(formula, part.panel, measure)]
+        error = (
+            _ball(Fraction(rounded_up(_slope_error(part.panel)))) if measure == "derivative" else arb(reference.ERROR)
+        )
+        return ((max(bounds) + error) / (1 - error)).abs_upper()
+
+
+def _functions(formula: AnyFormula, panel: int, measure: AnyMeasure) -> Iterator[Callable[[arb_series], arb_series]]:
+    """Yield the deviations to be bounded on a panel, as functions of y = v*^(1/power)."""
+    if measure == "speed":
+        yield lambda y: cast(InverseFormula, formula).ratio(y, _odds_ratio(panel, y**formula.power)) - 1
+        return
+    if measure == "derivative":
+        yield lambda v: cast(DerivativeFormula, formula).slope_ratio(v) / _slope_ratio(panel, v) - 1
+        return
+    given = cast(Formula, formula)
+    if measure == "both" and panel == 0:
+        yield lambda y: given.loss_ratio(y) / _loss_ratio(0, y**given.power) - 1
+        return
+    if measure == "relative" or _may_be(panel, "epsilon"):
+        yield lambda y: given.epsilon(y) / _row("epsilon", panel, y**given.power) - 1
+    if measure == "both" and _may_be(panel, "one_minus_epsilon"):
+        yield lambda y: (1 - given.epsilon(y)) / _row("one_minus_epsilon", panel, y**given.power) - 1
 
 
 def _may_be(panel: int, name: str) -> bool:
@@ -242,59 +369,93 @@ def _may_be(panel: int, name: str) -> bool:
     return min(row(Fraction(-1)), row(Fraction(1))) <= Fraction(1, 2) + Fraction(1, 10**6)
 
 
-def _with_reference(bound: arb) -> arb:
-    """Add what the reference may be off."""
-    error = arb(reference.ERROR)
-    return ((bound + error) / (1 - error)).abs_upper()
+def _row(name: str, panel: int, v_star: arb_series) -> arb_series:
+    """Return the reference's eps or 1 - eps."""
+    return polynomial(reference.rows()[name, panel].poly().coeffs(), _place(panel, v_star))
 
 
-def _series(name: str, panel: int, z: arb_series) -> arb_series:
-    return _polynomial(reference.rows()[name, panel].poly().coeffs(), z)
+def _loss_ratio(panel: int, v_star: arb_series) -> arb_series:
+    """Return the reference's (1 - eps)/v*^2; on the panel at 0 its polynomial is divisible by v*^2."""
+    if panel > 0:
+        return _row("one_minus_epsilon", panel, v_star) / (v_star * v_star)
+    first, second, *loss = reference.rows()["one_minus_epsilon", 0].poly().coeffs()
+    if not (first.is_zero() and second.is_zero()):
+        raise ArithmeticError("1 - eps must be divisible by v*^2")
+    return polynomial(loss, _place(0, v_star)) / arb(float(HALF_WIDTHS[0])) ** 2
 
 
-def _polynomial(coefficients: list[arb], z: arb_series) -> arb_series:
+def _smaller(panel: int) -> str:
+    """Return which row tells most of the derivative: that of the smaller function."""
+    return "one_minus_epsilon" if reference.rows()["epsilon", panel](Fraction(0)) > Fraction(1, 2) else "epsilon"
+
+
+def _slope_ratio(panel: int, v_star: arb_series) -> arb_series:
+    """Return the reference's (d eps/d v*)/v*, from the derivative of a row."""
+    name = _smaller(panel)
+    slope = [i * c for i, c in enumerate(reference.rows()[name, panel].poly().coeffs())][1:]
+    scale = arb(float(HALF_WIDTHS[panel])) * (-1 if name == "one_minus_epsilon" else 1)
+    if panel == 0:  # the row begins with z^2
+        return polynomial(slope[1:], _place(0, v_star)) / (scale * arb(float(HALF_WIDTHS[0])))
+    return polynomial(slope, _place(panel, v_star)) / (scale * v_star)
+
+
+@lru_cache(maxsize=PANELS)
+def _slope_error(panel: int) -> arb:
+    """Bound the relative error of `_slope_ratio` (docs/exact-function.md, step 9).
+
+    With x = ln v*, g = ln(true/row) has |g| <= G = 2^-60 and |g''| <= M, so |g'| <= 2 sqrt(G M) (Landau).
+    """
+    with working(BITS, 3):
+        centre, half = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
+        middle, reach = (half / 2, half / 2) if panel == 0 else (centre, half)
+        v_star = arb_series([arb(middle, reach), arb(1)])
+        power = 2 if panel == 0 else 0  # the row is v*^2 times a polynomial on the panel at 0
+        smooth = _loss_ratio(0, v_star) if panel == 0 else _row(_smaller(panel), panel, v_star)
+        ratio = (smooth / smooth.coeffs()[0]).coeffs()
+        v = v_star.coeffs()[0]
+        slope = power + v * ratio[1]
+        own = v * (ratio[1] + v * (2 * ratio[2] - ratio[1] ** 2))
+        error = arb(reference.ERROR)
+        uncertain = 2 * (arb(1.01) * error * (reference.CURVATURE + abs(own))).sqrt()
+        return (error + uncertain * (1 + error) / abs(slope).lower()).abs_upper()
+
+
+def _odds_ratio(panel: int, v_star: arb_series) -> arb_series:
+    """Enclose ((1 - eps)/eps)/v*^2: the true value at every v*, as it is within the rows' errors."""
+    uncertain = arb(1, arb(3 * reference.ERROR))
+    return _loss_ratio(panel, v_star) / _row("epsilon", panel, v_star) * uncertain
+
+
+def _place(panel: int, v_star: arb_series) -> arb_series:
+    """Return the panel's z."""
+    return (v_star - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
+
+
+def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
     """Return the polynomial of a series, by Horner's rule around the middle of z's constant term: balls grow least."""
     middle = z.coeffs()[0].mid()
     z = z - middle
     total = arb_series([arb(0)])
-    for c in reversed(arb_poly(coefficients)(arb_poly([middle, 1])).coeffs()):
+    for c in reversed(arb_poly(list(coefficients))(arb_poly([middle, 1])).coeffs()):
         total = total * z + c
     return total
 
 
-def _speed(panel: int, z: arb_series) -> arb_series:
-    return z * arb(float(HALF_WIDTHS[panel])) + arb(float(CENTRES[panel]))
-
-
-def _relative(formula: Formula, panel: int, z: arb_series) -> arb_series:
-    return formula.epsilon(_speed(panel, z)) / _series("epsilon", panel, z) - 1
-
-
-def _relative_loss(formula: Formula, panel: int, z: arb_series) -> arb_series:
-    return (1 - formula.epsilon(_speed(panel, z))) / _series("one_minus_epsilon", panel, z) - 1
-
-
-def _taylor(function: Callable[[arb_series], arb_series], part: Part) -> list[arb]:
+def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int) -> list[arb]:
     """Return coefficients c_0 … c_ORDER with function = sum c_j t^j on the part; the last one is a ball for all t."""
-    centre, half = _ball(part.centre), _ball(part.half)
+    ends = (_v_star(part.panel, z) for z in (part.centre - part.half, part.centre + part.half))
+    low, high = (_ball(v_star).root(power) if v_star else arb(0) for v_star in ends)
+    centre = ((low + high) / 2).mid()
+    half = (high - centre).abs_upper().max((centre - low).abs_upper())  # covers the part
     at_centre = function(arb_series([centre, half]))
-    whole = function(arb_series([arb(centre.mid(), half.abs_upper() + centre.rad()), half]))
+    whole = function(arb_series([arb(centre, half), half]))
     if min(at_centre.prec, whole.prec) <= ORDER:
         raise TypeError("the formula loses coefficients of a series")
     first = at_centre.coeffs()[:ORDER]
     return [*first, *[arb(0)] * (ORDER - len(first)), *whole.coeffs()[ORDER:]]
 
 
-def _near_origin(formula: Formula, z: arb_series) -> arb_series:
-    """Return the deviation relative to 1 - eps on the panel at 0, where both 1 - R and 1 - eps are O(v*^2)."""
-    first, second, *loss = reference.rows()["one_minus_epsilon", 0].poly().coeffs()
-    if not (first.is_zero() and second.is_zero()):
-        raise ArithmeticError("1 - eps must be divisible by v*^2")
-    half = arb(float(HALF_WIDTHS[0]))
-    return formula.loss_ratio(_speed(0, z)) * half**2 / _polynomial(loss, z) - 1
-
-
-def _quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
+def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
     """Return the quotient; unlike FLINT, also refuse 0 by what may vanish."""
     if not denominator.coeffs() or denominator.coeffs()[0].contains(0):
         raise ZeroDivisionError("the denominator may vanish")

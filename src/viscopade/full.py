@@ -42,7 +42,7 @@ FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 TABLE_ERROR = Fraction(reference.ERROR)
 """Proven bound of the relative error of the polynomials of `double` for eps and 1 - eps."""
 FOLD_ERROR = Fraction(1, 2**59)
-"""Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s) for s >= 2^FOLD: twice `reference.tail` there is less."""
+"""Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s), s >= 2^FOLD: twice `reference.tail` there is less."""
 
 PERIOD = 3  # octaves
 SPLIT = double.SPLIT + 1  # 2^SPLIT panels to an octave

@@ -11,12 +11,12 @@ from flint import arb
 
 from viscopade import certificate, checks, minimax, rounding
 from viscopade.balls import known_decimal, working
-from viscopade.certificate import Certificate, Measure, Rational, rounded_up
+from viscopade.certificate import Certificate, Measure, Rational, RationalDerivative, rounded_up
 from viscopade.exact import Exact
 from viscopade.kernels import Kernel, Quotient
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 from viscopade.kernels.binary import exact as fraction
-from viscopade.kernels.minimax import MinimaxKernel, Variant
+from viscopade.kernels.minimax import Derivative, MinimaxKernel, Variant
 from viscopade.pade import Pade, pade
 
 Coefficients = tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
@@ -141,7 +141,17 @@ def _variant(fit: minimax.Fit, form: Format) -> Variant:
     machine = minimax.machine(fit, form)
     bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
     size = rounding.quotient(*machine.exact, form, *fit.interval)
-    return Variant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)))
+    slope = _derivative(machine, form, fit.interval)
+    return Variant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
+
+
+def _derivative(machine: minimax.MachineFit, form: Format, interval: tuple[Fraction, Fraction]) -> Derivative:
+    exact = RationalDerivative.of(Rational(*machine.exact))
+    t = tuple(form.nearest(c) for c in exact.t)
+    rounded = RationalDerivative(tuple(map(Fraction, t)), exact.b)
+    bound = certificate.prove_derivative(rounded, *interval)
+    size = rounding.derivative(rounded.t, rounded.b, form, *interval)
+    return Derivative(t, bound, _relative_to_eps(size, Fraction(bound.bound)))
 
 
 def _require_horner(kernel: Quotient, form: Format, end: Fraction) -> None:

@@ -32,6 +32,8 @@ PARTS = 64
 
 ERROR = 2.0**-60
 """Proven bound of the relative errors of all rows for eps and 1 - eps (`prove`, `prove_elastic`)."""
+CURVATURE = 324
+"""Proven bound of the second derivatives of ln eps and ln(1 - eps) by ln v* (docs/exact-function.md, step 9)."""
 END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 """Where the panels end; beyond, see `tail`."""
 

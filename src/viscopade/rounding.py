@@ -53,6 +53,28 @@ def quotient(
         return max(bounds).abs_upper()
 
 
+def derivative(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction) -> arb:
+    """Bound the relative rounding error of the computed v* T/(D D); arguments and errors as for `quotient`."""
+    with working(BITS):
+        bounds = [_derivative_on_part(t, b, form, v_star) for v_star in speeds(low, high, PARTS)]
+        return max(bounds).abs_upper()
+
+
+def _derivative_on_part(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb) -> arb:
+    unit = arb(2) ** -form.precision
+    above, below = _relative(t, form, v_star), _relative(b, form, v_star)
+    # v* T, D D and their quotient are rounded once each.
+    return ((1 + above) * (1 + unit) ** 2 / ((1 - below) ** 2 * (1 - unit)) - 1).abs_upper()
+
+
+def _relative(coefficients: Sequence[Fraction], form: Format, v_star: arb) -> arb:
+    """Bound the relative error of Horner's rule."""
+    value, error = horner(coefficients, form, v_star)
+    if not abs(value) > 2 * error:
+        raise ArithmeticError("the polynomial may vanish within its rounding error")
+    return (error / abs(value)).abs_upper()
+
+
 def _on_part(a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb, rounded: bool) -> arb:
     unit = arb(2) ** -form.precision
     (numerator, numerator_error), (denominator, denominator_error) = (horner(c, form, v_star, rounded) for c in (a, b))

@@ -111,6 +111,9 @@ class Quotient(Protocol):
     def bounds(self) -> tuple[Certificate, ...]:
         """What is proven of the error."""
 
+    def derivative(self, form: Format) -> tuple[Values, int] | None:
+        """Return T and D of d eps/d v* = v* T/D^2 and the t of `threshold` for them; None if not exported."""
+
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b in a binary format, or raise ValueError if there are none."""
 
@@ -213,6 +216,9 @@ class Kernel:
             f"error: {self.error}",
             *proven(self.bounds, self.rounding),
         )
+
+    def derivative(self, form: Format) -> None:
+        """Return nothing: the derivative is not exported."""
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""

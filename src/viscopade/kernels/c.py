@@ -8,7 +8,7 @@ from textwrap import wrap
 from viscopade.kernels import WIDTH, Quotient, distinct, horner, preamble, template
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 
-PROVEN = ("proven", "rounding")
+PROVEN = ("proven", "rounding", "derivative")
 NAMES = (
     "NAME is pade_M_N for the Pade approximant [M/N].",
     "NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
@@ -36,8 +36,9 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     """
     head = "\n".join(f" * {line}".rstrip() for line in preamble(kernels, command))
     blocks = [_block(kernel) for kernel in distinct(kernels)]
+    has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
     names = [line for text in NAMES if any(k.pattern in text for k in kernels) for line in wrap(text, WIDTH)]
-    return template("header.h.jinja").render(head=head, blocks=blocks, names=names)
+    return template("header.h.jinja").render(head=head, blocks=blocks, names=names, has_derivative=has_derivative)
 
 
 def _block(kernel: Quotient) -> dict[str, object]:
@@ -81,6 +82,28 @@ def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
         "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
         "far_threshold": _constant(2.0 ** kernel.threshold(form), form),
         "is_constant": len(a) == len(b) == 1,
+        "derivative": _derivative(kernel, form),
+    }
+
+
+def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
+    """Return what the template needs of the derivative v* T/D^2 in one type."""
+    found = kernel.derivative(form)
+    if found is None:
+        return None
+    (t, b), threshold = found
+    numerator, denominator = _names("t", t), _names("b", b)
+    power = len(t) - 2 * (len(b) - 1)  # left over, if T and D are polynomials in u = 1/v*
+    return {
+        "constants": [
+            (name, _constant(value, form))
+            for name, value in zip(numerator + denominator, t + b, strict=True)
+            if name is not None
+        ],
+        "near": [_wrapped(horner(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
+        "far_threshold": _constant(2.0**threshold, form),
     }
 
 

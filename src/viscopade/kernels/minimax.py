@@ -11,6 +11,25 @@ from viscopade.kernels.binary import Format
 
 
 @dataclass(frozen=True)
+class Derivative:
+    """d eps/d v* = v* T/D^2 in one format, D being the kernel's denominator.
+
+    Attributes
+    ----------
+    t : tuple of float
+        Coefficients of T, ascending, numbers of the format.
+    certificate : Certificate
+        Of the error relative to the true derivative, evaluated exactly.
+    rounding : str
+        Proven bound of what rounding adds, relative to the derivative; underflow of v* T excluded.
+    """
+
+    t: tuple[float, ...]
+    certificate: Certificate
+    rounding: str
+
+
+@dataclass(frozen=True)
 class Variant:
     """The coefficients of a kernel in one format, ascending, and the proof of their error.
 
@@ -23,6 +42,8 @@ class Variant:
         Of the formula with these coefficients, evaluated exactly.
     rounding : str
         Proven bound of what rounding adds, relative to eps.
+    derivative : Derivative
+        The derivative's numerator.
     """
 
     form: Format
@@ -30,6 +51,7 @@ class Variant:
     b: tuple[float, ...]
     certificate: Certificate
     rounding: str
+    derivative: Derivative
 
     def __post_init__(self) -> None:
         if self.a[0] != 1 or self.b[0] != 1:
@@ -117,7 +139,15 @@ class MinimaxKernel:
     def facts(self) -> tuple[str, ...]:
         """Source, domain and error."""
         rounding = [(v.form.name, v.rounding) for v in self.variants]
-        return (f"source: {self.source}", f"domain: {self.domain}", *proven(self.bounds, rounding))
+        slopes = [v.derivative for v in self.variants]
+        worst = max((slope.certificate.bound for slope in slopes), key=Fraction)
+        added = " and ".join(f"{v.derivative.rounding} in type {v.form.name}" for v in self.variants)
+        return (
+            f"source: {self.source}",
+            f"domain: {self.domain}",
+            *proven(self.bounds, rounding),
+            f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven)",
+        )
 
     @property
     def a(self) -> tuple[str, ...]:
@@ -146,6 +176,11 @@ class MinimaxKernel:
                     "b": [v.form.decimal(c).rstrip("f") for c in v.b],
                     "bound": v.certificate.bound,
                     "rounding": v.rounding,
+                    "derivative": {
+                        "t": [v.form.decimal(c).rstrip("f") for c in v.derivative.t],
+                        "bound": v.derivative.certificate.bound,
+                        "rounding": v.derivative.rounding,
+                    },
                 }
                 for v in self.variants
             ],
@@ -163,6 +198,16 @@ class MinimaxKernel:
                 "b": [c.hex() for c in v.b],
                 **v.certificate.record(),
                 "rounding": v.rounding,
+            }
+            for v in self.variants
+        ] + [
+            {
+                "name": self.name,
+                "type": v.form.name,
+                "t": [c.hex() for c in v.derivative.t],
+                "b": [c.hex() for c in v.b],
+                **v.derivative.certificate.record(),
+                "rounding": v.derivative.rounding,
             }
             for v in self.variants
         ]
@@ -184,6 +229,16 @@ class MinimaxKernel:
         """Return the coefficients a and b of a format, without leading ones that are zero."""
         variant = self.variant(form)
         return _without_leading_zeros(variant.a), _without_leading_zeros(variant.b)
+
+    def derivative(self, form: Format) -> tuple[Values, int]:
+        """Return the coefficients of T and D of a format, and t such that nothing can overflow for v* <= 2^t."""
+        variant = self.variant(form)
+        t, b = _without_leading_zeros(variant.derivative.t), _without_leading_zeros(variant.b)
+        squared = [Fraction(0)] * (2 * len(b) - 1)
+        for i, x in enumerate(b):
+            for j, y in enumerate(b):
+                squared[i + j] += abs(Fraction(x) * Fraction(y))
+        return (t, b), threshold(self.label, [Fraction(0), *map(Fraction, t)], squared, form)
 
     def threshold(self, form: Format) -> int:
         """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t."""

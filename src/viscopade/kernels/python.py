@@ -35,7 +35,16 @@ def _block(kernel: Quotient) -> dict[str, object]:
     a, b = kernel.rounded(DOUBLE)
     end = None if kernel.end is None else (kernel.end[0], _not_above(exact(kernel.end[1])))
     interval = None if kernel.interval is None else tuple(map(_inside, kernel.interval, (1, -1)))
-    return {"kernel": kernel, "a": a, "b": b, "threshold": kernel.threshold(DOUBLE), "end": end, "interval": interval}
+    found = kernel.derivative(DOUBLE)
+    return {
+        "kernel": kernel,
+        "a": a,
+        "b": b,
+        "threshold": kernel.threshold(DOUBLE),
+        "end": end,
+        "interval": interval,
+        "t": None if found is None else found[0][0],
+    }
 
 
 def _inside(number: Fraction, direction: int) -> float:
