@@ -7,7 +7,7 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import matplotlib
@@ -16,7 +16,7 @@ import pytest
 from matplotlib.text import Annotation, Text
 from mpmath import mp, mpf
 
-from viscopade import exact, figures, pade, series
+from viscopade import double, exact, figures, minimax, pade, series
 from viscopade.figures import FIGURES, FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
 from viscopade.kernels import MARKER, marker_line
 from viscopade.paper import BETA_ICE_CGS
@@ -24,6 +24,7 @@ from viscopade.paper import BETA_ICE_CGS
 DIGITS = 25
 NAMES = list(FIGURES)
 NAME = "tryingDifferentPadeLin"  # where one is enough
+OF_BEST = ["minimaxErrors", "frontier"]
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,8 @@ def test_the_papers_figures_are_there_in_its_order_each_with_a_companion():
         "fig:tryingDifferentPadeLin",
         "fig:expVsAnaVsNum",
     ]
-    labelled = [bool(figure.paper_label) for figure in FIGURES.values()]
+    assert NAMES[-len(OF_BEST) :] == OF_BEST
+    labelled = [bool(figure.paper_label) for figure in FIGURES.values()][: -len(OF_BEST)]
     assert all(labelled[i] or labelled[i - 1] or labelled[i - 2] for i in range(len(labelled)))
     assert not labelled[-1]
 
@@ -160,6 +162,8 @@ def test_no_curve_has_another_name(sheets, name):
         },
         "expVsAnaVsNum": {"fit"},
         "iceErrors": {"pade-1-4", "pade-3-6", "series-40", "fit"},
+        "minimaxErrors": {"pade-3-6", "best", "larger", "of-epsilon", "of-loss", "extrema"},
+        "frontier": {f"{name}-{end}" for name in ("best", "pade", "paper") for end in (1, 2, 5, 10)},
     }
     found = gids(sheets[name])
     assert sorted(found) == sorted({*CURVES.get(name, ()), *others.get(name, ())})
@@ -268,6 +272,87 @@ def test_the_singularity_limits_the_convergence(sheets):
     h = np.arange(81) * np.abs(series(80, figures.DIGITS).floats())
     assert (np.max(h[40:60]) / np.max(h[60:80])) ** (1 / 20) == pytest.approx(radius, rel=0.01)
     assert min(abs(complex(*p) - complex(x, y)) for p in artist(sheet, "poles").get_offsets()) < 0.01
+
+
+def of_best(v_star):
+    """Deviation of the best [3/6] on [0, 5] by mpmath, with eps and 1 - eps."""
+    found = minimax.fit(3, 6, 5)
+    with mp.workdps(30):
+        deviation = polynomial(found.a, v_star) / polynomial(found.b, v_star) - true(v_star)
+        return deviation, true(v_star), true(v_star, "one_minus_epsilon")
+
+
+def test_errors_of_the_best_approximant_and_of_the_papers(sheets):
+    sheet = sheets["minimaxErrors"]
+    unit = mpf("1e-5")
+    assert r"10^{-5}" in artist(sheet, "of-epsilon").axes.get_ylabel()
+    for gid, count in (("pade-3-6", 4), ("best", 9), ("larger", 9), ("of-epsilon", 9), ("of-loss", 9)):
+        for x, y in samples(artist(sheet, gid), count):
+            deviation, epsilon, loss = of_best(mpf(x))
+            if gid == "pade-3-6":
+                deviation = model(gid, mpf(x)) - epsilon
+            size = {"of-epsilon": epsilon, "of-loss": loss}.get(gid, min(epsilon, loss))
+            expected = abs(deviation) / size if gid in ("pade-3-6", "best") else deviation / size / unit
+            assert y == pytest.approx(float(expected), rel=1e-3, abs=1e-9)
+
+
+def test_the_error_of_the_best_approximant_equioscillates_as_the_caption_says(sheets):
+    line = artist(sheets["minimaxErrors"], "larger")
+    x, y = artist(sheets["minimaxErrors"], "extrema").get_data()
+    assert len(y) == 3 + 6
+    assert "$m + n = 9$ times" in FIGURES["minimaxErrors"].caption
+    assert all(a * b < 0 for a, b in pairwise(y))
+    np.testing.assert_allclose(np.abs(y), np.abs(line.get_ydata()).max(), rtol=1e-5)
+    np.testing.assert_allclose(np.interp(x, *line.get_data()), y, rtol=1e-3)
+    levels = [other.get_ydata()[0] for other in line.axes.lines if other.get_gid() is None]
+    assert sorted(levels) == pytest.approx([min(y), max(y)], rel=1e-6)
+
+
+def test_frontiers(sheets):
+    """Points drawn are errors of some approximant of so many coefficients, and there is no better one."""
+    for end in (1, 2, 5, 10):
+        for kind, error in (("best", best_or_infinite), ("pade", sampled_pade_error)):
+            numbers, errors = artist(sheets["frontier"], f"{kind}-{end}").get_data()
+            assert list(numbers) == list(range(2, 16))
+            k = 5 + end % 3
+            found = [error(m, k - m, end) for m in range(7) if 0 <= k - m <= 9]
+            assert min(found) == pytest.approx(errors[k - 2], rel=2e-3)
+        numbers, errors = artist(sheets["frontier"], f"paper-{end}").get_data()
+        assert list(numbers) == [2 * m + 3 for m in range(7)]
+        assert errors[1] == pytest.approx(sampled_pade_error(1, 4, end), rel=2e-3)
+
+
+def best_or_infinite(m, n, end):
+    try:
+        return minimax.fit(m, n, end).error
+    except ValueError:
+        return np.inf
+
+
+def sampled_pade_error(m, n, end):
+    try:
+        approximant = pade(m, n, DIGITS)
+    except ValueError:
+        return np.inf
+    if any(root.positive and float(root.value.real) <= end for root in approximant.poles):
+        return np.inf
+    v_star = np.linspace(0, end, 2001)[1:]
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    return np.max(np.abs(approximant(v_star) - epsilon) / np.minimum(epsilon, loss))
+
+
+def test_the_frontiers_factors_and_degrees_are_those_of_the_points(sheets):
+    for axes, end in zip(sheets["frontier"].axes, (1, 2, 5, 10), strict=True):
+        assert f"$V = {end}$" in [text.get_text() for text in axes.texts]
+        best, other = (dict(zip(*artist(sheets["frontier"], f"{kind}-{end}").get_data(), strict=True))
+                       for kind in ("best", "pade"))  # fmt: skip
+        (factor,) = [text.get_text() for text in axes.texts if text.get_text().endswith("×")]
+        assert float(re.sub(r"\D", "", factor)) == pytest.approx(other[9] / best[9], rel=0.05)
+        labels = [text.get_text() for text in axes.texts if text.get_text().startswith("[")]
+        for k, label in zip((5, 9), labels, strict=True):
+            m, n = map(int, label.strip("[]").split("/"))
+            assert m + n == k
+            assert minimax.fit(m, n, end).error == pytest.approx(best[k], rel=1e-3)
 
 
 # --- how it looks -----------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The paper's four figures, and beside each what it could not show, as SVG, PDF or PNG.
+"""The paper's four figures, beside each what it could not show, and what best approximants gain, as SVG, PDF or PNG.
 
 Every curve is computed when its figure is drawn; nothing is typed in but the ranges of the axes and where labels stand.
 The same versions of Matplotlib and of this package make the same bytes. Matplotlib is loaded only by drawing, its
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from viscopade import double, singularity
+from viscopade import double, frontier, minimax, singularity
 from viscopade.kernels import marker_line
 from viscopade.pade import Pade, Root, horner, pade
 from viscopade.paper import BETA_ICE_CGS, TABLE
@@ -114,11 +114,17 @@ LOOKS: Mapping[str, Look] = {
     "fit": Look(BLACK, LONG, 1.0),
     "paper-power": Look(BLACK, DOTTED, 0.9),
     "limit-power": Look(BLACK, (), 0.5),
+    "best": Look(VERMILION, text=VERMILION),
+    "pade": Look(BLUE, SHORT, text=BLUE),
+    "of-epsilon": Look(VERMILION, text=VERMILION),
+    "of-loss": Look(BLUE, SHORT, text=BLUE),
+    "larger": Look(GREY, width=3.4, text="#555555"),
 }
 
 
 # Marker and size in points of what is marked.
 MARKS = {"pole": ("x", 4.5), "zero": ("o", 4.0), "doublet": ("s", 5.5), "singularity": ("*", 7.0)}
+MARKS |= {"extremum": ("o", 3.2), "paper": ("s", 2.7)}
 
 
 @dataclass(frozen=True)
@@ -377,7 +383,7 @@ def _positive(y: Floats) -> Floats:
 def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_frame: bool = False) -> None:
     """Mark points: `kind` is a key of `MARKS`, and their name in a legend."""
     marker, size = MARKS[kind]
-    face = {"zero": "white", "doublet": "none"}.get(kind, color)
+    face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
     # On the frame a mark is shown whole, beyond it not at all.
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
     points.set(gid=_identifier(gid), clip_on=not on_frame)
@@ -630,3 +636,134 @@ def _ice_errors() -> Sheet:
     difference = _relative_error(_fit(measured), _ice(measured))
     _curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
     return sheet
+
+
+# --- best approximants ------------------------------------------------------------------------------------------------
+
+# Degrees, and the interval's end, of the error curves.
+COMPARED, COMPARED_END = (3, 6), 5.0
+# Where they are computed: uniform on the square-root axis that they are drawn on.
+ROOTS = np.linspace(0, math.sqrt(COMPARED_END), 2002)[1:]
+
+# Ends of the intervals whose frontiers are drawn, and for which numbers of coefficients degrees and gains are written.
+FRONTIERS = (1.0, 2.0, 5.0, 10.0)
+NAMED, GAINED = (5, 9), 9
+
+
+def _deviation(a: Floats, b: Floats, v_star: Floats) -> Floats:
+    """Return a/b - eps without cancellation at small v*, for a_0 = b_0 and a_1 = b_1."""
+    difference = np.zeros(max(len(a), len(b)))
+    difference[: len(b)] += b
+    difference[: len(a)] -= a
+    value: Floats = double.one_minus_epsilon(v_star) - horner(difference, v_star) / horner(b, v_star)
+    return value
+
+
+def _with_crossings(x: Floats, y: Floats) -> Floats:
+    """Return x with the places added where y changes its sign, so that all zeros are drawn alike."""
+    left = np.flatnonzero(y[:-1] * y[1:] < 0)
+    places = x[left] - y[left] * (x[left + 1] - x[left]) / (y[left + 1] - y[left])
+    return np.sort(np.concatenate([x, places]))
+
+
+def _floats(decimals: Sequence[str]) -> Floats:
+    return np.array([float(c) for c in decimals])
+
+
+@_figure(
+    "minimaxErrors",
+    "errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates",
+    r"""Top: error of the paper's $[3/6]$ and of the best $[3/6]$ on $0 \leq v_\ast \leq 5$, relative to the smaller of
+    $\varepsilon$ and $1 - \varepsilon$. Bottom: the latter's error with its sign, relative to $\varepsilon$ (solid) and
+    to $1 - \varepsilon$ (dashed). The larger one of the two (broad grey line) attains its largest size $m + n = 9$
+    times, with alternating signs (circles); therefore no other $[3/6]$ with $a_0 = b_0$ and $a_1 = b_1$ is better. The
+    axis of $v_\ast$ is that of a square root.""",
+)
+def _minimax_errors() -> Sheet:
+    sheet, (top, bottom) = _sheet(4.0, (1, 1.2))
+    name, fit = _label(COMPARED), minimax.fit(*COMPARED, COMPARED_END)
+    a, b = _floats(fit.a), _floats(fit.b)
+    v_star = _with_crossings(ROOTS**2, _deviation(a, b, ROOTS**2))
+    best = _deviation(a, b, v_star)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    smaller = np.minimum(epsilon, loss)
+    a, b = (_floats(side) for side in pade(*COMPARED, DIGITS).decimals())
+    of_paper = _deviation(a, b, v_star)
+    _error_axes(top, "size of the error", (1e-8, 1))
+    top.set_yscale("log")
+    _curve(top, "[3/6]", v_star, np.abs(of_paper) / smaller, (1.4, -4, 3), text="paper's " + name)
+    _curve(top, "best", v_star, np.abs(best) / smaller, (3.6, 0, 4), text="best " + name)
+
+    power = math.floor(math.log10(fit.error))
+    unit = 10.0**power
+    _error_axes(bottom, f"error in units of $10^{{{power}}}$", (-1.25 * fit.error / unit, 1.25 * fit.error / unit))
+    bottom.set_xlabel(V_STAR)
+    for sign in (-1, 1):
+        bottom.axhline(sign * fit.error / unit, color=BLACK, linewidth=0.5)
+    _curve(bottom, "larger", v_star, best / smaller / unit)
+    _curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
+    _curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
+    _mark(bottom, "extremum", fit.points, np.array(fit.deviations) / unit, BLACK, "extrema", on_frame=True)
+    return sheet
+
+
+def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
+    axes.set(ylabel=y_label, ylim=y)
+    axes.set_xscale("function", functions=(np.sqrt, np.square))
+    axes.set(xlim=(0, COMPARED_END), xticks=(0, 0.1, 0.5, *range(1, int(COMPARED_END) + 1)))
+    axes.xaxis.set_major_formatter("{x:g}")
+
+
+@_figure(
+    "frontier",
+    "error against the number of coefficients, the best approximants beside Padé's",
+    r"""Smallest error $\max(|\delta\varepsilon|/\varepsilon,\ |\delta\varepsilon|/(1 - \varepsilon))$ on
+    $0 \leq v_\ast \leq V$ that $m + n$ coefficients besides $a_0 = b_0 = 1$ reach (as many multiplications), over all
+    $[m/n]$ with $m \leq 6$, $n \leq 9$: best approximants (circles) and Padé's (squares; filled: the paper's
+    $[m/m+3]$). The degrees at two circles are named, and the arrow says how many times smaller the error is at the same
+    price.""",
+)
+def _frontier() -> Sheet:
+    from matplotlib.figure import Figure as Sheet
+
+    sheet = Sheet(figsize=(WIDTH, 3.7))
+    planes = sheet.subplots(2, 2, sharex=True, sharey=True)
+    for axes, end in zip(planes.ravel(), FRONTIERS, strict=True):
+        _frontier_of(axes, end)
+    for axes in planes[1]:
+        axes.set_xlabel("coefficients, $m + n$")
+    for axes in planes[:, 0]:
+        axes.set_ylabel("error")
+    planes[0, 0].set(xticks=range(3, 16, 3), yticks=[10.0**k for k in range(-15, 1, 3)])
+    first = planes[0, 0]
+    _text(first, "Padé", (13, 4e-5), (0, 4), LOOKS["pade"].text)
+    _text(first, "best", (7.5, 2e-7), (-5, 0), LOOKS["best"].text)
+    return sheet
+
+
+def _frontier_of(axes: Axes, end: float) -> None:
+    """Draw the frontiers on [0, end]."""
+    records = [r for r in frontier.table() if r.v_star_max == end and r.m <= minimax.MAX_M]
+    numbers = sorted({r.coefficients for r in records})
+    best = {k: min((r for r in records if r.coefficients == k), key=lambda r: r.error) for k in numbers}
+    other = {k: min(r.pade_error for r in records if r.coefficients == k) for k in numbers}
+    of_paper = {r.coefficients: r.pade_error for r in records if r.n == r.m + 3}
+    _axes(axes, "", "", (1, 16), (2e-16, 50), "y")
+    x = np.array(numbers)
+    _arrow(axes, GAINED, other[GAINED], best[GAINED].error)
+    for name, size, y in (("pade", 2.7, other.values()), ("best", 3.0, [r.error for r in best.values()])):
+        line = _curve(axes, name, x, np.array(list(y)), gid=f"{name}-{end:g}")
+        line.set(marker="s" if name == "pade" else "o", markersize=size, linewidth=0.9)
+        line.set(markerfacecolor="white" if name == "pade" else line.get_color(), markeredgewidth=0.7)
+    _mark(axes, "paper", list(of_paper), list(of_paper.values()), BLUE, f"paper-{end:g}")
+    for k in NAMED:
+        _text(axes, best[k].label, (k, best[k].error), (-2, -3), LOOKS["best"].text)
+    axes.text(0.06, 0.06, f"$V = {end:g}$", transform=axes.transAxes, fontsize=8)
+
+
+def _arrow(axes: Axes, x: float, above: float, below: float) -> None:
+    """Draw an arrow down, and beside it the factor between its ends, to two digits."""
+    style = {"arrowstyle": "-|>,head_width=0.14,head_length=0.3", "color": BLACK, "linewidth": 0.6}
+    axes.annotate("", (x, below), (x, above), arrowprops=style | {"shrinkA": 2.5, "shrinkB": 2.5})
+    factor = f"{int(float(f'{above / below:.1e}')):,}".replace(",", "\N{THIN SPACE}")
+    _text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))

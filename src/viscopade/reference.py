@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import pkgutil
 import sys
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple, cast
@@ -23,8 +24,8 @@ from viscopade.double import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.family import Ends, Scaled, ends, integrated
 from viscopade.flow import integrate
 
-ACCURACY = 84
-DEGREE = 23  # of polynomials in z
+ACCURACY = 92
+DEGREE = 26  # of polynomials in z
 ELASTIC = Fraction(1, 2**36)  # below, v* is so small that the first term of the series is enough
 ELASTIC_ACCURACY = 160  # bits for the panel that begins there, where 1 - eps is small
 ELASTIC_DEGREE = 38
@@ -165,14 +166,25 @@ class _Panel:
         return (low + self._most(arb_poly(coefficients[2:])) / least_f) / least_loss
 
     def _relative(self, difference: arb_poly, whole: arb_poly) -> arb:
-        return self._most(difference) / _least(whole)
+        """Return an upper bound of |difference/whole| on the panel: the largest one of its parts."""
+        shifts = list(self._parts())
+        return max(_sum(difference(shift)) / _least(whole(shift)) for shift in shifts)
 
     def _most(self, polynomial: arb_poly) -> arb:
-        """Return an upper bound of the absolute value on the panel: the largest sum of coefficients on its parts."""
+        """Return an upper bound of the absolute value on the panel."""
+        return max(_sum(polynomial(shift)) for shift in self._parts())
+
+    def _parts(self) -> Iterator[arb_poly]:
+        """Yield z on each part of the panel as a polynomial in t, |t| <= 1."""
         start = arb(0) if self.power else arb(-1)
         half = (1 - start) / (2 * PARTS)
-        parts = (polynomial(arb_poly([start + (2 * i + 1) * half, half])) for i in range(PARTS))
-        return max(sum((abs(c) for c in part.coeffs()), arb(0)).abs_upper() for part in parts)
+        for i in range(PARTS):
+            yield arb_poly([start + (2 * i + 1) * half, half])
+
+
+def _sum(polynomial: arb_poly) -> arb:
+    """Return an upper bound of the absolute value for |t| <= 1."""
+    return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
 def _small(bound: arb) -> arb:
@@ -191,7 +203,7 @@ def _size(k: Scaled) -> int:
 
 
 def _least(polynomial: arb_poly) -> arb:
-    """Return a positive lower bound for |z| <= 1."""
+    """Return a positive lower bound for |t| <= 1."""
     first, *rest = polynomial.coeffs()
     bound = (first - sum((abs(c) for c in rest), arb(0))).lower()
     if not bound > 0:
