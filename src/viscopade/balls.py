@@ -44,6 +44,11 @@ def fixed_point(value: int, error: int, bits: int) -> arb:
     return arb(value, error) * arb(2) ** (-bits)
 
 
+def ball_of(number: Fraction) -> arb:
+    """Return the ball of a fraction; exact if FLINT's precision holds it."""
+    return arb(number.numerator) / number.denominator
+
+
 def decimal_string(ball: arb, digits: int) -> str | None:
     """Return the number that `ball` encloses, correctly rounded to `digits` significant digits.
 

@@ -21,7 +21,7 @@ from typing import Literal, Protocol, cast
 from flint import arb, arb_poly, arb_series
 
 from viscopade import double, reference
-from viscopade.balls import working
+from viscopade.balls import ball_of, working
 from viscopade.double import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.progress import track
 
@@ -122,12 +122,12 @@ class Rational:
         a, b = ([*values, *[Fraction(0)] * (size - len(values))] for values in (self.a, self.b))
         if a[:2] != b[:2]:
             raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
-        difference = [_ball(d - c) for c, d in zip(a[2:], b[2:], strict=True)]
-        return quotient(polynomial(difference, y), polynomial([_ball(c) for c in b], y))
+        difference = [ball_of(d - c) for c, d in zip(a[2:], b[2:], strict=True)]
+        return quotient(polynomial(difference, y), polynomial([ball_of(c) for c in b], y))
 
     def epsilon(self, y: arb_series) -> arb_series:
         """Return the quotient."""
-        a, b = ([_ball(c) for c in values] for values in (self.a, self.b))
+        a, b = ([ball_of(c) for c in values] for values in (self.a, self.b))
         return quotient(polynomial(a, y), polynomial(b, y))
 
 
@@ -158,7 +158,7 @@ class RationalDerivative:
 
     def slope_ratio(self, v_star: arb_series) -> arb_series:
         """Return T/D^2."""
-        t, b = ([_ball(c) for c in values] for values in (self.t, self.b))
+        t, b = ([ball_of(c) for c in values] for values in (self.t, self.b))
         denominator = polynomial(b, v_star)
         return quotient(polynomial(t, v_star), denominator * denominator)
 
@@ -241,7 +241,7 @@ def prove_to_infinity(formula: FormulaToInfinity, measure: Measure = "both") -> 
     """Prove a bound of the deviation for all v* >= 0; errors as for `prove`."""
     on_panels = prove(formula, Fraction(0), reference.END, measure)
     with working(BITS):
-        end = _ball(reference.END)
+        end = ball_of(reference.END)
         ratio = formula.limit(1 / end) / reference.limit()
         return _and_beyond(on_panels, ratio * arb(0, reference.tail(end)).exp())
 
@@ -255,7 +255,7 @@ def prove_inverse(formula: InverseFormula, epsilon_min: Fraction = Fraction(0)) 
         return _prove(formula, Fraction(0), _speed_beyond(epsilon_min), "speed")
     on_panels = _prove(formula, Fraction(0), reference.END, "speed")
     with working(BITS):
-        end = _ball(reference.END)
+        end = ball_of(reference.END)
         largest = (2 * reference.limit() / (end**10).root(3)).abs_upper()  # of eps, as `tail` is below ln 2
         survives = 1 - arb(largest / 2, (largest / 2).abs_upper())
         ratio = formula.limit(largest / (1 - largest)) * (survives / reference.limit()) ** (arb(3) / 10)
@@ -331,7 +331,7 @@ def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:
     """Yield balls of v* that cover the interval, `number` to a panel. To be called within `working`."""
     for limit in panels_of(low, high):
         for part in parts_of(*limit, number):
-            start, end = (_ball(_v_star(part.panel, z)) for z in (part.centre - part.half, part.centre + part.half))
+            start, end = (ball_of(_v_star(part.panel, z)) for z in (part.centre - part.half, part.centre + part.half))
             yield arb((start + end) / 2, ((end - start) / 2).abs_upper())
 
 
@@ -340,7 +340,7 @@ def deviation(formula: AnyFormula, part: Part, measure: AnyMeasure) -> arb:
     with working(BITS, ORDER + 1):
         bounds = [_sum(_taylor(function, part, formula.power)) for function in _functions(formula, part.panel, measure)]
         error = (
-            _ball(Fraction(rounded_up(_slope_error(part.panel)))) if measure == "derivative" else arb(reference.ERROR)
+            ball_of(Fraction(rounded_up(_slope_error(part.panel)))) if measure == "derivative" else arb(reference.ERROR)
         )
         return ((max(bounds) + error) / (1 - error)).abs_upper()
 
@@ -444,7 +444,7 @@ def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
 def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int) -> list[arb]:
     """Return coefficients c_0 … c_ORDER with function = sum c_j t^j on the part; the last one is a ball for all t."""
     ends = (_v_star(part.panel, z) for z in (part.centre - part.half, part.centre + part.half))
-    low, high = (_ball(v_star).root(power) if v_star else arb(0) for v_star in ends)
+    low, high = (ball_of(v_star).root(power) if v_star else arb(0) for v_star in ends)
     centre = ((low + high) / 2).mid()
     half = (high - centre).abs_upper().max((centre - low).abs_upper())  # covers the part
     at_centre = function(arb_series([centre, half]))
@@ -464,7 +464,3 @@ def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
 
 def _sum(coefficients: list[arb]) -> arb:
     return sum((abs(c) for c in coefficients), arb(0)).abs_upper()
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator

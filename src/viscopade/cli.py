@@ -186,7 +186,14 @@ def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) 
     help="A Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
 )
 @click.option("--minimax", type=Degrees(), multiple=True, help="A best approximant on an interval, such as 1/4.")
-@click.option("--accuracy", multiple=True, help="The cheapest best approximant with this proven error, such as 1e-5.")
+@click.option(
+    "--accuracy",
+    multiple=True,
+    help="Proven error, such as 1e-5: the cheapest best approximant on the interval, or, without one, the smallest "
+    "kernel for all v* >= 0.",
+)
+@click.option("--inverse", multiple=True, help="Proven relative error of a kernel for v*(eps).")
+@click.option("--epsilon-min", default="0", show_default=True, help="The inverse's end; 0: for all of (0, 1].")
 @click.option("--v-star-max", help="The interval's end, for --minimax and --accuracy.")
 @click.option("--v-star-min", default="0", show_default=True, help="Its beginning.")
 @click.option(

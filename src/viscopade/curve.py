@@ -18,7 +18,7 @@ from typing import SupportsIndex, cast
 from flint import arb, arb_mat, arb_poly
 
 from viscopade import checks, exact
-from viscopade.balls import bits_for, working
+from viscopade.balls import ball_of, bits_for, working
 from viscopade.double import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PANELS, SPLIT
 from viscopade.progress import track
 from viscopade.series import series
@@ -47,7 +47,7 @@ class _Panel:
     ratio: arb_poly | None = None
 
     def z(self, v_star: arb) -> arb:
-        return (v_star - _ball(self.centre)) / _ball(self.half_width)
+        return (v_star - ball_of(self.centre)) / ball_of(self.half_width)
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,6 @@ def curve(digits: SupportsIndex = TABLE_DIGITS) -> Curve:
         If digits is not an integer, or out of range.
     """
     return Curve(max(checks.digits(digits), TABLE_DIGITS))
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator
 
 
 # --- the table of `double` --------------------------------------------------------------------------------------------
@@ -195,7 +191,7 @@ def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: i
         for i in track(range(number), f"eps to {digits} digits")
     ]
     with working(bits_for(digits) + 4 * number + 64):  # Vandermonde's matrix has a condition below 2.5^number
-        powers = arb_mat([[_ball(z) ** n for n in range(number)] for z in nodes])
+        powers = arb_mat([[ball_of(z) ** n for n in range(number)] for z in nodes])
         columns = powers.solve(arb_mat([[v.epsilon.mid(), v.one_minus_epsilon.mid()] for v in values]))
         epsilon, loss = (arb_poly([columns[i, k].mid() for i in range(number)]) for k in (0, 1))
     return _Panel(centre, half_width, epsilon, loss)
@@ -207,5 +203,5 @@ def _agrees(panel: _Panel, z: Fraction, digits: int) -> bool:
     assert panel.epsilon is not None
     assert panel.loss is not None
     with working(bits_for(digits) + 64):
-        errors = (panel.epsilon(_ball(z)) / true.epsilon - 1, panel.loss(_ball(z)) / true.one_minus_epsilon - 1)
+        errors = (panel.epsilon(ball_of(z)) / true.epsilon - 1, panel.loss(ball_of(z)) / true.one_minus_epsilon - 1)
         return all(abs(error.mid()) < arb(10) ** (-digits) for error in errors)

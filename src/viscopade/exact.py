@@ -26,7 +26,7 @@ from flint import arb, fmpz
 from mpmath import mp
 
 from viscopade import checks, double
-from viscopade.balls import bits_for, decimal_string, to_mpf, working
+from viscopade.balls import ball_of, bits_for, decimal_string, to_mpf, working
 from viscopade.enclosure import Ends, ends
 from viscopade.flow import Branch, Dyadic, integrate
 from viscopade.progress import track
@@ -298,7 +298,7 @@ class _Speed:
     given: dict[str, Fraction]
 
     def log_kappa(self) -> arb:
-        return _ball(self.beta).log() + _ball(self.speed).log() / 5
+        return ball_of(self.beta).log() + ball_of(self.speed).log() / 5
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its bits that are right."""
@@ -318,7 +318,7 @@ class _Speed:
         log_kappa = self.log_kappa()
         delta = abs(log_kappa - at.log_kappa)  # bounds the error of ln k, too
         numbers = {"v_star": (log_kappa / 2).exp(), **at.restitution(delta), **at.course(delta)}
-        return {**numbers, "beta": _ball(self.beta)} if "beta" in self.given else numbers
+        return {**numbers, "beta": ball_of(self.beta)} if "beta" in self.given else numbers
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,7 @@ class _Restitution:
 
     def log_odds(self) -> arb:
         """Return ln((1 - eps)/eps), a smooth function of ln k of slope 1 to 2."""
-        return _ball(1 - self.epsilon).log() - _ball(self.epsilon).log()
+        return ball_of(1 - self.epsilon).log() - ball_of(self.epsilon).log()
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its bits that are right."""
@@ -362,14 +362,14 @@ class _Restitution:
 
     def enclosed(self, at: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
-        epsilon, loss = _ball(self.epsilon), _ball(1 - self.epsilon)
+        epsilon, loss = ball_of(self.epsilon), ball_of(1 - self.epsilon)
         difference = epsilon - at.epsilon if epsilon < loss else loss - at.one_minus_epsilon
         delta = 2 * abs(difference) / (epsilon.min(at.epsilon) * at.least_slope)
         if not delta < arb(1) / 8:
             raise ArithmeticError("k is too far off")
         v_star = (at.log_kappa / 2).exp() * _within(arb(3) / 5 * delta)
         numbers = {"v_star": v_star, "epsilon": epsilon, "one_minus_epsilon": loss, **at.course(delta)}
-        return numbers if self.speed is None else {**numbers, "beta": v_star**2 / _ball(self.speed).root(5)}
+        return numbers if self.speed is None else {**numbers, "beta": v_star**2 / ball_of(self.speed).root(5)}
 
 
 _Wanted = _Speed | _Restitution
@@ -431,10 +431,6 @@ def _branches(k: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
     return integrate(k, accuracy), integrate(Dyadic(-k.mantissa, k.exponent), accuracy)
 
 
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator
-
-
 def _within(log_error: arb) -> arb:
     """Return the ball of the factors e^x, |x| <= log_error."""
     return arb(1, log_error.abs_upper().expm1().abs_upper())
@@ -449,7 +445,7 @@ def _elastic(digits: int, beta: Fraction | None = None) -> Collision:
         with working(accuracy + GUARD_BITS):
             at = _AtK(arb(0), ends(loading), ends(unloading))
             given = {} if beta is None else {"beta": beta}
-            balls = {name: _ball(number) for name, number in given.items()}
+            balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)
             except ValueError:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
-from viscopade import proofs
+from viscopade import proofs, proofs_gapped
 from viscopade.certificate import Measure
-from viscopade.kernels import Quotient, c, full, python, tables
+from viscopade.kernels import Quotient, c, full, gapped, python, tables
+from viscopade.kernels.gapped import HalfLineKernel, InverseKernel
+from viscopade.kernels.minimax import MinimaxKernel
 from viscopade.paper import TABLE
 from viscopade.series import series
 
@@ -26,22 +29,37 @@ RENDERERS: Mapping[str, Callable[[Sequence[Quotient], str], str]] = {
 }
 
 
+GAPPED_RENDERERS: Mapping[str, Callable[[Sequence[HalfLineKernel | InverseKernel], str], str]] = {
+    "c": gapped.render_c,
+    "python": gapped.render_python,
+    "json": tables.records,
+    "certificates": tables.certificates,
+}
+
+
 @dataclass(frozen=True)
 class Request:
-    """What `viscopade export` is asked for: approximants, each in the words of its option.
+    """What `viscopade export` is asked for, each kernel in the words of its option.
+
+    A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
+    interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), or those of full accuracy.
 
     Attributes
     ----------
     pade, minimax : sequence of (m, n)
         Degrees of Padé and of best approximants.
     accuracy : sequence of str
-        Proven errors of best approximants, whose degrees are chosen.
+        Proven errors: the cheapest best approximant on the interval, or the smallest kernel for all v* >= 0.
     v_star_max, v_star_min : str or None
         Interval of the best approximants.
     measure : "both" or "relative"
         Of their error.
+    inverse : sequence of str
+        Proven relative errors of v*(eps).
+    epsilon_min : str
+        Where the inverse ends; "0" for all of (0, 1].
     full : bool
-        The kernels of full accuracy, in C, alone.
+        The kernels of full accuracy, in C.
     """
 
     pade: Degrees = ()
@@ -50,17 +68,34 @@ class Request:
     v_star_max: str | None = None
     v_star_min: str = "0"
     measure: Measure = "both"
+    inverse: Sequence[str] = ()
+    epsilon_min: str = "0"
     full: bool = False
 
     def __post_init__(self) -> None:
-        if self.full and (self.pade or self.minimax or self.accuracy):
-            raise ValueError("the kernels of full accuracy stand alone: accepted is nothing else with full (--full)")
-        if (self.minimax or self.accuracy) and self.v_star_max is None:
+        if self.minimax and self.v_star_max is None:
             raise ValueError("a best approximant needs an interval: accepted is also v_star_max (--v-star-max)")
         if not (self.minimax or self.accuracy) and (self.v_star_max, self.v_star_min) != (None, "0"):
             raise ValueError(
                 "an interval is for best approximants: accepted is also minimax or accuracy (--minimax, --accuracy)"
             )
+        if self.v_star_max is None and self.v_star_min != "0":
+            raise ValueError("the interval has no end: accepted is also v_star_max (--v-star-max)")
+        if not self.inverse and self.epsilon_min != "0":
+            raise ValueError("epsilon_min is for inverse kernels: accepted is also inverse (--inverse)")
+        if len(self._kinds) > 1:
+            raise ValueError(f"{' and '.join(self._kinds)} are of different kinds: accepted is one kind to a file")
+
+    @property
+    def _kinds(self) -> list[str]:
+        """The kinds of kernels asked for."""
+        on_interval = self.v_star_max is not None
+        asked = {
+            "quotients of polynomials": self.pade or self.minimax or (self.accuracy and on_interval),
+            "kernels in powers of a root": self.inverse or (self.accuracy and not on_interval),
+            "kernels of full accuracy": self.full,
+        }
+        return [kind for kind, wanted in asked.items() if wanted]
 
     def command(self, target: str) -> str:
         """Return the command line."""
@@ -68,13 +103,15 @@ class Request:
         words += (f"--pade {m}/{n}" for m, n in self.pade)
         words += (f"--minimax {m}/{n}" for m, n in self.minimax)
         words += (f"--accuracy {accuracy}" for accuracy in self.accuracy)
+        words += (f"--inverse {accuracy}" for accuracy in self.inverse)
         words += [f"--v-star-min {self.v_star_min}"] if self.v_star_min != "0" else []
         words += [f"--v-star-max {self.v_star_max}"] if self.v_star_max is not None else []
+        words += [f"--epsilon-min {self.epsilon_min}"] if self.epsilon_min != "0" else []
         words += [f"--measure {self.measure}"] if self.measure != "both" else []
         return " ".join(words)
 
-    def kernels(self) -> list[Quotient]:
-        """Return the kernels, with their proofs.
+    def quotients(self) -> list[Quotient]:
+        """Return the quotients of polynomials, with their proofs.
 
         Raises
         ------
@@ -84,8 +121,14 @@ class Request:
         ends = self.v_star_max, self.v_star_min, self.measure
         found: list[Quotient] = [proofs.of_pade(m, n) for m, n in self.pade]
         found += (proofs.of_minimax(m, n, *ends) for m, n in self.minimax)
-        chosen = {kernel.name: kernel for kernel in (proofs.accurate(accuracy, *ends) for accuracy in self.accuracy)}
-        return [*found, *chosen.values()]  # one kernel may be the cheapest for several accuracies
+        chosen = _by_name(proofs.accurate(accuracy, *ends) for accuracy in self.accuracy)
+        return [*found, *chosen]
+
+    def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
+        """Return the kernels for the half-line and for the inverse, with their proofs; errors as for `quotients`."""
+        half_lines = _by_name(proofs_gapped.half_line(accuracy, self.measure) for accuracy in self.accuracy)
+        inverses = _by_name(proofs_gapped.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
+        return [*half_lines, *inverses]
 
     def render(self, target: str) -> str:
         """Return the text that `viscopade export` makes.
@@ -97,15 +140,34 @@ class Request:
         """
         if target not in RENDERERS:
             raise ValueError(f"target is {target!r}: accepted are {', '.join(RENDERERS)}")
-        if self.full and target != "c":
-            raise ValueError(f"target is {target!r}: the kernels of full accuracy are written in C only, accepted is c")
-        if self.full:
-            return full.render(self.command(target))
-        return RENDERERS[target](self.kernels(), self.command(target))
+        command, kind = self.command(target), (self._kinds or [""])[0]
+        if kind == "kernels of full accuracy":
+            _require(target, ["c"], kind)
+            return full.render(command)
+        if kind == "kernels in powers of a root":
+            _require(target, GAPPED_RENDERERS, kind)
+            return GAPPED_RENDERERS[target](self.in_powers_of_a_root(), command)
+        return RENDERERS[target](self.quotients(), command)
+
+
+Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
+
+
+def _by_name(kernels: Iterable[Named]) -> list[Named]:
+    """Return each kernel once: one may be the smallest for several accuracies."""
+    return list({kernel.name: kernel for kernel in kernels}.values())
+
+
+def _require(target: str, accepted: Collection[str], kind: str) -> None:
+    if target not in accepted:
+        raise ValueError(f"target is {target!r}: accepted for {kind} is {', '.join(accepted)}")
 
 
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
+
+HALF_LINE = Request(accuracy=("1e-3", "1e-5", "1e-7"))
+INVERSE = Request(inverse=("1e-3", "1e-5"))
 
 _FILES = {
     "viscopade_pade.h": (PAPER, "c"),
@@ -118,6 +180,12 @@ _FILES = {
     "viscopade_minimax.py": (RECOMMENDED, "python"),
     "minimax_table.json": (RECOMMENDED, "json"),
     "minimax_certificates.json": (RECOMMENDED, "certificates"),
+    "viscopade_half_line.h": (HALF_LINE, "c"),
+    "viscopade_half_line.py": (HALF_LINE, "python"),
+    "half_line_certificates.json": (HALF_LINE, "certificates"),
+    "viscopade_inverse.h": (INVERSE, "c"),
+    "viscopade_inverse.py": (INVERSE, "python"),
+    "inverse_certificates.json": (INVERSE, "certificates"),
     "viscopade_full.h": (Request(full=True), "c"),
 }
 

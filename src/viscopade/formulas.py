@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from flint import arb, arb_series
 
+from viscopade.balls import ball_of
 from viscopade.certificate import polynomial, quotient
 from viscopade.gapped import Terms, mirrored
 
@@ -59,14 +60,14 @@ class InverseFormula:
     def ratio(self, y: arb_series, odds_ratio: arb_series) -> arb_series:
         """Return the formula's v* divided by the true one, v*^(1/k), given (1 - eps)/eps / v*^2."""
         log_odds = odds_ratio.log()
-        own = y * (log_odds * _ball(self.root)).exp()
+        own = y * (log_odds * ball_of(self.root)).exp()
         return (log_odds / 2).exp() * quotient(_evaluated(self.top, own), _evaluated(self.bottom, own))
 
     def limit(self, odds: arb) -> arb:
         """Return v* ((1 - eps)/eps)^(-3/10) for all eps with eps/(1 - eps) <= odds."""
         if self.root != Fraction(1, 10) or self.bottom[-1][0] - self.top[-1][0] != 2:
             raise ValueError("the formula does not go like ((1 - eps)/eps)^(3/10)")
-        w = _from_zero(odds ** _ball(self.root))
+        w = _from_zero(odds ** ball_of(self.root))
         n, d = (_evaluated_at(mirrored(part, part[-1][0]), w) for part in (self.top, self.bottom))
         return n / d
 
@@ -74,18 +75,14 @@ class InverseFormula:
 def _evaluated(polynomial_with_gaps: Terms, y: arb_series) -> arb_series:
     by_exponent: Mapping[int, Fraction] = dict(polynomial_with_gaps)
     dense = [by_exponent.get(i, Fraction(0)) for i in range(polynomial_with_gaps[-1][0] + 1)]
-    return polynomial([_ball(c) for c in dense], y)
+    return polynomial([ball_of(c) for c in dense], y)
 
 
 def _evaluated_at(polynomial_with_gaps: Terms, y: arb) -> arb:
-    return sum((_ball(c) * y**exponent for exponent, c in polynomial_with_gaps), arb(0))
+    return sum((ball_of(c) * y**exponent for exponent, c in polynomial_with_gaps), arb(0))
 
 
 def _from_zero(upper: arb) -> arb:
     """Return a ball that contains [0, upper]."""
     half = upper.abs_upper() / 2
     return arb(half.mid(), half.abs_upper())
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator

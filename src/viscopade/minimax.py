@@ -28,7 +28,7 @@ from flint import arb, arb_mat, arb_poly, fmpz_mat, fmpz_poly
 
 from viscopade import checks, remez
 from viscopade.arrays import FloatArray
-from viscopade.balls import decimal_string, exact_middle, working
+from viscopade.balls import ball_of, decimal_string, exact_middle, working
 from viscopade.curve import STEP, TABLE_DIGITS, curve
 from viscopade.exact import Exact
 from viscopade.kernels.binary import DOUBLE, Format
@@ -361,7 +361,7 @@ def _near(task: remez.Problem, grid: _Grid) -> set[tuple[Fraction, ...]]:
 
 def _error(task: remez.Problem, coefficients: tuple[list[Fraction], list[Fraction]], near: Sequence[float]) -> float:
     """Return the largest error, infinite if the denominator is not positive."""
-    a, b = ([_ball(c) for c in values] for values in coefficients)
+    a, b = ([ball_of(c) for c in values] for values in coefficients)
     try:
         return remez.sup_error(task, a, b, near)[0]
     except remez.NoBest:
@@ -440,7 +440,7 @@ class _Lattice:
         optimum, rows = _linearised(task, grid, points)
         effects = arb_mat(rows)
         offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
-        start = optimum + _doubles(arb_mat([[_ball(x) for x in offsets]]) * effects)[0]
+        start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
         # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
         price = max(abs(start).max(), 1.0) / large_move
         prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
@@ -492,7 +492,7 @@ def _samples(task: remez.Problem, points: Sequence[float]) -> list[float]:
 
 def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tuple[FloatArray, list[list[arb]]]:
     """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
-    a, b = (arb_poly([_ball(c) for c in values]) for values in grid.best.exact)
+    a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
     s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
     for v in points:
@@ -503,7 +503,7 @@ def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tu
         for row, (i, j), step in zip(rows, grid.places, grid.steps, strict=True):
             change = (x ** (i - 2) if i != 1 else 0) if i is not None else -(x ** ((j or 0) - 2))
             change = change - ratio * x**j if j is not None else change
-            row.append((unit * change * _ball(step) / d).mid())
+            row.append((unit * change * ball_of(step) / d).mid())
     return np.array(optimum), rows
 
 
@@ -579,7 +579,3 @@ def _fit_or_none(m: int, n: int, interval: tuple[Fraction, Fraction], measure: M
         return _fit(m, n, interval, measure, TABLE_DIGITS)
     except ValueError:  # no best approximant, or no good one
         return None
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator

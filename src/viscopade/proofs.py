@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -13,7 +14,7 @@ from viscopade import certificate, checks, minimax, rounding
 from viscopade.balls import known_decimal, working
 from viscopade.certificate import Certificate, Measure, Rational, RationalDerivative, rounded_up
 from viscopade.exact import Exact
-from viscopade.kernels import Kernel, Quotient
+from viscopade.kernels import Kernel, threshold
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 from viscopade.kernels.binary import exact as fraction
 from viscopade.kernels.minimax import Derivative, MinimaxKernel, Variant
@@ -83,7 +84,7 @@ def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...], exact: Coefficie
         end = bounds[-1].high or Fraction(0)
         try:
             bare.rounded(form)
-            _require_horner(bare, form, end)
+            _require_horner(bare.label, *exact, form, end)
         except ValueError:
             continue
         size = rounding.quotient(*exact, form, Fraction(0), end, coefficients=True)
@@ -99,8 +100,9 @@ def of_minimax(
 
 
 def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
-    """Return the cheapest kernel whose proven error, rounding in double precision included, is at most `accuracy`.
+    """Return the cheapest kernel whose proven errors, by formula and by rounding in type double, add up to `accuracy`.
 
+    (The former is relative to what `measure` says, the latter to eps.)
     Arguments and errors as for `minimax.choose`.
     """
     wanted = limit = checks.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
@@ -131,33 +133,35 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
         variants.append(variant)
     except (ValueError, ArithmeticError) as error:
         missing.append((FLOAT.name, str(error)))
-    kernel = MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), MINIMAX_SOURCE[fit.measure])
-    for variant in variants:
-        _require_horner(kernel, variant.form, fit.interval[1])
-    return kernel
+    return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), MINIMAX_SOURCE[fit.measure])
 
 
 def _variant(fit: minimax.Fit, form: Format) -> Variant:
     machine = minimax.machine(fit, form)
+    _require_horner(fit.label, *machine.exact, form, fit.interval[1])
     bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
     size = rounding.quotient(*machine.exact, form, *fit.interval)
     slope = _derivative(machine, form, fit.interval)
     return Variant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
 
 
-def _derivative(machine: minimax.MachineFit, form: Format, interval: tuple[Fraction, Fraction]) -> Derivative:
+def _derivative(machine: minimax.MachineFit, form: Format, interval: tuple[Fraction, Fraction]) -> Derivative | None:
+    """Return the derivative with its proof; None if it cannot be proven, or not be held by the format."""
     exact = RationalDerivative.of(Rational(*machine.exact))
-    t = tuple(form.nearest(c) for c in exact.t)
-    rounded = RationalDerivative(tuple(map(Fraction, t)), exact.b)
-    bound = certificate.prove_derivative(rounded, *interval)
-    size = rounding.derivative(rounded.t, rounded.b, form, *interval)
+    try:
+        t = tuple(form.nearest(c) for c in exact.t)
+        rounded = RationalDerivative(tuple(map(Fraction, t)), exact.b)
+        bound = certificate.prove_derivative(rounded, *interval)
+        size = rounding.derivative(rounded.t, rounded.b, form, *interval)
+    except (ArithmeticError, ValueError):
+        return None
     return Derivative(t, bound, _relative_to_eps(size, Fraction(bound.bound)))
 
 
-def _require_horner(kernel: Quotient, form: Format, end: Fraction) -> None:
+def _require_horner(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format, end: Fraction) -> None:
     """Raise ValueError if the exported code evaluates something up to v* = end in powers of 1/v*: not proven."""
-    if 2 ** kernel.threshold(form) < end:
-        raise ValueError(f"{kernel.label}: sums could overflow in type {form.name} before v* = {float(end):g}")
+    if 2 ** threshold(label, a, b, form) < end:
+        raise ValueError(f"{label}: sums could overflow in type {form.name} before v* = {float(end):g}")
 
 
 def _relative_to_eps(size: arb, error: Fraction) -> str:

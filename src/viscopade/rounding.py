@@ -15,12 +15,13 @@ from fractions import Fraction
 
 from flint import arb
 
-from viscopade.balls import working
+from viscopade.balls import ball_of, working
 from viscopade.certificate import speeds
 from viscopade.kernels.binary import Format
 
 BITS = 128
 PARTS = 4  # of a panel
+MORE_PARTS = (PARTS, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 
 
 def quotient(
@@ -54,10 +55,18 @@ def quotient(
 
 
 def derivative(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction) -> arb:
-    """Bound the relative rounding error of the computed v* T/(D D); arguments and errors as for `quotient`."""
+    """Bound the relative rounding error of the computed v* T/(D D), where nothing underflows.
+
+    Arguments and errors as for `quotient`.
+    """
     with working(BITS):
-        bounds = [_derivative_on_part(t, b, form, v_star) for v_star in speeds(low, high, PARTS)]
-        return max(bounds).abs_upper()
+        for parts in MORE_PARTS:
+            try:
+                bounds = [_derivative_on_part(t, b, form, v_star) for v_star in speeds(low, high, parts)]
+            except ArithmeticError:
+                continue
+            return max(bounds).abs_upper()
+    raise ArithmeticError("the derivative may vanish within its rounding error")
 
 
 def _derivative_on_part(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb) -> arb:
@@ -91,16 +100,12 @@ def horner(coefficients: Sequence[Fraction], form: Format, v_star: arb, rounded:
     unit, eta = arb(2) ** -form.precision, arb(2) ** (1 - form.largest - form.precision)
     speed = abs(v_star).abs_upper()
     own = unit if rounded else arb(0)
-    total = _ball(coefficients[-1])
+    total = ball_of(coefficients[-1])
     error = own * abs(total)
     for c in reversed(coefficients[:-1]):
         product = speed * (abs(total).abs_upper() + error)
-        exact = v_star * total + _ball(c)
-        error = speed * error + unit * product + eta + own * abs(_ball(c))
+        exact = v_star * total + ball_of(c)
+        error = speed * error + unit * product + eta + own * abs(ball_of(c))
         error += unit * (abs(exact).abs_upper() + error) + eta
         total = exact
     return total, error.abs_upper()
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator

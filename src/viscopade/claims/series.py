@@ -10,7 +10,7 @@ from typing import Any
 from flint import arb, arb_series
 
 from viscopade import double, exact, singularity
-from viscopade.balls import bits_for, decimal_string, working
+from viscopade.balls import ball_of, bits_for, decimal_string, working
 from viscopade.claims.curve import ORDER, SERIES_DIGITS, coefficients, departure, truncated
 from viscopade.claims.evidence import Claim, Evidence, percent, verdict
 from viscopade.model import v_star
@@ -115,7 +115,7 @@ def _relative_error(at: str) -> float:
     with working(bits_for(SERIES_DIGITS) + 64):
         total = arb(0)
         for h_k in reversed(coefficients().h):
-            total = total * _ball(Fraction(at)) + h_k
+            total = total * ball_of(Fraction(at)) + h_k
         return float(abs(total / truth - 1).mid())
 
 
@@ -184,7 +184,7 @@ def _older_coefficients() -> Evidence:
     digits = [decimal_string(abs(c), 12) for c in ours]
     units = [Fraction(1, 10 ** len(printed.partition(".")[2])) for printed in OLDER]
     agree = [
-        bool(abs(abs(c) - _ball(Fraction(printed))) < _ball(unit))  # the last digit may have been cut, not rounded
+        bool(abs(abs(c) - ball_of(Fraction(printed))) < ball_of(unit))  # the last digit may have been cut, not rounded
         for c, printed, unit in zip(ours, OLDER, units, strict=True)
     ]
     off = [float(printed) / float(abs(c).mid()) - 1 for c, printed in zip(ours, OLDER, strict=True)]
@@ -203,10 +203,6 @@ def _older_coefficients() -> Evidence:
         "gives the ones in use"
     )
     return Evidence(verdict(all(agree)), summary, numbers, "proven")
-
-
-def _ball(number: Fraction) -> arb:
-    return arb(number.numerator) / number.denominator
 
 
 def _eps0_coefficients(count: int) -> list[arb]:

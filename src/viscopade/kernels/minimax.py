@@ -28,6 +28,11 @@ class Derivative:
     certificate: Certificate
     rounding: str
 
+    def record(self, form: Format) -> dict[str, object]:
+        """Return the numerator and its errors as JSON-able data."""
+        t = [form.decimal(c).rstrip("f") for c in self.t]
+        return {"t": t, "bound": self.certificate.bound, "rounding": self.rounding}
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -42,8 +47,8 @@ class Variant:
         Of the formula with these coefficients, evaluated exactly.
     rounding : str
         Proven bound of what rounding adds, relative to eps.
-    derivative : Derivative
-        The derivative's numerator.
+    derivative : Derivative or None
+        The derivative's numerator; None if nothing is proven of it.
     """
 
     form: Format
@@ -51,7 +56,7 @@ class Variant:
     b: tuple[float, ...]
     certificate: Certificate
     rounding: str
-    derivative: Derivative
+    derivative: Derivative | None
 
     def __post_init__(self) -> None:
         if self.a[0] != 1 or self.b[0] != 1:
@@ -139,14 +144,23 @@ class MinimaxKernel:
     def facts(self) -> tuple[str, ...]:
         """Source, domain and error."""
         rounding = [(v.form.name, v.rounding) for v in self.variants]
-        slopes = [v.derivative for v in self.variants]
-        worst = max((slope.certificate.bound for slope in slopes), key=Fraction)
-        added = " and ".join(f"{v.derivative.rounding} in type {v.form.name}" for v in self.variants)
         return (
             f"source: {self.source}",
             f"domain: {self.domain}",
             *proven(self.bounds, rounding),
-            f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven)",
+            *self._derivative_facts,
+        )
+
+    @property
+    def _derivative_facts(self) -> tuple[str, ...]:
+        slopes = [(v.form.name, v.derivative) for v in self.variants if v.derivative is not None]
+        if not slopes:
+            return ()
+        worst = max((slope.certificate.bound for _, slope in slopes), key=Fraction)
+        added = " and ".join(f"{slope.rounding} in type {name}" for name, slope in slopes)
+        return (
+            f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven, where nothing is "
+            "subnormal)",
         )
 
     @property
@@ -176,11 +190,7 @@ class MinimaxKernel:
                     "b": [v.form.decimal(c).rstrip("f") for c in v.b],
                     "bound": v.certificate.bound,
                     "rounding": v.rounding,
-                    "derivative": {
-                        "t": [v.form.decimal(c).rstrip("f") for c in v.derivative.t],
-                        "bound": v.derivative.certificate.bound,
-                        "rounding": v.derivative.rounding,
-                    },
+                    "derivative": None if v.derivative is None else v.derivative.record(v.form),
                 }
                 for v in self.variants
             ],
@@ -210,6 +220,7 @@ class MinimaxKernel:
                 "rounding": v.derivative.rounding,
             }
             for v in self.variants
+            if v.derivative is not None
         ]
 
     def variant(self, form: Format) -> Variant:
@@ -230,9 +241,11 @@ class MinimaxKernel:
         variant = self.variant(form)
         return _without_leading_zeros(variant.a), _without_leading_zeros(variant.b)
 
-    def derivative(self, form: Format) -> tuple[Values, int]:
+    def derivative(self, form: Format) -> tuple[Values, int] | None:
         """Return the coefficients of T and D of a format, and t such that nothing can overflow for v* <= 2^t."""
         variant = self.variant(form)
+        if variant.derivative is None:
+            return None
         t, b = _without_leading_zeros(variant.derivative.t), _without_leading_zeros(variant.b)
         squared = [Fraction(0)] * (2 * len(b) - 1)
         for i, x in enumerate(b):

@@ -7,10 +7,12 @@ from decimal import Context
 from itertools import zip_longest
 from json import dumps
 from textwrap import wrap
+from typing import Protocol
 
 from viscopade import checks
 from viscopade.kernels import (
     END_CONDITION,
+    PROVEN,
     WIDTH,
     Quotient,
     bound_text,
@@ -24,6 +26,22 @@ from viscopade.kernels import (
 from viscopade.kernels.binary import exact
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
+
+
+class Described(Protocol):
+    """What has a record and certificates."""
+
+    @property
+    def source(self) -> str:
+        """Where the formula comes from."""
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data."""
+
+
 CERTIFICATE_SOURCE = (
     "proofs by ball arithmetic: each panel of the reference (rows of 1 - eps and eps, with their proven relative "
     "error) is cut into equal parts, on each of which the deviation is below the bound"
@@ -49,10 +67,16 @@ def json(kernels: Sequence[Quotient], command: str) -> str:
     return _json(command, source, {"error": bound_text(kernels), "approximants": approximants})
 
 
-def certificates(kernels: Sequence[Quotient], command: str) -> str:
+def certificates(kernels: Sequence[Described], command: str) -> str:
     """Return one object; its "certificates" hold what is needed to check the kernels' proofs."""
-    entries = [entry for kernel in distinct(kernels) for entry in kernel.certificates()]
+    entries = [entry for kernel in kernels for entry in kernel.certificates()]
     return _json(command, CERTIFICATE_SOURCE, {"certificates": entries})
+
+
+def records(kernels: Sequence[Described], command: str) -> str:
+    """Return one object; its "approximants" hold the records of kernels that are no quotients of full polynomials."""
+    source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
+    return _json(command, source, {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]})
 
 
 def latex(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:

@@ -1,0 +1,431 @@
+"""Proven bounds of kernels: never below what dense samples of the true deviation show, and hardly above.
+
+The independent checker accepts what is right, and refuses certificates that were tampered with.
+"""
+
+import json
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from flint import arb, arb_series
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests import certificate_checker
+from tests.certificate_checker import Checker, Wrong, check_file
+from viscopade import certificate, double, exact, proofs, reference
+from viscopade.balls import ball_of, working
+from viscopade.certificate import Part, Rational, parts_of, prove, prove_to_infinity, rounded_up, speeds
+from viscopade.double import CENTRES, HALF_WIDTHS
+
+TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
+A, B = (tuple(map(Fraction, values)) for values in (lambda v: (v.a, v.b))(proofs.of_minimax(1, 4, 5).variants[0]))
+FORMULA = Rational(A, B)
+INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
+CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]
+
+
+def sampled(formula, low, high, measure, number=4001):
+    """Return the largest deviation at many points, in double precision."""
+    # Points in v* and, as the largest deviation may be near 0, in its logarithm.
+    v_star = np.concatenate([np.linspace(float(low), float(high), number), np.geomspace(max(float(low), 1e-3),
+                             float(high), number)])  # fmt: skip
+    v_star = v_star[(v_star >= max(float(low), 1e-3)) & (v_star <= float(high))]
+    a, b = ([float(c) for c in values] for values in (formula.a, formula.b))
+    n, d = (np.polynomial.polynomial.polyval(v_star, c) for c in (a, b))
+    eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    size = max(len(a), len(b))
+    difference = np.array(
+        [y - x for x, y in zip(a + [0.0] * (size - len(a)), b + [0.0] * (size - len(b)), strict=True)]
+    )
+    error_of_loss = np.abs(np.polynomial.polynomial.polyval(v_star, difference) / d / loss - 1)
+    error = np.abs(n / d / eps - 1)
+    return float(np.max(np.where(loss < eps, error_of_loss, error) if measure == "both" else error))
+
+
+# --- bounds -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("low", "high", "measure"), CASES)
+def test_the_bound_holds_and_is_tight(low, high, measure):
+    found = prove(FORMULA, low, high, measure)
+    largest = sampled(FORMULA, low, high, measure)
+    assert largest <= float(found.bound) * (1 + 1e-9)
+    # Towards v* = 0 samples in double precision end at 1e-3, where the deviation may be a little smaller.
+    assert float(found.bound) <= TIGHT * largest * (1.01 if low == 0 else 1)
+
+
+def test_the_bound_holds_against_exact():
+    found = prove(FORMULA, Fraction(0), Fraction(5))
+    for v_star in (Fraction(1, 1000), Fraction(1, 2), Fraction(7, 5), Fraction(2), Fraction(5)):
+        truth = {name: Fraction(x) for name, x in exact.collision(v_star, 30).decimals().items() if "eps" in name}
+        value = sum(c * v_star**i for i, c in enumerate(A)) / sum(c * v_star**i for i, c in enumerate(B))
+        smaller = min(truth["epsilon"], truth["one_minus_epsilon"])
+        assert abs(value - truth["epsilon"]) <= Fraction(found.bound) * smaller
+
+
+def test_a_larger_interval_has_a_larger_bound():
+    bounds = [float(prove(FORMULA, Fraction(0), Fraction(v)).bound) for v in (1, 2, 4, 8)]
+    assert bounds == sorted(bounds)
+
+
+@pytest.mark.parametrize("measure", ["both", "relative"])
+def test_a_wrong_formula_has_a_large_bound(measure):
+    wrong = Rational(A, (*B[:4], B[4] * 2))
+    low, high = Fraction(0), Fraction(5)
+    assert float(prove(wrong, low, high, measure).bound) >= sampled(wrong, low, high, measure) > 0.2
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [("-1", "5"), ("5", "5"), ("5", "1"), ("0", "8388609"), ("8388608", "8388609")]
+)
+def test_intervals_that_are_refused(low, high):
+    with pytest.raises(ValueError, match="accepted is 0 <= low < high"):
+        prove(FORMULA, Fraction(low), Fraction(high))
+
+
+def test_the_largest_interval_is_accepted():
+    far = prove(FORMULA, Fraction(8000000), reference.END, "relative")
+    assert float(far.bound) > 0.9
+
+
+# --- poles ------------------------------------------------------------------------------------------------------------
+
+
+def times(values, root):
+    """Multiply a polynomial by 1 - v*/root."""
+    shifted = (Fraction(0), *(-c / root for c in values))
+    return tuple(x + y for x, y in zip((*values, Fraction(0)), shifted, strict=True))
+
+
+@pytest.mark.parametrize("measure", ["both", "relative"])
+@pytest.mark.parametrize("pole", [Fraction(1, 50), Fraction(33, 16), Fraction(10, 3)])
+def test_a_pole_is_refused(pole, measure):
+    b = times(B, pole)
+    a = (Fraction(1), b[1])
+    with pytest.raises(ArithmeticError, match="pole"):
+        prove(Rational(a, b), Fraction(0), pole * 2, measure)
+
+
+@pytest.mark.parametrize("measure", ["both", "relative"])
+@pytest.mark.parametrize("pole", [Fraction(1, 50), Fraction(2)])
+@pytest.mark.parametrize("distance", [Fraction(0), Fraction(1, 10**9)])
+def test_a_pole_that_a_zero_nearly_cancels_is_refused(pole, measure, distance):
+    """Samples would hardly ever see it."""
+    a, b = times(A, pole), times(B, pole * (1 + distance))
+    if distance:
+        a = (a[0], b[1], *a[2:])
+    with pytest.raises(ArithmeticError, match="pole"):
+        prove(Rational(a, b), Fraction(0), pole * 2, measure)
+
+
+def test_a_pole_outside_the_interval_does_not_matter():
+    b = times(B, Fraction(6))
+    found = prove(Rational((Fraction(1), b[1]), b), Fraction(0), Fraction(2))
+    assert float(found.bound) > 0
+
+
+def test_a_constant_term_or_slope_that_differs_has_no_bound_relative_to_1_minus_eps():
+    wrong = Rational((Fraction(1), 2 * A[1]), B)
+    with pytest.raises((ArithmeticError, ValueError)):
+        prove(wrong, Fraction(0), Fraction(1))
+    assert float(prove(wrong, Fraction(0), Fraction(1), "relative").bound) > 0.01
+    assert float(prove(wrong, Fraction(1, 10), Fraction(1)).bound) > 0.01
+
+
+# --- pieces of the proof ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("measure", ["both", "relative"])
+def test_the_error_of_the_reference_is_in_the_bound(monkeypatch, measure):
+    """R = q (1 + g) and q = eps (1 + d): both may have the same sign; also for d as small as it is."""
+    part = Part(40, Fraction(0), Fraction(1, 10))
+    wrong = Rational((Fraction(3),), (Fraction(1), Fraction(1)))
+    for error in (2.0**-3, reference.ERROR):
+        monkeypatch.setattr(reference, "ERROR", 0.0)
+        bare = certificate.deviation(wrong, part, measure)
+        monkeypatch.setattr(reference, "ERROR", error)
+        with working(certificate.BITS):
+            assert certificate.deviation(wrong, part, measure) >= (1 + bare) * (1 + arb(error)) - 1
+            assert bare > 0.1
+
+
+@pytest.mark.parametrize(
+    ("limit", "number"), [((9, Fraction(-1, 3), Fraction(4, 7)), 3), ((0, Fraction(0), Fraction(1)), 4)]
+)
+@pytest.mark.parametrize("power", [1])
+def test_taylor_polynomials_enclose_the_function(limit, number, power):
+    """At points of each part, also of ends that are no binary numbers: the last coefficient is Lagrange's."""
+    for part in parts_of(*limit, number):
+        with working(certificate.BITS, certificate.ORDER + 1):
+            (function,) = certificate._functions(FORMULA, part.panel, "relative")
+            coefficients = certificate._taylor(function, part, power)
+            assert len(coefficients) == certificate.ORDER + 1
+            low, high = (ball_of(certificate._v_star(part.panel, part.centre + s * part.half)) for s in (-1, 1))
+            for t in (Fraction(p, 7) for p in range(-7, 8)):
+                v_star = (low.root(power) * (1 - ball(t)) / 2 + high.root(power) * (1 + ball(t)) / 2) ** power
+                z = (v_star - ball(certificate._v_star(part.panel, Fraction(0)))) / ball(half_width(part.panel))
+                n, d = (sum((ball(c) * v_star**i for i, c in enumerate(values)), arb(0)) for values in (A, B))
+                truth = n / d / reference.rows()["epsilon", part.panel].poly()(z) - 1
+                found = sum((c * ball(t) ** j for j, c in enumerate(coefficients)), arb(0))
+                assert found.overlaps(truth)
+                assert found.rad() < arb(10) ** -8
+                assert abs(truth) <= certificate._sum(coefficients)
+
+
+def half_width(panel):
+    return certificate._v_star(panel, Fraction(1)) - certificate._v_star(panel, Fraction(0))
+
+
+class Exponential:
+    """R = e^(-v*): a formula that is no quotient, with a remainder of every order."""
+
+    power = 1
+
+    def epsilon(self, v_star):
+        return (-v_star).exp()
+
+    def loss_ratio(self, v_star):
+        raise NotImplementedError
+
+
+def test_the_remainder_is_needed():
+    found = prove(Exponential(), Fraction(1), Fraction(2), "relative")
+    v_star = np.linspace(1, 2, 3001)
+    largest = float(np.max(np.abs(np.exp(-v_star) / double.epsilon(v_star) - 1)))
+    assert largest <= float(found.bound) <= TIGHT * largest
+
+
+def test_a_wide_part_needs_its_remainder():
+    """Of e^(20 v*) on a whole panel, the coefficients but the last are too small a sum."""
+    part = Part(30, Fraction(0), Fraction(1))
+    with working(certificate.BITS, certificate.ORDER + 1):
+        coefficients = certificate._taylor(lambda v: (20 * v).exp(), part, 1)
+        end = (20 * ball(certificate._v_star(30, Fraction(1)))).exp()
+        assert certificate._sum(coefficients[:-1]) < end <= certificate._sum(coefficients)
+
+
+class Steep(Exponential):
+    """R = e^(20 v*)."""
+
+    def epsilon(self, v_star):
+        return (20 * v_star).exp()
+
+
+def test_the_remainder_is_in_the_bound_of_a_wide_part():
+    v_star = float(certificate._v_star(30, Fraction(1)))
+    found = certificate.deviation(Steep(), Part(30, Fraction(0), Fraction(1)), "relative")
+    assert float(found) >= float(np.exp(20 * v_star) / double.epsilon(v_star) - 1) * (1 - 1e-12)
+
+
+def ball(number):
+    return arb(number.numerator) / number.denominator
+
+
+@given(st.fractions(0, 9), st.fractions(0, 9))
+def test_parts_cover_the_interval_without_gaps(first, second):
+    low, high = sorted((first, second))
+    if low == high:
+        return
+    spans = []
+    for limit in certificate.panels_of(low, high):
+        for part in parts_of(*limit, 3):
+            spans.append([certificate._v_star(part.panel, part.centre + s * part.half) for s in (-1, 1)])
+    assert spans[0][0] == low
+    assert spans[-1][1] == high
+    assert all(before[1] == after[0] for before, after in pairwise(spans))
+
+
+@given(st.fractions(0, 9), st.fractions(0, 9), st.fractions(0, 1))
+def test_speeds_cover_the_interval(first, second, share):
+    low, high = sorted((first, second))
+    if low == high:
+        return
+    with working(128):
+        assert any(v.overlaps(ball(low + share * (high - low))) for v in speeds(low, high, 4))
+
+
+def test_speeds_that_are_no_binary_numbers_are_covered():
+    third = Fraction(1, 3)
+    with working(128):
+        balls = list(speeds(third, Fraction(7, 20), 4))
+        assert any(v.contains(ball(third)) or v.overlaps(ball(third)) for v in balls)
+        assert max(v.abs_upper() for v in balls) >= ball(Fraction(7, 20))
+
+
+def test_where_the_smaller_of_eps_and_1_minus_eps_changes():
+    half = float(double.v_star_from(0.5))
+    for panel in range(1, double.PANELS):
+        low, high = (float(certificate._v_star(panel, Fraction(z))) for z in (-1, 1))
+        both = certificate._may_be(panel, "epsilon"), certificate._may_be(panel, "one_minus_epsilon")
+        assert both == (high >= half, low <= half)
+
+
+@given(st.floats(1e-300, 1e10), st.integers(1, 5))
+def test_rounded_up(value, digits):
+    text = rounded_up(arb(value), digits)
+    assert Fraction(text) >= Fraction(value)
+    assert Fraction(text) <= Fraction(value) * (1 + Fraction(1, 10 ** (digits - 1))) * (1 + Fraction(1, 10**9))
+    assert len(text.split("e")[0].replace(".", "").strip("0")) <= digits
+
+
+@pytest.mark.parametrize(("text", "up"), [("0.001", "0.00101"), ("0.00123", "0.00124"), ("2", "2.01")])
+def test_a_bound_just_above_a_short_decimal_is_rounded_up(text, up):
+    with working(256):
+        assert rounded_up(ball(Fraction(text)) * (1 + arb(2) ** -60)) == up
+
+
+def test_record_is_what_was_proven():
+    found = prove(FORMULA, Fraction(1, 3), Fraction(2))
+    record = json.loads(json.dumps(found.record()))
+    assert (Fraction(record["v_star_min"]), Fraction(record["v_star_max"])) == (found.low, found.high)
+    assert record["measure"] == "both"
+    assert record["bound"] == found.bound
+    assert float.fromhex(record["reference_error"]) == reference.ERROR == 2.0**-60
+    assert [tuple(p) for p in record["parts"]] == list(found.parts)
+    assert [p for p, _ in found.parts] == [p for p, _, _ in certificate.panels_of(found.low, found.high)]
+
+
+# --- to infinity ------------------------------------------------------------------------------------------------------
+
+
+class Limiting:
+    """A formula that is exact on the panels (nearly) and off by a factor beyond."""
+
+    power = 1
+
+    def __init__(self, factor):
+        self.factor = factor
+
+    def epsilon(self, v_star):
+        return Rational(A, B).epsilon(v_star)
+
+    loss_ratio = None
+
+    def limit(self, u):
+        return reference.limit() * self.factor
+
+
+def test_beyond_the_panels_the_limit_counts(monkeypatch):
+    inside = prove(FORMULA, Fraction(1), Fraction(2), "relative")
+    monkeypatch.setattr(certificate, "prove", lambda formula, low, high, measure: inside)
+    found = prove_to_infinity(Limiting(arb(3) / 2), "relative")
+    assert 0.5 < float(found.bound) < 0.51
+    assert found.high is None
+    assert found.record()["v_star_max"] is None
+    assert prove_to_infinity(Limiting(arb(1)), "relative").bound == inside.bound
+    for wrong in (arb(3), arb(0), arb.pos_inf(), arb.nan()):
+        with pytest.raises(ArithmeticError, match="limit"):
+            prove_to_infinity(Limiting(wrong), "relative")
+
+
+def test_the_tail_is_in_the_bound_beyond_the_panels(monkeypatch):
+    tiny = certificate.Certificate("relative", Fraction(0), reference.END, "1e-300", ())
+    monkeypatch.setattr(certificate, "prove", lambda formula, low, high, measure: tiny)
+    found = prove_to_infinity(Limiting(arb(1)), "relative")
+    with working(64):
+        assert arb(float(found.bound)) >= reference.tail(ball(reference.END)).expm1() * 0.999
+
+
+# --- the independent checker ------------------------------------------------------------------------------------------
+
+
+@cache
+def entry(low="0", high="1", measure="both"):
+    found = prove(FORMULA, Fraction(low), Fraction(high), measure)
+    return json.loads(
+        json.dumps({"name": "test", "type": "exact", "a": list(map(str, A)), "b": list(map(str, B)), **found.record()})
+    )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "measure"), [("0", "1", "both"), ("0.1", "1/3", "relative"), ("3/2", "2", "both")]
+)
+def test_the_checker_accepts_what_is_right(low, high, measure):
+    right = entry(low, high, measure)
+    assert Checker(right).check() >= sum(n for _, n in right["parts"])
+
+
+def tampered(**changes):
+    return {**entry(), **changes}
+
+
+PARTS = entry()["parts"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"bound": str(Fraction(entry()["bound"]) * Fraction(98, 100))},
+        {"b": [*map(str, B[:2]), str(B[2] * Fraction(101, 100)), *map(str, B[3:])]},
+        {"a": ["1", str(A[1] * Fraction(1001, 1000))]},
+        {"b": list(map(str, times(B, Fraction(1)))), "a": ["1", str(times(B, Fraction(1))[1])]},
+        {"parts": PARTS[:-1]},
+        {"parts": PARTS[1:]},
+        {"parts": [*PARTS[:5], *PARTS[6:]]},
+        {"parts": []},
+        {"parts": [*PARTS, [PARTS[-1][0] + 1, 4]]},
+        {"parts": [[p, -1] for p, _ in PARTS]},
+        {"parts": [[p, 0] for p, _ in PARTS]},
+        {"v_star_max": "1.001"},
+        {"v_star_max": "5"},
+        {"v_star_max": None},
+        {"v_star_min": "-1"},
+        {"v_star_min": "1", "v_star_max": "1", "parts": []},
+        {"v_star_min": "5", "v_star_max": "0", "parts": []},
+        {"measure": "absolute"},
+        {"reference_error": (-0.5).hex(), "bound": "1e-9"},
+        {"reference_error": (0.0).hex()},
+        {"bound": "0"},
+        {"bound": "-1"},
+    ],
+    ids=lambda wrong: "-".join(f"{k}={str(v)[:30]}" for k, v in wrong.items()),
+)
+def test_the_checker_refuses_tampered_certificates(wrong):
+    with pytest.raises(Wrong):
+        Checker(tampered(**wrong)).check()
+
+
+def test_the_checkers_panels_are_those_of_the_package():
+    for panel in range(double.PANELS):
+        low, centre, half = certificate_checker.panel_ends(panel)
+        assert (centre, half) == (Fraction(float(CENTRES[panel])), Fraction(float(HALF_WIDTHS[panel])))
+        assert low == (0 if panel == 0 else centre - half)
+    table = certificate_checker.rows("data/double.txt")
+    for name, panel in (("epsilon", 0), ("one_minus_epsilon", 100)):
+        row = reference.rows()[name, panel]
+        assert table[name, panel] == [Fraction(2) ** row.exponent * c for c in row.a]
+
+
+def test_the_checker_reads_files(tmp_path):
+    path = tmp_path / "certificates.json"
+    path.write_text(json.dumps({"certificates": [entry("0.1", "1/3", "relative")]}))
+    (line,) = check_file(path)
+    assert "holds" in line
+    path.write_text(json.dumps({"certificates": [{**entry("0.1", "1/3", "relative"), "bound": "1e-9"}]}))
+    with pytest.raises(Wrong):
+        check_file(path)
+
+
+def test_the_checker_accepts_a_kernel_with_machine_numbers():
+    for right in proofs.of_minimax(1, 4, 1, measure="relative").certificates():
+        assert Checker(json.loads(json.dumps(right))).check() > 0
+
+
+class Short:
+    """A formula whose power series are cut too early: e^(20 v*) as if it were a cubic."""
+
+    power = 1
+
+    def epsilon(self, v_star):
+        return arb_series((20 * v_star).exp().coeffs()[:4], 4)
+
+    loss_ratio = None
+
+
+def test_series_that_lose_terms_are_not_taken_for_polynomials():
+    with pytest.raises((TypeError, ArithmeticError), match="loses"):
+        prove(Short(), Fraction(1), Fraction(2), "relative")

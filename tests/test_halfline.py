@@ -1,0 +1,185 @@
+"""Kernels for every v* >= 0: their limits, their errors by a second route, and the optimum's marks."""
+
+import dataclasses
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb
+
+from viscopade import double, exact, gapped, halfline
+from viscopade.balls import working
+from viscopade.gapped import Powers, Quotient, Sample
+
+RECOMMENDED = [(halfline.RELATIVE[0], "relative"), (halfline.RELATIVE[2], "relative"), (halfline.BOTH[3], "both")]
+SPEEDS = np.geomspace(1e-6, 1e9, 20_011)
+
+
+@pytest.fixture(params=RECOMMENDED, ids=lambda case: case[0].label)
+def kernel(request):
+    return halfline.fit(*request.param)
+
+
+def test_accuracies_and_sizes_that_are_claimed():
+    sizes = {(accuracy, measure): halfline.kernel(accuracy, measure).powers.coefficients
+             for accuracy in (1e-3, 1e-5, 1e-7) for measure in ("relative", "both")}  # fmt: skip
+    assert sizes == {
+        (1e-3, "relative"): 4,
+        (1e-5, "relative"): 6,
+        (1e-7, "relative"): 10,
+        (1e-3, "both"): 5,
+        (1e-5, "both"): 8,
+        (1e-7, "both"): 12,
+    }
+
+
+def test_error_at_other_points_than_it_was_sampled_at(kernel):
+    loss = double.one_minus_epsilon(SPEEDS)
+    of_epsilon = np.abs(kernel.epsilon(SPEEDS) / double.epsilon(SPEEDS) - 1)
+    of_loss = np.abs(kernel.one_minus_epsilon(SPEEDS) / loss - 1)
+    worst = of_epsilon.max() if kernel.measure == "relative" else np.where(loss < 0.5, of_loss, of_epsilon).max()
+    assert kernel.error * 0.999 < worst < kernel.error * (1 + 1e-6)
+    assert of_loss[loss < 0.5].max() < kernel.both_error * (1 + 1e-6)
+
+
+def test_formula_against_proven_values(kernel):
+    """The exact formula, in ball arithmetic, at the points where the error is largest."""
+    for v_star in kernel.points[1:-1]:
+        with working(200):
+            y = arb(v_star) ** (arb(1) / 3)
+            top, bottom = (
+                sum((arb(c.numerator) / c.denominator * y**k for k, c in part), arb(0))
+                for part in (kernel.epsilon_formula.top, kernel.epsilon_formula.bottom)
+            )
+            true = exact.collision(v_star, 25).epsilon
+            error = top / bottom / true - 1
+            if kernel.measure == "both" and true > 0.5:
+                error = error * true / (1 - true)
+            assert abs(abs(float(error)) / kernel.level - 1) < 2e-3  # to first order in the error
+
+
+def test_errors_are_level_with_alternating_signs(kernel):
+    assert len(kernel.points) == kernel.powers.coefficients + 1
+    signs = np.sign(kernel.epsilon(np.array(kernel.points[1:])) - double.epsilon(np.array(kernel.points[1:])))
+    assert (signs[1:] * signs[:-1] == -1).all()
+
+
+def test_every_neighbouring_choice_of_powers_is_worse():
+    """The search's result is a local optimum: no exponent can be moved by one."""
+    powers = halfline.RELATIVE[2]
+    sample = halfline.sample("relative")
+    top, bottom = powers.top, powers.bottom
+    others = [
+        Powers((0, a, b, top[3]), (0, c, bottom[2]))
+        for a, b, c in ((2, 4, 3), (3, 5, 3), (2, 3, 3), (3, 4, 2), (3, 4, 4))
+    ]
+    others += [Powers((*top[:3], 15), (0, 3, 11)), Powers((*top[:3], 17), (0, 3, 13))]
+    found = gapped.rough([powers, *others], sample)
+    assert found.error[0] < 8e-6
+    assert found.error[1:].min() > 2 * found.error[0]
+
+
+def test_limits(kernel):
+    with working(100):
+        c = -float(exact.collision("1e-20", 30).one_minus_epsilon) / 1e-40
+    assert kernel.one_minus_epsilon(1e-20) / 1e-40 == pytest.approx(
+        -c, rel=5e-2 if kernel.measure == "relative" else 1e-3
+    )
+    limit = kernel.epsilon(1e40) * 1e40 ** (10 / 3)
+    assert abs(limit / 1.5 ** (2 / 3) - 1) <= kernel.relative_error * (1 + 1e-9)
+    assert kernel.epsilon(0) == 1
+    assert kernel.one_minus_epsilon(0) == 0
+    assert kernel.epsilon(math.inf) == 0
+    assert kernel.one_minus_epsilon(math.inf) == 1
+
+
+def test_no_overflow(kernel):
+    """Where powers of y would overflow, the limit still comes out."""
+    assert kernel.epsilon(1e80) / (1.5 ** (2 / 3) * 1e80 ** (-10 / 3)) == pytest.approx(1, abs=1e-3)
+    assert np.isfinite(kernel.epsilon(np.geomspace(1e-300, 1e300, 601))).all()
+
+
+def test_portions_add_up_to_one_and_epsilon_falls(kernel):
+    v_star = np.geomspace(1e-3, 1e4, 5001)
+    assert np.allclose(kernel.epsilon(v_star) + kernel.one_minus_epsilon(v_star), 1, rtol=0, atol=1e-15)
+    assert (np.diff(kernel.epsilon(v_star)) < 0).all()
+    assert (kernel.quotient.parts(np.cbrt(v_star))[0] > 0).all()
+    assert (kernel.quotient.parts(np.cbrt(v_star))[1] > 0).all()
+
+
+def test_slope_is_the_derivative(kernel):
+    v_star, step = np.geomspace(0.1, 1e3, 41), 1e-5
+    ends = [np.log(kernel.epsilon(v_star * np.exp(side))) for side in (-step, step)]
+    np.testing.assert_allclose(kernel.slope(v_star), (ends[1] - ends[0]) / (2 * step), rtol=1e-6)
+
+
+@pytest.mark.parametrize("powers", halfline.BOTH[1:], ids=lambda powers: powers.label)
+def test_slope_is_nearly_as_good_as_epsilon(powers):
+    """As `slope` says: a relative error of 3 to 8 times that of eps."""
+    kernel = halfline.fit(powers, "both")
+    v_star = np.geomspace(1e-4, 1e6, 20_001)
+    error = np.abs(kernel.slope(v_star) / double.slope(v_star) - 1).max()
+    assert 3 * kernel.error < error < 8 * kernel.error
+    assert kernel.slope(0.0) == 0
+    assert kernel.slope(math.inf) == pytest.approx(-10 / 3, rel=1e-12)
+
+
+def test_formulas_are_the_kernel(kernel):
+    v_star = np.geomspace(1e-3, 1e6, 101)
+    np.testing.assert_allclose(kernel.epsilon_formula(v_star), kernel.epsilon(v_star), rtol=1e-14)
+    np.testing.assert_allclose(kernel.loss_formula(v_star), kernel.one_minus_epsilon(v_star), rtol=1e-14)
+    assert all(float(c) == c for c in (*kernel.quotient.a, *kernel.quotient.b))
+
+
+def test_the_same_twice():
+    powers, measure = RECOMMENDED[0]
+    halfline._fit.cache_clear()
+    first = halfline.fit(powers, measure)
+    halfline._fit.cache_clear()
+    assert halfline.fit(powers, measure) == first
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: halfline.fit(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
+        (lambda: halfline.fit(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is one of relative, both"),
+        (lambda: halfline.kernel(1e-9), "accepted is a number >= 5.9"),
+        (lambda: halfline.kernel(1e-3, "absolute"), "accepted is one of relative, both"),
+        (lambda: Powers((0, 4, 4), (0, 4)), "ascending exponents that begin with 0"),
+        (lambda: Powers((1, 4), (0, 4)), "ascending exponents that begin with 0"),
+        (lambda: Quotient(Powers((0, 4), (0,)), (Fraction(1),), (Fraction(1),)), "other numbers of coefficients"),
+        (lambda: Quotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
+        (lambda: halfline.fit(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_a_kernel_with_the_wrong_limit_cannot_be_made():
+    found = halfline.fit(*RECOMMENDED[0])
+    wrong = Quotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
+    with pytest.raises(ValueError, match="deg N"):
+        dataclasses.replace(found, quotient=wrong)
+
+
+# --- rough fits -------------------------------------------------------------------------------------------------------
+
+
+def test_rough_fits_find_what_is_there():
+    y = np.geomspace(0.01, 100, 60)
+    sample = Sample(y, (2 + 3 * y**5) / (1 + 0.5 * y**2), np.ones_like(y))
+    found = gapped.rough([Powers((0, 5), (0, 2)), Powers((0, 4), (0, 1))], sample)
+    np.testing.assert_allclose(found.coefficients[0], [2, 3, 0.5], rtol=1e-9)
+    assert found.error[0] < 1e-12
+    assert found.error[1] > 1e-3
+
+
+def test_rough_fits_come_near_the_best():
+    """Chebyshev: the best line for y^2 on [-1, 1] + 2 is known; here e^y by a constant, error tanh(1/2)."""
+    y = np.linspace(1e-9, 1, 200)
+    found = gapped.rough([Powers((0,), (0,))], Sample(y, np.exp(y), np.ones_like(y)), steps=400)
+    assert found.error[0] == pytest.approx(math.tanh(0.5), rel=1e-2)

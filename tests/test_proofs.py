@@ -1,0 +1,257 @@
+"""Kernels with their proofs, and the compiled code against the exact function: what a header says is true."""
+
+import json
+import re
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.certificate_checker import Checker
+from tests.compiled import build
+from viscopade import double, exact, minimax, proofs, rounding
+from viscopade.certificate import Rational, prove
+from viscopade.kernels import c, python, span
+from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.kernels.binary import exact as fraction
+from viscopade.pade import pade
+
+TYPES = {"": ("double", np.float64), "f": ("float", np.float32)}
+
+
+@cache
+def small():
+    return proofs.of_minimax(1, 4, 5)
+
+
+@cache
+def kernels():
+    return [
+        proofs.of_pade(3, 6),
+        proofs.of_pade(1, 4),
+        small(),
+        proofs.of_minimax(2, 5, 2, Fraction(1, 10), "relative"),
+    ]
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("proofs"), [c.render(kernels(), "test")])
+
+
+@pytest.fixture(scope="module")
+def contracted(tmp_path_factory):
+    return build(
+        tmp_path_factory.mktemp("contracted"), [c.render(kernels(), "test")], flags=("-ffp-contract=fast", "-O3")
+    )
+
+
+# --- what the header says is true -------------------------------------------------------------------------------------
+
+
+def speeds(low, high, kind, number=2000):
+    """Return numbers of the format within the interval: evenly, towards 0, and the ends."""
+    draw = np.random.default_rng(5)
+    even = draw.uniform(float(low), float(high), number)
+    small = np.exp(draw.uniform(np.log(max(float(low), 1e-30)), np.log(float(high)), number // 4))
+    values = np.concatenate([even, small, [float(low), float(high)]]).astype(kind)
+    return [v for v in values.tolist() if low <= Fraction(v) <= high]
+
+
+def claims(kernel, form):
+    """Return (interval, bound, measure, rounding) for each certificate of what is computed in a type."""
+    rounding_of = dict(getattr(kernel, "rounding", ())) or {v.form.name: v.rounding for v in kernel.variants}
+    for bound in kernel.bounds:
+        yield bound, Fraction(rounding_of[form])
+
+
+@pytest.mark.parametrize("index", range(4))
+@pytest.mark.parametrize("suffix", TYPES)
+@pytest.mark.parametrize("built", ["library", "contracted"])
+def test_compiled_functions_are_within_the_bounds_of_their_header(request, built, index, suffix):
+    """|computed - eps| <= bound min(eps, 1 - eps) + rounding eps, with eps from `double`."""
+    functions, kernel = request.getfixturevalue(built), kernels()[index]
+    name, kind = TYPES[suffix]
+    function = functions[f"epsilon_{kernel.name}{suffix}"]
+    for bound, size in claims(kernel, name):
+        v_star = speeds(bound.low, bound.high, kind)
+        found = np.array([function(v) for v in v_star])
+        eps, loss = double.epsilon(np.array(v_star)), double.one_minus_epsilon(np.array(v_star))
+        allowed = float(bound.bound) * (np.minimum(eps, loss) if bound.measure == "both" else eps) + float(size) * eps
+        # `double` is within one unit in the last place, and so is the difference.
+        assert np.all(np.abs(found - eps) <= allowed * (1 + 1e-9) + 3e-16 * eps)
+
+
+@pytest.mark.parametrize("suffix", TYPES)
+def test_compiled_functions_against_exact(library, suffix):
+    """At a few points with nothing but exact arithmetic between the function and the claim."""
+    kernel, (name, kind) = small(), TYPES[suffix]
+    for bound, size in claims(kernel, name):
+        for v in speeds(bound.low, bound.high, kind, 12):
+            truth = exact.collision(Fraction(v), 25).decimals()
+            eps, loss = Fraction(truth["epsilon"]), Fraction(truth["one_minus_epsilon"])
+            error = abs(Fraction(library[f"epsilon_{kernel.name}{suffix}"](v)) - eps)
+            assert error <= Fraction(bound.bound) * min(eps, loss) + size * eps
+
+
+def test_the_bounds_are_nearly_attained(library):
+    kernel = small()
+    (bound,) = kernel.bounds
+    v_star = np.array([v for v in speeds(bound.low, bound.high, np.float64) if v > 1e-3])
+    found = np.array([library[f"epsilon_{kernel.name}"](v) for v in v_star])
+    eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    worst = np.max(np.abs(found - eps) / np.minimum(eps, loss))
+    assert worst > 0.97 * float(bound.bound)
+
+
+@pytest.mark.parametrize("kernel", kernels(), ids=lambda kernel: kernel.name)
+def test_generated_code_states_what_is_proven(kernel):
+    # Lines are wrapped, and begin with "*" or "#".
+    header, module = (re.sub(r"[\s*#]+", "", r([kernel], "test")) for r in (c.render, python.render))
+    for bound in kernel.bounds:
+        words = re.sub(r"[\s*#]+", "", f"{bound.bound} for {span(bound.low, bound.high)}")
+        assert words in header
+        assert words in module
+    sizes = dict(getattr(kernel, "rounding", ())) or {v.form.name: v.rounding for v in kernel.variants}
+    for name, size in sizes.items():
+        assert f"{size}epsintype{name}" in header
+
+
+# --- Padé -------------------------------------------------------------------------------------------------------------
+
+
+def test_pade_bounds_are_those_of_the_exact_formula():
+    kernel = proofs.of_pade(3, 6)
+    assert [bound.high for bound in kernel.bounds] == [Fraction(1, 2), 1, 2, 5]
+    assert all((bound.low, bound.measure) == (0, "both") for bound in kernel.bounds)
+    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    assert kernel.bounds[1].bound == prove(Rational(a, b), Fraction(0), Fraction(1)).bound
+    bounds = [Fraction(bound.bound) for bound in kernel.bounds]
+    assert bounds == sorted(bounds)
+    assert Fraction("1e-6") < bounds[0] < Fraction("1e-5")
+
+
+def test_pade_rounding_covers_that_of_the_coefficients():
+    kernel = proofs.of_pade(3, 6)
+    assert [name for name, _ in kernel.rounding] == ["double", "float"]
+    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    for form, (_, size) in zip((DOUBLE, FLOAT), kernel.rounding, strict=True):
+        without = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5)))
+        with_them = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5), coefficients=True))
+        assert with_them <= float(size) <= 1.2 * with_them
+        assert with_them > 1.05 * without
+
+
+def test_pade_bounds_end_before_the_first_pole_or_zero():
+    kernel = proofs.of_pade(5, 6)
+    full = proofs.without_proof(pade(5, 6, proofs.DIGITS))
+    assert (kernel.a, kernel.b, kernel.pole) == (full.a, full.b, full.pole)
+    if kernel.end is not None:
+        assert all(bound.high < fraction(kernel.end[1]) for bound in kernel.bounds)
+    poles = proofs.of_pade(3, 5)
+    assert float(poles.end[1]) < 0.5
+    assert poles.bounds == poles.rounding == ()
+    assert not any(fact.startswith("proven") for fact in poles.facts)
+
+
+def test_types_whose_range_is_too_small_have_no_rounding_bound():
+    """[30/60] in float changes to powers of 1/v* at v* = 4, before 5: nothing is proven of that."""
+    kernel = proofs.of_pade(3, 6)
+    exact = tuple(map(Fraction, kernel.a)), tuple(map(Fraction, kernel.b))
+    assert 2 ** kernel.threshold(FLOAT) > 5
+    proofs._require_horner(kernel.label, *exact, FLOAT, Fraction(5))
+    with pytest.raises(ValueError, match="float"):
+        proofs._require_horner(kernel.label, *exact, FLOAT, Fraction(2 ** (kernel.threshold(FLOAT) + 1)))
+
+
+# --- minimax ----------------------------------------------------------------------------------------------------------
+
+
+def test_minimax_variants_are_proven_with_their_own_coefficients():
+    kernel = small()
+    assert [v.form for v in kernel.variants] == [DOUBLE, FLOAT]
+    for variant in kernel.variants:
+        a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
+        found = prove(Rational(a, b), Fraction(0), Fraction(5))
+        assert variant.certificate.bound == found.bound
+        relative = rounding.quotient(a, b, variant.form, Fraction(0), Fraction(5))
+        # Relative to eps, not to the formula, and rounded up to two digits.
+        assert float(relative) * (1 + float(found.bound)) <= float(variant.rounding) <= 1.11 * float(relative)
+
+
+def test_rounding_is_relative_to_eps_and_not_to_the_formula():
+    kernel = proofs.of_minimax(0, 3, 1000)
+    (variant, *_) = kernel.variants
+    a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
+    relative = float(rounding.quotient(a, b, DOUBLE, Fraction(0), Fraction(1000)))
+    assert float(variant.certificate.bound) > 0.5
+    assert float(variant.rounding) >= relative * (1 + float(variant.certificate.bound))
+
+
+def test_names_tell_degrees_interval_and_bound():
+    assert small().name == "minimax_1_4_v5_" + small().bounds[0].bound.replace(".", "p").replace("-", "m")
+    other = kernels()[3]
+    assert other.name.startswith("minimax_2_5_v0p1to2_")
+    assert other.name.endswith("_relative")
+    assert other.interval == (Fraction(1, 10), 2)
+
+
+@pytest.mark.parametrize("wanted", ["1e-2", "1e-5"])
+def test_accuracy_is_met_by_bound_and_rounding_together(wanted):
+    kernel = proofs.accurate(wanted, 2)
+    for variant in kernel.variants:
+        assert Fraction(variant.certificate.bound) + Fraction(variant.rounding) <= Fraction(wanted)
+    first = kernel.variants[0]
+    assert first.form == DOUBLE
+
+
+def test_accuracy_is_met_where_rounding_counts():
+    """What is wanted is just above what the best approximant alone would have, but below its sum with rounding."""
+    best = proofs.of_minimax(4, 8, 1)
+    bound, size = (Fraction(x) for x in (best.variants[0].certificate.bound, best.variants[0].rounding))
+    wanted = bound + size / 2
+    kernel = proofs.accurate(str(float(wanted)), 1)
+    assert Fraction(kernel.variants[0].certificate.bound) + Fraction(kernel.variants[0].rounding) <= wanted
+
+
+def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
+    kernel = proofs.accurate("1e-7", 1)
+    assert [v.form for v in kernel.variants] == [DOUBLE]
+    ((name, reason),) = kernel.missing
+    assert name == "float"
+    assert "error would be" in reason
+    header = c.render([kernel], "test")
+    assert f"viscopade_epsilon_{kernel.name}(" in header
+    assert f"viscopade_epsilon_{kernel.name}f(" not in header
+    assert "float" in header.split("static inline double viscopade_epsilon")[0]
+
+
+@pytest.mark.slow
+def test_a_float_much_worse_than_the_double_is_left_out():
+    """The best [6/9] in double precision is far better than rounded coefficients of float allow."""
+    kernel = proofs.of_minimax(6, 9, 2)
+    assert [name for name, _ in kernel.missing] == ["float"]
+    kept = small()
+    assert kept.missing == ()
+    assert Fraction(kept.variants[1].certificate.bound) <= 2 * Fraction(kept.variants[0].certificate.bound)
+
+
+@pytest.mark.parametrize("accuracy", ["0", "1e-16", "1", "-1", "nan"])
+def test_accuracies_that_are_refused(accuracy):
+    with pytest.raises(ValueError, match="accuracy"):
+        proofs.accurate(accuracy, 5)
+
+
+def test_certificates_of_all_kernels_are_accepted_by_the_checker():
+    for kernel in (proofs.of_pade(1, 4), kernels()[3]):
+        for entry in kernel.certificates()[:1]:
+            assert Checker(json.loads(json.dumps(entry))).check() > 0
+
+
+def test_the_measure_is_the_one_asked_for():
+    relative = kernels()[3]
+    assert relative.bounds[0].measure == "relative"
+    assert "/ eps <=" in " ".join(relative.facts)
+    assert "min(eps, 1 - eps)" in " ".join(small().facts)
+    assert minimax.fit(1, 4, 5).measure == "both"

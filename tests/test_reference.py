@@ -1,0 +1,242 @@
+"""The rows of the table that kernels are compared with: their proof finds wrong rows out, and agrees with `exact`."""
+
+import random
+from fractions import Fraction
+from functools import cache
+
+import pytest
+from flint import arb
+
+from viscopade import exact, reference
+from viscopade.balls import working
+from viscopade.double import CENTRES, HALF_WIDTHS, PANELS
+from viscopade.exact import Collision
+from viscopade.reference import END, ERROR, Row, rows
+from viscopade.series import series
+
+CHEAP = (5, 30)  # a few seconds each
+FUNCTIONS = ("epsilon", "one_minus_epsilon")
+WRONG = Fraction(1, 2**55)
+
+
+class Kept(reference._Panel):
+    """A proof that keeps what it compares the rows with."""
+
+    def _compared(self, *found):
+        self.found = found
+        return super()._compared(*found)
+
+    def again(self):
+        with working(2 * self.bits):
+            return super()._compared(*self.found)
+
+
+@cache
+def proof(index):
+    kept = Kept(index)
+    return kept, kept.bounds()
+
+
+@cache
+def collision(v_star: Fraction) -> Collision:
+    return exact.collision(v_star, 26)
+
+
+def v_star_at(index, z):
+    return Fraction(float(CENTRES[index])) + Fraction(float(HALF_WIDTHS[index])) * z
+
+
+def deviation(index, name, z):
+    truth = Fraction(collision(v_star_at(index, z)).decimals()[name])
+    return abs(rows()[name, index](z) / truth - 1)
+
+
+def change(monkeypatch, name, index, power, factor=1 + WRONG, add=Fraction(0)):
+    """Make a row wrong by a factor in one coefficient, or by adding a multiple of the row's size."""
+    row = rows()[name, index]
+    fine = [c << 80 for c in row.a]
+    fine[power] = int(fine[power] * factor + add * fine[0 if index else 2])
+    wrong = {**rows(), (name, index): Row(row.exponent - 80, tuple(fine))}
+    monkeypatch.setattr(reference, "rows", lambda: wrong)
+
+
+# --- panels -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("index", CHEAP)
+def test_a_panel_is_proven(index):
+    _, bounds = proof(index)
+    for name in FUNCTIONS:
+        bound = getattr(bounds, name)
+        assert bound < ERROR
+        points = [Fraction(p, 8) for p in (-8, -7, -5, -2, 0, 1, 4, 6, 8)]
+        largest = max(deviation(index, name, z) for z in points)
+        assert float(largest) <= float(bound)
+        assert float(bound) < 2.0**-62
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(PANELS))
+def test_every_panel_is_proven(index):
+    assert max(reference.prove(index)) < ERROR
+
+
+@pytest.mark.parametrize("index", CHEAP)
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_row_that_is_wrong_is_found_out(monkeypatch, index, name, sign):
+    kept, right = proof(index)
+    other = FUNCTIONS[1 - FUNCTIONS.index(name)]
+    change(monkeypatch, name, index, 0, 1 + sign * WRONG)
+    bounds = kept.again()
+    assert float(WRONG) * 0.999 < float(getattr(bounds, name)) < 1.5 * float(WRONG)
+    assert getattr(bounds, other) == getattr(right, other)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("power", [1, 2, 7, 13])
+def test_a_row_that_is_wrong_away_from_the_middle_is_found_out(monkeypatch, name, power):
+    index = CHEAP[0]
+    kept, _ = proof(index)
+    change(monkeypatch, name, index, power, 1, WRONG)
+    assert float(getattr(kept.again(), name)) > float(WRONG) / 2
+
+
+def test_a_row_that_is_very_wrong_is_refused(monkeypatch):
+    kept, _ = proof(CHEAP[0])
+    change(monkeypatch, "epsilon", CHEAP[0], 0, 1 + Fraction(1, 2**39))
+    with pytest.raises(ArithmeticError, match="only"):
+        kept.again()
+
+
+def test_the_errors_of_the_ends_are_in_the_bound():
+    kept, right = proof(CHEAP[1])
+    k, loading, unloading = kept.found
+    with working(2 * kept.bits):
+        more = arb(2) ** -50
+        for worse in ((loading._replace(error=loading.error + more), unloading),
+                      (loading, unloading._replace(error=unloading.error + more))):  # fmt: skip
+            bounds = reference._Panel._compared(kept, k, *worse)
+            assert float(bounds.epsilon) >= float(right.epsilon) + 2.0**-50
+            assert float(bounds.one_minus_epsilon) >= float(right.one_minus_epsilon) + 2.0**-50
+
+
+def test_another_k_is_in_the_bound():
+    """The comparison with v* finds out a k that does not belong to it: kappa^5 = k^5 F/16."""
+    kept, right = proof(CHEAP[1])
+    k, loading, unloading = kept.found
+    with working(2 * kept.bits):
+        wrong = k._replace(polynomial=k.polynomial * (2**50 + 1), exponent=k.exponent - 50)
+        bounds = reference._Panel._compared(kept, wrong, loading, unloading)
+    # kappa is larger by 2^-50: eps changes by at most 2, 1 - eps by at most 3 times that.
+    assert float(bounds.epsilon) > float(right.epsilon) + 2 * 2.0**-50
+    assert float(bounds.one_minus_epsilon) > float(right.one_minus_epsilon) + 3 * 2.0**-50
+
+
+@pytest.mark.parametrize("index", [-1, PANELS])
+def test_there_is_no_such_panel(index):
+    with pytest.raises(ValueError, match=f"accepted are 0 to {PANELS - 1}"):
+        reference.prove(index)
+
+
+def test_rows_are_within_the_proven_error_of_exact():
+    """Sampled on random panels, and on the first near 0, where 1 - eps is small."""
+    draw = random.Random(7)
+    for index in [0, 0, *draw.sample(range(1, PANELS), 10)]:
+        z = Fraction(draw.randint(0 if index == 0 else -(2**20), 2**20), 2**20)
+        for name in FUNCTIONS:
+            assert deviation(index, name, z) < ERROR
+
+
+def test_panels_are_exact_and_without_gaps():
+    assert v_star_at(0, Fraction(0)) == 0
+    for index in range(1, PANELS):
+        assert v_star_at(index, Fraction(-1)) == v_star_at(index - 1, Fraction(1))
+    assert v_star_at(PANELS - 1, Fraction(1)) == END
+
+
+def test_row_as_value_and_as_polynomial():
+    row = Row(-3, (8, 4, -2))
+    assert row(Fraction(1, 2)) == Fraction(19, 16)
+    with working(64):
+        assert row.poly().coeffs() == [1, arb(1) / 2, -arb(1) / 4]
+
+
+# --- panel 0 ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "power"), [("epsilon", 0), ("epsilon", 2), ("one_minus_epsilon", 2)])
+def test_a_wrong_row_at_0_is_found_out(monkeypatch, name, power):
+    kept, _ = proof(0)
+    change(monkeypatch, name, 0, power)
+    assert float(getattr(kept.again(), name)) > float(WRONG) / 2**8
+
+
+def test_below_elastic():
+    bounds = reference.elastic_error()
+    assert max(bounds) < ERROR
+    for exponent in (37, 45, 70):
+        z = Fraction(1, 2 ** (exponent - 4))
+        truth = Fraction(exact.collision(Fraction(1, 2**exponent), 26).decimals()["one_minus_epsilon"])
+        relative = abs(rows()["one_minus_epsilon", 0](z) / truth - 1)
+        assert float(relative) <= float(bounds.one_minus_epsilon)
+
+
+def test_the_series_second_term_is_in_the_bound_below_elastic(monkeypatch):
+    monkeypatch.setattr(reference, "ELASTIC", Fraction(1, 2**24))
+    assert float(reference.elastic_error().one_minus_epsilon) >= 8 * 2.0**-48
+
+
+@pytest.mark.parametrize(("name", "power"), [("epsilon", 0), ("one_minus_epsilon", 2)])
+def test_a_wrong_row_below_elastic_is_found_out(monkeypatch, name, power):
+    change(monkeypatch, name, 0, power)
+    assert float(getattr(reference.elastic_error(), name)) > 0.999 * float(WRONG)
+
+
+@pytest.mark.parametrize("power", [0, 1])
+def test_a_row_that_does_not_vanish_at_0_is_refused(monkeypatch, power):
+    change(monkeypatch, "one_minus_epsilon", 0, power, 1, Fraction(1, 2**70))
+    with pytest.raises(ArithmeticError, match="z"):
+        reference.elastic_error()
+
+
+# --- step 8 -----------------------------------------------------------------------------------------------------------
+
+
+def test_lambda_1_is_the_series_first_coefficient():
+    h_2 = Fraction(series(2, 40).decimals()[2])
+    with working(200):
+        assert abs(reference.lambda_1() + arb(h_2.numerator) / h_2.denominator) < arb(10) ** -39
+
+
+@pytest.mark.parametrize("exponent", [10, 12, 20])
+def test_small_v_star(exponent):
+    """|(1 - eps)/(lambda_1 kappa) - 1| <= 8 kappa, and it is not much smaller."""
+    kappa = Fraction(1, 2 ** (2 * exponent))
+    truth = Fraction(exact.collision(Fraction(1, 2**exponent), 40).decimals()["one_minus_epsilon"])
+    with working(200):
+        ratio = arb(truth.numerator) / truth.denominator / (reference.lambda_1() * kappa.numerator / kappa.denominator)
+        assert abs(ratio - 1) <= 8 * arb(kappa.numerator) / kappa.denominator
+        assert abs(ratio - 1) >= arb(kappa.numerator) / kappa.denominator / 10
+
+
+@pytest.mark.parametrize("v_star", [4, 5, 10, 1000, 10**6, 10**9])
+def test_large_v_star(v_star):
+    truth = Fraction(exact.collision(v_star, 40).decimals()["epsilon"])
+    with working(200):
+        at = arb(v_star)
+        scaled = (arb(truth.numerator) / truth.denominator * at ** (arb(10) / 3) / reference.limit()).log()
+        assert abs(scaled) <= reference.tail(at)
+        assert reference.tail(at) < 4 * abs(scaled)
+
+
+def test_the_limit():
+    with working(100):
+        assert abs(reference.limit() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
+
+
+@pytest.mark.parametrize("v_star", ["3.9", "0", "-5"])
+def test_tail_is_refused_for_small_v_star(v_star):
+    with working(64), pytest.raises(ValueError, match="4 or more"):
+        reference.tail(arb(v_star))

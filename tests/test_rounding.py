@@ -1,0 +1,188 @@
+"""The bound of rounding errors: never exceeded by exact emulations of the code, with FMA or without; not vacuous."""
+
+import random
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+
+from viscopade import proofs, rounding
+from viscopade.kernels.binary import DOUBLE, FLOAT
+
+LOOSE = 12  # how much larger the bound may be than the largest error found
+A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))
+FORMS = {"double": (DOUBLE, np.float64), "float": (FLOAT, np.float32)}
+
+
+@cache
+def machine(name):
+    """Return the coefficients as numbers of the format."""
+    form, _ = FORMS[name]
+    return tuple(tuple(Fraction(form.nearest(c)) for c in values) for values in (A, B))
+
+
+def value(coefficients, v_star):
+    return sum(c * v_star**i for i, c in enumerate(coefficients))
+
+
+def computed(a, b, kind, v_star):
+    """Evaluate as exported: Horner's rule, each operation rounded, then a division."""
+    v_star = v_star.astype(kind)
+    sums = []
+    for values in (a, b):
+        total = np.full_like(v_star, kind(float(values[-1])))
+        for c in reversed(values[:-1]):
+            total = (kind(float(c)) + (v_star * total).astype(kind)).astype(kind)
+        sums.append(total)
+    return sums[0] / sums[1]
+
+
+def nearest(number: Fraction, form) -> Fraction:
+    """Round a fraction to nearest, even; numbers are far from under- and overflow."""
+    return Fraction(form.nearest(number))
+
+
+def fused(a, b, form, v_star: Fraction) -> Fraction:
+    """Evaluate with a fused multiply-add for every step."""
+    sums = []
+    for values in (a, b):
+        total = values[-1]
+        for c in reversed(values[:-1]):
+            total = nearest(c + v_star * total, form)
+        sums.append(total)
+    return nearest(sums[0] / sums[1], form)
+
+
+def largest_error(a, b, kind, low, high, number, exact_pair=None):
+    """Return the largest relative error at random numbers of the format."""
+    draw = np.random.default_rng(3)
+    v_star = draw.uniform(float(low), float(high), number).astype(kind)
+    found = computed(a, b, kind, v_star)
+    if kind is np.float32 and exact_pair is None:  # long doubles or doubles are exact enough
+        x = v_star.astype(np.float64)
+        n, d = (np.polynomial.polynomial.polyval(x, [float(c) for c in values]) for values in (a, b))
+        return float(np.max(np.abs(found.astype(np.float64) / (n / d) - 1)))
+    top, bottom = exact_pair or (a, b)
+    pairs = zip(map(Fraction, v_star.tolist()), map(Fraction, found.tolist()), strict=True)
+    return max(float(abs(y * value(bottom, x) / value(top, x) - 1)) for x, y in pairs)
+
+
+@pytest.mark.parametrize(("name", "number"), [("double", 4000), ("float", 400_000)])
+@pytest.mark.parametrize(("low", "high"), [("0", "5"), ("0.1", "1/3"), ("3", "1000")])
+def test_the_bound_holds_and_is_not_vacuous(name, number, low, high):
+    form, kind = FORMS[name]
+    a, b = machine(name)
+    bound = float(rounding.quotient(a, b, form, Fraction(low), Fraction(high)))
+    error = largest_error(a, b, kind, Fraction(low), Fraction(high), number)
+    assert error <= bound <= LOOSE * error
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_rounded_coefficients_are_in_the_bound(name):
+    form, kind = FORMS[name]
+    a, b = machine(name)
+    low, high = Fraction(0), Fraction(5)
+    bound = rounding.quotient(A, B, form, low, high, coefficients=True)
+    assert bound > rounding.quotient(a, b, form, low, high)
+    error = largest_error(a, b, kind, low, high, 3000, (A, B))
+    assert error <= float(bound) <= LOOSE * error
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_wrong_last_bits_of_the_coefficients_are_in_the_bound(name):
+    """Coefficients that are all half a unit off, in the worst directions."""
+    form, _ = FORMS[name]
+    half = Fraction(1, 2**form.precision)
+    low, high = Fraction(1), Fraction(5)
+    bound = Fraction(float(rounding.quotient(A, B, form, low, high, coefficients=True)))
+    up, down = (tuple(c * (1 + s * half) for c in values) for s, values in ((1, A), (-1, B)))
+    for v_star in (low, Fraction(2), high):
+        ratio = value(up, v_star) / value(down, v_star) / (value(A, v_star) / value(B, v_star)) - 1
+        assert half < ratio < bound
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_fused_multiply_adds_are_covered(name):
+    form, _ = FORMS[name]
+    a, b = machine(name)
+    bound = Fraction(float(rounding.quotient(a, b, form, Fraction(0), Fraction(5))))
+    draw = random.Random(11)
+    for _ in range(500):
+        v_star = nearest(Fraction(draw.uniform(1e-3, 5)), form)
+        assert abs(fused(a, b, form, v_star) * value(b, v_star) / value(a, v_star) - 1) <= bound
+
+
+def test_horner_follows_the_running_error_exactly():
+    """One step by hand: c_0 + v c_1 in [1, 2], product and sum rounded."""
+    from flint import arb
+
+    from viscopade.balls import working
+
+    with working(200):
+        u = arb(2) ** -24
+        total, error = rounding.horner([Fraction(3), Fraction(2)], FLOAT, arb(5))
+        assert total == 13
+        # product: 10 u, then the sum: 13 u, of second order 10 u^2
+        assert error >= 23 * u + 10 * u**2
+        assert error < 23 * u + 11 * u**2 + arb(2) ** -140
+        _, more = rounding.horner([Fraction(3), Fraction(2)], FLOAT, arb(5), True)
+        assert more >= (10 + 3 + 10 + 13) * u
+        assert more < (10 + 3 + 10 + 13) * u * (1 + 10 * u)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_underflow_is_in_the_bound(name):
+    """Denormal products: half the smallest denormal number is added, and the relative error stays about one unit."""
+    from flint import arb
+
+    from viscopade.balls import working
+
+    form, kind = FORMS[name]
+    tiny = float(np.finfo(kind).smallest_subnormal)
+    with working(2200):
+        _, error = rounding.horner([Fraction(0), Fraction(1, 2)], form, arb(tiny))
+        assert error >= arb(tiny) / 2
+    assert kind(0.5) * kind(tiny) == 0  # an error of half of it
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_denominators_that_nearly_vanish_are_refused(name):
+    form, _ = FORMS[name]
+    root = Fraction(3)
+    for b in ((Fraction(1), -1 / root), (Fraction(9), Fraction(-6), Fraction(1))):
+        with pytest.raises(ArithmeticError, match="vanish"):
+            rounding.quotient((Fraction(1),), b, form, Fraction(2), Fraction(4))
+        with pytest.raises(ArithmeticError, match="vanish"):
+            rounding.quotient(b, (Fraction(1),), form, Fraction(2), Fraction(4))
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_division_is_in_the_bound(name):
+    """1/3: nothing else is rounded."""
+    form, _ = FORMS[name]
+    error = abs(nearest(Fraction(1, 3), form) * 3 - 1)
+    bound = rounding.quotient((Fraction(1),), (Fraction(3),), form, Fraction(0), Fraction(1))
+    assert 0 < error <= Fraction(float(bound)) <= 3 * error
+
+
+def test_cancellation_makes_the_bound_large():
+    near = (Fraction(1), Fraction(-1, 3))
+    bounds = [float(rounding.quotient((Fraction(1),), near, FLOAT, Fraction(0), v)) for v in map(Fraction, (1, 2))]
+    assert bounds[1] > 1.5 * bounds[0]
+
+
+def test_more_operations_and_fewer_bits_make_it_larger():
+    low, high = Fraction(0), Fraction(2)
+    short = rounding.quotient(A, B[:3], FLOAT, low, high)
+    assert short < rounding.quotient(A, (*B, *B), FLOAT, low, high)
+    ratio = float(rounding.quotient(A, B, FLOAT, low, high) / rounding.quotient(A, B, DOUBLE, low, high))
+    assert ratio == pytest.approx(2.0**29, rel=1e-4)
+
+
+def test_a_real_kernel_in_float():
+    kernel = proofs.of_minimax(1, 4, 5)
+    variant = kernel.variant(FLOAT)
+    a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
+    error = largest_error(a, b, np.float32, *kernel.interval, 400_000)
+    assert error <= float(variant.rounding) <= LOOSE * error
