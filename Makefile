@@ -11,7 +11,7 @@ reproduce: $(READY)
 	$(BIN)/viscopade figures --out docs/figures
 
 test: $(READY) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow

@@ -12,6 +12,7 @@ from viscopade.kernels import Quotient, c, full, gapped, python, tables
 from viscopade.kernels.gapped import HalfLineKernel, InverseKernel
 from viscopade.kernels.minimax import MinimaxKernel
 from viscopade.paper import TABLE
+from viscopade.progress import track
 from viscopade.series import series
 
 SERIES_ORDER, SERIES_DIGITS = 60, 50
@@ -202,9 +203,19 @@ def render_series(target: str, order: int, digits: int) -> str:
     return renderer(series(order, digits).decimals(), command)
 
 
+_SERIES = {f"series.{target}": target for target in ("csv", "json")}
+NAMES = (*_FILES, *_SERIES)
+"""The files in `exports/`."""
+
+
+def file(name: str) -> str:
+    """Return the text of a file in `exports/`."""
+    if name in _SERIES:
+        return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
+    request, target = _FILES[name]
+    return request.render(target)
+
+
 def files() -> dict[str, str]:
     """Return name and text of every file in `exports/`."""
-    texts = {name: request.render(target) for name, (request, target) in _FILES.items()}
-    for target in ("csv", "json"):
-        texts[f"series.{target}"] = render_series(target, SERIES_ORDER, SERIES_DIGITS)
-    return texts
+    return {NAMES[i]: file(NAMES[i]) for i in track(range(len(NAMES)), "exports")}

@@ -92,6 +92,7 @@ def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...], exact: Coefficie
     return replace(bare, bounds=bounds, rounding=tuple(sizes))
 
 
+@lru_cache(maxsize=64)
 def of_minimax(
     m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
 ) -> MinimaxKernel:
@@ -99,6 +100,7 @@ def of_minimax(
     return _with_proofs(minimax.fit(m, n, v_star_max, v_star_min, measure))
 
 
+@lru_cache(maxsize=64)
 def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
     """Return the cheapest kernel whose proven errors, by formula and by rounding in type double, add up to `accuracy`.
 
