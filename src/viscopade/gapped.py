@@ -223,7 +223,8 @@ def alternating(sample: Sample, deviation: FloatArray, number: int) -> list[floa
         else:
             first = worst - int(sizes[worst - 1] < sizes[worst + 1])
             del chosen[first : first + 2]
-    return [float(sample.y[i]) for i in chosen]
+    # The last digits of roots differ from machine to machine; the result must not.
+    return [float(f"{sample.y[i]:.9g}") for i in chosen]
 
 
 # --- best quotients ---------------------------------------------------------------------------------------------------
