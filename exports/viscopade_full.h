@@ -39,8 +39,8 @@
  * and nothing is promised for NaN, infinities and negative numbers but that no table is read out of
  * its range.
  */
-#ifndef VISCOPADE_FULL
-#define VISCOPADE_FULL
+#ifndef VISCOPADE_FULL_DOUBLE
+#define VISCOPADE_FULL_DOUBLE
 
 #include <math.h>
 #include <stdint.h>
@@ -61,22 +61,6 @@ static inline uint64_t viscopade_full_bits(double x)
 
     memcpy(&bits, &x, sizeof bits);
     return bits & UINT64_C(0x7fffffffffffffff);
-}
-
-static inline float viscopade_full_from_bitsf(uint32_t bits)
-{
-    float x;
-
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static inline uint32_t viscopade_full_bitsf(float x)
-{
-    uint32_t bits;
-
-    memcpy(&bits, &x, sizeof bits);
-    return bits & UINT32_C(0x7fffffff);
 }
 
 /*
@@ -599,6 +583,27 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
     const double rest = c_high * ((w - high) * (w + high)) + (w * w) * (c_low + tt * q);
 
     return (c_high * high * high + rest) * (tiny ? 0x1p-400 /* 3.8725919148493183e-121 */ : 1.0);
+}
+
+#endif
+
+#ifndef VISCOPADE_FULL_FLOAT
+#define VISCOPADE_FULL_FLOAT
+
+static inline float viscopade_full_from_bitsf(uint32_t bits)
+{
+    float x;
+
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t viscopade_full_bitsf(float x)
+{
+    uint32_t bits;
+
+    memcpy(&bits, &x, sizeof bits);
+    return bits & UINT32_C(0x7fffffff);
 }
 
 /*

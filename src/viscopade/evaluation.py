@@ -24,11 +24,11 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from viscopade.balls import ball_of, working
+from viscopade.balls import ball_of, exact_middle, working
 from viscopade.certificate import rounded_up
 from viscopade.gapped import Powers
 from viscopade.inverse import HALF, INTERVAL_ROOT
-from viscopade.kernels.binary import Format
+from viscopade.kernels.binary import DOUBLE, Format
 from viscopade.program import (
     Call,
     Expression,
@@ -235,6 +235,14 @@ def inverse_sizes(
         relative = max(x.relative + x.underflow / arb(x.value.abs_lower()) for x in found)
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
+
+
+@lru_cache(maxsize=1)
+def of_speed() -> Fraction:
+    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in type double: roots and their product."""
+    with working(BITS):
+        unit = arb(2) ** -DOUBLE.precision
+        return exact_middle((_of_pow(Fraction(1, 10), DOUBLE) + 2 * _log_error(unit)).abs_upper())
 
 
 def _log_error(relative: arb) -> arb:

@@ -31,6 +31,7 @@ from flint import arb, fmpq, fmpq_poly
 
 from viscopade import double, reference
 from viscopade.balls import exact_middle, working
+from viscopade.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.double import DATA, FIRST, FOLD, PANELS
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 from viscopade.progress import track
@@ -126,45 +127,10 @@ def _ratio() -> fmpq_poly:
     loss = _polynomial("one_minus_epsilon", 0)
     if loss[0] or loss[1]:
         raise ValueError(f"{DATA}: 1 - eps is not quadratic at 0")
-    return fmpq_poly(loss.coeffs()[2:]) / _fmpq(NEAR**2)
+    return fmpq_poly(loss.coeffs()[2:]) / to_fmpq(NEAR**2)
 
 
 # --- polynomials ------------------------------------------------------------------------------------------------------
-
-
-def _fmpq(number: Fraction) -> fmpq:
-    return fmpq(number.numerator, number.denominator)
-
-
-def _fraction(number: fmpq) -> Fraction:
-    return Fraction(int(number.p), int(number.q))
-
-
-@cache
-def _chebyshev(n: int) -> fmpq_poly:
-    if n < 2:
-        return fmpq_poly([0, 1] if n else [1])
-    return fmpq_poly([0, 2]) * _chebyshev(n - 1) - _chebyshev(n - 2)
-
-
-def _in_chebyshev(p: fmpq_poly) -> list[fmpq]:
-    """Return the coefficients of Chebyshev's polynomials, in ascending order."""
-    found = [fmpq(0)] * (p.degree() + 1)
-    for n in range(p.degree(), -1, -1):
-        found[n] = p[n] / _chebyshev(n)[n]
-        p -= _chebyshev(n) * found[n]
-    return found
-
-
-def _cut(p: fmpq_poly, degree: int) -> fmpq_poly:
-    """Return a polynomial of this degree that is nearly the best one on [-1, 1]."""
-    return sum((_chebyshev(n) * c for n, c in enumerate(_in_chebyshev(p)[: degree + 1])), fmpq_poly([]))
-
-
-def _greatest(p: fmpq_poly) -> Fraction:
-    """Return a bound of |p| on [-1, 1]."""
-    return sum((abs(_fraction(c)) for c in _in_chebyshev(p)), Fraction(0))
-
 
 _UNIT = fmpq_poly([fmpq(1, 2), fmpq(1, 2)])  # [-1, 1] onto [0, 1]
 _BACK = fmpq_poly([-1, 2])
@@ -172,12 +138,12 @@ _BACK = fmpq_poly([-1, 2])
 
 def _coefficients(p: fmpq_poly, half: Fraction, count: int) -> list[Fraction]:
     """Return the coefficients with respect to t = half z."""
-    return [_fraction(p[n]) / half**n for n in range(count)]
+    return [to_fraction(p[n]) / half**n for n in range(count)]
 
 
 def _scaled(coefficients: Sequence[float], half: Fraction) -> fmpq_poly:
     """Return the polynomial in z whose coefficients with respect to t = half z are given."""
-    return fmpq_poly([_fmpq(Fraction(c) * half**n) for n, c in enumerate(coefficients)])
+    return fmpq_poly([to_fmpq(Fraction(c) * half**n) for n, c in enumerate(coefficients)])
 
 
 # --- tables of machine numbers ----------------------------------------------------------------------------------------
@@ -227,13 +193,13 @@ def double_rows() -> tuple[DoubleRow, ...]:
 
 
 def _double_row_near() -> DoubleRow:
-    ratio = _cut(_ratio()(_UNIT), DEGREES["double"] - 2)(_BACK)
+    ratio = cut(_ratio()(_UNIT), DEGREES["double"] - 2)(_BACK)
     a = _coefficients(-ratio, NEAR, DEGREES["double"] - 1)
     return DoubleRow(0.0, 0.0, 0.0, 0.0, 0.0, tuple(map(DOUBLE.nearest, a)))
 
 
 def _double_row(panel: Panel) -> DoubleRow:
-    p = _cut(-panel.p if panel.elastic else panel.p, DEGREES["double"])
+    p = cut(-panel.p if panel.elastic else panel.p, DEGREES["double"])
     a0, a1, *a = _coefficients(p, panel.half, DEGREES["double"] + 1)
     unit = Fraction(2) ** (exponent(abs(a0) + abs(a1) * panel.half) - 52)
     high = _to_multiple(a0, unit)
@@ -255,7 +221,7 @@ def float_rows() -> tuple[tuple[float, ...], ...]:
 
 def _float_row(index: int, panel: Panel) -> tuple[float, ...]:
     degree = DEGREES["float"]
-    a = list(map(DOUBLE.nearest, _coefficients(_cut(panel.p, degree), panel.half, degree + 1)))
+    a = list(map(DOUBLE.nearest, _coefficients(cut(panel.p, degree), panel.half, degree + 1)))
     a[0] += NUDGES.get(index, 0) * math.ulp(a[0])
     return tuple(a)
 
@@ -264,11 +230,11 @@ def _float_row(index: int, panel: Panel) -> tuple[float, ...]:
 def near(form: str) -> Near:
     """Return the expansion around v* = 0 for type "double" or "float" (there c_low is 0)."""
     ratio = _ratio()
-    c = _fraction(ratio[0])
+    c = to_fraction(ratio[0])
     rest = fmpq_poly(ratio.coeffs()[2:])  # without z, whose coefficient is 0 but for the table's error
     degree = NEAR_DEGREES[form]
-    cut = _cut(rest(_UNIT), degree)(_BACK) / _fmpq(NEAR**2)
-    a = tuple(map(DOUBLE.nearest, _coefficients(cut, NEAR, degree + 1)))
+    shortened = cut(rest(_UNIT), degree)(_BACK) / to_fmpq(NEAR**2)
+    a = tuple(map(DOUBLE.nearest, _coefficients(shortened, NEAR, degree + 1)))
     if form == "float":
         return Near(DOUBLE.nearest(c), 0.0, a)
     high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
@@ -506,7 +472,7 @@ def _given_error(panel: Panel, difference: Fraction, values: arb) -> arb:
 
 
 def _arb_above(number: Fraction) -> arb:
-    return _above(arb(_fmpq(number)))
+    return _above(arb(to_fmpq(number)))
 
 
 def _double_bound(index: int, loss: bool) -> Fraction:
@@ -515,7 +481,7 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     _check_head(panel, row)
     low_part = [row.a0_low, row.a1_low]
     machine = _scaled([row.a0_high, row.a1_high], panel.half) + _scaled([*low_part, *row.a], panel.half)
-    difference = _greatest(machine * sign - panel.p)
+    difference = greatest(machine * sign - panel.p)
     return max(_double_part(panel, row, difference, loss, *part) for part in _parts(panel))
 
 
@@ -544,7 +510,7 @@ def _double_part(
 
 def _float_bound(index: int, loss: bool) -> Fraction:
     panel, a = panels()[index], float_rows()[index]
-    difference = _greatest(_scaled(a, panel.half) - panel.p)
+    difference = greatest(_scaled(a, panel.half) - panel.p)
     return max(_float_part(panel, a, difference, loss, *part) for part in _parts(panel))
 
 
@@ -562,15 +528,15 @@ def _float_part(
 def _near_bound(form: str, loss: bool) -> Fraction:
     """Bound the error on [0, NEAR], relative to v*^2 where 1 - eps is wanted."""
     ratio = _ratio()
-    least = arb(ratio[0]) - _arb_above(_greatest((ratio - ratio[0])(_UNIT)))
-    greatest = _above(2 * arb(ratio[0]) - least)
-    given = greatest * _arb(TABLE_ERROR)
+    least = arb(ratio[0]) - _arb_above(greatest((ratio - ratio[0])(_UNIT)))
+    most = _above(2 * arb(ratio[0]) - least)
+    given = most * _arb(TABLE_ERROR)
     if form == "double" and not loss:
         return _double_bound_near_one(given)
     at = near(form)
     c = Fraction(at.c_high) + Fraction(at.c_low)
-    machine = fmpq_poly([_fmpq(c), 0, *(_scaled(at.a, NEAR) * _fmpq(NEAR**2)).coeffs()])
-    given += _arb_above(_greatest((machine - ratio)(_UNIT)))
+    machine = fmpq_poly([to_fmpq(c), 0, *(_scaled(at.a, NEAR) * to_fmpq(NEAR**2)).coeffs()])
+    given += _arb_above(greatest((machine - ratio)(_UNIT)))
     x = Rounded.between(Fraction(0), NEAR)
     if form == "double":
         error = _product_error(at, _near_rest(at, x)) + given
@@ -580,7 +546,7 @@ def _near_bound(form: str, loss: bool) -> Fraction:
     if loss:
         return _relative_in_ulp(error, least, FLOAT)
     absolute = error * _arb(NEAR**2) + _half_ulp(arb(1))
-    return _in_ulp(absolute, 1 - greatest * _arb(NEAR**2), FLOAT)
+    return _in_ulp(absolute, 1 - most * _arb(NEAR**2), FLOAT)
 
 
 def _relative_in_ulp(error: arb, least: arb, form: Format) -> Fraction:
@@ -602,8 +568,8 @@ def _product_error(at: Near, rest: Rounded) -> arb:
 def _double_bound_near_one(given: arb) -> Fraction:
     """Bound the error of eps on [0, NEAR], from the table's first row."""
     row = double_rows()[0]
-    machine = fmpq_poly([_fmpq(-Fraction(c) * NEAR**n) for n, c in enumerate(row.a)])
-    given = (given + _arb_above(_greatest((machine - _ratio())(_UNIT)))) * _arb(NEAR**2)
+    machine = fmpq_poly([to_fmpq(-Fraction(c) * NEAR**n) for n, c in enumerate(row.a)])
+    given = (given + _arb_above(greatest((machine - _ratio())(_UNIT)))) * _arb(NEAR**2)
     x = Rounded.between(Fraction(0), NEAR)
     rest = _double_rest(row, x, x)
     return _in_ulp(rest.error + given, 1 - _magnitude(rest.value) * 2, DOUBLE)

@@ -19,7 +19,7 @@ from typing import NamedTuple, cast
 
 from flint import arb, arb_poly, arb_series, fmpz_poly
 
-from viscopade.balls import working
+from viscopade.balls import exact_middle, working
 from viscopade.double import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.family import Ends, Scaled, ends, integrated
 from viscopade.flow import integrate
@@ -251,6 +251,26 @@ def tail(v_star: arb) -> arb:
         raise ValueError(f"v_star is {v_star}: accepted is 4 or more")
     k = (96 * v_star**10 / (arb(10) / 9)).root(6)
     return ((21 * k.log() + 8) / k**2).abs_upper()
+
+
+@lru_cache(maxsize=1)
+def steepest() -> Fraction:
+    """Return a bound of |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| of all rows, and of what follows beyond them."""
+    with working(128):
+        found = [_slope(index, name) for index in range(PANELS) for name in ("epsilon", "one_minus_epsilon")]
+        return max(exact_middle(max(found)), Fraction(10, 3))
+
+
+def _slope(index: int, name: str) -> arb:
+    """Bound |v* row'/row| on a panel; on panel 0 the row of 1 - eps is divisible by z^2."""
+    row = rows()[name, index].poly().coeffs()
+    power = 2 if index == 0 and name == "one_minus_epsilon" else 0
+    smooth = arb_poly(row[power:])
+    centre, half = _ball(CENTRES[index]), _ball(HALF_WIDTHS[index])
+    start = arb(0) if index == 0 else arb(-1)
+    width = (1 - start) / PARTS
+    parts = (arb(start + (2 * i + 1) * width / 2, (width / 2).abs_upper()) for i in range(PARTS))
+    return max(abs(power + (centre / half + z) * smooth.derivative()(z) / smooth(z)).abs_upper() for z in parts)
 
 
 def main() -> None:

@@ -31,15 +31,16 @@ def render(command: str) -> str:
         If `command` is not one line.
     """
     head = "\n".join(f" * {line}".rstrip() for line in _head(command))
-    return template("full.h.jinja").render(
-        head=head,
-        first=FIRST,
-        fold=FOLD,
-        top=FOLD + full.PERIOD,
-        per_octave=2**full.SPLIT,
-        double=_double(),
-        float=_float(),
-    )
+    return template("full.h.jinja").render(head=head, **_octaves(), double=_double(), float=_float())
+
+
+def render_double() -> str:
+    """Return the functions of type double without the comment that begins the file."""
+    return template("full_double.h.jinja").render(**_octaves(), double=_double())
+
+
+def _octaves() -> dict[str, int]:
+    return {"first": FIRST, "fold": FOLD, "top": FOLD + full.PERIOD, "per_octave": 2**full.SPLIT}
 
 
 def _head(command: str) -> list[str]:

@@ -443,6 +443,11 @@ def render_c(kernels: Sequence[Kernel], command: str) -> str:
     return template("gapped.h.jinja").render(head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen))
 
 
+def render_functions(kernels: Sequence[Kernel]) -> str:
+    """Return what `render_c` puts after the comment that begins the file."""
+    return template("gapped_functions.h.jinja").render(blocks=[_c_block(kernel) for kernel in _distinct(kernels)])
+
+
 def render_python(kernels: Sequence[Kernel], command: str) -> str:
     """Return a Python module that computes what the C functions of type double compute.
 

@@ -1,0 +1,193 @@
+"""Tables over the bits of w = beta^5 v: the exact function by another route, the proofs, and what refuses."""
+
+from fractions import Fraction
+from itertools import pairwise
+from random import Random
+
+import pytest
+from flint import fmpq_poly
+
+from viscopade import exact, lookup, lookup_full, reference
+from viscopade.chebyshev import chebyshev, cut, greatest, in_chebyshev, interpolated, nodes, to_fmpq, to_fraction
+from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.lookup import OCTAVES, Layout, Table
+from viscopade.lookup_full import FullTable
+
+SMALL = Table(2, -96, 3, FLOAT)
+FULL = FullTable()
+
+
+def true(w: Fraction, base: int) -> Fraction:
+    """Eps - base, by integration of the motion to 40 digits: a route without tables."""
+    root = exact.collision(beta="1", speed=w, digits=40)
+    return -Fraction(root.decimals()["one_minus_epsilon"]) if base else Fraction(root.decimals()["epsilon"])
+
+
+def somewhere(table: Layout, index: int, random: Random) -> Fraction:
+    _, low, high = table.interval(index)
+    return low + (high - low) * Fraction(random.randrange(2**30), 2**30)
+
+
+def value(row, m):
+    return sum(Fraction(c) * m**n for n, c in enumerate(row))
+
+
+@pytest.mark.parametrize(
+    ("table", "share"),
+    [(SMALL, "0.8"), (Table(1, -60, 7, DOUBLE), "0.7"), (Table(3, -96, 1, FLOAT), "0.8")],
+    ids=["cubic", "septic", "linear"],
+)
+def test_errors_are_within_the_row_s_bound_and_nearly_reach_it(table, share):
+    random, shares = Random(1), []
+    for index in random.sample(range(table.size), 12):
+        exponent = table.interval(index)[0]
+        bound, row = table.bounds(index).error, table.rows[index]
+        for _ in range(4):
+            m = somewhere(table, index, random)
+            p = true(m * Fraction(2) ** exponent, table.base(index))
+            shares.append(abs(value(row, m) - p) / min(abs(p), 1 - abs(p)) / bound)
+    assert max(shares) <= 1
+    assert max(shares) > Fraction(share)
+
+
+def test_the_bound_of_the_table_is_that_of_its_worst_row():
+    worst = max(range(SMALL.size), key=lambda i: SMALL.bounds(i).error)
+    assert SMALL.proven.error == SMALL.bounds(worst).error < Fraction("3.3e-6")
+
+
+def test_a_wrong_coefficient_is_found_by_the_bounds():
+    wrong = Table(2, -96, 3, FLOAT)
+    rows = list(wrong.rows)
+    rows[300] = (rows[300][0] * (1 + 2**-16), *rows[300][1:])
+    wrong.__dict__["rows"] = tuple(rows)
+    assert wrong.bounds(300).error > 4 * SMALL.bounds(300).error
+
+
+def test_terms_bound_what_they_say():
+    for index in (5, 200, 371, 372, 400, 511):
+        exponent, _, high = SMALL.interval(index)
+        p = true(high * Fraction(2) ** exponent, SMALL.base(index))
+        terms = sum(abs(Fraction(c)) * high**n for n, c in enumerate(SMALL.rows[index]))
+        assert terms / min(abs(p), 1 - abs(p)) <= SMALL.bounds(index).terms
+
+
+def test_rounding_of_w():
+    """Five roundings of the same sign at a place where eps is steep."""
+    w, change = Fraction(2**31), (1 + Fraction(1, 2**24)) ** 5
+    before, after = true(w, 0), true(w * change, 0)
+    assert lookup.of_w(FLOAT) * Fraction(9, 10) < abs(after / before - 1) < lookup.of_w(FLOAT)
+    assert lookup_full.ulp_of_w() < 2
+
+
+def test_eps_falls_within_rows_and_hardly_rises_between_them():
+    assert SMALL.proven.falling
+    rises = []
+    for index in range(SMALL.size - 1):
+        before = value(SMALL.rows[index], SMALL.interval(index)[2]) + SMALL.base(index)
+        after = value(SMALL.rows[index + 1], SMALL.interval(index + 1)[1]) + SMALL.base(index + 1)
+        rises.append((after - before) / min(before, 1 - before))
+    assert max(rises) == SMALL.rise < 2 * SMALL.proven.error
+
+
+def test_p_is_the_smaller_of_both_functions():
+    assert true(Fraction(1, 8), 0) > Fraction(1, 2) > true(Fraction(1, 4), 0)
+    for index in (0, SMALL.switch - 1, SMALL.switch, SMALL.size - 1):
+        low, high = (value(SMALL.rows[index], m) for m in SMALL.interval(index)[1:])
+        assert (low < 0) == (high < 0) == bool(SMALL.base(index))
+        assert max(abs(low), abs(high)) < Fraction(52, 100)
+
+
+def test_rows_are_consecutive_and_cover_the_octaves():
+    table = Layout(3, -64)
+    ends = [
+        (low * Fraction(2) ** e, high * Fraction(2) ** e) for e, low, high in map(table.interval, range(table.size))
+    ]
+    assert ends[0][0] == Fraction(1, 2**64)
+    assert ends[-1][1] == 2 ** (OCTAVES - 64)
+    assert all(before[1] == after[0] for before, after in pairwise(ends))
+
+
+def test_pieces_join_where_the_panels_of_the_reference_end():
+    split = [i for i in range(SMALL.size) if len(SMALL.pieces(i, 3)) > 1]
+    assert len(split) > 20
+    for index in split[:5]:
+        parts = SMALL.pieces(index, 3)
+        _, low, high = SMALL.interval(index)
+        assert parts[0].centre - parts[0].half == low
+        assert parts[-1].centre + parts[-1].half == high
+        for before, after in pairwise(parts):
+            assert before.centre + before.half == after.centre - after.half
+            left, right = to_fraction(before.p(1)), to_fraction(after.p(-1))
+            assert abs(left - right) <= before.error + after.error
+
+
+@pytest.mark.parametrize("index", [0, 100, 487, 488, 489, 700, 976, 1023])
+def test_full_accuracy_in_ulp(index):
+    """Eps from the row, evaluated exactly, against the integrated motion: the rest of the bound is rounding."""
+    high, low, *a = map(Fraction, FULL.rows[index])
+    exponent, start, end = FULL.interval(index)
+    bounds, random = FULL.bounds(index), Random(index)
+    assert Fraction(1, 2) < bounds.ulp < 1
+    for _ in range(3):
+        m = somewhere(FULL, index, random)
+        t = m - (start + end) / 2
+        p = high + low + sum(c * t ** (n + 1) for n, c in enumerate(a))
+        truth = true(m * Fraction(2) ** exponent, FULL.base(index))
+        error = abs(p - truth)
+        ulp = Fraction(2) ** (len(bin(int((truth + FULL.base(index)) * 2**200))) - 3 - 200 - 52)
+        assert error / ulp <= bounds.ulp - Fraction(1, 2)
+        assert error / abs(truth) <= bounds.relative
+
+
+def test_full_table_has_a_bound_below_one_ulp():
+    assert FULL.proven.ulp < 1
+    assert FULL.bytes == 1024 * 12 * 8
+
+
+def test_steepest_slopes():
+    """The limits are 10/3 and 2; local slopes by differences."""
+    bound = reference.steepest()
+    assert Fraction(10, 3) <= bound < Fraction(7, 2)
+    for w in (Fraction(1, 2**30), Fraction(1), Fraction(2**30)):
+        p, q = (true(w * k, 0) for k in (1, Fraction(1001, 1000)))
+        assert abs(1 - q / p) / Fraction(1, 1000) * 10 <= bound
+
+
+def test_chebyshev_helpers():
+    p = fmpq_poly([1, 2, 3, 4, 5])
+    assert sum((chebyshev(n) * c for n, c in enumerate(in_chebyshev(p))), fmpq_poly([])) == p
+    assert cut(p, 4) == p
+    assert greatest(chebyshev(5)) == 1
+    assert greatest(p) == 15
+    wave = chebyshev(1) - chebyshev(3)  # 2 sin(theta) sin(2 theta), at most 8/sqrt(27)
+    assert Fraction("1.5396") < greatest(wave, 256) < Fraction("1.55") < greatest(wave) == 2
+    points = nodes(5)
+    assert interpolated(points, [to_fraction(p(to_fmpq(x))) for x in points]) == p
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((9, -96, 3, FLOAT), "split is 9: accepted is 0 to 8"),
+        ((-1, -96, 3, FLOAT), "split is -1"),
+        ((2, -200, 3, FLOAT), "first is -200: accepted is -124 to -28"),
+        ((2, -96, 2, FLOAT), "degree is 2: accepted are odd numbers from 1 to 15"),
+        ((2, -96, 17, FLOAT), "degree is 17"),
+    ],
+)
+def test_tables_that_do_not_exist(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Table(*arguments)
+
+
+def test_a_function_that_may_vanish_is_refused():
+    piece = SMALL.pieces(300, 3)[0]
+    with pytest.raises(ArithmeticError, match="p may vanish in row 300"):
+        SMALL._bounds_on(300, piece._replace(p=piece.p - piece.p[0]), 1)
+    with pytest.raises(ArithmeticError, match="p may vanish"):
+        FULL._bounds_on(5, piece._replace(p=piece.p - piece.p[0]), piece.centre, piece.half, 1)
+
+
+def test_constants_agree_with_the_full_module():
+    assert lookup_full.DEGREE % 2 == 0  # so that a_1 … come in pairs
+    assert -lookup.SWITCH in range(-SMALL.first)

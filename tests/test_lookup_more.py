@@ -1,0 +1,266 @@
+"""Tables over the bits of w: every term of the bounds is needed, shown one by one, by hand-made pieces and rows."""
+
+import re
+from fractions import Fraction
+from types import SimpleNamespace
+
+import pytest
+from flint import fmpq_poly
+
+from viscopade import exact, lookup, lookup_full, reference
+from viscopade.chebyshev import greatest, to_fmpq, to_fraction
+from viscopade.kernels import speed
+from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.lookup import ROUNDINGS_OF_W, Piece, Table, gamma
+from viscopade.lookup_full import DEGREE, FullTable
+
+SMALL = Table(2, -96, 3, FLOAT)
+FULL = FullTable()
+U = Fraction(1, 2**53)
+E = Fraction(1, 2**60)
+
+
+def eps(w):
+    found = exact.collision(beta="1", speed=w, digits=40).decimals()
+    return Fraction(found["epsilon"]), Fraction(found["one_minus_epsilon"])
+
+
+def with_rows(table, changes):
+    """Return a table whose rows are changed."""
+    rows = list(table.rows)
+    for index, row in changes.items():
+        rows[index] = row
+    changed = type(table)(*(getattr(table, name) for name in table.__dataclass_fields__))
+    changed.__dict__["rows"] = tuple(rows)
+    return changed
+
+
+# --- pieces -----------------------------------------------------------------------------------------------------------
+
+
+def test_least_and_most_count_the_polynomial_and_its_error():
+    piece = Piece(Fraction(1), Fraction(1, 2), fmpq_poly([1, 0, to_fmpq(Fraction(1, 8))]), Fraction(1, 100))
+    assert piece.least == 1 - Fraction(1, 8) - Fraction(1, 100)
+    assert piece.most == 1 + Fraction(1, 8) + Fraction(1, 100)
+    negative = piece._replace(p=-piece.p)
+    assert (negative.least, negative.most) == (piece.least, piece.most)
+
+
+@pytest.mark.parametrize("index", [7, 300, 371, 372, 504, 511])
+def test_errors_of_pieces_count_the_remainder_and_the_reference(index):
+    """The remainder is seen at the ends, in 40 digits; its enclosure is not wider than 100 times."""
+    for piece in SMALL.pieces(index, SMALL.degree):
+        exponent = SMALL.interval(index)[0]
+        assert piece.error > E * (1 + E) * abs(to_fraction(piece.p[0])) * Fraction(99, 100)
+        found = []
+        for s in (-1, 1):
+            true, loss = eps((piece.centre + s * piece.half) * Fraction(2) ** exponent)
+            found.append(abs(to_fraction(piece.p(s)) - (-loss if SMALL.base(index) else true)))
+        assert max(found) <= piece.error
+        assert piece.error < 100 * max(found) + 2 * E
+        assert index != 504 or max(found) > 1000 * E
+
+
+def test_a_panel_of_the_reference_ends_where_the_next_begins():
+    for number in (0, 5, 40):
+        edge = lookup._edges()[number]
+        assert lookup._panel_at(0, edge) == number
+        assert lookup._panel_at(0, edge * (1 + E)) == number + 1
+
+
+# --- bounds of rows ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("index", [300, 372, 511])
+def test_bounds_of_a_row_count_every_part(index):
+    """What `RowBounds` says, from its definition; |p| may be above 1/2 at row 372, where 1 - |p| is the smaller one."""
+    pieces = SMALL.pieces(index, 3)
+    more = Fraction(1, 10**4)
+    for piece in pieces:
+        plain, wider = (SMALL._bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
+        smaller = min(piece.least, 1 - piece.most)
+        difference = greatest(SMALL.machine(index, piece) - piece.p)
+        assert plain.error == (difference + piece.error) / smaller
+        assert wider.error == (difference + piece.error + more) / (smaller - more)
+        end = piece.centre + piece.half
+        terms = sum(abs(Fraction(c)) * end**n for n, c in enumerate(SMALL.rows[index]))
+        assert plain.terms == terms / smaller
+    assert index != 372 or any(1 - piece.most < piece.least for piece in pieces)
+
+
+def test_the_worst_of_all_rows():
+    first, second = SMALL.bounds(3), SMALL.bounds(400)._replace(falling=False)
+    for found in (lookup._worst([first, second]), lookup._worst([second, first])):
+        for name, value in found._asdict().items():
+            a, b = getattr(first, name), getattr(second, name)
+            assert value == (a and b if isinstance(a, bool) else max(a, b)), name
+
+
+def test_a_row_that_falls_in_its_middle_only_is_not_falling():
+    _, low, high = SMALL.interval(450)
+    centre = (low + high) / 2
+    for sign in (1, -1):  # p' = -1/8 + sign 2 (m - centre): 0 within the row
+        c = (Fraction(1, 4) + sign * centre**2 + centre / 8, -Fraction(1, 8) - sign * 2 * centre, Fraction(sign))
+        changed = with_rows(SMALL, {450: (*map(float, c), 0.0)})
+        (piece,) = SMALL.pieces(450, 3)
+        assert to_fraction(changed.machine(450, piece).derivative()[0]) < 0
+        assert not changed.bounds(450).falling
+    assert SMALL.bounds(450).falling
+
+
+def test_a_rise_is_relative_to_the_smaller_function():
+    """At the first border after the switch eps is above 1/2, so that 1 - eps is the smaller one."""
+    table = Table(3, -96, 1, FLOAT)
+    index = table.switch
+    first, *others = table.rows[index + 1]
+    changed = with_rows(table, {index + 1: (first + 0.125, *others)})
+    before = lookup.value(table.rows[index], table.interval(index)[2])
+    after = lookup.value(changed.rows[index + 1], table.interval(index)[2])
+    assert before > Fraction(1, 2)
+    assert (after - before) / (1 - before) <= changed.rise <= (after - before) / (1 - before) * (1 + Fraction(1, 100))
+    last = table.size - 1
+    changed = with_rows(table, {last: (table.rows[last][0] * 2, *table.rows[last][1:])})
+    assert changed.rise > Fraction(1, 2)  # the last border counts
+
+
+# --- rounding ---------------------------------------------------------------------------------------------------------
+
+
+class Counted:
+    """A sum of products of coefficients, each with the number of roundings that it went through."""
+
+    def __init__(self, roundings):
+        self.roundings = roundings  # by coefficient; "" is a number without any
+
+    def __mul__(self, other):
+        return Counted(
+            {a + b: n + k + 1 for a, n in self.roundings.items() for b, k in other.roundings.items() if not (a and b)}
+        )
+
+    def __add__(self, other):
+        return Counted({name: n + 1 for name, n in {**self.roundings, **other.roundings}.items()})
+
+
+def counted(text, degree, first):
+    """Evaluate an expression of the exported code without fused operations."""
+    names = {variable: Counted({"": 0}) for variable in ("m", "t")}
+    names |= {square: Counted({"": 1}) for square in ("mm", "tt")}
+    names |= {f"c{n}": Counted({f"c{n}": 0}) for n in range(degree + 1 + first)}
+    return eval(re.sub(r"c\[([0-9]+)\]", r"c\1", text), {}, names).roundings
+
+
+@pytest.mark.parametrize("degree", [1, 3, 5, 7, 9])
+def test_roundings_are_those_of_the_exported_expression(degree):
+    table = Table(2, -96, degree, DOUBLE)
+    table.__dict__["proven"] = SimpleNamespace(terms=Fraction(1))
+    text = speed._type(table, DOUBLE, degree + 1)["scalar_polynomial"]
+    assert table.rounding(DOUBLE) == gamma(max(counted(text, degree, 0).values()), DOUBLE)
+
+
+def test_roundings_of_the_full_table_are_those_of_the_exported_expression():
+    text = speed._type(FULL, DOUBLE, DEGREE + 2)["scalar_polynomial"]
+    found = counted(f"c[1] + t * ({text})", DEGREE, 1)
+    assert found.pop("c1") == 1
+    assert max(found.values()) == 4 + 3 * ((DEGREE - 1) // 2)
+
+
+def test_gamma_bounds_products():
+    for form in (DOUBLE, FLOAT):
+        u = Fraction(1, 1 << form.precision)
+        for number in (1, 2, 5, 16):
+            assert (
+                max((1 + u) ** number - 1, 1 - (1 - u) ** number)
+                <= gamma(number, form)
+                < (number + Fraction(1, 999)) * u
+            )
+        beta_2 = beta_4 = of_w = 1 + u
+        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 <= gamma(ROUNDINGS_OF_W, form)
+        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 > gamma(ROUNDINGS_OF_W - 1, form)
+
+
+@pytest.mark.parametrize("w", [Fraction(1, 2**80), Fraction(1, 8), Fraction(3), Fraction(2**60)])
+def test_what_the_rounding_of_w_does_is_within_its_bound(w):
+    """W is off by five units, to both sides; at 1/8 that is into another row, whose p means something else."""
+    (low, low_loss), (middle, loss), (high, high_loss) = (eps(w * (1 + n * U)) for n in (-5, 0, 5))
+    bound = lookup.of_w(DOUBLE)
+    assert max(low - middle, middle - high) / middle <= bound
+    assert max(loss - low_loss, high_loss - loss) / loss <= bound
+    if w > 1000:  # the slope is nearly 1/3
+        assert (low - middle) / middle > bound * Fraction(95, 100)
+    assert lookup_full.ulp_of_w() == bound / U
+
+
+def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
+    for form in (DOUBLE, FLOAT):
+        assert lookup.of_w(form) >= gamma(ROUNDINGS_OF_W, form) * reference.steepest() / 10 + 4 * E
+
+
+# --- the full table ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("index", [100, 487, 488, 1016])
+def test_bounds_of_a_full_row_count_every_part(index):
+    """What `FullBounds` says, from its definition."""
+    low, *a = map(Fraction, FULL.rows[index][1:])
+    _, start, end = FULL.interval(index)
+    half, base = (end - start) / 2, FULL.base(index)
+    more = Fraction(1, 2**70)
+    for piece in FULL.pieces(index, DEGREE):
+        plain, wider = (
+            FULL._bounds_on(index, x, (start + end) / 2, half, 1)
+            for x in (piece, piece._replace(error=piece.error + more))
+        )
+        assert wider.relative - plain.relative > more
+        assert wider.ulp > plain.ulp
+        t = fmpq_poly([to_fmpq(piece.centre - (start + end) / 2), to_fmpq(piece.half)])
+        machine = fmpq_poly([to_fmpq(c) for c in (Fraction(FULL.rows[index][0]) + low, *a)])(t)
+        given = greatest(machine - piece.p) + piece.error
+        terms = sum(abs(c) * half ** (n + 1) for n, c in enumerate(a))
+        rest = gamma(16, DOUBLE) * terms + U * abs(low)
+        least = 1 - piece.most if base else piece.least
+        assert plain.relative >= (given + rest) / piece.least + U
+        assert plain.relative <= ((given + rest) / piece.least + U) * (1 + 2 * U)
+        lost = U / 2 if base else Fraction(0)  # half a unit of base + high, which is less than 1
+        error = given + rest + U * (abs(low) + terms + lost)
+        unit = lookup_full._ulp(least)
+        assert Fraction(1, 2) + error / unit <= plain.ulp
+        assert plain.ulp <= Fraction(1, 2) + (error + U * U) * (1 + 64 * U) / unit
+
+
+def test_the_unit_is_that_of_the_least_eps():
+    """With 1 - eps = 0.45, eps may be below 1/2 if p is known less well: there the unit is half as large."""
+    (piece,) = FULL.pieces(100, DEGREE)
+    constant = piece._replace(p=fmpq_poly([to_fmpq(Fraction(-45, 100))]))
+    near, far = (
+        FULL._bounds_on(100, constant._replace(error=Fraction(error, 1000)), piece.centre, piece.half, 1).ulp
+        for error in (49, 51)
+    )
+    assert far > Fraction(19, 10) * near  # nearly all of both is the distance of p from the row
+
+
+def test_units_in_the_last_place():
+    for number, exponent in ((1, -52), (1 - E, -53), (Fraction(1, 2), -53), (Fraction(3, 4), -53), (3, -51)):
+        assert lookup_full._ulp(Fraction(number)) == Fraction(2) ** exponent
+        assert lookup_full._half_ulp(Fraction(number)) == Fraction(2) ** (exponent - 1)
+    assert lookup_full._ulp(Fraction(1, 3) / 2**30) == Fraction(2) ** (-2 - 30 - 52)
+
+
+def test_p_of_1_or_more_is_refused():
+    (piece,) = FULL.pieces(100, DEGREE)
+    with pytest.raises(ArithmeticError, match="p may vanish"):
+        FULL._bounds_on(100, piece._replace(p=fmpq_poly([to_fmpq(Fraction(-6, 5))])), piece.centre, piece.half, 1)
+
+
+# --- small things -----------------------------------------------------------------------------------------------------
+
+
+def test_greatest_sees_the_whole_interval():
+    for parts in (1, 2, 5, 16):
+        for p in (fmpq_poly([1, 1]), fmpq_poly([1, -1]), fmpq_poly([0, 0, 0, -2])):
+            assert greatest(p, parts) == 2
+
+
+def test_sizes_in_memory():
+    assert Table(6, -96, 1, FLOAT).bytes == 65536
+    assert Table(4, -96, 3, DOUBLE).bytes == 65536
+    assert reference.ERROR == E
