@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+NATIVE := $(VENV)/.native
 
 .PHONY: reproduce test test-slow exhaustive bench lint format clean
 
@@ -10,18 +11,19 @@ reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
 	$(BIN)/viscopade figures --out docs/figures
 
-test: $(READY) lint
+test: $(NATIVE) lint
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-test-slow: $(READY)
+test-slow: $(NATIVE)
 	$(BIN)/python -m pytest -m slow
 
 # All 2^31 non-negative floats, and 360 million doubles: about half an hour.
-exhaustive: $(READY)
+exhaustive: $(NATIVE)
 	$(BIN)/python benchmarks/exhaustive_float.py
 	$(BIN)/python benchmarks/ulp_double.py
 
-bench: $(READY)
+bench: $(NATIVE)
+	$(BIN)/viscopade bench --headers exports
 	$(BIN)/python benchmarks/bench_series.py
 	$(BIN)/python benchmarks/bench_exact.py
 	$(BIN)/python benchmarks/bench_double.py
@@ -37,13 +39,19 @@ format: $(READY)
 	$(BIN)/ruff check --fix .
 
 # The environment is remade whenever what it is made from changes.
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "viscopade needs Python 3.11 or newer; $(PYTHON) is not. Try: make PYTHON=python3.12"; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
-	PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --editable '.[dev]'
+	PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
+	  --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+# The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.
+$(NATIVE): $(READY) src/viscopade/_native.c exports/viscopade_speed_full.h
+	rm -f src/viscopade/_native.*.so
+	$(BIN)/python setup.py --quiet build_ext --inplace --force
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis

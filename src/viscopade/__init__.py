@@ -16,6 +16,7 @@ from importlib.metadata import version
 from viscopade import double, exact
 from viscopade.double import epsilon, one_minus_epsilon
 from viscopade.model import Pair, Sphere, beta_from_restitution
+from viscopade.native import backend, restitution
 from viscopade.pade import pade
 from viscopade.series import series
 
@@ -25,11 +26,13 @@ __all__ = [
     "Pair",
     "Sphere",
     "__version__",
+    "backend",
     "beta_from_restitution",
     "double",
     "epsilon",
     "exact",
     "one_minus_epsilon",
     "pade",
+    "restitution",
     "series",
 ]
