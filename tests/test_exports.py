@@ -79,7 +79,12 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
 
 
 def test_unknown_target():
-    with pytest.raises(ValueError, match="accepted are c, python, csv, json, latex, certificates"):
+    with pytest.raises(ValueError, match="accepted are c, python, csv, json, latex, certificates, cuda, glsl"):
+        exports.render("cobol")
+
+
+def test_a_target_of_another_kind():
+    with pytest.raises(ValueError, match="accepted for quotients of polynomials is c, python"):
         exports.render("fortran")
 
 

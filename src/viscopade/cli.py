@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn, get_args
 
 import click
 
-from viscopade import exact, exports, figures
+from viscopade import exact, exports, figures, report
 from viscopade.balls import known_decimal
 from viscopade.certificate import Measure
 from viscopade.console import (
@@ -27,12 +29,13 @@ from viscopade.console import (
     show,
     tracker,
 )
+from viscopade.kernels.speed import FAST, SMALL, TIERS
 from viscopade.model import Pair
 from viscopade.pade import MAX_DEGREE, Pade, Root, pade
 from viscopade.paper import CITATION, Entry, approximants, compare
 from viscopade.progress import shown_by
 from viscopade.series import series
-from viscopade.writer import write, write_all
+from viscopade.writer import check, write, write_all
 
 COMPARED_DIGITS = 20
 
@@ -52,6 +55,8 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 
     The exit status is 1 if an entry disagrees; nothing is written then.
     """
+    if out is not None:
+        check([out / name for name in exports.NAMES], parents=True)
     ours = approximants(COMPARED_DIGITS)
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)
@@ -178,7 +183,7 @@ def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) 
 
 
 @command.command()
-@click.argument("target", type=click.Choice([*exports.RENDERERS, "series-csv", "series-json"]))
+@click.argument("target", type=click.Choice([*exports.TARGETS, "series-csv", "series-json"]))
 @click.option(
     "--pade",
     type=Degrees(),
@@ -204,11 +209,18 @@ def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) 
     help="Error relative to the smaller of eps and 1 - eps, or to eps.",
 )
 @click.option("--full", is_flag=True, help="The kernels of full accuracy, in C.")
+@click.option(
+    "--from-speed",
+    type=click.Choice(TIERS),
+    multiple=True,
+    help="A kernel from speed and beta to eps without a root, of this accuracy, in C.",
+)
+@click.option("--size", type=click.Choice((FAST, SMALL)), default=FAST, show_default=True, help="Of its table.")
 @click.option("--order", type=ORDER, default=exports.SERIES_ORDER, show_default=True, help="For series-csv and -json.")
 @click.option("--digits", type=DIGITS, default=exports.SERIES_DIGITS, show_default=True, help="Likewise.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
 def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
-    """Generate code or tables: a C header, a Python module, CSV, JSON or LaTeX.
+    """Generate code or tables: C, CUDA, GLSL, WGSL, JavaScript, Fortran, Rust, Julia, Python, CSV, JSON, LaTeX.
 
     An existing file is replaced only if viscopade generated it.
     """
@@ -216,7 +228,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
         text = exports.render_series(target.removeprefix("series-"), order, digits)
     else:
         request = exports.Request(**wanted)
-        text = (request if request != exports.Request() else exports.PAPER).render(target)
+        text = (request if request != exports.Request() else exports.default(target)).render(target)
     if output is None:
         click.echo(text, nl=False)
     else:
@@ -258,6 +270,81 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     pictures = figures.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
+
+
+@command.command("bench")
+@click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Measurements of each.  [default: 20]")
+@click.option(
+    "--memory-elements",
+    type=Whole("memory elements", 1 << 10, 1 << 28),
+    help="Length of the arrays from memory.  [default: 8388608]",
+)
+@click.option("--beta", type=Real("beta"), help="Of the material.  [default: 1.307, ice]")
+@click.option("--speed-min", type=Real("speed_min"), help="The lowest impact speed.  [default: 0.001]")
+@click.option("--speed-max", type=Real("speed_max"), help="The highest impact speed.  [default: 1000]")
+@click.option("--unit", help="Of the speeds.  [default: cm/s]")
+@click.option("--only", multiple=True, help="Kernels or rivals by id or its beginning; repeat for more. Default: all.")
+@click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
+@click.option(
+    "--headers",
+    type=click.Path(path_type=Path),
+    help="Directory with the exported headers. Default: they are made, which takes minutes.",
+)
+@click.option(
+    "--cuda",
+    type=Real("cuda"),
+    help="Ratio of CUDA kernel to device copy, measured elsewhere, for the table of targets.",
+)
+@click.option("--quick", is_flag=True, help="Few rounds and elements: to see that it runs, not to learn times.")
+@click.option("--out", type=click.Path(path_type=Path), help="Write the result to this file, as JSON.")
+@STYLE
+def bench_command(
+    only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cuda: float | None,
+    cc: str | None, headers: Path | None, out: Path | None, style: str, **scene: Any,
+) -> None:  # fmt: skip
+    """Measure all kernels and their rivals on the same speeds, compiled on the spot, and how far they are off."""
+    from viscopade import bench
+    from viscopade.bench import compilers, tables
+
+    given = bench.Scene(**{name: value for name, value in scene.items() if value is not None})
+    settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
+    read = None if headers is None else partial(compilers.read_from, headers)
+    measured = bench.run(settings, cc, read)
+    whole = measured.to_json()
+    if out is not None:
+        write(out, json.dumps(whole, ensure_ascii=False, indent=1) + "\n")
+    if style != "text":
+        show(style, tables.HEADER, tables.long(measured), whole)
+        return
+    for line in tables.introduction(measured):
+        click.echo(line)
+    for table in tables.tables(measured):
+        show(style, table.header, table.rows, {}, title=table.title)
+    for line in tables.notes(measured):
+        click.echo(line)
+
+
+@command.command("report")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
+@click.option(
+    "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="What `viscopade bench --out` wrote. Default: the benchmark is run, which takes minutes.",
+)  # fmt: skip
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(report.FORMATS), default=report.FORMATS, show_default=True,
+    help="Of the picture beside the page; repeat for more.",
+)  # fmt: skip
+def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
+    """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    if result is None:
+        from viscopade import bench
+
+        data, source = bench.run(bench.Settings()).to_json(), "result"
+    else:
+        data, source = report.from_json(result.read_bytes(), str(result)), str(result)
+    files = report.render(data, formats, source=source)
+    write_all({out / name: content for name, content in files.items()}, parents=True)
+    click.echo(f"wrote {', '.join(files)} to {out}")
 
 
 def _entry_row(entry: Entry) -> tuple[str, ...]:
@@ -333,7 +420,7 @@ def main() -> None:
         _fail(error, 2)
     except ModuleNotFoundError as error:
         _fail(error, 1)
-    except ArithmeticError as error:
+    except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
     except BrokenPipeError:
         # Whoever read the output has had enough; keep the interpreter from complaining at exit.

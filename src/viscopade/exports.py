@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 from viscopade import proofs, proofs_gapped
 from viscopade.certificate import Measure
-from viscopade.kernels import Quotient, c, full, gapped, python, tables
+from viscopade.kernels import Quotient, c, compact, full, gapped, python, speed, tables
 from viscopade.kernels.gapped import HalfLineKernel, InverseKernel
 from viscopade.kernels.minimax import MinimaxKernel
 from viscopade.paper import TABLE
@@ -35,7 +36,10 @@ GAPPED_RENDERERS: Mapping[str, Callable[[Sequence[HalfLineKernel | InverseKernel
     "python": gapped.render_python,
     "json": tables.records,
     "certificates": tables.certificates,
+    **{target: partial(compact.render, target) for target in compact.TARGETS},
 }
+
+TARGETS = tuple(dict.fromkeys([*RENDERERS, *GAPPED_RENDERERS]))
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,8 @@ class Request:
     """What `viscopade export` is asked for, each kernel in the words of its option.
 
     A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
-    interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), or those of full accuracy.
+    interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), those of full accuracy, or one
+    from speed to eps.
 
     Attributes
     ----------
@@ -61,6 +66,10 @@ class Request:
         Where the inverse ends; "0" for all of (0, 1].
     full : bool
         The kernels of full accuracy, in C.
+    from_speed : sequence of str
+        At most one of `speed.TIERS`: a kernel that needs no root, in C.
+    size : "fast" or "small"
+        Of its table.
     """
 
     pade: Degrees = ()
@@ -72,6 +81,8 @@ class Request:
     inverse: Sequence[str] = ()
     epsilon_min: str = "0"
     full: bool = False
+    from_speed: Sequence[str] = ()
+    size: str = speed.FAST
 
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
@@ -84,6 +95,10 @@ class Request:
             raise ValueError("the interval has no end: accepted is also v_star_max (--v-star-max)")
         if not self.inverse and self.epsilon_min != "0":
             raise ValueError("epsilon_min is for inverse kernels: accepted is also inverse (--inverse)")
+        if self.size != speed.FAST and not self.from_speed:
+            raise ValueError("size is for kernels of speed: accepted is also from_speed (--from-speed)")
+        if len(self.from_speed) > 1:
+            raise ValueError(f"from_speed is {', '.join(self.from_speed)}: accepted is one kernel to a file")
         if len(self._kinds) > 1:
             raise ValueError(f"{' and '.join(self._kinds)} are of different kinds: accepted is one kind to a file")
 
@@ -95,6 +110,7 @@ class Request:
             "quotients of polynomials": self.pade or self.minimax or (self.accuracy and on_interval),
             "kernels in powers of a root": self.inverse or (self.accuracy and not on_interval),
             "kernels of full accuracy": self.full,
+            "kernels of speed": self.from_speed,
         }
         return [kind for kind, wanted in asked.items() if wanted]
 
@@ -105,6 +121,8 @@ class Request:
         words += (f"--minimax {m}/{n}" for m, n in self.minimax)
         words += (f"--accuracy {accuracy}" for accuracy in self.accuracy)
         words += (f"--inverse {accuracy}" for accuracy in self.inverse)
+        words += (f"--from-speed {tier}" for tier in self.from_speed)
+        words += [f"--size {self.size}"] if self.size != speed.FAST else []
         words += [f"--v-star-min {self.v_star_min}"] if self.v_star_min != "0" else []
         words += [f"--v-star-max {self.v_star_max}"] if self.v_star_max is not None else []
         words += [f"--epsilon-min {self.epsilon_min}"] if self.epsilon_min != "0" else []
@@ -139,15 +157,19 @@ class Request:
         ValueError
             For an unknown target, an approximant that does not exist, or the same one twice.
         """
-        if target not in RENDERERS:
-            raise ValueError(f"target is {target!r}: accepted are {', '.join(RENDERERS)}")
+        if target not in TARGETS:
+            raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
         command, kind = self.command(target), (self._kinds or [""])[0]
         if kind == "kernels of full accuracy":
             _require(target, ["c"], kind)
             return full.render(command)
+        if kind == "kernels of speed":
+            _require(target, ["c"], kind)
+            return speed.render(speed.kernel(self.from_speed[0], self.size), command)
         if kind == "kernels in powers of a root":
             _require(target, GAPPED_RENDERERS, kind)
             return GAPPED_RENDERERS[target](self.in_powers_of_a_root(), command)
+        _require(target, RENDERERS, kind)
         return RENDERERS[target](self.quotients(), command)
 
 
@@ -170,6 +192,12 @@ RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
 HALF_LINE = Request(accuracy=("1e-3", "1e-5", "1e-7"))
 INVERSE = Request(inverse=("1e-3", "1e-5"))
 
+
+def default(target: str) -> Request:
+    """Return what a file holds if nothing is asked for: the paper's table, or the kernels for all v* >= 0."""
+    return HALF_LINE if target in compact.TARGETS else PAPER
+
+
 _FILES = {
     "viscopade_pade.h": (PAPER, "c"),
     "viscopade_pade.py": (PAPER, "python"),
@@ -184,10 +212,18 @@ _FILES = {
     "viscopade_half_line.h": (HALF_LINE, "c"),
     "viscopade_half_line.py": (HALF_LINE, "python"),
     "half_line_certificates.json": (HALF_LINE, "certificates"),
+    "viscopade.cuh": (HALF_LINE, "cuda"),
+    "viscopade.glsl": (HALF_LINE, "glsl"),
+    "viscopade.wgsl": (HALF_LINE, "wgsl"),
+    "viscopade.mjs": (HALF_LINE, "javascript"),
+    "viscopade.f90": (HALF_LINE, "fortran"),
+    "viscopade.rs": (HALF_LINE, "rust"),
+    "viscopade.jl": (HALF_LINE, "julia"),
     "viscopade_inverse.h": (INVERSE, "c"),
     "viscopade_inverse.py": (INVERSE, "python"),
     "inverse_certificates.json": (INVERSE, "certificates"),
     "viscopade_full.h": (Request(full=True), "c"),
+    **{speed.file_of(tier): (Request(from_speed=(tier,)), "c") for tier in speed.TIERS},
 }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -22,6 +22,16 @@ class WriteError(ValueError):
 def write(path: str | os.PathLike[str], text: str) -> None:
     """Write one generated text to a file, as `write_all` does."""
     write_all({path: text})
+
+
+def check(paths: Iterable[str | os.PathLike[str]], *, parents: bool = False) -> None:
+    """Refuse at once what `write_all` would refuse for its targets, before anything is computed for them.
+
+    Parameters and errors are those of `write_all`.
+    """
+    for path in map(Path, paths):
+        with _reporting(path):
+            _check_target(path, parents)
 
 
 def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents: bool = False) -> None:
@@ -48,8 +58,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
     files = {Path(path): what.encode() if isinstance(what, str) else what for path, what in contents.items()}
     for path, content in files.items():
         _check_content(path, content)
-        with _reporting(path):
-            _check_target(path, parents)
+    check(files, parents=parents)
     with ExitStack() as undo:
         staged = []
         for path, content in files.items():
