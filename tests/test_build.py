@@ -48,7 +48,7 @@ def source(tmp_path_factory):
     for name in FILES:
         shutil.copy(ROOT / name, copy)
     with tarfile.open(build(copy, "sdist")) as archive:
-        archive.extractall(copy / "unpacked", filter="data")
+        archive.extractall(copy / "unpacked", **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
     (directory,) = (copy / "unpacked").iterdir()
     return directory
 

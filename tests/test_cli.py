@@ -331,7 +331,7 @@ BAD = [
     (["figures"], "Missing option '--out'"),
     (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'seriesDiverging'"),
     (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
-    (["export", "fortran"], "'fortran' is not one of 'c', 'python', 'csv', 'json', 'latex'"),
+    (["export", "cobol"], "'cobol' is not one of 'c', 'python', 'csv', 'json', 'latex'"),
     (["export", "c", "--pade", "3-6"], "'3-6' are no degrees: accepted is M/N"),
     (["export", "c", "--pade", "-3/6"], "accepted is M/N"),
     (["export", "c", "--pade", "300/1"], "accepted is M/N"),
