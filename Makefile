@@ -17,10 +17,11 @@ test: $(NATIVE) lint
 test-slow: $(NATIVE)
 	$(BIN)/python -m pytest -m slow
 
-# All 2^31 non-negative floats, and 360 million doubles: about half an hour.
+# All 2^31 non-negative floats, and 360 million doubles: about half an hour; then all floats through the kernels of speed.
 exhaustive: $(NATIVE)
 	$(BIN)/python benchmarks/exhaustive_float.py
 	$(BIN)/python benchmarks/ulp_double.py
+	$(BIN)/python benchmarks/exhaustive_speed_float.py
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports

@@ -2389,8 +2389,7 @@ static inline double viscopade_dissipation_lookup_3_16_2p79em8(double speed, dou
 VISCOPADE_INLINE void viscopade_block_lookup_3_16_2p79em8(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
-    double c0[32][2];
-    double c2[32][2];
+    double c0[32][4];
     uint64_t beyond = 0;
     const double common = viscopade_scale_lookup_3_16_2p79em8(beta[0]);
     uint64_t usual = common >= DBL_MIN;
@@ -2414,7 +2413,6 @@ VISCOPADE_INLINE void viscopade_block_lookup_3_16_2p79em8(const double *speed, c
 
         VISCOPADE_OPAQUE(index);
         memcpy(c0[i], viscopade_table_lookup_3_16_2p79em8[index] + 0, sizeof c0[i]);
-        memcpy(c2[i], viscopade_table_lookup_3_16_2p79em8[index] + 2, sizeof c2[i]);
     }
     VISCOPADE_IN_MEMORY(place);
     VISCOPADE_INDEPENDENT
@@ -2422,7 +2420,7 @@ VISCOPADE_INLINE void viscopade_block_lookup_3_16_2p79em8(const double *speed, c
         const double base = viscopade_base_lookup_3_16_2p79em8(place[i]);
         const double m = viscopade_mantissa_lookup_3_16_2p79em8(place[i]);
         const double mm = m * m;
-        const double p = (c0[i][0] + m * c0[i][1]) + mm * (c2[i][0] + m * c2[i][1]);
+        const double p = (c0[i][0] + m * c0[i][1]) + mm * (c0[i][2] + m * c0[i][3]);
 
         out[i] = viscopade_result_lookup_3_16_2p79em8(base, p, speed[i], what);
     }

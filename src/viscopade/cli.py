@@ -307,6 +307,8 @@ def bench_command(
     from viscopade.bench import compilers, tables
 
     given = bench.Scene(**{name: value for name, value in scene.items() if value is not None})
+    if out is not None:
+        check([out])
     settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
     read = None if headers is None else partial(compilers.read_from, headers)
     measured = bench.run(settings, cc, read)
@@ -336,6 +338,7 @@ def bench_command(
 )  # fmt: skip
 def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
     """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    check([out / "report.html"], parents=True)
     if result is None:
         from viscopade import bench
 
