@@ -188,7 +188,7 @@ class Functions:
         subprocess.run([*command, *warnings, "-fPIC", "-c", str(source), "-o", str(built)], check=True)
         # Linked without -ffast-math, which would set subnormal numbers to 0 in this process.
         subprocess.run([command[0], "-shared", str(built), "-o", str(target), "-lm"], check=True)
-        self.library = ctypes.CDLL(str(target))
+        self.shared = ctypes.CDLL(str(target))
 
     def __call__(self, kind, function, of, values, beta, pair=None, out=None):
         """Call a function; `values` has the type, `beta` is an array, for kind "array" one number.
@@ -207,7 +207,7 @@ class Functions:
         if kind == "by_pair":
             assert pair.dtype == np.intc
             given = [_pointer(pair), *given]
-        entry = self.library[f"{kind}_{function}_{of.name}{suffix}"]
+        entry = self.shared[f"{kind}_{function}_{of.name}{suffix}"]
         entry.restype = None
         entry(ctypes.c_size_t(values.size), _pointer(values), *given, _pointer(result))
         return result
@@ -222,10 +222,10 @@ class Functions:
 
     def flushed(self):
         """Set subnormal numbers to 0 in this thread; return a function that undoes it."""
-        if "control" not in dir(self.library) and not hasattr(self.library, "control"):
+        if "control" not in dir(self.shared) and not hasattr(self.shared, "control"):
             pytest.skip("there is no such control of this processor here")
-        before = self.library.control(0x1F80 | 0x8040)
-        return lambda: self.library.control(before)
+        before = self.shared.control(0x1F80 | 0x8040)
+        return lambda: self.shared.control(before)
 
 
 def _pointer(array):

@@ -1,6 +1,7 @@
 """The README's examples run, and print what it says they print."""
 
 import doctest
+import json
 import re
 import shutil
 import subprocess
@@ -55,6 +56,14 @@ def test_console_examples(block, tmp_path):
     first, _, expected = block.partition("\n")
     words = first.removeprefix("$ viscopade ").split()
     assert output_of([sys.executable, "-m", "viscopade", *words], tmp_path) == expected
+
+
+def test_measured_ratios_are_those_of_the_result():
+    result = json.loads((ROOT / "docs" / "bench" / "result.json").read_text())
+    measured = [target["measured"] for target in result["targets"] if target["measured"] is not None]
+    assert len(measured) == 10
+    section = README.partition("## Speed against error")[2].partition("## ")[0]
+    assert [f"{ratio:.3g}" for ratio in measured if f"{ratio:.3g}" not in section] == []
 
 
 def test_ice_in_si_units():

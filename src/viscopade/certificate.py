@@ -302,6 +302,12 @@ def rounded_up(bound: arb, digits: int = DIGITS) -> str:
     return f"{number:e}" if number.adjusted() < -3 else f"{number:f}"
 
 
+def at_most(number: Fraction, digits: int = DIGITS) -> str:
+    """Return a positive number as a short decimal number that is not smaller."""
+    with working(64):
+        return rounded_up(ball_of(number), digits)
+
+
 def panels_of(low: Fraction, high: Fraction) -> Iterator[tuple[int, Fraction, Fraction]]:
     """Yield the panels that meet [low, high], with the ends of the common part in z.
 

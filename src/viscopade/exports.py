@@ -189,7 +189,7 @@ def _require(target: str, accepted: Collection[str], kind: str) -> None:
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
 
-HALF_LINE = Request(accuracy=("1e-3", "1e-5", "1e-7"))
+HALF_LINE = Request(accuracy=speed.HALF_LINE)
 INVERSE = Request(inverse=("1e-3", "1e-5"))
 
 

@@ -8,11 +8,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple, TypeVar, get_args
 
-from flint import arb
-
 from viscopade import certificate, checks, evaluation, halfline, inverse, remez
-from viscopade.balls import working
-from viscopade.certificate import Certificate, rounded_up
+from viscopade.certificate import Certificate, at_most
 from viscopade.evaluation import Size
 from viscopade.exact import Exact
 from viscopade.formulas import HalfLineFormula, InverseFormula
@@ -150,10 +147,8 @@ def _first(wanted: Fraction, candidates: Iterable[tuple[float, Choice]], make: C
         if total <= wanted:
             return kernel
         best = min(best, total)
-    with working(64):
-        reached = rounded_up(arb(best.numerator) / best.denominator)
     raise ValueError(
-        f"accuracy is {float(wanted):g}: accepted is a number >= {reached}, which the best kernel known reaches"
+        f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
     )
 
 

@@ -155,7 +155,7 @@ class Harness:
         return self._function(kernel, measure, form)(ctypes.byref(work))
 
     def _function(self, kernel: Kernel, measure: Measure, form: Format) -> Callable[[object], float]:
-        place = kernel.library(measure), kernel.function(measure, form)
+        place = kernel.built_in(measure), kernel.function(measure, form)
         if place not in self._functions:
             function = self._libraries[place[0]][place[1]]
             function.restype = ctypes.c_double

@@ -132,7 +132,7 @@ class Kernel:
         if self.python is None and not self.scalar and (not self.array or set(self.measures) & set(SCALAR)):
             raise ValueError(f"{self.id}: a kernel needs a C function for each of its measures")
 
-    def library(self, measure: Measure) -> Library:
+    def built_in(self, measure: Measure) -> Library:
         """Return which of the libraries, built with different flags, holds the function of a measure."""
         if measure in SCALAR:
             return "scalar"
@@ -161,7 +161,7 @@ class Kernel:
         """Return all that a library holds of this kernel."""
         if self.python is not None:
             return []
-        measures = [measure for measure in self.measures if self.library(measure) == library]
+        measures = [measure for measure in self.measures if self.built_in(measure) == library]
         lines = [self.loop(measure, form) for measure in measures for form in self.formats]
         return list(dict.fromkeys(lines))
 

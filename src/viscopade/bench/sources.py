@@ -5,24 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from viscopade.bench.kernel import Kernel, Library
-from viscopade.kernels import marker_line
+from viscopade.kernels import environment, marker_line
 
 COMMAND = "viscopade bench"
 
 
 def render(template: str, /, **values: Any) -> str:
-    """Return a template of the benchmark, filled in; Jinja is imported only now."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("viscopade"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
-    return environment.get_template(template).render(values)
+    """Return a template of the benchmark, filled in."""
+    return environment("viscopade").get_template(template).render(values)
 
 
 def frame() -> str:

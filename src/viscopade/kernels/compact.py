@@ -13,11 +13,8 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import Any, cast
 
-from flint import arb
-
 from viscopade import compact
-from viscopade.balls import working
-from viscopade.certificate import rounded_up
+from viscopade.certificate import at_most
 from viscopade.compact import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER, Bound, Machine
 from viscopade.evaluation import ULPS
 from viscopade.kernels import END_CONDITION, PROVEN, WIDTH, distinct, marker_line, template
@@ -358,7 +355,7 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
     if both:
         worst = max(Fraction(v.certificate.bound) for v in variants)
         # |d eps| (2 eps + |d eps|) / ((1 - eps) (1 + eps)), |d eps| <= worst min(eps, 1 - eps)
-        errors.append(f"proven: |formula - (1 - eps^2)| / (1 - eps^2) <= {_up(worst * (1 + worst / 2), 3)}")
+        errors.append(f"proven: |formula - (1 - eps^2)| / (1 - eps^2) <= {at_most(worst * (1 + worst / 2))}")
     for function in FUNCTIONS:
         of_formula = function == "dissipation" and not both
         unit = "the formula's 1 - eps^2" if of_formula else UNITS[function]
@@ -374,12 +371,7 @@ def _size(dialect: Dialect, variant: Variant, function: str, kernel: HalfLineKer
     parts = []
     for place, machine in dialect.machines:
         found: Bound = compact.bounds(kernel.powers, variant.a, variant.b, machine)[function]
-        everywhere, common = (_up(Fraction(s) * (1 + Fraction(variant.certificate.bound))) for s in found)
+        everywhere, common = (at_most(Fraction(s) * (1 + Fraction(variant.certificate.bound)), 2) for s in found)
         smaller = f" ({common} for 1e-3 <= v* <= 10)" if variant.form == FLOAT and common != everywhere else ""
         parts.append(" ".join(filter(None, (everywhere + smaller, place))))
     return f"{' and '.join(parts)} in type {dialect.form.name}"
-
-
-def _up(number: Fraction, digits: int = 2) -> str:
-    with working(64):
-        return rounded_up(arb(number.numerator) / number.denominator, digits)

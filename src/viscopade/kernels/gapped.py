@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -9,12 +10,9 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import Any, cast
 
-from flint import arb
-
 from viscopade import evaluation, halfline
-from viscopade.balls import working
-from viscopade.certificate import Certificate, rounded_up
-from viscopade.evaluation import ULPS, Branch, Size
+from viscopade.certificate import Certificate, at_most
+from viscopade.evaluation import DIGITS, ULPS, Branch, Size
 from viscopade.gapped import Powers
 from viscopade.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.kernels import END_CONDITION, PROVEN, WIDTH, above, distinct, marker_line, one_line, template
@@ -67,7 +65,7 @@ class Variant:
 
         Only for functions whose own relative error the certificate bounds.
         """
-        return _up(Fraction(dict(self.sizes)[function].relative) * (1 + Fraction(self.certificate.bound)))
+        return at_most(Fraction(dict(self.sizes)[function].relative) * (1 + Fraction(self.certificate.bound)), DIGITS)
 
     def total(self, functions: Sequence[str]) -> Fraction:
         """Return a bound of the relative error, with rounding, of the worst of these functions."""
@@ -75,7 +73,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Gapped:
+class Gapped(ABC):
     """What kernels for the half-line and for the inverse have in common.
 
     Attributes
@@ -109,39 +107,39 @@ class Gapped:
             raise ValueError(f"{self.label}: wrong number of coefficients")
 
     @property
+    @abstractmethod
     def kind(self) -> str:
         """The first part of the name."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def name(self) -> str:
         """The end of the functions' names."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def domain(self) -> str:
         """The arguments for which the formula is made, as a sentence's part."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def formula(self) -> str:
         """The formula as text."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def branches(self) -> tuple[Branch, ...]:
         """The programs that the exported code is made of."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def root(self) -> Fraction:
         """Exponent: y = v*^root, or the power of (1 - eps)/eps."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def errors(self) -> tuple[str, ...]:
         """Sentences on what is proven."""
-        raise NotImplementedError
 
     @property
     def label(self) -> str:
@@ -248,7 +246,7 @@ class HalfLineKernel(Gapped):
     def name(self) -> str:
         """The name with the proven bound: "halfline_1p57em3"; "_relative" is appended in that measure."""
         end = "" if self.bound.measure == "both" else "_relative"
-        return f"{HALF_LINE}_{_scientific(self.bound.bound)}{end}"
+        return f"{HALF_LINE}_{scientific(self.bound.bound)}{end}"
 
     @property
     def root(self) -> Fraction:
@@ -330,7 +328,7 @@ class InverseKernel(Gapped):
     def name(self) -> str:
         """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
         interval = f"e{_identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
-        return f"{INVERSE}_{interval}{_scientific(self.bound.bound)}"
+        return f"{INVERSE}_{interval}{scientific(self.bound.bound)}"
 
     @property
     def root(self) -> Fraction:
@@ -375,10 +373,10 @@ class InverseKernel(Gapped):
     @property
     def bound_of_beta(self) -> str:
         """A bound of the relative error of beta, which is v*^2 but for a factor."""
-        return _up((1 + Fraction(self.bound.bound)) ** 2 - 1, 3)
+        return at_most((1 + Fraction(self.bound.bound)) ** 2 - 1)
 
     def _of_beta(self, variant: Variant) -> str:
-        return _up(Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(self.bound_of_beta)))
+        return at_most(Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(self.bound_of_beta)), DIGITS)
 
 
 Kernel = HalfLineKernel | InverseKernel
@@ -393,12 +391,7 @@ def _sizes(variant: Variant) -> dict[str, dict[str, str]]:
     return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in variant.sizes}
 
 
-def _up(number: Fraction, digits: int = evaluation.DIGITS) -> str:
-    with working(64):
-        return rounded_up(arb(number.numerator) / number.denominator, digits)
-
-
-def _scientific(bound: str) -> str:
+def scientific(bound: str) -> str:
     """Return a bound as a part of a name, always with an exponent: 0.00157 as 1p57em3."""
     return _identifier(f"{Decimal(bound).normalize():e}")
 

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from functools import cache, cached_property
 from textwrap import wrap
 from types import MappingProxyType
 
-from flint import arb
-
 from viscopade import evaluation, full, proofs_gapped, reference
-from viscopade.balls import working
-from viscopade.certificate import rounded_up
+from viscopade.certificate import at_most
 from viscopade.kernels import END_CONDITION, WIDTH, gapped, marker_line, template
 from viscopade.kernels import full as full_text
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 from viscopade.kernels.gapped import ASSUMED, HalfLineKernel
-from viscopade.lookup import OCTAVES, SWITCH, Layout, Table, of_w
+from viscopade.lookup import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
 from viscopade.lookup_full import DEGREE, FullTable, ulp_of_w
 
 BLOCK = 32  # speeds that the array functions take at a time
 AHEAD = 256  # elements by which memory is asked for in advance
+CACHE_LINE = 64  # bytes
 FUNCTIONS = (("restitution", "EPSILON"), ("rebound", "REBOUND"), ("dissipation", "DISSIPATION"))
 FULL = "full"
 FAST, SMALL = "fast", "small"
@@ -41,6 +38,8 @@ TABLES = MappingProxyType(
     }
 )
 """By accuracy and size, the tables that are exported."""
+HALF_LINE = ("1e-3", "1e-5", "1e-7")
+"""Accuracies for which there are half-line kernels; beyond the table of another one, that of full accuracy is used."""
 TIERS = (*dict.fromkeys(tier for tier, _ in TABLES), FULL)
 
 
@@ -70,17 +69,16 @@ class SpeedKernel:
     def bound(self) -> str:
         """Proven bound of |eps - formula|/min(eps, 1 - eps), for all speeds; without rounding."""
         if isinstance(self.table, FullTable):
-            return _up(self.table.proven.relative)
+            return at_most(self.table.proven.relative)
         beyond = [self.slow.variant(DOUBLE).certificate.bound] if self.slow else []
-        return max([_up(self.table.proven.error), *beyond], key=Fraction)
+        return max([at_most(self.table.proven.error), *beyond], key=Fraction)
 
     @cached_property
     def name(self) -> str:
         """The end of the functions' names: lookup, degree, rows to an octave, proven bound."""
         if isinstance(self.table, FullTable):
             return "lookup_full"
-        bound = f"{Decimal(self.bound).normalize():e}".replace(".", "p").replace("-", "m")
-        return f"lookup_{self.table.degree}_{1 << self.table.split}_{bound}"
+        return f"lookup_{self.table.degree}_{1 << self.table.split}_{gapped.scientific(self.bound)}"
 
     @property
     def file(self) -> str:
@@ -119,7 +117,7 @@ def kernel(tier: str, size: str = FAST) -> SpeedKernel:
     if (tier, size) not in TABLES:
         known = ", ".join(f"{name} ({which})" for name, which in [*TABLES, (FULL, FAST)])
         raise ValueError(f"the kernel of speed asked for is {tier} ({size}): accepted are {known}")
-    slow = None if Fraction(tier) < Fraction("2.8e-8") else proofs_gapped.half_line(tier)
+    slow = proofs_gapped.half_line(tier) if tier in HALF_LINE else None
     return SpeedKernel(tier, TABLES[tier, size], slow)
 
 
@@ -172,7 +170,7 @@ def render(given: SpeedKernel, command: str) -> str:
 def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
     fraction = form.precision - 1
-    size = 64 if form == DOUBLE else 32
+    size = 8 * bytes_of(form)
 
     def bits(number: int) -> str:
         return f"UINT{size}_C({number:#x})"
@@ -205,7 +203,7 @@ def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
         "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
         "one_literal": form.decimal(1.0),
         "two_literal": form.decimal(2.0),
-        "line": 64 // (size // 8),
+        "line": CACHE_LINE // bytes_of(form),
         "scalar_polynomial": _in_pairs(scalar, variable, square),
         "array_polynomial": _in_pairs(array, variable, square),
     }
@@ -311,13 +309,14 @@ def _formula(given: SpeedKernel) -> str:
 
 def _bounds(given: SpeedKernel, table: Table) -> list[str]:
     smaller = "min(eps, 1 - eps)"
-    forms = ((_up(rounding_of(table, form), 2), form.name) for form in given.formats)
+    forms = ((at_most(rounding_of(table, form), 2), form.name) for form in given.formats)
     rounding = " and ".join(f"{size} {smaller} in type {name}" for size, name in forms)
     elsewhere = "that of viscopade_full.h" if given.slow is None else given.slow.variant(DOUBLE).certificate.bound
     return [
-        f"proven: |formula - eps| / {smaller} <= {_up(table.proven.error)} in the table, {elsewhere} elsewhere",
+        f"proven: |formula - eps| / {smaller} <= {at_most(table.proven.error)} in the table, {elsewhere} elsewhere",
         f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "
-        f"table, beta^5 speed included); elsewhere {_up(_of_v_star())} {smaller}, besides that of {_slow_name(given)}",
+        f"table, beta^5 speed included); elsewhere {at_most(_of_v_star())} {smaller}, besides that of "
+        f"{_slow_name(given)}",
         "rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three units in the "
         f"last place; elsewhere, for dissipation, the sum of what {_slow_name(given)} states for epsilon and "
         "one_minus_epsilon",
@@ -328,7 +327,7 @@ def _bounds(given: SpeedKernel, table: Table) -> list[str]:
 
 
 def _rise(table: Table) -> str:
-    return _up(table.rise * (1 + table.proven.error))
+    return at_most(table.rise * (1 + table.proven.error))
 
 
 _CONVERTED = "type float: computed in type double, then rounded"
@@ -343,11 +342,11 @@ def _full_bounds(table: FullTable) -> list[str]:
     bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
     of_eps = max(Fraction(full.certificate("double", name)["maximum"]) for name in full.FUNCTIONS)
     return [
-        f"proven: in the table, eps is off by at most {_up(bounds.ulp)} units in the last place (ulp) of eps(w), and "
-        f"what the rounding of w = beta^5 speed does is at most {_up(ulp_of_w())} ulp",
-        f"elsewhere: at most {_up(of_eps + _of_v_star() / unit)} ulp in all, nearly all of which is pow's (proven)",
-        f"dissipation and rebound: relative errors of at most {_up(bounds.relative + 4 * unit, 2)} in the table, "
-        f"besides what the rounding of w does, at most {_up(of_w(DOUBLE), 2)} (proven)",
+        f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
+        f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
+        f"elsewhere: at most {at_most(of_eps + _of_v_star() / unit)} ulp in all, nearly all of which is pow's (proven)",
+        f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
+        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
         _CONVERTED,
     ]
 
@@ -368,18 +367,13 @@ def _of_v_star() -> Fraction:
     return evaluation.of_speed() * reference.steepest() * (1 + Fraction(1, 2**20)) + 4 * Fraction(reference.ERROR)
 
 
-def _up(number: Fraction, digits: int = 3) -> str:
-    with working(64):
-        return rounded_up(arb(number.numerator) / number.denominator, digits)
-
-
 def main() -> None:
     """Print the tables' sizes and bounds, as docs/speed.md has them."""
     for tier, size in [*TABLES, (FULL, FAST)]:
         given = kernel(tier, size)
         table = given.table
         if isinstance(table, FullTable):
-            numbers = [str(DEGREE), f"{_up(table.proven.ulp)} ulp of eps(w)", ""]
+            numbers = [str(DEGREE), f"{at_most(table.proven.ulp)} ulp of eps(w)", ""]
         else:
             numbers = [str(table.degree), given.bound, _rise(table)]
         print(f"| {tier} {size} | {numbers[0]} | {1 << table.split} | {given.bytes:,} | {numbers[1]} | {numbers[2]} |")

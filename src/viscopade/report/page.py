@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from viscopade import double
-from viscopade.kernels import marker_line
+from viscopade.kernels import environment, marker_line
 from viscopade.paper import CITATION
 from viscopade.report.choice import Choice, Panel, Point, choices, frontier, panel, title
 from viscopade.report.result import FORMATS, MEASURES, SPEEDS, Error, Result, Row, Scene
@@ -45,25 +45,17 @@ def html(result: Result, pictures: Mapping[str, Sequence[str]], curves: Sequence
     curves : sequence of str
         The picture of the error curves, likewise; empty if there are none.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=PackageLoader("viscopade"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=True,
-    )
-    environment.filters |= {
+    jinja = environment("viscopade", autoescape=True)
+    jinja.filters |= {
         "plain": plain,
         "significant": significant,
         "error": scientific,
         "percent": percent,
         "unbroken": unbroken,
     }
-    page = environment.get_template("report.html.jinja").render(
+    page = jinja.get_template("report.html.jinja").render(
         marker=marker_line("viscopade report"),
         result=result,
         scene=_scene(result.settings.scene),
