@@ -1,0 +1,1 @@
+"""Our answer in the parameters of simulators: LAMMPS, REBOUND, MercuryDPM, YADE and LIGGGHTS."""

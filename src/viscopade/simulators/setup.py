@@ -1,0 +1,115 @@
+"""What a simulator is told: the bodies, which of them meet, and how fast."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from viscopade.model import Pair, Sphere
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of the units that all numbers of a `Setup` are in."""
+
+    length: str = "m"
+    mass: str = "kg"
+    time: str = "s"
+
+    @property
+    def speed(self) -> str:
+        """Unit of speeds."""
+        return f"{self.length}/{self.time}"
+
+    @property
+    def beta(self) -> str:
+        """Unit of beta."""
+        return f"({self.time}/{self.length})^(1/5)"
+
+
+SI = Units()
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Bodies of two kinds that collide.
+
+    Attributes
+    ----------
+    first, second : str
+        Names of the bodies; the second may be a wall, the first is not.
+    pair : Pair
+        With the radii that are typical of them.
+    slowest, typical, fastest : float
+        Impact speeds.
+    extremes : tuple of Pair
+        The same bodies with the least and the largest v* at a speed, if their sizes are distributed; else empty.
+
+    Raises
+    ------
+    ValueError
+        If the speeds are not positive, finite and in order, or the first body is a wall.
+    """
+
+    first: str
+    second: str
+    pair: Pair
+    slowest: float
+    typical: float
+    fastest: float
+    extremes: tuple[Pair, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0 < self.slowest <= self.typical <= self.fastest < math.inf:
+            raise ValueError(
+                f"speeds of {self.name} are {self.slowest!r}, {self.typical!r} and {self.fastest!r}: "
+                "accepted are finite numbers > 0 in order"
+            )
+        if self.pair.first.is_wall:
+            raise ValueError(f"{self.first} is a wall: accepted is a wall as the second body")
+
+    @property
+    def name(self) -> str:
+        """Both names."""
+        return f"{self.first}-{self.second}"
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Bodies and contacts, in consistent units.
+
+    Attributes
+    ----------
+    title : str
+        One line.
+    bodies : mapping of str to Sphere
+        By name, walls too; in the order in which types are numbered.
+    contacts : tuple of Contact
+        All that are meant to occur.
+    units : Units
+        Of all numbers.
+
+    Raises
+    ------
+    ValueError
+        If a contact is between bodies that are not there, or there is none.
+    """
+
+    title: str
+    bodies: Mapping[str, Sphere]
+    contacts: tuple[Contact, ...]
+    units: Units = SI
+
+    def __post_init__(self) -> None:
+        if not self.contacts:
+            raise ValueError("contacts is empty: accepted is at least one")
+        for contact in self.contacts:
+            for name in (contact.first, contact.second):
+                if name not in self.bodies:
+                    raise ValueError(f"there is no body {name!r}: accepted are {', '.join(self.bodies)}")
+
+    @property
+    def spheres(self) -> list[str]:
+        """Names of the bodies that are no walls."""
+        return [name for name, body in self.bodies.items() if not body.is_wall]
