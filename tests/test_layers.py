@@ -13,6 +13,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "viscopade"
 # (checks, progress, balls, wiener, exports, writer) stands where it is used from; CHANGELOG.md says why it exists.
 ORDER = (
     "checks",
+    "document",
     "progress",
     "balls",
     "chebyshev",
@@ -72,6 +73,7 @@ ORDER = (
     "proofs",
     "proofs_gapped",
     "kernels.speed",
+    "catalogue",
     "exports",
     "bench.kernel",
     "bench.compilers",
@@ -92,6 +94,32 @@ ORDER = (
     "report.picture",
     "report.page",
     "report",
+    "simulators.setup",
+    "simulators.stated",
+    "simulators.tsuji",
+    "simulators.lammps",
+    "simulators.rebound",
+    "simulators.mercurydpm",
+    "simulators.yade",
+    "simulators.liggghts",
+    "simulators",
+    "scene.description",
+    "scene.quantity",
+    "scene.read",
+    "scene.encounter",
+    "scene.sense",
+    "scene.units",
+    "scene.tolerance",
+    "scene.cost",
+    "scene.formula",
+    "scene.candidate",
+    "scene.choice",
+    "scene.render",
+    "scene.check",
+    "scene.tables",
+    "scene",
+    "gas",
+    "figures_gas",
     "writer",
     "console",
     "cli",
@@ -144,7 +172,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(run.stdout.split())
 
 
-HEAVY = {"sympy", "matplotlib", "jinja2", "click", "rich", "scipy"}
+HEAVY = {"pint", "sympy", "matplotlib", "jinja2", "click", "rich", "scipy"}
 
 
 def test_importing_the_package_loads_nothing_heavy():

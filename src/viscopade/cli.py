@@ -12,7 +12,7 @@ from typing import Any, NoReturn, get_args
 
 import click
 
-from viscopade import exact, exports, figures, report
+from viscopade import exact, exports, figures, report, simulators
 from viscopade.balls import known_decimal
 from viscopade.certificate import Measure
 from viscopade.console import (
@@ -34,10 +34,13 @@ from viscopade.model import Pair
 from viscopade.pade import MAX_DEGREE, Pade, Root, pade
 from viscopade.paper import CITATION, Entry, approximants, compare
 from viscopade.progress import shown_by
+from viscopade.scene.description import Scene
 from viscopade.series import series
+from viscopade.simulators.setup import Setup
 from viscopade.writer import check, write, write_all
 
 COMPARED_DIGITS = 20
+LONGEST = 1 << 24  # bytes of a file that is read
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -348,6 +351,151 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
     files = report.render(data, formats, source=source)
     write_all({out / name: content for name, content in files.items()}, parents=True)
     click.echo(f"wrote {', '.join(files)} to {out}")
+
+
+@command.command("scene")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
+@click.option(
+    "--costs",
+    type=click.Path(path_type=Path),
+    help="What `viscopade bench --out` wrote, for times instead of counted operations.",
+)
+@click.option("--check/--no-check", "checking", default=True, help="Run what is generated (C, Python) and compare.")
+@click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
+@STYLE
+def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
+    """Find the cheapest kernel that is good enough for the scene in a TOML file, and generate it.
+
+    The keys of the file are described in docs/scenes.md; examples/ has ready scenes.
+    """
+    from viscopade.bench import compilers
+    from viscopade.report.result import checked
+    from viscopade.scene import check as run
+    from viscopade.scene import choice, cost, render, tables
+
+    scene = read_scene(file)
+    if out is not None:
+        check([out / render.file_name(scene)], parents=True)
+    by = cost.Costs()
+    if costs is not None:
+        content = read_file(costs, "what `viscopade bench --out` wrote")
+        result = checked(report.from_json(content, str(costs)), str(costs))
+        by = cost.measured(result, scene.code, compilers.processor())
+    found = choice.choose(scene, by)
+    verdict = text = None
+    if out is not None or checking:
+        text = render.render(found, f"viscopade scene {file.name}")
+    if checking and text is not None:
+        verdict = run.check(found, text, cc)
+    if out is not None and text is not None:
+        write_all({out / render.file_name(scene): text}, parents=True)
+    if style != "text":
+        show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
+        return
+    show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
+    show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
+    for line in tables.sentences(found):
+        click.echo(line)
+    if checking:
+        click.echo(tables.checked(verdict))
+    if out is not None:
+        click.echo(f"wrote {render.file_name(scene)} to {out}")
+
+
+@command.command("simulators")
+@click.argument("target", type=click.Choice(simulators.TARGETS))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("--epsilon", type=Real("epsilon"), help="Instead of a scene: eps of two spheres, at --speed.")
+@click.option("--speed", type=Real("speed"), help="The impact speed at which it is known.")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@click.option("--tier", type=click.Choice(TIERS), default="1e-5", show_default=True, help="Of the kernel for REBOUND.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+def simulators_command(
+    target: str,
+    file: Path | None,
+    epsilon: float | None,
+    speed: float | None,
+    tier: str,
+    output: Path | None,
+    **options: Any,
+) -> None:
+    """Give a simulator's own parameters for a scene, or for a material (SI units) and eps at a speed.
+
+    LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS.
+    """
+    if output is not None:
+        check([output])
+    if file is None:
+        setup = _setup_of_material(epsilon, speed, options)
+        words = _words(epsilon=epsilon, speed=speed, **options)
+        source = f"viscopade simulators {target} {words}"
+    else:
+        from viscopade.scene import units
+
+        if epsilon is not None or speed is not None or pair_of(**options) is not None:
+            raise click.UsageError("accepted is either a scene or a material with --speed, not both")
+        setup, source = units.setup(read_scene(file)), f"viscopade simulators {target} {file.name}"
+    text = simulators.render(target, setup, source, tier)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write(output, text)
+
+
+def _setup_of_material(epsilon: float | None, speed: float | None, options: dict[str, Any]) -> Setup:
+    """Return one pair of bodies, with A or with the one that leads to eps."""
+    constant = options["dissipative_constant"]
+    if (epsilon is None) == (constant is None):
+        raise click.UsageError(
+            "accepted is a scene, or a material with --speed and either --epsilon or --dissipative-constant"
+        )
+    options = options | {"dissipative_constant": 0.0 if constant is None else constant}
+    pair = pair_of(**options)
+    if pair is None or speed is None:
+        raise click.UsageError("a material also needs --speed, the impact speed that matters")
+    if epsilon is not None:
+        pair = pair.calibrated(speed, epsilon)
+    return simulators.of_pair(pair, speed)
+
+
+def _words(**options: Any) -> str:
+    """Return options as they were given."""
+    words = []
+    for name, value in options.items():
+        flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
+        if value is True:
+            words.append(flag)
+        elif isinstance(value, tuple):
+            words += (f"{flag} {item:g}" for item in value)
+        elif value is not None and value is not False:
+            words.append(f"{flag} {value:g}")
+    return " ".join(words)
+
+
+def read_scene(file: Path) -> Scene:
+    """Return the scene in a file."""
+    from viscopade.scene import read
+
+    return read.scene(read_file(file, "a scene in TOML (docs/scenes.md)"), str(file))
+
+
+def read_file(file: Path, accepted: str) -> bytes:
+    """Return what a file holds.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or is far too long.
+    """
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(LONGEST + 1)
+    except OSError as error:
+        raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
+    if len(content) > LONGEST:
+        raise ValueError(f"{file} has more than {LONGEST} bytes: accepted is {accepted}")
+    return content
 
 
 def _entry_row(entry: Entry) -> tuple[str, ...]:

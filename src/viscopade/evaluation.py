@@ -238,11 +238,11 @@ def inverse_sizes(
 
 
 @lru_cache(maxsize=1)
-def of_speed() -> Fraction:
-    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in type double: roots and their product."""
+def of_speed(kind: Format = DOUBLE) -> Fraction:
+    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in a type: roots and their product."""
     with working(BITS):
-        unit = arb(2) ** -DOUBLE.precision
-        return exact_middle((_of_pow(Fraction(1, 10), DOUBLE) + 2 * _log_error(unit)).abs_upper())
+        unit = arb(2) ** -kind.precision
+        return exact_middle((_of_pow(Fraction(1, 10), kind) + 2 * _log_error(unit)).abs_upper())
 
 
 def _log_error(relative: arb) -> arb:

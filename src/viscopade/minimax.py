@@ -568,6 +568,13 @@ def choose(
     )
 
 
+def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
+    """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
+    interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
+    found = (_fit_or_none(m, n, interval, measure) for m, n in _degrees(price))
+    return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
+
+
 def _degrees(price: int) -> list[tuple[int, int]]:
     """Return the degrees of a cost."""
     pairs = ((m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1))

@@ -99,8 +99,14 @@ def _error_lines() -> list[str]:
 
 
 def _table_line() -> str:
-    sizes = (8 * len(rows) * len(rows[0]) for rows in (_double_rows(), full.float_rows()))
+    sizes = tuple(map(table_bytes, full.DEGREES))
     return "tables: {} bytes for double, {} bytes for float; in each translation unit that uses them".format(*sizes)
+
+
+def table_bytes(form: str) -> int:
+    """Return the size of the table for "double" or "float"."""
+    rows = _double_rows() if form == DOUBLE.name else full.float_rows()
+    return 8 * len(rows) * len(rows[0])
 
 
 def _rounded_up(ulp: float) -> str:

@@ -315,7 +315,7 @@ def _bounds(given: SpeedKernel, table: Table) -> list[str]:
     return [
         f"proven: |formula - eps| / {smaller} <= {at_most(table.proven.error)} in the table, {elsewhere} elsewhere",
         f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "
-        f"table, beta^5 speed included); elsewhere {at_most(_of_v_star())} {smaller}, besides that of "
+        f"table, beta^5 speed included); elsewhere {at_most(of_v_star())} {smaller}, besides that of "
         f"{_slow_name(given)}",
         "rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three units in the "
         f"last place; elsewhere, for dissipation, the sum of what {_slow_name(given)} states for epsilon and "
@@ -344,7 +344,7 @@ def _full_bounds(table: FullTable) -> list[str]:
     return [
         f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
         f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
-        f"elsewhere: at most {at_most(of_eps + _of_v_star() / unit)} ulp in all, nearly all of which is pow's (proven)",
+        f"elsewhere: at most {at_most(of_eps + of_v_star() / unit)} ulp in all, nearly all of which is pow's (proven)",
         f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
         f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
         _CONVERTED,
@@ -362,9 +362,9 @@ def rounding_of(table: Table, form: Format) -> Fraction:
 
 
 @cache
-def _of_v_star() -> Fraction:
+def of_v_star(form: Format = DOUBLE) -> Fraction:
     """Return a bound of what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps and 1 - eps, relatively."""
-    return evaluation.of_speed() * reference.steepest() * (1 + Fraction(1, 2**20)) + 4 * Fraction(reference.ERROR)
+    return evaluation.of_speed(form) * reference.steepest() * (1 + Fraction(1, 2**20)) + 4 * Fraction(reference.ERROR)
 
 
 def main() -> None:

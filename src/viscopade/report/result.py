@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
-import reprlib
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 from viscopade import double
+from viscopade.document import Node
 
 _TERM = re.compile(r"([0-9]+[.]?[0-9]*(?:[eE][+-]?[0-9]{1,3})?)( ulp)?")
 
@@ -163,65 +162,8 @@ class Result:
         return next((e for e in self.errors if (e.id, e.format) == (row.id, row.format)), None)
 
 
-@dataclass(frozen=True)
-class _Node:
+class _Node(Node):
     """A value in the file, with its place for messages."""
-
-    source: str
-    key: str
-    value: object
-
-    def refuse(self, accepted: str) -> ValueError:
-        """Return the exception that says what is wrong."""
-        where = f"{self.key} is" if self.key else "it holds"
-        return ValueError(f"{self.source}: {where} {reprlib.repr(self.value)}: accepted is {accepted}")
-
-    def __getitem__(self, name: str) -> _Node:
-        if not isinstance(self.value, Mapping):
-            raise self.refuse("an object")
-        key = f"{self.key}.{name}".removeprefix(".")
-        if name not in self.value:
-            raise ValueError(f"{self.source}: {key} is missing")
-        return _Node(self.source, key, self.value[name])
-
-    def has(self, name: str) -> bool:
-        return isinstance(self.value, Mapping) and name in self.value
-
-    def items(self) -> list[_Node]:
-        if not isinstance(self.value, list | tuple):
-            raise self.refuse("a list")
-        return [_Node(self.source, f"{self.key}[{i}]", value) for i, value in enumerate(self.value)]
-
-    def text(self, *, empty: bool = False) -> str:
-        if not isinstance(self.value, str) or not self.value.isprintable() or not (self.value.strip() or empty):
-            raise self.refuse("one line of text")
-        return self.value
-
-    def choice(self, accepted: Sequence[str]) -> str:
-        if not isinstance(self.value, str) or self.value not in accepted:
-            raise self.refuse(", ".join(accepted))
-        return self.value
-
-    def number(self, *, positive: bool = False) -> float:
-        """Return a finite number that is not negative."""
-        value = self.value
-        # An integer too large for a float compares well with infinity.
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-            raise self.refuse(_at_least_zero(positive))
-        if positive and value == 0:
-            raise self.refuse(_at_least_zero(positive))
-        try:
-            return float(value)
-        except OverflowError:
-            raise self.refuse(_at_least_zero(positive)) from None
-
-    def optional(self, *, positive: bool = False) -> float | None:
-        return None if self.value is None else self.number(positive=positive)
-
-    def count(self) -> int:
-        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < 1:
-            raise self.refuse("a positive integer")
-        return self.value
 
     def bound(self, ulp: float) -> float | None:
         """Return a sum of numbers and numbers of ulps as a number, or None."""
@@ -234,6 +176,7 @@ class _Node:
         return sum(found)
 
     def verdict(self) -> bool | None:
+        """Return true, false or None."""
         if self.value is not None and not isinstance(self.value, bool):
             raise self.refuse("true, false or null")
         return self.value
@@ -245,10 +188,6 @@ class _Node:
         if isinstance(self.value, str):
             return self.text(empty=True)
         return f"{self.number():.4g}"
-
-
-def _at_least_zero(positive: bool) -> str:
-    return f"a finite number {'>' if positive else '>='} 0"
 
 
 def from_json(text: str | bytes, source: str) -> dict[str, Any]:

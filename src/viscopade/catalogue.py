@@ -1,0 +1,216 @@
+"""The kernels that stand ready for every scene, with their proven errors: those of speed, half-line, compact and full.
+
+To prove them takes a minute; the table is made by  python -m viscopade.catalogue > src/viscopade/data/catalogue.csv
+and read by `entries`. Errors are bounds of |d eps|/min(eps, 1 - eps), rounding included but for the last one, of the
+result, which is half a unit in its last place. They are rounded up.
+"""
+
+from __future__ import annotations
+
+import csv
+import pkgutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, Literal, cast
+
+from viscopade import compact, full, proofs_gapped
+from viscopade.certificate import at_most
+from viscopade.compact import COMMON, DEVICE, FUNCTIONS, LIBRARY, SHADER
+from viscopade.kernels import MARKER
+from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.kernels.compact import name_of
+from viscopade.kernels.full import table_bytes
+from viscopade.kernels.gapped import HalfLineKernel
+from viscopade.kernels.speed import FULL, HALF_LINE, TABLES, SpeedKernel, kernel, of_v_star, rounding_of
+from viscopade.lookup import OCTAVES, of_w
+from viscopade.lookup_full import DEGREE, FullTable
+
+DATA = "data/catalogue.csv"
+COMMAND = "python -m viscopade.catalogue > src/viscopade/data/catalogue.csv"
+PLACES = 3
+_NUMBERS = ("bytes", "operations")
+
+# Operations, counted by hand in the templates.
+_POWER_OF_BETA = 4  # w = beta^5 speed
+_ROW = 6  # to find the row: shifts, masks, a comparison, and the copy
+_ACCURATE = 20  # of the sums in two parts
+_GAPS = 6  # powers of y that gaps in the polynomials need
+
+Kind = Literal["speed", "half-line", "compact", "full", "v*"]
+
+HOST = "host"
+MACHINES = {
+    (HOST, DOUBLE): LIBRARY[DOUBLE.name],
+    (HOST, FLOAT): LIBRARY[FLOAT.name],
+    ("device", FLOAT): DEVICE,
+    ("shader", FLOAT): SHADER,
+}
+"""By place and type, the arithmetic of compact kernels; in type double the device is like the host."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A kernel in one format.
+
+    Attributes
+    ----------
+    kind : str
+        "speed" and "compact" take speed and beta; "half-line" and "full" take v*. "v*" is no kernel, but what the
+        rounding of v* = sqrt(beta) pow(speed, 0.1) adds to these.
+    tier, size : str
+        As `kernels.speed.kernel` takes them; for half-line and compact kernels, the accuracy asked for.
+    name : str
+        The end of the functions' names.
+    place, format : str
+        "host", "device" (CUDA) or "shader"; "double" or "float".
+    bytes : int
+        Size of the table.
+    operations : int
+        Sums, products and steps that find the row of the table; without roots, powers and divisions.
+    v_star_min, v_star_max : str
+        The range in which the error is at most `inside`.
+    inside, outside : str
+        Proven bounds of the error.
+    """
+
+    kind: Kind
+    tier: str
+    size: str
+    name: str
+    place: str
+    format: str
+    bytes: int
+    operations: int
+    v_star_min: str
+    v_star_max: str
+    inside: str
+    outside: str
+
+    def error(self, low: Fraction, high: Fraction) -> Fraction:
+        """Return the proven bound on a range of v*."""
+        end = Fraction(10) ** 1000 if self.v_star_max == "inf" else Fraction(self.v_star_max)
+        within = Fraction(self.v_star_min) <= low and high <= end
+        return Fraction(self.inside if within else self.outside)
+
+
+@lru_cache(maxsize=1)
+def entries() -> tuple[Entry, ...]:
+    """Return all kernels, as the data file has them."""
+    text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return tuple(_entry(row) for row in rows)
+
+
+def _entry(row: Mapping[str, str]) -> Entry:
+    values: dict[str, Any] = {name: int(text) if name in _NUMBERS else text for name, text in row.items()}
+    return Entry(**values)
+
+
+# --- how the table is made --------------------------------------------------------------------------------------------
+
+
+def computed() -> Iterator[Entry]:
+    """Prove everything anew."""
+    for tier, size in [*TABLES, (FULL, "fast")]:
+        yield from _of_speed(tier, size, kernel(tier, size))
+    for accuracy in HALF_LINE:
+        yield from _of_half_line(accuracy, proofs_gapped.half_line(accuracy))
+    for form in (DOUBLE, FLOAT):
+        worst = max(Fraction(full.certificate(form.name, name)["maximum"]) for name in full.FUNCTIONS)
+        operations = _ROW + 2 * full.DEGREES[form.name] + (_ACCURATE if form == DOUBLE else 0)
+        taken = table_bytes(form.name)
+        yield _everywhere("full", FULL, "full", HOST, form, worst * _ulp(form), operations, taken)
+    for form in (DOUBLE, FLOAT):
+        yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
+
+
+def _everywhere(
+    kind: Kind,
+    tier: str,
+    name: str,
+    place: str,
+    form: Format,
+    error: Fraction,
+    operations: int,
+    size: int = 0,
+) -> Entry:
+    bound = at_most(error, PLACES)
+    return Entry(kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound)
+
+
+def _ulp(form: Format) -> Fraction:
+    """Return the largest size of a unit in the last place, relative to the number."""
+    return Fraction(2) ** (1 - form.precision)
+
+
+def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
+    table = given.table
+    # In v*, rounded inwards: w itself is rounded.
+    low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
+    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, FullTable) else 2 * table.degree
+    operations = _POWER_OF_BETA + _ROW + polynomial
+    for form in (DOUBLE, FLOAT):
+        own = form if form in given.formats else DOUBLE
+        if isinstance(table, FullTable):
+            inside = table.proven.relative + of_w(DOUBLE) + 4 * _ulp(DOUBLE)
+        else:
+            inside = table.proven.error + rounding_of(table, own)
+        yield Entry(
+            "speed",
+            tier,
+            size,
+            given.name,
+            HOST,
+            form.name,
+            given.bytes,
+            operations,
+            f"{low * 1.01:.3g}",
+            f"{high * 0.99:.3g}",
+            at_most(inside, PLACES),
+            at_most(max(inside, _beyond(given)), PLACES),
+        )
+
+
+def _beyond(given: SpeedKernel) -> Fraction:
+    """Return the bound of the kernel that is used outside the table, always in type double."""
+    if given.slow is None:
+        worst = max(Fraction(full.certificate(DOUBLE.name, name)["maximum"]) for name in full.FUNCTIONS)
+        return worst * _ulp(DOUBLE) + of_v_star()
+    return given.slow.variant(DOUBLE).total(given.slow.checked) + of_v_star()
+
+
+def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
+    terms = len(given.powers.top) + len(given.powers.bottom)
+    operations = 2 * terms + _GAPS
+    for variant in given.variants:
+        error = variant.total(given.checked)
+        yield _everywhere("half-line", accuracy, given.name, HOST, variant.form, error, operations)
+    for (place, form), machine in MACHINES.items():
+        for variant in given.variants:
+            if variant.form == form:
+                found = compact.bounds(given.powers, variant.a, variant.b, machine)
+                bound = Fraction(variant.certificate.bound)
+                everywhere, common = (
+                    bound + (1 + bound) * max(Fraction(found[name][i]) for name in FUNCTIONS) for i in range(2)
+                )
+                low, high = map(str, map(float, COMMON)) if form == FLOAT else ("0", "inf")
+                inside, outside = at_most(common if form == FLOAT else everywhere, PLACES), at_most(everywhere, PLACES)
+                name = name_of(given)
+                yield Entry(
+                    "compact", accuracy, "fast", name, place, form.name, 0, operations, low, high, inside, outside
+                )
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"# {MARKER}: {COMMAND}")
+    print("# Kernels that stand ready, with proven bounds of |d eps|/min(eps, 1 - eps).")
+    print(",".join(Entry.__dataclass_fields__))
+    for entry in computed():
+        print(",".join(str(value) for value in vars(entry).values()))
+
+
+if __name__ == "__main__":
+    main()

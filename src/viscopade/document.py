@@ -1,0 +1,124 @@
+"""Read nested data from a file, and refuse what is wrong with one line that names the file, the key and the remedy."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value in a file, with its place for messages.
+
+    Attributes
+    ----------
+    source : str
+        The file's name.
+    key : str
+        Where in it the value stands; "" for the whole.
+    value : object
+    """
+
+    source: str
+    key: str
+    value: object
+
+    def refuse(self, accepted: str) -> ValueError:
+        """Return the exception that says what is wrong."""
+        where = f"{self.key} is" if self.key else "it holds"
+        value = " ".join(reprlib.repr(self.value).split())
+        return ValueError(f"{self.source}: {where} {value}: accepted is {accepted}")
+
+    def _at(self, name: str, value: object) -> Self:
+        return type(self)(self.source, f"{self.key}.{name}".removeprefix("."), value)
+
+    @property
+    def _table(self) -> Mapping[str, object]:
+        if not isinstance(self.value, Mapping):
+            raise self.refuse("an object")
+        return self.value
+
+    def __getitem__(self, name: str) -> Self:
+        if name not in self._table:
+            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing")
+        return self._at(name, self._table[name])
+
+    def get(self, name: str) -> Self | None:
+        """Return a part, or None if it is not there."""
+        return self[name] if name in self._table else None
+
+    def has(self, name: str) -> bool:
+        """Return whether there is such a part."""
+        return isinstance(self.value, Mapping) and name in self.value
+
+    def only(self, *names: str) -> Self:
+        """Return this, and refuse parts of other names."""
+        for name in self._table:
+            if name not in names:
+                where = f"{self.key}." if self.key else ""
+                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: accepted are {', '.join(names)}")
+        return self
+
+    def parts(self) -> Iterator[tuple[str, Self]]:
+        """Yield the names and values of all parts."""
+        for name, value in self._table.items():
+            yield name, self._at(name, value)
+
+    def items(self) -> list[Self]:
+        """Return the elements of a list."""
+        if not isinstance(self.value, list | tuple):
+            raise self.refuse("a list")
+        return [type(self)(self.source, f"{self.key}[{i}]", value) for i, value in enumerate(self.value)]
+
+    def text(self, *, empty: bool = False) -> str:
+        """Return a line of text."""
+        if not isinstance(self.value, str) or not self.value.isprintable() or not (self.value.strip() or empty):
+            raise self.refuse("one line of text")
+        return self.value
+
+    def choice(self, accepted: Sequence[str]) -> str:
+        """Return one of several words."""
+        if not isinstance(self.value, str) or self.value not in accepted:
+            raise self.refuse(", ".join(accepted))
+        return self.value
+
+    def number(self, *, positive: bool = False) -> float:
+        """Return a finite number that is not negative."""
+        value = self.value
+        # An integer too large for a float compares well with infinity.
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+            raise self.refuse(_at_least_zero(positive))
+        if positive and value == 0:
+            raise self.refuse(_at_least_zero(positive))
+        try:
+            return float(value)
+        except OverflowError:
+            raise self.refuse(_at_least_zero(positive)) from None
+
+    def optional(self, *, positive: bool = False) -> float | None:
+        """Return a number or None."""
+        return None if self.value is None else self.number(positive=positive)
+
+    def count(self) -> int:
+        """Return a positive integer."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < 1:
+            raise self.refuse("a positive integer")
+        return self.value
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            raise self.refuse("true or false")
+        return self.value
+
+
+def _at_least_zero(positive: bool) -> str:
+    return f"a finite number {'>' if positive else '>='} 0"
+
+
+def _short(name: object) -> str:
+    text = str(name) if str(name).isprintable() else repr(name)
+    return text if len(text) <= 40 else text[:40] + "…"

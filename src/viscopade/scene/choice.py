@@ -1,0 +1,132 @@
+"""The cheapest kernel that keeps a scene's tolerance, and why those that are cheaper do not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from viscopade.certificate import at_most
+from viscopade.progress import track
+from viscopade.scene import sense
+from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial
+from viscopade.scene.cost import Costs, Price
+from viscopade.scene.description import Scene
+from viscopade.scene.encounter import Encounter, encounters
+
+AS_CHEAP = 1.05  # prices that differ by less are equal: the smaller table decides, then the error
+WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A candidate with its price, and the names of the tolerances that it exceeds."""
+
+    candidate: Candidate
+    price: Price
+    failing: tuple[str, ...]
+
+    @property
+    def suffices(self) -> bool:
+        """Whether it keeps the tolerance."""
+        return not self.failing
+
+    @property
+    def rank(self) -> tuple[float, int, Fraction]:
+        """What is compared: the price, the size of the table, the error."""
+        return self.price.value, self.candidate.bytes, self.candidate.errors.epsilon
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a scene gets.
+
+    Attributes
+    ----------
+    scene : Scene
+    encounters : sequence of Encounter
+    offers : sequence of Offer
+        All candidates, the cheapest first.
+    chosen : Offer
+    costs : Costs
+    reason : str
+        Why the next cheaper one does not suffice.
+    warnings : sequence of str
+        Where the scene leaves what the model assumes.
+    """
+
+    scene: Scene
+    encounters: Sequence[Encounter]
+    offers: Sequence[Offer]
+    chosen: Offer
+    costs: Costs
+    reason: str
+    warnings: Sequence[str]
+
+
+def choose(scene: Scene, costs: Costs) -> Choice:
+    """Return the cheapest kernel that keeps the tolerance.
+
+    Raises
+    ------
+    ValueError
+        If there is none: one line that says what the best one reaches.
+    """
+    met = encounters(scene)
+    found = list(candidates(scene, met))
+    offers = []
+    for i in track(range(len(found)), "errors on the scene"):
+        candidate = found[i]
+        failing = candidate.errors.failing(scene.tolerance)
+        offers.append(Offer(candidate, costs.of(candidate.bench_id, candidate.operations), tuple(failing)))
+    offers.sort(key=lambda offer: offer.rank)
+    enough = [offer for offer in offers if offer.suffices]
+    if not enough:
+        raise _nothing(scene, offers)
+    as_cheap = [offer for offer in enough if offer.price.value <= AS_CHEAP * enough[0].price.value]
+    chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
+    warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
+    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings)
+
+
+def _nothing(scene: Scene, offers: Sequence[Offer]) -> ValueError:
+    """Return the refusal of a tolerance that no kernel keeps."""
+    given = scene.tolerance.given()
+
+    def excess(offer: Offer) -> tuple[Fraction, str]:
+        errors = offer.candidate.errors
+        return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
+
+    best = min(offers, key=excess)
+    name = excess(best)[1]
+    reached = at_most(getattr(best.candidate.errors, name))
+    code = scene.code
+    return ValueError(
+        f"{scene.source}: tolerance.{name} is {given[name]:g}: accepted is {reached} "
+        f"or more, which the best kernel in {code.language} ({code.format}"
+        + (f", tables of at most {code.largest_table} bytes" if code.largest_table else "")
+        + ") reaches on this scene"
+    )
+
+
+def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
+    """Return why the next cheaper kernel fails: the most accurate of those that cost less."""
+    texts = []
+    if isinstance(chosen.candidate, Polynomial):
+        cheaper = cheaper_polynomial(chosen.candidate)
+        if cheaper is not None:
+            texts.append(f"the best quotient with fewer operations, {cheaper[0]}, is off by {cheaper[1]:.3g} (sampled)")
+    less = [offer for offer in offers if offer.price.value < chosen.price.value and not offer.suffices]
+    if less:
+        texts.append(_failure(scene, min(less, key=lambda offer: getattr(offer.candidate.errors, offer.failing[0]))))
+    return "; ".join(texts) or "no kernel is cheaper"
+
+
+def _failure(scene: Scene, offer: Offer) -> str:
+    candidate, name = offer.candidate, offer.failing[0]
+    limit = scene.tolerance.given()[name]
+    off, v_star, pair = candidate.sampled(name)
+    if off > limit:
+        return f"{candidate.label}: {WORDS[name]} {off:.3g} at v* = {v_star:.4g} ({pair}), more than {limit:g}"
+    bound = at_most(getattr(candidate.errors, name))
+    return f"{candidate.label}: {WORDS[name]} is proven to be at most {bound}, which is more than {limit:g}"

@@ -1,0 +1,133 @@
+"""What a kernel costs: nanoseconds that `viscopade bench` measured, or a weighted count of operations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from viscopade.bench import rivals
+from viscopade.bench.ours import tier_id
+from viscopade.report.result import Result
+from viscopade.scene.description import Code
+
+# In multiplications: about what these take on processors of our days (docs/bench/result.json).
+DIVISION, POWER, CUBE_ROOT = 4, 50, 50
+
+
+@dataclass(frozen=True)
+class Operations:
+    """What one evaluation consists of.
+
+    Attributes
+    ----------
+    simple : int
+        Sums, products, and steps that find the row of a table.
+    divisions, powers, cube_roots : int
+    """
+
+    simple: int = 0
+    divisions: int = 0
+    powers: int = 0
+    cube_roots: int = 0
+
+    @property
+    def count(self) -> int:
+        """The weighted number."""
+        return self.simple + DIVISION * self.divisions + POWER * self.powers + CUBE_ROOT * self.cube_roots
+
+
+@dataclass(frozen=True)
+class Price:
+    """What an evaluation costs, in the unit of `Costs`; `how` says where the number is from."""
+
+    value: float
+    how: str
+
+
+@dataclass(frozen=True)
+class Costs:
+    """By count.
+
+    Attributes
+    ----------
+    unit : str
+    source : str
+        Where the costs are from, for the reader.
+    """
+
+    unit: str = "operations"
+    source: str = (
+        f"a count of operations (a division counts {DIVISION}, a power {POWER}, a cube root {CUBE_ROOT}); "
+        "--costs takes what `viscopade bench --out` measured on your machine"
+    )
+
+    def of(self, bench_id: str | None, operations: Operations) -> Price:
+        """Return the cost of a kernel, by its id in the benchmark and its operations."""
+        return Price(operations.count, "counted")
+
+
+@dataclass(frozen=True)
+class Measured(Costs):
+    """By time.
+
+    Attributes
+    ----------
+    times : mapping of str to float
+        By id in the benchmark, nanoseconds.
+    """
+
+    times: Mapping[str, float] | None = None
+
+    def of(self, bench_id: str | None, operations: Operations) -> Price:
+        """Return the measured time; if there is none, that of pow and of the further operations in proportion."""
+        times = self.times or {}
+        if operations.count == 0:
+            return Price(0.0, "nothing to compute")
+        if bench_id is not None and bench_id in times:
+            return Price(times[bench_id], "measured")
+        each = (times[rivals.PADE] - times[_POW]) / _OF_PADE.count
+        return Price(
+            operations.powers * times[_POW] + each * (operations.count - POWER * operations.powers), "estimated"
+        )
+
+
+_POW = "pow"
+_OF_PADE = Operations(simple=18, divisions=1)  # [3/6], besides the power
+
+
+def measured(result: Result, code: Code, processor: str) -> Costs:
+    """Return the costs that a benchmark found.
+
+    Parameters
+    ----------
+    result : Result
+        Of `viscopade bench`.
+    code : Code
+        What is wanted: it decides which of the measurements counts.
+    processor : str
+        That of this machine: the result says on which one it was measured.
+
+    Raises
+    ------
+    ValueError
+        If the result lacks pow or pow + [3/6], which all is related to, or the code takes v*.
+    """
+    measures = ("memory", "cache") if code.use == "batch" else ("throughput", "latency")
+    for measure in measures:
+        rows = [row for row in result.rows if (row.format, row.measure) == (code.format, measure)]
+        speeds = rows[0].speeds if rows else ""
+        times = {row.id: row.median for row in rows if row.speeds == speeds}
+        if {rivals.PADE, _POW} <= times.keys():
+            machine = result.machine.cpu
+            elsewhere = "" if machine == processor else f", which is not this machine ({processor})"
+            source = f"nanoseconds, {measure}, measured with {result.machine.compiler} on {machine}{elsewhere}"
+            return Measured("ns", source, times)
+    raise ValueError(
+        f"the benchmark has no times of pow and {rivals.PADE} in type {code.format} ({' or '.join(measures)}): "
+        "accepted is the result of `viscopade bench` without --only"
+    )
+
+
+def id_of_tier(tier: str, size: str) -> str | None:
+    """Return the id of a kernel of speed in the benchmark, if it is measured there."""
+    return tier_id(tier) if size == "fast" else None

@@ -1,0 +1,253 @@
+"""What a scene is: materials, bodies, what meets how fast, the tolerance, and the code that is wanted. SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from viscopade.model import Pair, Sphere
+from viscopade.simulators.setup import SI, Units
+
+Language = Literal["c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"]
+Format = Literal["double", "float"]
+Use = Literal["scalar", "batch"]
+Argument = Literal["speed", "v_star"]
+
+_HALF_WAY = math.sqrt(math.pi / 2)
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a body is made of.
+
+    Attributes
+    ----------
+    young_modulus, poisson_ratio : float
+    density : float or None
+        None if only walls are made of it.
+    dissipative_constant : float or None
+        A; None if each contact has its own.
+    yield_strength : float or None
+        Where plastic flow (or breakage) begins, for a warning.
+    """
+
+    young_modulus: float
+    poisson_ratio: float
+    density: float | None
+    dissipative_constant: float | None
+    yield_strength: float | None = None
+
+    def sphere(self, radius: float) -> Sphere:
+        """Return a ball of this material."""
+        return Sphere(radius=radius, density=self.density or math.nan, **self._law())
+
+    def wall(self) -> Sphere:
+        """Return a wall of this material."""
+        return Sphere.wall(**self._law())
+
+    def _law(self) -> dict[str, float]:
+        return {
+            "young_modulus": self.young_modulus,
+            "poisson_ratio": self.poisson_ratio,
+            "dissipative_constant": self.dissipative_constant or 0.0,
+        }
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Radii of a body: the least, the typical and the largest."""
+
+    least: float
+    typical: float
+    largest: float
+
+    @property
+    def spread(self) -> bool:
+        """Whether they differ."""
+        return self.least < self.largest
+
+
+@dataclass(frozen=True)
+class Body:
+    """A kind of sphere, or a wall (without sizes)."""
+
+    material: str
+    sizes: Sizes | None
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether it is a wall."""
+        return self.sizes is None
+
+
+@dataclass(frozen=True)
+class Range:
+    """Impact speeds from `slowest` to `fastest`."""
+
+    slowest: float
+    fastest: float
+
+    def of(self, wall: bool) -> tuple[float, float, float]:
+        """Return the slowest, a typical (the geometric mean) and the fastest speed."""
+        return self.slowest, math.sqrt(self.slowest) * math.sqrt(self.fastest), self.fastest
+
+
+@dataclass(frozen=True)
+class Temperature:
+    """A gas in equilibrium.
+
+    The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), as faster pairs meet more often,
+    where s^2 is the variance of a component of the relative velocity.
+
+    Attributes
+    ----------
+    temperature : float
+        Granular temperature: the variance of a component of a particle's velocity.
+    tail : float
+        Probability of an impact slower than the range, and of one faster.
+    """
+
+    temperature: float
+    tail: float
+
+    def deviation(self, wall: bool) -> float:
+        """Return s."""
+        return math.sqrt(self.temperature * (1 if wall else 2))
+
+    def of(self, wall: bool) -> tuple[float, float, float]:
+        """Return the slowest, the mean and the fastest speed."""
+        s = self.deviation(wall)
+        slowest, fastest = (s * math.sqrt(-2 * x) for x in (math.log1p(-self.tail), math.log(self.tail)))
+        return slowest, s * _HALF_WAY, fastest
+
+
+Speeds = Range | Temperature
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two kinds of bodies that collide.
+
+    Attributes
+    ----------
+    first, second : str
+        The second may be a wall.
+    speeds : Range or Temperature
+    dissipative_constant : float or None
+        Of this pair, instead of what follows from the materials.
+    known_at : float or None
+        The speed at which eps was given, if it was.
+    """
+
+    first: str
+    second: str
+    speeds: Speeds
+    dissipative_constant: float | None = None
+    known_at: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Both names."""
+        return f"{self.first}-{self.second}"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The largest errors that the simulation can live with; at least one is given.
+
+    Attributes
+    ----------
+    epsilon, dissipation : float or None
+        Relative errors of eps and of 1 - eps^2.
+    absolute : float or None
+        Of eps.
+    """
+
+    epsilon: float | None = None
+    dissipation: float | None = None
+    absolute: float | None = None
+
+    def given(self) -> dict[str, float]:
+        """Return those that are given."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Code:
+    """What is to be generated.
+
+    Attributes
+    ----------
+    language : str
+    format : "double" or "float"
+    use : "scalar" or "batch"
+        One collision at a time, or many.
+    argument : "speed" or "v_star"
+        What the simulation has at hand.
+    largest_table : int or None
+        Bytes.
+    """
+
+    language: Language = "c"
+    format: Format = "double"
+    use: Use = "scalar"
+    argument: Argument = "speed"
+    largest_table: int | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All of it.
+
+    Attributes
+    ----------
+    source : str
+        The file's name, for messages.
+    name : str
+        An identifier, for the names of functions and files.
+    title : str
+    materials : mapping of str to Material
+    bodies : mapping of str to Body
+    meetings : tuple of Meeting
+    tolerance : Tolerance
+    code : Code
+    volume_fraction : float or None
+        Of all spheres.
+    units : Units
+        Of the numbers in generated files.
+    scale : tuple of float
+        These units of length, mass and time in SI units.
+    """
+
+    source: str
+    name: str
+    title: str
+    materials: Mapping[str, Material]
+    bodies: Mapping[str, Body]
+    meetings: tuple[Meeting, ...]
+    tolerance: Tolerance
+    code: Code
+    volume_fraction: float | None = None
+    units: Units = SI
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def sphere(self, name: str, radius: float | None = None) -> Sphere:
+        """Return a body; a sphere with its typical radius, if none is given."""
+        body = self.bodies[name]
+        material = self.materials[body.material]
+        return material.wall() if body.sizes is None else material.sphere(radius or body.sizes.typical)
+
+    def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
+        """Return two bodies that meet, with their typical radii if none are given."""
+        spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
+        return with_constant(Pair(*spheres), meeting.dissipative_constant)
+
+
+def with_constant(pair: Pair, dissipative_constant: float | None) -> Pair:
+    """Return a pair with another A, if one is given."""
+    if dissipative_constant is None:
+        return pair
+    first, second = (replace(s, dissipative_constant=dissipative_constant) for s in (pair.first, pair.second))
+    return Pair(first, second)

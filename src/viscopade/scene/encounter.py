@@ -1,0 +1,176 @@
+"""What happens when the bodies of a scene meet: ranges of beta, v* and eps, duration and depth of contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from viscopade import exact
+from viscopade.model import Pair
+from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
+from viscopade.simulators.setup import Contact
+
+DIGITS = 20
+# Wider than what double precision does to beta and v*: the true range lies inside.
+_PADDING = Fraction(1, 10**12)
+_LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
+
+Interval = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """A pair of kinds of bodies.
+
+    Attributes
+    ----------
+    meeting : Meeting
+    pair : Pair
+        With typical radii.
+    weakest, strongest : Pair
+        With the radii that lead to the least and to the largest v* at a speed.
+    speeds : (float, float, float)
+        The slowest, a typical and the fastest impact.
+    """
+
+    meeting: Meeting
+    pair: Pair
+    weakest: Pair
+    strongest: Pair
+    speeds: tuple[float, float, float]
+
+    @property
+    def name(self) -> str:
+        """Names of both bodies."""
+        return self.meeting.name
+
+    @cached_property
+    def v_star(self) -> Interval:
+        """The range of v* that occurs, rounded outwards."""
+        slowest, _, fastest = self.speeds
+        low, high = Fraction(self.weakest.v_star(slowest)), Fraction(self.strongest.v_star(fastest))
+        return low * (1 - _PADDING), high * (1 + _PADDING)
+
+    @cached_property
+    def epsilon(self) -> Interval:
+        """The range of eps, proven: eps falls with v*."""
+        low, high = self.v_star
+        return epsilon(high)[0], epsilon(low)[1]
+
+    @property
+    def typical_v_star(self) -> float:
+        """v* of typical bodies at a typical speed."""
+        return float(self.pair.v_star(self.speeds[1]))
+
+    @property
+    def contact_time(self) -> float:
+        """Duration of a typical contact."""
+        return float(self.pair.contact_time(self.speeds[1]))
+
+    @property
+    def overlap(self) -> float:
+        """Maximal compression of typical bodies at the fastest impact, over the smaller radius."""
+        radius = min(self.pair.first.radius, self.pair.second.radius)
+        return float(self.pair.max_compression(self.speeds[2])) / radius
+
+    def contact(self) -> Contact:
+        """Return what simulators are told."""
+        slowest, typical, fastest = self.speeds
+        extremes = () if self.weakest == self.strongest else (self.weakest, self.strongest)
+        known = self.meeting.known_at
+        at = typical if known is None else min(max(known, slowest), fastest)
+        return Contact(self.meeting.first, self.meeting.second, self.pair, slowest, at, fastest, extremes)
+
+
+@lru_cache(maxsize=256)
+def epsilon(v_star: Fraction) -> Interval:
+    """Return proven bounds of eps at a v*."""
+    value = Fraction(exact.collision(v_star, DIGITS).decimals()["epsilon"])
+    return value * (1 - _LAST_DIGIT), min(value * (1 + _LAST_DIGIT), Fraction(1))
+
+
+def encounters(scene: Scene) -> list[Encounter]:
+    """Return all pairs that meet.
+
+    Raises
+    ------
+    ValueError
+        If physical properties of a pair are beyond double precision.
+    """
+    return [_encounter(scene, meeting) for meeting in scene.meetings]
+
+
+def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
+    pair = scene.pair(meeting)
+    pairs = [scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)]
+    found = Encounter(
+        meeting,
+        pair,
+        min(pairs, key=lambda p: p.beta),
+        max(pairs, key=lambda p: p.beta),
+        meeting.speeds.of(pair.second.is_wall),
+    )
+    low, high = found.v_star
+    if not 1e-30 <= low <= high <= 1e30:
+        raise ValueError(
+            f"{scene.source}: v* of {meeting.name} is from {float(low):.3g} to {float(high):.3g}: accepted is 1e-30 "
+            "to 1e30; the material or the speeds are not meant so"
+        )
+    return found
+
+
+def _extreme_radii(scene: Scene, meeting: Meeting) -> Iterator[tuple[float, float | None]]:
+    """Yield radii among which are those of the least and the largest beta.
+
+    beta^(5/2) is proportional to sqrt(R_eff)/m_eff. For one radius fixed and the other growing, it falls and then
+    rises, so that it is largest at a corner. If both grow alike it falls, so that it is least where one is largest,
+    at an end or where the derivative vanishes.
+    """
+    first, second = (scene.bodies[name] for name in (meeting.first, meeting.second))
+    if first.sizes is None:
+        raise ValueError(f"{meeting.first} is a wall: accepted is a sphere as the first body")
+    if second.sizes is None:
+        yield from ((radius, None) for radius in _ends(first.sizes))
+        return
+    yield from ((a, b) for a in _ends(first.sizes) for b in _ends(second.sizes))
+    density = [scene.sphere(name).density for name in (meeting.first, meeting.second)]
+    a = second.sizes.largest / _stationary(density[1] / density[0])
+    b = first.sizes.largest / _stationary(density[0] / density[1])
+    if first.sizes.least < a < first.sizes.largest:
+        yield a, second.sizes.largest
+    if second.sizes.least < b < second.sizes.largest:
+        yield first.sizes.largest, b
+
+
+def _ends(sizes: Sizes) -> tuple[float, float]:
+    return sizes.least, sizes.largest
+
+
+def _stationary(density_ratio: float) -> float:
+    """Return s = R_fixed/R at which d ln(sqrt(R_eff)/m_eff)/d ln R = 0: 1/2 = c s^2 (3 + 5/2 s), c = density_ratio."""
+    c = density_ratio
+    roots = np.roots([2.5 * c, 3 * c, 0, -0.5])
+    return float(max(root.real for root in roots if abs(root.imag) < 1e-9 * abs(root)))
+
+
+def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
+    """Return the mean free time in a gas of such spheres (Enskog), or None without a volume fraction or at a wall.
+
+    With the fastest impacts if the scene has a range of speeds: 1/(n pi d^2 g v); else with the granular temperature T,
+    1/(4 n d^2 g sqrt(pi T)). g is Carnahan and Starling's pair correlation at contact.
+    """
+    phi = scene.volume_fraction
+    if phi is None or encounter.pair.second.is_wall:
+        return None
+    radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
+    g = (1 - phi / 2) / (1 - phi) ** 3
+    number = phi / (4 / 3 * math.pi * radius**3)
+    speeds = encounter.meeting.speeds
+    if isinstance(speeds, Temperature):
+        return 1 / (4 * number * (2 * radius) ** 2 * g * math.sqrt(math.pi * speeds.temperature))
+    return 1 / (number * math.pi * (2 * radius) ** 2 * g * speeds.fastest)

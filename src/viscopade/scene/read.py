@@ -1,0 +1,402 @@
+"""A scene from the text of a TOML file; docs/scenes.md describes the keys."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from itertools import combinations_with_replacement
+from statistics import NormalDist
+from typing import TypeVar, cast
+
+from viscopade.document import Node
+from viscopade.model import Pair, Sphere
+from viscopade.scene.description import (
+    Argument,
+    Body,
+    Code,
+    Format,
+    Language,
+    Material,
+    Meeting,
+    Range,
+    Scene,
+    Sizes,
+    Speeds,
+    Temperature,
+    Tolerance,
+    Use,
+    with_constant,
+)
+from viscopade.scene.quantity import factor, quantity
+from viscopade.simulators.setup import Units
+
+MOST_BODIES = 40
+LANGUAGES = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia")
+ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
+TAIL = 1e-6
+SAME = 0.01  # two values of A that differ relatively by less agree
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+T = TypeVar("T")
+
+_TOP = ("name", "title", "material", "body", "contact", "speed", "tolerance", "code", "gas", "units")
+
+
+def scene(content: bytes, source: str) -> Scene:
+    """Return the scene in a TOML file.
+
+    Parameters
+    ----------
+    content : bytes
+        Of the file.
+    source : str
+        The file's name, for messages.
+
+    Raises
+    ------
+    ValueError
+        One line that names the file, the key, what is there and what is accepted.
+    """
+    whole = Node(source, "", _parsed(content, source)).only(*_TOP)
+    materials = {name: _material(node) for name, node in _named(whole["material"])}
+    bodies = {name: _body(node, materials) for name, node in _named(whole["body"])}
+    default = None if (node := whole.get("speed")) is None else _speeds(node)
+    meetings = tuple(_meetings(whole, materials, bodies, default))
+    units, scale = _units(whole.get("units"))
+    title = whole.get("title")
+    found = Scene(
+        source=source,
+        name=_name(whole.get("name"), source),
+        title=source if title is None else title.text(),
+        materials=materials,
+        bodies=bodies,
+        meetings=meetings,
+        tolerance=_tolerance(whole["tolerance"]),
+        code=_code(whole.get("code")),
+        volume_fraction=_volume_fraction(whole.get("gas")),
+        units=units,
+        scale=scale,
+    )
+    for i, meeting in enumerate(meetings):
+        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "material.{}")
+    return found
+
+
+def _parsed(content: bytes, source: str) -> dict[str, object]:
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise ValueError(f"{source}: no text in UTF-8; accepted is a scene in TOML") from None
+    except RecursionError:
+        raise ValueError(f"{source}: nested too deeply; accepted is a scene in TOML") from None
+    except ValueError as error:
+        raise ValueError(f"{source}: no TOML: {error}") from None
+
+
+def _name(node: Node | None, source: str) -> str:
+    """Return the scene's name, or one made from that of the file."""
+    if node is not None:
+        return _identifier(node)
+    stem = re.split(r"[/\\]", source)[-1].split(".")[0]
+    made = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[:40]
+    return made if _IDENTIFIER.fullmatch(made) else "scene"
+
+
+def _identifier(node: Node) -> str:
+    if not isinstance(node.value, str) or not _IDENTIFIER.fullmatch(node.value):
+        raise node.refuse("a name of up to 40 letters, digits and _ that begins with a letter")
+    return node.value
+
+
+def _named(node: Node) -> Iterator[tuple[str, Node]]:
+    """Yield the parts of a table of named things."""
+    parts = list(node.parts())
+    if not 0 < len(parts) <= MOST_BODIES:
+        raise ValueError(f"{node.source}: {node.key} has {len(parts)} entries: accepted are 1 to {MOST_BODIES}")
+    for name, part in parts:
+        if not _IDENTIFIER.fullmatch(name):
+            _identifier(Node(node.source, f"a name in {node.key}", name))
+        yield name, part
+
+
+# --- materials and bodies ---------------------------------------------------------------------------------------------
+
+
+def _material(node: Node) -> Material:
+    node.only(
+        "young_modulus", "poisson_ratio", "density", "dissipative_constant", "restitution", "yield_strength", "source"
+    )
+    modulus = quantity(node["young_modulus"], "pressure")
+    poisson = _poisson(node["poisson_ratio"])
+    density = _optional(node, "density", "density")
+    given = _optional(node, "dissipative_constant", "time", zero=True)
+    if (source := node.get("source")) is not None:
+        source.text()
+    known = node.get("restitution")
+    if known is not None:
+        known.only("epsilon", "one_minus_epsilon", "speed", "radius", "partner")
+        radius = quantity(known["radius"], "length")
+        partner = "sphere" if (part := known.get("partner")) is None else part.choice(("sphere", "wall"))
+        if density is None:
+            raise ValueError(f"{node.source}: {node.key}.density is missing: {node.key}.restitution needs it")
+        elastic = {"young_modulus": modulus, "poisson_ratio": poisson, "dissipative_constant": 0.0}
+        ball = _checked(node, lambda: Sphere(radius=radius, density=density, **elastic))
+        pair = _checked(node, lambda: Pair(ball, ball if partner == "sphere" else Sphere.wall(**elastic)))
+        given = _constant(node, pair, given, known)
+    return Material(modulus, poisson, density, given, _optional(node, "yield_strength", "pressure"))
+
+
+def _poisson(node: Node) -> float:
+    value = node.value
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -1 < value <= 0.5:
+        raise node.refuse("a number > -1 and <= 0.5")
+    return float(value)
+
+
+def _optional(node: Node, name: str, dimension: str, *, zero: bool = False) -> float | None:
+    part = node.get(name)
+    return None if part is None else quantity(part, dimension, zero=zero)
+
+
+def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float:
+    """Return A from a known eps; if A is given, too, they must agree."""
+    speed = quantity(known["speed"], "speed")
+    names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
+    if len(names) != 1:
+        raise ValueError(f"{node.source}: {known.key}: accepted is exactly one of epsilon and one_minus_epsilon")
+    value = known[names[0]]
+    number = value.number()
+    if not (0 < number <= 1 if names[0] == "epsilon" else 0 <= number < 1):
+        raise value.refuse("a number > 0 and <= 1" if names[0] == "epsilon" else "a number >= 0 and < 1")
+    found = _checked(known, lambda: pair.calibrated(speed, **{names[0]: number}).A)
+    if given is not None and abs(given - found) > SAME * max(given, found):
+        raise ValueError(
+            f"{node.source}: {node.key}.dissipative_constant is {given:.6g} s, but {known.key} leads to {found:.6g} s: "
+            "accepted is one of the two, or both if they agree within 1 %"
+        )
+    return found if given is None else given
+
+
+def _checked(node: Node, make: Callable[[], T]) -> T:
+    """Return what is made; a refusal gets the file's and the key's name."""
+    try:
+        return make()
+    except ValueError as error:
+        raise ValueError(f"{node.source}: {node.key}: {error}") from None
+
+
+def _body(node: Node, materials: Mapping[str, Material]) -> Body:
+    node.only("material", "radius", "wall")
+    material = node["material"].choice(list(materials))
+    wall = node.has("wall") and node["wall"].flag()
+    if wall:
+        if node.has("radius"):
+            raise node["radius"].refuse("no radius for a wall")
+        return Body(material, None)
+    if materials[material].density is None:
+        raise ValueError(f"{node.source}: material.{material}.density is missing: {node.key} is a sphere of it")
+    return Body(material, _sizes(node["radius"]))
+
+
+def _sizes(node: Node) -> Sizes:
+    """Return the radii: one, or a range, or what a distribution has but for a tail on either side."""
+    if not isinstance(node.value, Mapping):
+        radius = quantity(node, "length")
+        return Sizes(radius, radius, radius)
+    if node.has("min") or node.has("max"):
+        node.only("min", "max", "typical")
+        least, largest = quantity(node["min"], "length"), quantity(node["max"], "length")
+        typical = _optional(node, "typical", "length")
+        middle = math.sqrt(least) * math.sqrt(largest) if typical is None else typical
+        return _ordered(node, least, middle, largest)
+    if node.has("mean"):
+        node.only("mean", "deviation", "tail")
+        mean = quantity(node["mean"], "length")
+        reach = quantity(node["deviation"], "length", zero=True) * _quantile(node)
+        if reach >= mean:
+            raise node["deviation"].refuse(
+                "one so small that the least radius, mean - deviation times quantile, is > 0"
+            )
+        return Sizes(mean - reach, mean, mean + reach)
+    node.only("median", "geometric_deviation", "tail")
+    median, deviation = quantity(node["median"], "length"), node["geometric_deviation"]
+    if not 1 <= deviation.number() <= 100:
+        raise deviation.refuse("a number from 1 to 100")
+    reach = deviation.number() ** _quantile(node)
+    return Sizes(median / reach, median, median * reach)
+
+
+def _ordered(node: Node, *radii: float) -> Sizes:
+    if sorted(radii) != list(radii):
+        raise node.refuse("min <= typical <= max")
+    return Sizes(*radii)
+
+
+def _quantile(node: Node) -> float:
+    """Return the number of deviations beyond which the tail of a normal distribution lies."""
+    return -NormalDist().inv_cdf(_tail(node))
+
+
+def _tail(node: Node) -> float:
+    part = node.get("tail")
+    if part is None:
+        return TAIL
+    if not 1e-300 <= part.number() < 0.5:
+        raise part.refuse("a probability > 1e-300 and < 0.5")
+    return part.number()
+
+
+# --- what meets -------------------------------------------------------------------------------------------------------
+
+
+def _speeds(node: Node) -> Speeds:
+    """Return the impact speeds."""
+    if node.has("granular_temperature"):
+        node.only("granular_temperature", "tail")
+        return Temperature(quantity(node["granular_temperature"], "squared speed"), _tail(node))
+    node.only("min", "max")
+    slowest, fastest = quantity(node["min"], "speed"), quantity(node["max"], "speed")
+    if slowest > fastest:
+        raise node.refuse("min <= max, or granular_temperature")
+    return Range(slowest, fastest)
+
+
+def _meetings(
+    whole: Node, materials: Mapping[str, Material], bodies: Mapping[str, Body], default: Speeds | None
+) -> Iterator[Meeting]:
+    listed = whole.get("contact")
+    if listed is None:
+        if default is None:
+            raise ValueError(f"{whole.source}: speed is missing")
+        pairs = list(_pairs(bodies))
+        if not pairs:
+            raise whole["body"].refuse("at least one sphere")
+        yield from (Meeting(*pair, default) for pair in pairs)
+        return
+    seen: set[frozenset[str]] = set()
+    if not listed.items():
+        raise listed.refuse("at least one contact")
+    for node in listed.items():
+        node.only("between", "speed", "restitution", "dissipative_constant")
+        between = _between(node["between"], bodies)
+        if frozenset(between) in seen:
+            raise node["between"].refuse("each pair once")
+        seen.add(frozenset(between))
+        yield _meeting(node, between, materials, bodies, default)
+
+
+def _pairs(bodies: Mapping[str, Body]) -> Iterator[tuple[str, str]]:
+    """Yield all pairs of bodies, but for those of walls; walls come second."""
+    spheres = [name for name, body in bodies.items() if not body.is_wall]
+    walls = [name for name, body in bodies.items() if body.is_wall]
+    yield from combinations_with_replacement(spheres, 2)
+    yield from ((sphere, wall) for sphere in spheres for wall in walls)
+
+
+def _between(node: Node, bodies: Mapping[str, Body]) -> tuple[str, str]:
+    if len(node.items()) != 2:
+        raise node.refuse("a list of two bodies")
+    first, second = (item.choice(list(bodies)) for item in node.items())
+    if bodies[first].is_wall and bodies[second].is_wall:
+        raise node.refuse("at most one wall")
+    return (second, first) if bodies[first].is_wall else (first, second)
+
+
+def _meeting(
+    node: Node,
+    between: tuple[str, str],
+    materials: Mapping[str, Material],
+    bodies: Mapping[str, Body],
+    default: Speeds | None,
+) -> Meeting:
+    speeds = default if (part := node.get("speed")) is None else _speeds(part)
+    if speeds is None:
+        raise ValueError(f"{node.source}: {node.key}.speed is missing, and there is no speed for all")
+    given = _optional(node, "dissipative_constant", "time", zero=True)
+    known = node.get("restitution")
+    known_at = None
+    if known is not None:
+        known.only("epsilon", "one_minus_epsilon", "speed")
+        bare = Scene("", "", "", materials, bodies, (), Tolerance(epsilon=1.0), Code())
+        pair = _checked(node, lambda: with_constant(bare.pair(Meeting(*between, speeds)), 0.0))
+        given, known_at = _constant(node, pair, given, known), quantity(known["speed"], "speed")
+    return Meeting(*between, speeds, given, known_at)
+
+
+def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
+    """Refuse a pair of which no A is known, and materials that Hertz's formulas cannot hold."""
+    if meeting.dissipative_constant is None:
+        for name in (meeting.first, meeting.second):
+            material = found.bodies[name].material
+            if found.materials[material].dissipative_constant is None:
+                raise ValueError(
+                    f"{found.source}: material.{material}.dissipative_constant is missing: accepted is that, or "
+                    "restitution, there or for each contact"
+                )
+    node = Node(found.source, place.format(found.bodies[meeting.first].material), None)
+    pair = _checked(node, lambda: found.pair(meeting))
+    if pair.A == 0:
+        raise ValueError(
+            f"{found.source}: {node.key}: {meeting.name} has no dissipation, eps is 1: accepted is "
+            "dissipative_constant > 0"
+        )
+
+
+# --- the rest ---------------------------------------------------------------------------------------------------------
+
+
+def _tolerance(node: Node) -> Tolerance:
+    node.only("epsilon", "dissipation", "absolute")
+    values: dict[str, float] = {}
+    for name, part in node.parts():
+        if not 0 < part.number() < 1:
+            raise part.refuse("a number > 0 and < 1")
+        values[name] = part.number()
+    if not values:
+        raise ValueError(f"{node.source}: tolerance is empty: accepted are epsilon, dissipation, absolute")
+    return Tolerance(**values)
+
+
+def _code(node: Node | None) -> Code:
+    if node is None:
+        return Code()
+    node.only("language", "format", "use", "argument", "largest_table")
+
+    def word(name: str, accepted: tuple[str, ...]) -> str:
+        part = node.get(name)
+        return accepted[0] if part is None else part.choice(accepted)
+
+    language = word("language", LANGUAGES)
+    only = ONE_FORMAT.get(language)
+    table = node.get("largest_table")
+    return Code(
+        language=cast(Language, language),
+        format=cast(Format, word("format", (only,) if only else ("double", "float"))),
+        use=cast(Use, word("use", ("scalar", "batch"))),
+        argument=cast(Argument, word("argument", ("speed", "v_star") if language in ("c", "python") else ("speed",))),
+        largest_table=None if table is None else table.count(),
+    )
+
+
+def _volume_fraction(node: Node | None) -> float | None:
+    if node is None:
+        return None
+    part = node.only("volume_fraction")["volume_fraction"]
+    if not 0 < part.number() < 0.74:
+        raise part.refuse("a number > 0 and < 0.74")
+    return part.number()
+
+
+def _units(node: Node | None) -> tuple[Units, tuple[float, float, float]]:
+    """Return the units of generated files, and what they are in SI units."""
+    if node is None:
+        return Units(), (1.0, 1.0, 1.0)
+    node.only("length", "mass", "time")
+    found = {}
+    for name, default in (("length", "m"), ("mass", "kg"), ("time", "s")):
+        part = node.get(name)
+        found[name] = (default, 1.0) if part is None else factor(part, name)
+    length, mass, time = found.values()
+    return Units(length[0], mass[0], time[0]), (length[1], mass[1], time[1])

@@ -1,0 +1,116 @@
+"""What a scene gets, as tables and sentences, and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from viscopade.certificate import at_most
+from viscopade.scene.check import Check
+from viscopade.scene.choice import WORDS, Choice, Offer
+from viscopade.scene.encounter import Encounter, mean_free_time
+from viscopade.scene.render import errors, file_name
+
+PAIRS = (
+    "pair", "A (s)", "beta (s/m)^(1/5)", "speeds (m/s)", "v*", "eps", "contact lasts (s)", "overlap/radius",
+)  # fmt: skip
+KERNELS = ("kernel", "cost", "table (bytes)", "of eps", "of 1 - eps^2", "absolute", "enough")
+
+
+def pairs(choice: Choice) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each pair of bodies."""
+    for encounter in choice.encounters:
+        slowest, _, fastest = encounter.speeds
+        yield (
+            encounter.name,
+            f"{encounter.pair.A:.4g}",
+            _span(float(encounter.weakest.beta), float(encounter.strongest.beta)),
+            _span(slowest, fastest),
+            _span(*map(float, encounter.v_star)),
+            _span(*map(float, encounter.epsilon)),
+            f"{encounter.contact_time:.3g}",
+            f"{encounter.overlap:.2g}",
+        )
+
+
+def _span(low: float, high: float) -> str:
+    return f"{low:.4g}" if f"{low:.4g}" == f"{high:.4g}" else f"{low:.4g} … {high:.4g}"
+
+
+def kernels(choice: Choice) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each kernel, the cheapest first."""
+    for offer in choice.offers:
+        found = (at_most(value) for value in vars(offer.candidate.errors).values())
+        verdict = "chosen" if offer is choice.chosen else "yes" if offer.suffices else "no"
+        price = f"{offer.price.value:.3g}" + (" (estimated)" if offer.price.how == "estimated" else "")
+        yield offer.candidate.label, price, f"{offer.candidate.bytes:,}", *found, verdict
+
+
+def sentences(choice: Choice) -> Iterator[str]:
+    """Yield what there is to say."""
+    tolerance = choice.scene.tolerance.given().items()
+    yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
+    yield f"Costs are {choice.costs.source}."
+    yield from errors(choice)
+    yield f"Not cheaper: {choice.reason}."
+    for encounter in choice.encounters:
+        free = mean_free_time(choice.scene, encounter)
+        if free is not None:
+            yield f"{encounter.name}: the mean free time is about {free:.3g} s."
+    yield from (f"Warning: {text}." for text in choice.warnings)
+
+
+def checked(found: Check | None) -> str:
+    """Return a sentence on the check."""
+    if found is None:
+        return "The file was not run: only C and Python are, here."
+    largest = ", ".join(f"{WORDS[name]} {value:.3g}" for name, value in found.errors.items())
+    return f"Checked: run by {found.how} at {found.collisions:,} collisions; largest {largest}."
+
+
+def to_json(choice: Choice, found: Check | None) -> dict[str, Any]:
+    """Return all of it as JSON-able data."""
+    scene, chosen = choice.scene, choice.chosen
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "tolerance": scene.tolerance.given(),
+        "pairs": [_pair(choice, encounter) for encounter in choice.encounters],
+        "costs": {"unit": choice.costs.unit, "source": choice.costs.source},
+        "kernels": [_offer(offer, offer is chosen) for offer in choice.offers],
+        "chosen": chosen.candidate.name,
+        "file": file_name(choice.scene),
+        "reason": choice.reason,
+        "warnings": list(choice.warnings),
+        "check": None
+        if found is None
+        else {"how": found.how, "collisions": found.collisions, "errors": dict(found.errors)},
+    }
+
+
+def _pair(choice: Choice, encounter: Encounter) -> dict[str, Any]:
+    slowest, typical, fastest = encounter.speeds
+    return {
+        "pair": encounter.name,
+        "dissipative_constant": encounter.pair.A,
+        "beta": [encounter.weakest.beta, encounter.pair.beta, encounter.strongest.beta],
+        "speed": [slowest, typical, fastest],
+        "v_star": [float(v) for v in encounter.v_star],
+        "epsilon": [float(e) for e in encounter.epsilon],
+        "contact_time": encounter.contact_time,
+        "overlap": encounter.overlap,
+        "mean_free_time": mean_free_time(choice.scene, encounter),
+    }
+
+
+def _offer(offer: Offer, chosen: bool) -> dict[str, Any]:
+    return {
+        "name": offer.candidate.name,
+        "label": offer.candidate.label,
+        "cost": offer.price.value,
+        "cost_is": offer.price.how,
+        "bytes": offer.candidate.bytes,
+        "errors": {name: at_most(value) for name, value in vars(offer.candidate.errors).items()},
+        "failing": list(offer.failing),
+        "chosen": chosen,
+    }

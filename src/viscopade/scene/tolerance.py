@@ -1,0 +1,87 @@
+"""From a proven bound of a kernel's error to the errors that a tolerance is about, over the range of eps of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from viscopade.scene.description import Tolerance
+from viscopade.scene.encounter import Interval
+
+_HALF = Fraction(1, 2)
+_HOPELESS = Fraction(10) ** 30
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What is proven of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps.
+
+    Attributes
+    ----------
+    both, relative : Fraction
+    loss : Fraction
+        What the last roundings of 1 - eps^2 add, relatively.
+    apart : bool
+        Whether 1 - eps^2 is computed apart, from the smaller of eps and 1 - eps: then `relative` does not harm it.
+    """
+
+    both: Fraction
+    relative: Fraction
+    loss: Fraction = Fraction(0)
+    apart: bool = False
+
+    def errors(self, epsilon: Interval) -> Errors:
+        """Return the largest errors on a range of eps."""
+        low, high = epsilon
+        share = min(Fraction(1), (1 - low) / low)
+        smaller = _HALF if low <= _HALF <= high else max(min(e, 1 - e) for e in epsilon)
+        return Errors(
+            self.both * share + self.relative,
+            self._of_dissipation(high),
+            self.both * smaller + self.relative * high,
+        )
+
+    def _of_dissipation(self, epsilon: Fraction) -> Fraction:
+        """Return the relative error of 1 - eps^2 at the largest eps, where it is largest."""
+        error = self.both * min(epsilon, 1 - epsilon) + (0 if self.apart else self.relative * epsilon)
+        lost = 1 - epsilon**2
+        if lost == 0:  # eps is 1 to as many digits as it is known
+            return _HOPELESS
+        found = error * (2 * epsilon + error) / lost
+        return found + self.loss * (1 + found)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """The errors that a `Tolerance` may limit: relative ones of eps and of 1 - eps^2, and the absolute one of eps."""
+
+    epsilon: Fraction
+    dissipation: Fraction
+    absolute: Fraction
+
+    def worse(self, other: Errors) -> Errors:
+        """Return the larger one of each."""
+        return Errors(*(max(a, b) for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
+
+    def failing(self, tolerance: Tolerance) -> list[str]:
+        """Return the names of those that exceed the tolerance."""
+        return [name for name, limit in tolerance.given().items() if getattr(self, name) > _exact(limit)]
+
+
+def allowed(tolerance: Tolerance, ranges: list[Interval], measure: str) -> Fraction:
+    """Return the largest error in a measure ("both" or "relative") that keeps the tolerance, but for second orders.
+
+    The errors are nearly proportional to it: one of 2^-40 tells the factors.
+    """
+    unit = Fraction(1, 1 << 40)
+    bound = Bound(unit, Fraction(0)) if measure == "both" else Bound(Fraction(0), unit)
+    worst = bound.errors(ranges[0])
+    for epsilon in ranges[1:]:
+        worst = worst.worse(bound.errors(epsilon))
+    factors = {name: Fraction(error) / unit for name, error in vars(worst).items()}
+    return min(_exact(limit) / factors[name] for name, limit in tolerance.given().items())
+
+
+def _exact(number: float) -> Fraction:
+    """Return the decimal that was written."""
+    return Fraction(repr(number))

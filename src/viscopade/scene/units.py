@@ -1,0 +1,62 @@
+"""A scene in its own units, as simulators and generated files want it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from viscopade.model import Pair, Sphere
+from viscopade.scene.description import Scene
+from viscopade.scene.encounter import encounters
+from viscopade.simulators.setup import Contact, Setup
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Units of length, mass and time, in SI units."""
+
+    length: float
+    mass: float
+    time: float
+
+    @property
+    def speed(self) -> float:
+        """The unit of speed."""
+        return self.length / self.time
+
+    def beta(self, beta: float) -> float:
+        """Return a beta, from SI units: it is a (time/length)^(1/5)."""
+        return beta * math.pow(self.speed, 0.2)
+
+    def sphere(self, sphere: Sphere) -> Sphere:
+        """Return a body, from SI units."""
+        return Sphere(
+            radius=sphere.radius / self.length,
+            mass=sphere.mass / self.mass,
+            young_modulus=sphere.young_modulus * self.length * self.time**2 / self.mass,
+            poisson_ratio=sphere.poisson_ratio,
+            dissipative_constant=sphere.dissipative_constant / self.time,
+        )
+
+    def pair(self, pair: Pair) -> Pair:
+        """Return a pair, from SI units."""
+        return Pair(self.sphere(pair.first), self.sphere(pair.second))
+
+    def contact(self, contact: Contact) -> Contact:
+        """Return a contact, from SI units."""
+        return replace(
+            contact,
+            pair=self.pair(contact.pair),
+            slowest=contact.slowest / self.speed,
+            typical=contact.typical / self.speed,
+            fastest=contact.fastest / self.speed,
+            extremes=tuple(map(self.pair, contact.extremes)),
+        )
+
+
+def setup(scene: Scene) -> Setup:
+    """Return the bodies and contacts of a scene in its units."""
+    scale = Scale(*scene.scale)
+    bodies = {name: scale.sphere(scene.sphere(name)) for name in scene.bodies}
+    contacts = tuple(scale.contact(encounter.contact()) for encounter in encounters(scene))
+    return Setup(scene.title, bodies, contacts, scene.units)

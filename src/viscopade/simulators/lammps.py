@@ -1,0 +1,522 @@
+"""LAMMPS: an include file for `pair_style granular`, and an input script that checks it by one collision.
+
+The correspondence, from the source of LAMMPS (src/GRANULAR of lammps/lammps, commits 58ee392 and 07b704c, which agree
+in this; the tests run the release of 22 Jul 2025). With the compression d, its rate d' and the contact radius
+a = sqrt(R_eff d) (`GranSubModNormal::calculate_contact_radius`):
+
+- `GranSubModNormalHertz::calculate_forces`: the elastic force k a d, where k = 4/3 E_eff for hertz/material;
+- `GranSubModNormalHertzMaterial::coeffs_to_local`: of an explicit line for a pair of types E_eff is
+  `mix_stiffnessE(E, E, nu, nu)`, and for a wall `mix_stiffnessE_wall(E, nu)`; both are E/(2 (1 - nu^2));
+- `GranSubModDampingViscoelastic::calculate_forces`: the damping eta_n0 m_eff a d';
+- `GranularModel::calculate_forces`: their sum, set to 0 where it is attractive if there is limit_damping;
+- `GranularModel::check_contact`, `PairGranular::compute`, `FixWallGran::post_force`: R_eff and m_eff are the paper's,
+  with a wall those of the sphere.
+
+So rho = 4/3 E_eff sqrt(R_eff), and rho 3/2 A = eta_n0 m_eff sqrt(R_eff) gives eta_n0 = 2 A E_eff/m_eff. From the end of
+contact on, x + kappa x' = 0 in the scaled variables, the velocity is constant as long as the force is 0, so x falls and
+x + kappa x' stays negative: the force remains cut off until the spheres part. This is the paper's end condition.
+
+Velocities enter the force as they are half a step before (`Verlet::run`: `FixNVESphere::initial_integrate` adds half of
+the kick, then forces are computed). This makes the scheme one of first order: x'' is multiplied by
+1/(1 - kappa sqrt(x) h/2), up to higher orders of the time step h. `stepped_epsilon` does the same steps.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+from viscopade import arrays
+from viscopade.kernels import WIDTH, environment, marker_line, one_line
+from viscopade.model import Pair, Sphere
+from viscopade.simulators.setup import Contact, Setup, Units
+
+STEPS = (50, 200, 1000)
+"""Steps in the shortest contact for which the file states the error."""
+PHASES = (0.0, 0.25, 0.5, 0.75)
+"""Where in a step contact begins: errors are the largest over these."""
+
+_FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
+_LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
+_STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
+_MOST_STEPS = 2000  # of one collision in `timestep_error`
+_POSITIVE = arrays.Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+
+
+@dataclass(frozen=True)
+class HertzMaterial:
+    """The numbers of `hertz/material E eta_n0 nu`, for one pair of bodies.
+
+    Attributes
+    ----------
+    E : float
+        Young modulus, a pressure.
+    eta_n0 : float
+        Damping constant, 1/(length time).
+    nu : float
+        Poisson ratio.
+    """
+
+    E: float
+    eta_n0: float
+    nu: float
+
+    @property
+    def E_eff(self) -> float:
+        """The effective modulus that LAMMPS computes from E and nu, a pressure."""
+        return self.E / (2 * (1 - self.nu) * (1 + self.nu))
+
+    @property
+    def k_n(self) -> float:
+        """The stiffness with which `hertz k_n eta_n0` is the same law, a pressure."""
+        return self.E_eff * (4 / 3)
+
+    @property
+    def style(self) -> str:
+        """The words that follow the types in pair_coeff, and `granular` in fix wall/gran."""
+        return f"hertz/material {_number(self.E)} {_number(self.eta_n0)} {_number(self.nu)} {_LAW}"
+
+    def pair(self, pair: Pair) -> Pair:
+        """Return other bodies of the same materials with the A that LAMMPS gives them with these numbers."""
+        a = self.eta_n0 / self.E_eff * pair.m_eff / 2
+        return Pair(replace(pair.first, dissipative_constant=a), replace(pair.second, dissipative_constant=a))
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """How far off eps is with a time step.
+
+    Attributes
+    ----------
+    steps : int
+        Steps in the shortest contact of all.
+    timestep : float
+        The time step.
+    errors : tuple of float
+        For each contact, the largest |eps'/eps - 1| over its speeds and `PHASES`.
+    """
+
+    steps: int
+    timestep: float
+    errors: tuple[float, ...]
+
+
+def parameters(pair: Pair) -> HertzMaterial:
+    """Return what LAMMPS needs for a pair of bodies.
+
+    Parameters
+    ----------
+    pair : Pair
+        Two spheres, or a sphere and a wall.
+
+    Returns
+    -------
+    HertzMaterial
+        E and nu give E_eff and, in tangential models with NULL for the stiffness (`mix_stiffnessG`), the effective
+        shear modulus of the pair. For equal materials they are the material's.
+
+    Examples
+    --------
+    >>> from viscopade import Pair, Sphere
+    >>> glass = {"density": 2500, "young_modulus": 7e10, "poisson_ratio": 0.25, "dissipative_constant": 1e-8}
+    >>> parameters(Pair(Sphere(radius=1e-3, **glass), Sphere(radius=2e-3, **glass))).style.split()[:4]
+    ['hertz/material', '70000000000', '80213.3802129389', '0.25']
+    """
+    nu = _common_poisson_ratio(pair.first, pair.second)
+    return HertzMaterial(E=2 * (1 - nu) * (1 + nu) * pair.E_eff, eta_n0=2 * pair.A * (pair.E_eff / pair.m_eff), nu=nu)
+
+
+def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.0) -> float:
+    """Return the eps that LAMMPS computes with a time step, by its own scheme.
+
+    Parameters
+    ----------
+    pair : Pair
+        The colliding bodies.
+    speed : float
+        Impact speed v > 0.
+    timestep : float
+        Time step > 0.
+    phase : float
+        Where in the first step contact begins, from 0 to 1.
+
+    Returns
+    -------
+    float
+        The coefficient of restitution with limit_damping; may be above 1 if the time step is far too large.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not a real number.
+    ValueError
+        If speed or timestep is not a finite number > 0.
+    """
+    v = arrays.number("speed", speed, _POSITIVE)
+    h = arrays.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
+    return _rebound(float(pair.v_star(v)) ** 2, h, phase)
+
+
+def timestep_error(contact: Contact, timestep: float) -> float:
+    """Return the largest relative error of eps with a time step, over the contact's three speeds and `PHASES`.
+
+    Of a contact that lasts more than 2000 steps it is the error with 2000 steps, which is larger.
+    """
+    worst = 0.0
+    for pair in (contact.pair, *contact.extremes):
+        for speed in {contact.slowest, contact.typical, contact.fastest}:
+            exact = float(pair.epsilon(speed))
+            step = max(timestep, float(pair.contact_time(speed)) / _MOST_STEPS)
+            worst = max(worst, *(abs(stepped_epsilon(pair, speed, step, phase) / exact - 1) for phase in PHASES))
+    return worst
+
+
+def shortest_contact(setup: Setup) -> float:
+    """Return the shortest duration of contact, a time."""
+    return min(
+        float(pair.contact_time(contact.fastest))
+        for contact in setup.contacts
+        for pair in (contact.pair, *contact.extremes)
+    )
+
+
+def timesteps(setup: Setup) -> tuple[TimeStep, ...]:
+    """Return the errors for each number of `STEPS` in the shortest contact."""
+    shortest = shortest_contact(setup)
+    return tuple(
+        TimeStep(
+            steps, shortest / steps, tuple(timestep_error(contact, shortest / steps) for contact in setup.contacts)
+        )
+        for steps in STEPS
+    )
+
+
+def size_error(contact: Contact) -> float:
+    """Return the largest relative error of eps at the contact's `extremes` if LAMMPS has the numbers of its pair.
+
+    It is taken at the slowest, the typical and the fastest speed; 0 if there are no extremes.
+    """
+    numbers = parameters(contact.pair)
+    return max(
+        (
+            abs(float(numbers.pair(pair).epsilon(speed)) / float(pair.epsilon(speed)) - 1)
+            for pair in contact.extremes
+            for speed in (contact.slowest, contact.typical, contact.fastest)
+        ),
+        default=0.0,
+    )
+
+
+def pair_coeff(setup: Setup, first: str, second: str) -> str:
+    """Return the pair_coeff line of two spheres by name, the lower type first."""
+    i, j = sorted((_type(setup, first), _type(setup, second)))
+    return f"pair_coeff {i} {j} {parameters(_pair(setup, first, second)).style}"
+
+
+def wall_fix(setup: Setup, sphere: str, wall: str) -> str:
+    """Return the fix wall/gran line of a sphere and a wall by name; the wall's place is in its variable."""
+    number, variable = _type(setup, sphere), wall_variable(setup, wall)
+    group = "all" if len(setup.spheres) == 1 else _group(number)
+    style = parameters(_pair(setup, sphere, wall)).style
+    return f"fix {variable}_type{number} {group} wall/gran granular {style} ${{{variable}}}"
+
+
+def wall_variable(setup: Setup, wall: str) -> str:
+    """Return the name of the variable for a wall's place."""
+    return f"wall{_walls(setup).index(wall) + 1}_" + re.sub(r"[^A-Za-z0-9]", "_", wall)
+
+
+def units_command(units: Units) -> str:
+    """Return the units command for numbers in these units; `units lj` takes numbers as they are."""
+    return f"units {_STYLES.get((units.length, units.mass, units.time), 'lj')}"
+
+
+def render(setup: Setup, command: str) -> str:
+    """Return an include file with one line for each pair of types, and for each type and wall.
+
+    Parameters
+    ----------
+    setup : Setup
+        Spheres become atom types in their order. Pairs that are not among the contacts get their lines, too, from the
+        bodies' own numbers.
+    command : str
+        The command that made the file, for its first line.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    ValueError
+        If a name or the command is not one printable line.
+    """
+    spheres, walls = setup.spheres, _walls(setup)
+    pairs = [(first, second) for i, first in enumerate(spheres) for second in spheres[i:]]
+    return _render(
+        "lammps.in.jinja",
+        marker=marker_line(command),
+        title=one_line("title", setup.title),
+        units=setup.units,
+        units_command=units_command(setup.units),
+        units_lines=_units_lines(setup.units),
+        types=[_atom_type(setup, name) for name in spheres],
+        shortest=f"{shortest_contact(setup):.4g}",
+        time_table=_time_table(setup),
+        pairs=[
+            {"lines": _describe(setup, first, second), "command": pair_coeff(setup, first, second)}
+            for first, second in pairs
+        ],
+        walls=[{"name": one_line("name", wall), "variable": wall_variable(setup, wall)} for wall in walls],
+        groups=[{"name": _group(_type(setup, name)), "number": _type(setup, name)} for name in spheres]
+        if len(spheres) > 1
+        else [],
+        wall_contacts=[
+            {"lines": _describe(setup, name, wall), "command": wall_fix(setup, name, wall)}
+            for wall in walls
+            for name in spheres
+        ],
+    )
+
+
+def collision(
+    setup: Setup,
+    contact: Contact,
+    command: str,
+    include: str,
+    speed: float | None = None,
+    timestep: float | None = None,
+    phase: float = 0.0,
+    contact_times: float = 1.5,
+) -> str:
+    """Return a complete input script: two bodies of a contact collide head-on, and eps is printed.
+
+    Parameters
+    ----------
+    setup : Setup
+        What the include file was rendered from.
+    contact : Contact
+        One of its contacts.
+    command : str
+        The command that made the file, for its first line.
+    include : str
+        Name of the file with `render(setup, ...)`, without blanks.
+    speed : float, optional
+        Impact speed; the contact's typical one if not given.
+    timestep : float, optional
+        Time step; a thousandth of the duration of contact if not given.
+    phase : float
+        Where in the first step contact begins, from 0 to 1.
+    contact_times : float
+        How long to run, in durations of contact.
+
+    Returns
+    -------
+    str
+        The text. The script prints `epsilon X expected Y overlap Z`: what LAMMPS finds, what `Pair.epsilon` says, and
+        the compression at the end.
+
+    Raises
+    ------
+    ValueError
+        If a name is not one printable line, speed or timestep is not a finite number > 0.
+    """
+    pair = contact.pair
+    v = arrays.number("speed", contact.typical if speed is None else speed, _POSITIVE)
+    duration = float(pair.contact_time(v))
+    dt = arrays.number("timestep", duration / 1000 if timestep is None else timestep, _POSITIVE)
+    atoms = _atoms(setup, contact, v, phase * v * dt)
+    radii = [body.radius for body in (pair.first, pair.second) if not body.is_wall]
+    wall = pair.second.is_wall
+    return _render(
+        "lammps_collision.in.jinja",
+        marker=marker_line(command),
+        lines=_wrapped(
+            f"{one_line('name', contact.name)}: a head-on collision at {_number(v)} {setup.units.speed}, in steps of "
+            f"{duration / dt:.6g} to a contact. It prints eps, the value expected, and the overlap at the end, which "
+            "may be positive: contact ends when the force vanishes."
+        ),
+        units_command=units_command(setup.units),
+        skin=_number(min(radii)),
+        box=2.5 * max(radii),
+        types=len(setup.spheres),
+        atoms=atoms,
+        walls=[
+            {
+                "variable": wall_variable(setup, name),
+                "place": "zplane 0.0 NULL" if name == contact.second else "zplane NULL NULL",
+            }
+            for name in _walls(setup)
+        ],
+        include=include,
+        timestep=f"{dt:.17g}",
+        steps=math.ceil(contact_times * duration / dt) + 2,
+        rebound=f"vz[1]/{v:.17g}" if wall else f"(vz[2]-vz[1])/{v:.17g}",
+        expected=f"{float(pair.epsilon(v)):.17g}",
+        overlap=f"{radii[0]:.17g}-z[1]" if wall else f"{radii[0]:.17g}+{radii[1]:.17g}-(z[2]-z[1])",
+    )
+
+
+def _rebound(kappa: float, h: float, phase: float) -> float:
+    """Return eps of the scaled equation in steps of h: the leapfrog that velocity Verlet is here.
+
+    The velocity u is that between the steps. It is what LAMMPS has when forces are computed.
+    """
+    x, u = -phase * h, 1.0
+    while True:
+        x += h * u
+        force = math.sqrt(x) * (x + kappa * u) if x > 0 else 0.0
+        if u < 0 and force <= 0:
+            return -u
+        u -= h * max(force, 0.0)
+
+
+def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
+    """Return the nu with which one material has the pair's E_eff and effective shear modulus both.
+
+    1/E_eff is the sum of D_i = (1 - nu_i^2)/Y_i, and 1/G_eff that of 2 (2 - nu_i) (1 + nu_i)/Y_i, which is
+    2 D_i (1 + 1/(1 - nu_i)). So 1/(1 - nu) is the mean of 1/(1 - nu_i) with the weights D_i.
+    """
+    if first.poisson_ratio == second.poisson_ratio:
+        return first.poisson_ratio
+    share = 1 / (1 + first.plane_strain_modulus / second.plane_strain_modulus)  # the first one's of D_1 + D_2
+    return 1 - 1 / (share / (1 - first.poisson_ratio) + (1 - share) / (1 - second.poisson_ratio))
+
+
+def _walls(setup: Setup) -> list[str]:
+    """Return the names of the walls."""
+    return [name for name, body in setup.bodies.items() if body.is_wall]
+
+
+def _type(setup: Setup, name: str) -> int:
+    """Return the atom type of a sphere."""
+    return setup.spheres.index(name) + 1
+
+
+def _group(number: int) -> str:
+    """Return the name of the group of a type."""
+    return f"viscopade_type{number}"
+
+
+def _contact(setup: Setup, first: str, second: str) -> Contact | None:
+    """Return the contact of two bodies by name, in either order, if it is among those of the setup."""
+    return next((c for c in setup.contacts if {c.first, c.second} == {first, second}), None)
+
+
+def _pair(setup: Setup, first: str, second: str) -> Pair:
+    """Return the pair of two bodies by name: that of their contact, or made of the bodies."""
+    contact = _contact(setup, first, second)
+    return contact.pair if contact else Pair(setup.bodies[first], setup.bodies[second])
+
+
+def _describe(setup: Setup, first: str, second: str) -> list[str]:
+    """Return the comment above a line."""
+    pair, contact = _pair(setup, first, second), _contact(setup, first, second)
+    numbers, units = parameters(pair), setup.units
+    radii = " and ".join(f"R = {body.radius:.10g}" for body in (pair.first, pair.second) if not body.is_wall)
+    text = (
+        f"{one_line('name', first)} and {one_line('name', second)}, for {radii} {units.length}, "
+        f"m_eff = {pair.m_eff:.10g} {units.mass}: A = {pair.A:.10g} {units.time}, "
+        f"beta = {pair.beta:.10g} {units.beta}. The same law: hertz {_number(numbers.k_n)} {_number(numbers.eta_n0)}."
+    )
+    if contact is None:
+        return _wrapped(f"{text} Not among the contacts that are meant to occur.")
+    return [
+        *_wrapped(text),
+        *_wrapped(_speeds(contact, units)),
+        *(_wrapped(_sizes(contact)) if contact.extremes else []),
+    ]
+
+
+def _speeds(contact: Contact, units: Units) -> str:
+    """Return the sentence on the contact's speeds, v* and eps."""
+    speeds = list(dict.fromkeys((contact.slowest, contact.typical, contact.fastest)))
+    return (
+        f"At {', '.join(f'{v:.6g}' for v in speeds)} {units.speed}: "
+        f"v* = {', '.join(f'{float(contact.pair.v_star(v)):.6g}' for v in speeds)}, "
+        f"eps = {', '.join(f'{float(contact.pair.epsilon(v)):.10g}' for v in speeds)}."
+    )
+
+
+def _sizes(contact: Contact) -> str:
+    """Return the sentence on other sizes of the same types."""
+    ratios = [pair.m_eff / contact.pair.m_eff for pair in contact.extremes]
+    return (
+        f"With this line bodies of other sizes have A in proportion to their m_eff, {min(ratios):.4g} to "
+        f"{max(ratios):.4g} times the right one over the range of sizes, and eps is off by up to "
+        f"{size_error(contact):.3g} (relative, at these speeds). To be more exact, make a type of each class of sizes."
+    )
+
+
+def _time_table(setup: Setup) -> list[str]:
+    """Return the table of errors: a line for each number of steps, a column for each contact."""
+    names = [one_line("name", contact.name) for contact in setup.contacts]
+    widths = [max(len(name), 7) for name in names]
+    head = f"{'N':>6}  {'timestep':>13}  " + "  ".join(f"{n:>{w}}" for n, w in zip(names, widths, strict=True))
+    rows = [
+        f"{row.steps:>6}  {row.timestep:>13.6e}  "
+        + "  ".join(f"{error:>{w}.1e}" for error, w in zip(row.errors, widths, strict=True))
+        for row in timesteps(setup)
+    ]
+    return [head, *rows]
+
+
+def _units_lines(units: Units) -> list[str]:
+    """Return what is to be said on units."""
+    text = f"Units: {units.length}, {units.mass}, {units.time}."
+    if (units.length, units.mass, units.time) not in _STYLES:
+        text += " LAMMPS has no units style for these: units lj takes numbers as they are."
+    return _wrapped(text)
+
+
+def _atom_type(setup: Setup, name: str) -> dict[str, object]:
+    """Return the values of a type for the template."""
+    body = setup.bodies[name]
+    return {
+        "number": _type(setup, name),
+        "name": one_line("name", name),
+        "radius": f"{body.radius:.10g}",
+        "mass": f"{body.mass:.10g}",
+    }
+
+
+def _atoms(setup: Setup, contact: Contact, speed: float, gap: float) -> list[dict[str, object]]:
+    """Return where the atoms of a collision start, for the template; a wall is at z = 0."""
+    first, second = contact.pair.first, contact.pair.second
+    if second.is_wall:
+        return [_atom(_type(setup, contact.first), first, first.radius + gap, -speed)]
+    return [
+        _atom(_type(setup, contact.first), first, -first.radius - gap / 2, speed / 2),
+        _atom(_type(setup, contact.second), second, second.radius + gap / 2, -speed / 2),
+    ]
+
+
+def _atom(number: int, body: Sphere, z: float, vz: float) -> dict[str, object]:
+    """Return an atom for the template, its numbers as text that loses no bit."""
+    return {
+        "type": number,
+        "z": f"{z:.17g}",
+        "vz": f"{vz:.17g}",
+        "diameter": f"{2 * body.radius:.17g}",
+        "mass": f"{body.mass:.17g}",
+    }
+
+
+def _wrapped(text: str) -> list[str]:
+    """Return lines for comments."""
+    from textwrap import wrap
+
+    return wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def _number(x: float) -> str:
+    """Return a number for LAMMPS: 15 digits, which decide eps to as many."""
+    return f"{x:.15g}"
+
+
+def _render(template: str, /, **values: Any) -> str:
+    """Return a template, filled in."""
+    return environment("viscopade").get_template(template).render(values)

@@ -1,0 +1,258 @@
+"""LIGGGHTS: the viscoelastic law exactly, as `hertz/stiffness`, or a constant eps, as `hertz`.
+
+Read in the source of LIGGGHTS-PUBLIC 3.8.0, with d the overlap, v_n the speed of compression, and E_eff, R_eff, m_eff
+as in `Pair` (at a wall R_eff and m_eff are the sphere's: `pair_gran_base.h`, `fix_wall_gran_base.h`):
+
+`normal_model_hertz_stiffness.h`, `surfacesIntersect`:
+    F = sqrt(R_eff d) (kn d + m_eff gamman v_n).
+    This is eq:viscoelastic with kn = 4/3 E_eff and gamman = 3/2 A kn/m_eff = 2 A E_eff/m_eff. As gamman is given per
+    pair of types and multiplied with each pair's own m_eff, particles of one type but different size differ in A.
+`normal_model_hertz.h`, `surfacesIntersect`, with `createBetaEff` of `global_properties.cpp`:
+    F = 4/3 E_eff sqrt(R_eff d) d - 2 sqrt(5/6) b sqrt(S m_eff) v_n, S = 2 E_eff sqrt(R_eff d) and
+    b = ln e/sqrt(ln^2 e + pi^2) < 0, e being `coefficientRestitution`.
+    As S = 3/2 k sqrt(d) with Hertz's k, this is `viscopade.simulators.tsuji` with alpha = sqrt(5) |b|: |b| is the
+    damping ratio, and e is its eps for the end at x = 0.
+
+Both end where x = 0, with attraction before it, unless `limitForce on` clips the force at 0. Then `hertz/stiffness` has
+this package's end condition, and `hertz` has a larger eps than `coefficientRestitution` says: 0.40 for 0.3. `hertz`
+accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitForce on` no eps below about 0.21.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from viscopade.kernels import environment, marker_line
+from viscopade.model import Pair
+from viscopade.simulators import tsuji
+from viscopade.simulators.setup import SI, Contact, Setup
+from viscopade.simulators.stated import (
+    Constant,
+    Errors,
+    constant,
+    errors,
+    facts,
+    full,
+    heading,
+    short,
+    shortest_contact,
+)
+
+Model = Literal["hertz/stiffness", "hertz"]
+
+# createCoeffRest and createYoungsModulus refuse what is outside, the second without `soft_particles yes` or
+# `hard_particles yes`.
+LEAST_COEFFICIENT = 0.05
+SOFT, HARD = 5e6, 1e9
+# Contact times per step; benchmarks/liggghts_collisions.py measures what an error that leaves.
+STEPS = 100
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Parameters of `hertz/stiffness` for a pair of types.
+
+    Attributes
+    ----------
+    kn : float
+        4/3 E_eff, a pressure.
+    gamman : float
+        2 A E_eff/m_eff, in 1/(length time).
+    kt : float
+        8 G_eff, a pressure: Mindlin's tangential stiffness as in `hertz`.
+    """
+
+    kn: float
+    gamman: float
+    kt: float
+
+
+def stiffness(pair: Pair) -> Stiffness:
+    """Return the parameters with which `hertz/stiffness` and `limitForce on` is the viscoelastic law of a pair."""
+    return Stiffness(4 / 3 * pair.E_eff, 2 * pair.A * (pair.E_eff / pair.m_eff), 8 * _shear_modulus(pair))
+
+
+def _shear_modulus(pair: Pair) -> float:
+    """Return Mindlin's effective shear modulus, a pressure."""
+    softness = (2 * (2 - body.poisson_ratio) * (1 + body.poisson_ratio) for body in (pair.first, pair.second))
+    return 1 / sum(s / body.young_modulus for s, body in zip(softness, (pair.first, pair.second), strict=True))
+
+
+def stiffness_errors(contact: Contact) -> Errors:
+    """Return the errors of `hertz/stiffness`: none for the pair itself, some for other sizes of the same types."""
+    gamman = stiffness(contact.pair).gamman
+
+    def program(pair: Pair, speed: float) -> float:
+        a = gamman * pair.m_eff / (2 * pair.E_eff)  # what this size gets
+        first, second = (replace(body, dissipative_constant=a) for body in (pair.first, pair.second))
+        return Pair(first, second).epsilon(speed)
+
+    return errors(program, contact)
+
+
+def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
+    """Return the `coefficientRestitution` with which `hertz` has the wanted eps.
+
+    Parameters
+    ----------
+    epsilon : float
+        Wanted, > 0 and <= 1.
+    limit_force : bool
+        Whether `limitForce on` is set. Without it the result is eps itself.
+
+    Raises
+    ------
+    ValueError
+        If LIGGGHTS does not accept the value that it takes.
+
+    Examples
+    --------
+    >>> f"{coefficient_restitution(0.9, True):.6f} {coefficient_restitution(0.3, True):.6f}"
+    '0.897887 0.165219'
+    """
+    ratio = tsuji.damping_ratio(epsilon, end="force" if limit_force else "position")
+    result = tsuji.epsilon(ratio, "position") if limit_force else epsilon
+    if result <= LEAST_COEFFICIENT:
+        raise ValueError(
+            f"epsilon is {short(epsilon)}: accepted by LIGGGHTS with limitForce {_switch(limit_force)} "
+            f"is more than {least_epsilon(limit_force):.4g}"
+        )
+    return result
+
+
+def least_epsilon(limit_force: bool) -> float:
+    """Return the eps that all of `hertz` is above, as `coefficientRestitution` must be above 0.05."""
+    if not limit_force:
+        return LEAST_COEFFICIENT
+    return tsuji.epsilon(tsuji.damping_ratio(LEAST_COEFFICIENT, end="position"), "force")
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """Parameters of `hertz` for a contact.
+
+    Attributes
+    ----------
+    constant : Constant
+        Its eps, which is exact at the typical speed, and its errors.
+    coefficient, balanced : float
+        `coefficientRestitution` for that eps and for the one with the smallest largest error.
+    """
+
+    constant: Constant
+    coefficient: float
+    balanced: float
+
+
+def restitution(contact: Contact, limit_force: bool) -> Restitution:
+    """Return the parameters of `hertz` for a contact.
+
+    Raises
+    ------
+    ValueError
+        As `coefficient_restitution` does.
+    """
+    found = constant(contact)
+    coefficient, balanced = (coefficient_restitution(eps, limit_force) for eps in (found.epsilon, found.balanced))
+    return Restitution(found, coefficient, balanced)
+
+
+def limits_force(contacts: Sequence[Contact]) -> bool:
+    """Return whether `hertz` can have `limitForce on` with these contacts: the switch is one for all pairs of types."""
+    least = least_epsilon(True)
+    return all(min(found.epsilon, found.balanced) > least for found in map(constant, contacts))
+
+
+def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
+    """Return LIGGGHTS commands for the contacts, to be included after create_box.
+
+    Parameters
+    ----------
+    setup : Setup
+        Types are numbered in the order of its bodies, walls too.
+    command : str
+        What the first line says it was made with.
+    model : {"hertz/stiffness", "hertz"}
+        The exact law, or a constant eps.
+
+    Raises
+    ------
+    ValueError
+        If the model is not one of the two, or is `hertz` and it cannot have one of the contacts' eps; or if a name or
+        the title is not one printable line.
+    """
+    if model not in ("hertz/stiffness", "hertz"):
+        raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
+    return (
+        environment("viscopade")
+        .get_template("liggghts.in.jinja")
+        .render(
+            marker=marker_line(command),
+            title=heading(setup),
+            setup=setup,
+            types=list(enumerate(setup.bodies, 1)),
+            si=setup.units == SI,
+            facts=[facts(contact, setup.units) for contact in setup.contacts],
+            model=model,
+            timestep=short(shortest_contact(setup) / STEPS),
+            steps=STEPS,
+            stiffness_errors=[stiffness_errors(contact) for contact in setup.contacts],
+            **(_stiffness_matrices(setup) if model == "hertz/stiffness" else {}),
+            **_hertz(setup, model),
+        )
+    )
+
+
+def _stiffness_matrices(setup: Setup) -> dict[str, str]:
+    """Return the values of the four properties for all pairs of types; two walls have 0."""
+    found = {types: stiffness(pair) for types, pair in _pairs(setup).items()}
+    return {
+        "kn": _matrix(setup, {types: values.kn for types, values in found.items()}, 0),
+        "gamman": _matrix(setup, {types: values.gamman for types, values in found.items()}, 0),
+        "kt": _matrix(setup, {types: values.kt for types, values in found.items()}, 0),
+        "gammat": _matrix(setup, {}, 0),
+    }
+
+
+def _hertz(setup: Setup, model: Model) -> dict[str, object]:
+    """Return what the template needs on the model with a constant eps."""
+    limit_force = limits_force(setup.contacts)
+    try:
+        found = [restitution(contact, limit_force) for contact in setup.contacts]
+    except ValueError as error:
+        if model == "hertz":
+            raise
+        return {"refused": str(error), "restitutions": [], "limit_force": "off"}
+    values = {frozenset((c.first, c.second)): r.coefficient for c, r in zip(setup.contacts, found, strict=True)}
+    moduli = [body.young_modulus for body in setup.bodies.values()]
+    return {
+        "refused": None,
+        "restitutions": found,
+        "limit_force": _switch(limit_force),
+        "soft": min(moduli) < SOFT,
+        "hard": max(moduli) > HARD,
+        "young": " ".join(map(full, moduli)),
+        "poisson": " ".join(full(body.poisson_ratio) for body in setup.bodies.values()),
+        "coefficients": _matrix(setup, values, 1),
+        "full": full,
+        "short": short,
+    }
+
+
+def _pairs(setup: Setup) -> dict[frozenset[str], Pair]:
+    """Return the pair of every two types that can meet; of the contacts those that they have."""
+    pairs = {frozenset((a, b)): Pair(setup.bodies[a], setup.bodies[b]) for a in setup.spheres for b in setup.bodies}
+    return pairs | {frozenset((contact.first, contact.second)): contact.pair for contact in setup.contacts}
+
+
+def _matrix(setup: Setup, values: Mapping[frozenset[str], float], other: float) -> str:
+    """Return the values for all ordered pairs of types, as `peratomtypepair` wants them."""
+    names = list(setup.bodies)
+    rows = (" ".join(full(values.get(frozenset((a, b)), other)) for b in names) for a in names)
+    return " &\n    ".join([str(len(names)), *rows])
+
+
+def _switch(on: bool) -> str:
+    return "on" if on else "off"

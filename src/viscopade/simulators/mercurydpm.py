@@ -1,0 +1,135 @@
+"""MercuryDPM: the viscoelastic law exactly, or a constant eps where the program is older.
+
+Read in the source of MercuryDPM 1.0 (trunk of July 2024, `Kernel/`), with d the overlap, v_n the speed of compression,
+and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and `getEffectiveMass`, at walls too):
+
+`HertzianBSHPViscoelasticInteraction::computeNormalForce` (in the program since September 2022):
+    F = max(0, k d + 3/2 A k v_n), k = 4/3 E_eff sqrt(R_eff d).
+    This is eq:viscoelastic with this package's end condition, for all sizes: `setEffectiveElasticModulus` takes E_eff,
+    `setDissipation` takes A.
+`HertzianViscoelasticInteraction::computeNormalForce`:
+    F = k d + D sqrt(m_eff k) v_n, not clipped.
+    This is `viscopade.simulators.tsuji` with alpha = D, `setDissipation`'s argument, for contact that ends at x = 0.
+    `setEffectiveElasticModulusAndRestitutionCoefficient` inverts that correctly.
+
+A pair of different species has a mixed species. Its E_eff is right by itself, as the program's harmonic mean of the two
+E_eff is Hertz's; its A would be the harmonic mean too, which is not that of `Pair.A`. Both are set.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from viscopade.kernels import environment, marker_line
+from viscopade.model import Sphere
+from viscopade.simulators import tsuji
+from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.stated import Constant, constant, facts, full, heading, short, shortest_contact
+
+# Steps in the shortest contact.
+STEPS = 100
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of the species of a pair.
+
+    Attributes
+    ----------
+    elastic_modulus : float
+        E_eff, for `setEffectiveElasticModulus`, a pressure.
+    dissipation : float
+        A, for `setDissipation` of the species with BSHP in their names, a time.
+    constant : Constant
+        The eps that species without BSHP can have, and its errors.
+    constant_dissipation : float
+        `setDissipation` of these for it.
+    """
+
+    elastic_modulus: float
+    dissipation: float
+    constant: Constant
+    constant_dissipation: float
+
+
+def dissipation(epsilon: float) -> float:
+    """Return `setDissipation` of species without BSHP with which eps is the wanted one, > 0 and <= 1.
+
+    Examples
+    --------
+    >>> f"{dissipation(0.9):.6f}"
+    '0.074950'
+    """
+    return tsuji.alpha(tsuji.damping_ratio(epsilon, end="position"))
+
+
+def parameters(contact: Contact) -> Parameters:
+    """Return the parameters for a contact."""
+    found = constant(contact)
+    return Parameters(contact.pair.E_eff, contact.pair.A, found, dissipation(found.epsilon))
+
+
+def render(setup: Setup, command: str) -> str:
+    """Return a C++ header for MercuryDPM that adds the species and mixed species.
+
+    Parameters
+    ----------
+    setup : Setup
+        Bodies become species, walls too; contacts of two different bodies set the mixed species.
+    command : str
+        What the first line says it was made with.
+
+    Raises
+    ------
+    ValueError
+        If two bodies' names differ only in characters that a C++ name cannot have, or a name or the title is not one
+        printable line.
+    """
+    names = identifiers(list(setup.bodies))
+    of_contacts = {frozenset((c.first, c.second)): parameters(c) for c in setup.contacts}
+    return (
+        environment("viscopade")
+        .get_template("mercurydpm.h.jinja")
+        .render(
+            marker=marker_line(command),
+            title=heading(setup),
+            setup=setup,
+            contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
+            species=[
+                (names[name], *_own(body, of_contacts.get(frozenset((name,))))) for name, body in setup.bodies.items()
+            ],
+            mixed=[
+                (names[contact.first], names[contact.second], parameters(contact))
+                for contact in setup.contacts
+                if contact.first != contact.second
+            ],
+            timestep=short(shortest_contact(setup) / STEPS),
+            steps=STEPS,
+            full=full,
+        )
+    )
+
+
+def _own(body: Sphere, like: Parameters | None) -> tuple[Sphere, float, float]:
+    """Return a body with E_eff and A of contacts with its like."""
+    if like is not None:
+        return body, like.elastic_modulus, like.dissipation
+    return body, body.plane_strain_modulus / 2, body.dissipative_constant
+
+
+def identifiers(names: list[str]) -> dict[str, str]:
+    """Return a C++ name for each name: other characters become underscores.
+
+    Raises
+    ------
+    ValueError
+        If two become the same.
+    """
+    found = {name: re.sub(r"\W", "_", f"{name}_species", flags=re.ASCII) for name in names}
+    found = {name: f"_{identifier}" if identifier[0].isdigit() else identifier for name, identifier in found.items()}
+    for name, identifier in found.items():
+        others = [other for other in names if other != name and found[other] == identifier]
+        if others:
+            raise ValueError(f"bodies {name!r} and {others[0]!r}: accepted are names that differ in letters or digits")
+    return found

@@ -1,0 +1,144 @@
+"""What the generated files state about a contact: its numbers, and the error of a program's eps over its speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from viscopade.kernels import one_line
+from viscopade.model import Pair
+from viscopade.simulators.setup import Contact, Setup, Units
+
+_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Relative errors of a program's eps against the viscoelastic one, eps_program/eps - 1.
+
+    Attributes
+    ----------
+    slowest, fastest : float
+        At the ends of the contact's range of speeds.
+    extremes : tuple of tuple of float
+        The same two numbers for each of the contact's extreme sizes.
+    """
+
+    slowest: float
+    fastest: float
+    extremes: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def largest(self) -> float:
+        """The largest of all in absolute value."""
+        return max(abs(error) for row in ((self.slowest, self.fastest), *self.extremes) for error in row)
+
+    @property
+    def lines(self) -> list[str]:
+        """The errors as lines of text, to be indented after the first."""
+        sizes = zip(("least", "largest"), self.extremes, strict=False)
+        return [
+            f"Error of eps: {_ends(self.slowest, self.fastest)}",
+            *(f"  sizes with the {which} v*: {_ends(*both)}" for which, both in sizes),
+        ]
+
+
+def errors(program: Callable[[Pair, float], float], contact: Contact) -> Errors:
+    """Return the errors of what a program has as eps for a pair at a speed."""
+
+    def ends(pair: Pair) -> tuple[float, float]:
+        slowest, fastest = (program(pair, v) / pair.epsilon(v) - 1 for v in (contact.slowest, contact.fastest))
+        return slowest, fastest
+
+    return Errors(*ends(contact.pair), tuple(ends(pair) for pair in contact.extremes))
+
+
+@dataclass(frozen=True)
+class Constant:
+    """The constant eps that is right at a contact's typical speed, and the one whose largest error is smallest.
+
+    Attributes
+    ----------
+    epsilon : float
+        The exact eps at the typical speed.
+    errors : Errors
+        What taking it at all speeds costs.
+    balanced : float
+        The harmonic mean of the largest and the smallest eps of the contact, extreme sizes too: no constant has a
+        smaller largest relative error.
+    balanced_errors : Errors
+        Its errors.
+    """
+
+    epsilon: float
+    errors: Errors
+    balanced: float
+    balanced_errors: Errors
+
+
+def constant(contact: Contact) -> Constant:
+    """Return the constants for a contact."""
+    typical = contact.pair.epsilon(contact.typical)
+    pairs = (contact.pair, *contact.extremes)
+    most = max(pair.epsilon(contact.slowest) for pair in pairs)
+    least = min(pair.epsilon(contact.fastest) for pair in pairs)
+    balanced = 2 * least / (1 + least / most)
+    return Constant(
+        typical,
+        errors(lambda pair, speed: typical, contact),
+        balanced,
+        errors(lambda pair, speed: balanced, contact),
+    )
+
+
+def heading(setup: Setup) -> str:
+    """Return the title, after a look at it and the bodies' names, which stand in comments.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not one printable line.
+    """
+    for name in setup.bodies:
+        one_line("name of a body", name)
+    return one_line("title", setup.title)
+
+
+def facts(contact: Contact, units: Units) -> list[str]:
+    """Return lines on a contact, without comment marks: effective numbers, speeds and eps, and how long it lasts."""
+    pair = contact.pair
+    speeds = (contact.slowest, contact.typical, contact.fastest)
+    return [
+        f"{contact.name}: m_eff {short(pair.m_eff)} {units.mass}, R_eff {short(pair.R_eff)} {units.length},",
+        f"  E_eff {short(pair.E_eff)} {units.mass}/({units.length} {units.time}^2), A {short(pair.A)} {units.time}, "
+        f"beta {short(pair.beta)} {units.beta}",
+        f"  speeds (slowest, typical, fastest): {', '.join(short(v) for v in speeds)} {units.speed}",
+        f"  exact eps at them: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
+        f"  the fastest contact lasts {short(pair.contact_time(contact.fastest))} {units.time}",
+    ]
+
+
+def shortest_contact(setup: Setup) -> float:
+    """Return how long the shortest of all contacts lasts, a time; smaller particles part sooner."""
+    return min(
+        pair.contact_time(contact.fastest) for contact in setup.contacts for pair in (contact.pair, *contact.extremes)
+    )
+
+
+def _ends(slowest: float, fastest: float) -> str:
+    return f"{_signed(slowest)} at the slowest, {_signed(fastest)} at the fastest speed"
+
+
+def _signed(error: float) -> str:
+    """Return an error as text; what is left of the same law twice is rounding."""
+    return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
+
+
+def short(number: float) -> str:
+    """Return a number as a comment shows it."""
+    return f"{number:.6g}"
+
+
+def full(number: float) -> str:
+    """Return a number as a program reads it: 12 digits, which do not depend on the last bit of a math library."""
+    return f"{number:.12g}"
