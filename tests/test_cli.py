@@ -47,6 +47,8 @@ COMMANDS = (
     "export",
     "bench",
     "report",
+    "scene",
+    "simulators",
 )
 SAMPLE = Path(__file__).parent / "data" / "bench_result.json"
 
