@@ -36,6 +36,7 @@ from viscopade.simulators.stated import (
     facts,
     full,
     heading,
+    largest_step_error,
     short,
     shortest_contact,
 )
@@ -46,7 +47,7 @@ Model = Literal["hertz/stiffness", "hertz"]
 # `hard_particles yes`.
 LEAST_COEFFICIENT = 0.05
 SOFT, HARD = 5e6, 1e9
-# Contact times per step; benchmarks/liggghts_collisions.py measures what an error that leaves.
+# Time steps in the shortest contact; the text states the error of eps that they leave.
 STEPS = 100
 
 
@@ -137,13 +138,15 @@ class Restitution:
     ----------
     constant : Constant
         Its eps, which is exact at the typical speed, and its errors.
-    coefficient, balanced : float
-        `coefficientRestitution` for that eps and for the one with the smallest largest error.
+    coefficient : float
+        `coefficientRestitution` for that eps.
+    balanced : float or None
+        The same for the eps with the smallest largest error; None if the program does not accept it.
     """
 
     constant: Constant
     coefficient: float
-    balanced: float
+    balanced: float | None
 
 
 def restitution(contact: Contact, limit_force: bool) -> Restitution:
@@ -155,14 +158,18 @@ def restitution(contact: Contact, limit_force: bool) -> Restitution:
         As `coefficient_restitution` does.
     """
     found = constant(contact)
-    coefficient, balanced = (coefficient_restitution(eps, limit_force) for eps in (found.epsilon, found.balanced))
-    return Restitution(found, coefficient, balanced)
+    reachable = found.balanced > least_epsilon(limit_force)
+    return Restitution(
+        found,
+        coefficient_restitution(found.epsilon, limit_force),
+        coefficient_restitution(found.balanced, limit_force) if reachable else None,
+    )
 
 
 def limits_force(contacts: Sequence[Contact]) -> bool:
     """Return whether `hertz` can have `limitForce on` with these contacts: the switch is one for all pairs of types."""
     least = least_epsilon(True)
-    return all(min(found.epsilon, found.balanced) > least for found in map(constant, contacts))
+    return all(constant(contact).epsilon > least for contact in contacts)
 
 
 def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
@@ -185,6 +192,7 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
     """
     if model not in ("hertz/stiffness", "hertz"):
         raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
+    timestep = shortest_contact(setup) / STEPS
     return (
         environment("viscopade")
         .get_template("liggghts.in.jinja")
@@ -196,7 +204,8 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
             si=setup.units == SI,
             facts=[facts(contact, setup.units) for contact in setup.contacts],
             model=model,
-            timestep=short(shortest_contact(setup) / STEPS),
+            timestep=short(timestep),
+            step_error=f"{largest_step_error(setup, timestep):.1e}",
             steps=STEPS,
             stiffness_errors=[stiffness_errors(contact) for contact in setup.contacts],
             **(_stiffness_matrices(setup) if model == "hertz/stiffness" else {}),

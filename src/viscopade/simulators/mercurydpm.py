@@ -25,9 +25,18 @@ from viscopade.kernels import environment, marker_line
 from viscopade.model import Sphere
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
-from viscopade.simulators.stated import Constant, constant, facts, full, heading, short, shortest_contact
+from viscopade.simulators.stated import (
+    Constant,
+    constant,
+    facts,
+    full,
+    heading,
+    largest_step_error,
+    short,
+    shortest_contact,
+)
 
-# Steps in the shortest contact.
+# Time steps in the shortest contact; the text states the error of eps that they leave.
 STEPS = 100
 
 
@@ -88,6 +97,7 @@ def render(setup: Setup, command: str) -> str:
     """
     names = identifiers(list(setup.bodies))
     of_contacts = {frozenset((c.first, c.second)): parameters(c) for c in setup.contacts}
+    timestep = shortest_contact(setup) / STEPS
     return (
         environment("viscopade")
         .get_template("mercurydpm.h.jinja")
@@ -104,7 +114,8 @@ def render(setup: Setup, command: str) -> str:
                 for contact in setup.contacts
                 if contact.first != contact.second
             ],
-            timestep=short(shortest_contact(setup) / STEPS),
+            timestep=short(timestep),
+            step_error=f"{largest_step_error(setup, timestep):.1e}",
             steps=STEPS,
             full=full,
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from viscopade.kernels import one_line
 from viscopade.model import Pair
+from viscopade.simulators.lammps import timestep_error
 from viscopade.simulators.setup import Contact, Setup, Units
 
 _ROUNDING = 1e-13
@@ -123,6 +124,14 @@ def shortest_contact(setup: Setup) -> float:
     return min(
         pair.contact_time(contact.fastest) for contact in setup.contacts for pair in (contact.pair, *contact.extremes)
     )
+
+
+def largest_step_error(setup: Setup, timestep: float) -> float:
+    """Return by how much a time step puts eps of the viscoelastic law off, at most, over all contacts.
+
+    LIGGGHTS, YADE and MercuryDPM step as LAMMPS does: what they compute agrees with its scheme to all digits.
+    """
+    return max(timestep_error(contact, timestep) for contact in setup.contacts)
 
 
 def _ends(slowest: float, fastest: float) -> str:

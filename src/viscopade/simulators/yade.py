@@ -20,7 +20,8 @@ them the sphere's radius and twice that. eps does not feel it in either law, as 
 contact does. m_eff is the sphere's if the other body is not dynamic.
 
 With betan = A/2 sqrt(kn/m_eff), set for every contact at every step, c = A kn in all versions. The generated code has
-that as a function to be run by the program: exact, and slow, as it is Python.
+that as a function to be run by the program: exact, and slow, as it is Python. At walls it uses the A that gives the
+right beta with the program's R_eff.
 """
 
 from __future__ import annotations
@@ -43,11 +44,12 @@ from viscopade.simulators.stated import (
     facts,
     full,
     heading,
+    largest_step_error,
     short,
     shortest_contact,
 )
 
-# Steps in the shortest contact; benchmarks/yade_collisions.py measures what an error that leaves.
+# Time steps in the shortest contact; the text states the error of eps that they leave.
 STEPS = 100
 
 
@@ -125,6 +127,7 @@ def render(setup: Setup, command: str) -> str:
     ValueError
         If a name or the title is not one printable line.
     """
+    timestep = shortest_contact(setup) / STEPS
     return (
         environment("viscopade")
         .get_template("yade.py.jinja")
@@ -133,7 +136,8 @@ def render(setup: Setup, command: str) -> str:
             title=heading(setup),
             setup=setup,
             contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
-            timestep=short(shortest_contact(setup) / STEPS),
+            timestep=short(timestep),
+            step_error=f"{largest_step_error(setup, timestep):.1e}",
             steps=STEPS,
             full=full,
         )

@@ -1,0 +1,167 @@
+"""MercuryDPM: the header compiled with stand-ins for the program's, and its laws integrated in time.
+
+The program itself is not needed here, and it is in no package: docs/simulators-dem.md says how it was compared.
+"""
+
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.two_spheres import integrated, setup
+from viscopade import Pair, Sphere
+from viscopade.simulators import mercurydpm
+from viscopade.simulators.setup import Contact, Setup
+
+COMMAND = "viscopade simulators mercurydpm scene.toml"
+COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+GLASS = Sphere(radius=0.01, density=2500, young_modulus=2e9, poisson_ratio=0.2, dissipative_constant=2e-5)
+RUBBER = Sphere(radius=0.02, density=1100, young_modulus=1e6, poisson_ratio=0.48, dissipative_constant=1e-4)
+FLOOR = Sphere.wall(young_modulus=5e8, poisson_ratio=0.3, dissipative_constant=1e-5)
+SETUP = Setup(
+    "Glass and rubber",
+    {"glass": GLASS, "floor 1": FLOOR, "2-rubber": RUBBER},
+    (
+        Contact("glass", "glass", Pair(GLASS, GLASS), 0.01, 0.1, 1.0),
+        Contact("2-rubber", "floor 1", Pair(RUBBER, FLOOR), 0.1, 0.2, 2.0),
+    ),
+)
+SPECIES = """
+#pragma once
+struct HertzianBSHPViscoelasticSpecies
+{
+    double density = -1, modulus = -1, dissipation = -1;
+    void setDensity(double value) { density = value; }
+    void setEffectiveElasticModulus(double value) { modulus = value; }
+    void setDissipation(double value) { dissipation = value; }
+};
+"""
+HANDLER = """
+#pragma once
+#include "Species/HertzianBSHPViscoelasticSpecies.h"
+#include <list>
+struct SpeciesHandler
+{
+    std::list<HertzianBSHPViscoelasticSpecies> all, mixed;
+    template <class S> S* copyAndAddObject(const S& s) { all.push_back(s); return &all.back(); }
+    template <class S> S* getMixedObject(S* a, S* b) { if (a == b) throw 1; mixed.push_back({}); return &mixed.back(); }
+};
+"""
+MAIN = """
+#include "contacts.h"
+#include <cstdio>
+int main()
+{
+    SpeciesHandler handler;
+    viscopade::Species species = viscopade::addSpecies(handler);
+    for (const auto& list : {handler.all, handler.mixed})
+        for (const auto& s : list) std::printf("%.17g %.17g %.17g\\n", s.density, s.modulus, s.dissipation);
+    return NAMES ? 0 : 2;
+}
+"""
+
+
+def bshp_force(pair, modulus, dissipation):
+    """HertzianBSHPViscoelasticInteraction::computeNormalForce, without the clipping."""
+
+    def force(x, u):
+        stiffness = 4 / 3 * modulus * math.sqrt(pair.R_eff * x)
+        return stiffness * x + 3 / 2 * dissipation * stiffness * u
+
+    return force
+
+
+def constant_force(pair, modulus, dissipation):
+    """HertzianViscoelasticInteraction::computeNormalForce."""
+
+    def force(x, u):
+        stiffness = 4 / 3 * modulus * math.sqrt(pair.R_eff * x)
+        return stiffness * x + dissipation * math.sqrt(pair.m_eff * stiffness) * u
+
+    return force
+
+
+@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.1])
+def test_the_viscoelastic_law(epsilon):
+    case = setup(epsilon)
+    (contact,) = case.contacts
+    text = mercurydpm.render(case, COMMAND)
+    modulus, dissipation = (
+        float(re.search(rf"one\.set{name}\((\S+)\);", text)[1]) for name in ("EffectiveElasticModulus", "Dissipation")
+    )
+    for speed in (contact.slowest, contact.typical, contact.fastest):
+        found = integrated(bshp_force(contact.pair, modulus, dissipation), case, speed, "force")
+        assert found == pytest.approx(contact.pair.epsilon(speed), rel=1e-7)
+
+
+@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.1])
+def test_the_constant_eps_of_older_versions(epsilon):
+    case = setup(epsilon)
+    pair = case.contacts[0].pair
+    text = mercurydpm.render(case, COMMAND)
+    dissipation = float(re.search(r"ends: setDissipation\((\S+)\) gives", text)[1])
+    force = constant_force(pair, pair.E_eff, dissipation)
+    assert integrated(force, case, 0.3, "position") == pytest.approx(epsilon, rel=1e-7)
+    log = math.log(epsilon)  # setEffectiveElasticModulusAndRestitutionCoefficient has the same
+    assert dissipation == pytest.approx(math.sqrt(5 * log**2 / (log**2 + math.pi**2)), rel=1e-11)
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C++ compiler")
+def test_the_header_compiled_with_stand_ins(tmp_path):
+    (tmp_path / "Species").mkdir()
+    (tmp_path / "Species" / "HertzianBSHPViscoelasticSpecies.h").write_text(SPECIES)
+    (tmp_path / "SpeciesHandler.h").write_text(HANDLER)
+    (tmp_path / "contacts.h").write_text(mercurydpm.render(SETUP, COMMAND))
+    names = " && ".join(f"species.{name}" for name in mercurydpm.identifiers(list(SETUP.bodies)).values())
+    (tmp_path / "main.cc").write_text(MAIN.replace("NAMES", names))
+    flags = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-I.")
+    subprocess.run([COMPILER, *flags, "main.cc", "-o", "main"], cwd=tmp_path, check=True, timeout=120)
+    output = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
+    rows = [tuple(map(float, line.split())) for line in output.splitlines()]
+    glass, rubber, mixed = Pair(GLASS, GLASS), Pair(RUBBER, RUBBER), SETUP.contacts[1].pair
+    wall = FLOOR.plane_strain_modulus / 2
+    wanted = [
+        (2500, glass.E_eff, glass.A),
+        (None, wall, FLOOR.dissipative_constant),
+        (1100, rubber.E_eff, rubber.A),
+        (-1, mixed.E_eff, mixed.A),
+    ]
+    for row, (density, modulus, dissipation) in zip(rows, wanted, strict=True):
+        assert row[1:] == pytest.approx((modulus, dissipation), rel=1e-11)
+        assert density is None or row[0] == pytest.approx(density)
+    # The program's own mean of the moduli is Hertz's, that of A is not ours.
+    assert 2 / (1 / rows[1][1] + 1 / rows[2][1]) == pytest.approx(mixed.E_eff, rel=1e-11)
+    assert abs(2 / (1 / rows[1][2] + 1 / rows[2][2]) / mixed.A - 1) > 0.1
+
+
+def test_names():
+    assert mercurydpm.identifiers(["a b", "2"]) == {"a b": "a_b_species", "2": "_2_species"}
+    assert mercurydpm.identifiers(["glaß"]) == {"glaß": "gla__species"}
+    with pytest.raises(ValueError, match="bodies 'a b' and 'a-b': accepted are names that differ"):
+        mercurydpm.identifiers(["a b", "a-b"])
+    with pytest.raises(ValueError, match="bodies '2' and '_2'"):
+        mercurydpm.identifiers(["2", "_2"])
+
+
+def test_the_text():
+    text = mercurydpm.render(SETUP, COMMAND)
+    assert text.startswith("// Generated by viscopade ")
+    assert text.splitlines()[0].endswith(COMMAND)
+    assert max(map(len, text.splitlines())) <= 120
+    shortest = min(contact.pair.contact_time(contact.fastest) for contact in SETUP.contacts)
+    assert f"setTimeStep({shortest / mercurydpm.STEPS:.6g})" in text
+    assert text == mercurydpm.render(SETUP, COMMAND)
+    constant = mercurydpm.parameters(SETUP.contacts[1]).constant
+    assert f"{constant.errors.slowest:+.2e} at the slowest" in text
+
+
+def test_a_contact_s_own_pair_is_what_counts():
+    damped = Pair(GLASS, GLASS).calibrated(0.1, 0.5)
+    contact = Contact("glass", "glass", damped, 0.1, 0.1, 0.1)
+    text = mercurydpm.render(Setup("t", {"glass": GLASS}, (contact,)), COMMAND)
+    assert f"one.setDissipation({damped.A:.12g});" in text
+    elastic = Contact("a", "a", Pair(*[replace(GLASS, dissipative_constant=0)] * 2), 0.1, 0.1, 0.1)
+    assert mercurydpm.parameters(elastic).constant_dissipation == 0

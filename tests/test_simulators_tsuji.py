@@ -1,0 +1,177 @@
+"""The x^(1/4) damping: closed forms against digits from mpmath and against the motion integrated in time."""
+
+import itertools
+import math
+
+import mpmath
+import pytest
+
+from benchmarks.two_spheres import integrated, setup
+from viscopade import Pair, Sphere
+from viscopade.simulators import liggghts, mercurydpm, stated, tsuji, yade
+from viscopade.simulators.setup import Contact, Setup
+
+ENDS = ("force", "position")
+
+
+def decrement(zeta, end):
+    """-ln eps to 40 digits; of another form than the code's."""
+    with mpmath.workdps(60):
+        z = mpmath.mpf(zeta)
+        if end == "position":
+            return mpmath.pi * z / mpmath.sqrt(1 - z * z)
+        if z == 1:
+            return mpmath.mpf(2)
+        return mpmath.re(2 * z * mpmath.acos(z) / mpmath.sqrt(mpmath.mpc(1 - z * z)))
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("zeta", [1e-300, 1e-12, 0.1, 0.5, 0.9, 1 - 1e-9, 1 - 2**-53])
+def test_eps_and_its_complement_against_digits(zeta, end):
+    exact = decrement(zeta, end)
+    if exact < 700:  # beyond it eps is not a normal number
+        assert tsuji.epsilon(zeta, end) == pytest.approx(
+            float(mpmath.exp(-exact)), rel=1e-15 * (4 + float(exact)), abs=0
+        )
+    assert tsuji.one_minus_epsilon(zeta, end) == pytest.approx(float(-mpmath.expm1(-exact)), rel=4e-15, abs=0)
+
+
+@pytest.mark.parametrize("zeta", [1.0, 1 + 2**-52, 1 + 1e-9, 1.5, 30.0, 1e10, 1e150])
+def test_beyond_critical_damping_only_the_force_ends_contact(zeta):
+    exact = decrement(zeta, "force") if zeta < 1e100 else 2 * mpmath.log(2 * mpmath.mpf(zeta))
+    assert tsuji.epsilon(zeta) == pytest.approx(float(mpmath.exp(-exact)), rel=1e-15 * (4 + float(exact)), abs=0)
+    assert tsuji.epsilon(zeta, "position") == 0
+    assert tsuji.one_minus_epsilon(zeta, "position") == 1
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("epsilon", [0.97, 0.6, math.exp(-2), 0.05])
+def test_the_motion_integrated_in_time(epsilon, end):
+    case = setup(epsilon)
+    pair = case.contacts[0].pair
+    alpha = tsuji.alpha(tsuji.damping_ratio(epsilon, end=end))
+
+    def force(x, u):
+        return pair.rho * x**1.5 + alpha * math.sqrt(pair.m_eff * pair.rho) * x**0.25 * u
+
+    for speed in (0.01, 1.0):
+        assert integrated(force, case, speed, end) == pytest.approx(epsilon, rel=1e-7)
+    other = ENDS[end == "force"]
+    assert abs(integrated(force, case, 1.0, other) / epsilon - 1) > 1e-4
+
+
+def test_a_clipped_force_is_the_end_at_zero_force():
+    zeta, h = 0.5, 1e-4
+    x, u = 0.0, 1.0
+    while x >= 0:
+        push = x**1.5 + tsuji.alpha(zeta) * x**0.25 * (u - h / 2 * x**1.5)
+        u -= h * max(0.0, push)
+        x += h * u
+    assert -u == pytest.approx(tsuji.epsilon(zeta), rel=1e-3)
+    assert abs(-u / tsuji.epsilon(zeta, "position") - 1) > 0.5
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize(
+    "epsilon", [1.0, 1 - 2**-53, 1 - 1e-9, 0.9, 0.3, 0.1354, math.exp(-2), 0.1353, 0.01, 1e-30, 1e-300, 5e-324]
+)
+def test_the_inverse_is_the_inverse(epsilon, end):
+    zeta = tsuji.damping_ratio(epsilon, end=end)
+    exact = -mpmath.log(mpmath.mpf(epsilon))
+    if end == "position" and epsilon < 0.01:
+        assert 0.8 < zeta < 1
+        with mpmath.workdps(40):
+            wanted = exact / mpmath.hypot(exact, mpmath.pi)
+        assert zeta == pytest.approx(float(wanted), rel=1e-15, abs=0)
+        return
+    assert float(decrement(zeta, end)) == pytest.approx(float(exact), rel=4e-15, abs=0)
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_nearly_elastic_collisions(end):
+    for loss in (1e-300, 1e-17, 1e-10):
+        zeta = tsuji.damping_ratio(one_minus_epsilon=loss, end=end)
+        assert zeta == pytest.approx(loss / math.pi, rel=2e-10, abs=0)
+        assert tsuji.one_minus_epsilon(zeta, end) == pytest.approx(loss, rel=4e-15, abs=0)
+    assert tsuji.damping_ratio(one_minus_epsilon=0, end=end) == 0
+    assert math.copysign(1, tsuji.damping_ratio(1.0, end=end)) == 1
+
+
+def test_more_damping_means_less_eps():
+    zetas = [k / 100 for k in range(300)]
+    for end in ENDS:
+        values = [tsuji.epsilon(zeta, end) for zeta in zetas]
+        falling = values if end == "force" else values[:100]
+        assert all(a > b for a, b in itertools.pairwise(falling))
+    assert all(tsuji.epsilon(zeta) > tsuji.epsilon(zeta, "position") for zeta in zetas[1:])
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "text"),
+    [
+        (lambda: tsuji.epsilon(-0.1), ValueError, "damping_ratio is -0.1: accepted is a finite number >= 0"),
+        (lambda: tsuji.epsilon(math.inf), ValueError, "finite"),
+        (lambda: tsuji.epsilon("0.1"), TypeError, "damping_ratio"),
+        (lambda: tsuji.epsilon(0.1, "middle"), ValueError, "end is 'middle': accepted is 'force' or 'position'"),
+        (lambda: tsuji.damping_ratio(0.0), ValueError, "epsilon is 0.0: accepted is a number > 0 and <= 1"),
+        (lambda: tsuji.damping_ratio(1.1), ValueError, "epsilon is 1.1"),
+        (lambda: tsuji.damping_ratio(math.nan), ValueError, "epsilon is nan"),
+        (lambda: tsuji.damping_ratio(one_minus_epsilon=1.0), ValueError, "one_minus_epsilon is 1.0"),
+        (lambda: tsuji.damping_ratio(), TypeError, "neither given"),
+        (lambda: tsuji.damping_ratio(0.5, one_minus_epsilon=0.5), TypeError, "both given"),
+        (lambda: tsuji.damping_ratio(0.5, end=None), ValueError, "end is None"),
+    ],
+)
+def test_bad_input(call, error, text):
+    with pytest.raises(error, match=text):
+        call()
+
+
+BALL = Sphere(radius=0.01, density=2500, young_modulus=1e8, poisson_ratio=0.3, dissipative_constant=2e-5)
+LARGE = Sphere(radius=0.02, density=2500, young_modulus=1e8, poisson_ratio=0.3, dissipative_constant=2e-5)
+SIZES = (Pair(LARGE, LARGE), Pair(BALL, BALL))
+
+
+@pytest.mark.parametrize("extremes", [(), SIZES])
+def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes):
+    contact = Contact("a", "a", Pair(BALL, LARGE), 0.01, 0.2, 5.0, extremes)
+    found = stated.constant(contact)
+    pairs = (contact.pair, *extremes)
+    speeds = [0.01 * 500 ** (k / 40) for k in range(41)]
+
+    def largest(value):
+        return max(abs(value / pair.epsilon(speed) - 1) for pair in pairs for speed in speeds)
+
+    assert found.epsilon == contact.pair.epsilon(0.2)
+    assert found.errors.largest == pytest.approx(largest(found.epsilon), rel=1e-12)
+    assert found.balanced_errors.largest == pytest.approx(largest(found.balanced), rel=1e-12)
+    for factor in (0.999, 1.001):
+        assert largest(found.balanced * factor) > found.balanced_errors.largest
+    assert found.errors.slowest < 0 < found.errors.fastest
+    assert len(found.errors.extremes) == len(extremes)
+
+
+def test_errors_as_text():
+    lines = stated.Errors(-0.01, 2e-16, ((0.5, 0.25), (-1e-3, 0.0))).lines
+    assert lines == [
+        "Error of eps: -1.00e-02 at the slowest, 0 at the fastest speed",
+        "  sizes with the least v*: +5.00e-01 at the slowest, +2.50e-01 at the fastest speed",
+        "  sizes with the largest v*: -1.00e-03 at the slowest, 0 at the fastest speed",
+    ]
+
+
+def test_the_shortest_contact_is_that_of_the_smallest_sizes():
+    contact = Contact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
+    both = Setup("t", {"a": LARGE}, (contact,))
+    assert stated.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
+
+
+@pytest.mark.parametrize("program", [liggghts, yade, mercurydpm])
+def test_names_and_titles_cannot_break_out_of_comments(program):
+    contact = Contact("a", "a", Pair(BALL, BALL), 0.1, 0.2, 0.3)
+    with pytest.raises(ValueError, match="title must be one printable line"):
+        program.render(Setup("a\nb", {"a": BALL}, (contact,)), "command")
+    with pytest.raises(ValueError, match="name of a body must be one printable line"):
+        program.render(Setup("a", {"a": BALL, "b\n": BALL}, (contact,)), "command")
+    with pytest.raises(ValueError, match="command must be one printable line"):
+        program.render(Setup("a", {"a": BALL}, (contact,)), "com\nmand")

@@ -1,0 +1,286 @@
+"""YADE: the code executed with stand-ins, its laws integrated in time; and collisions in the program if it is there."""
+
+import math
+import re
+import shutil
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from benchmarks import yade_collisions as validation
+from benchmarks.two_spheres import integrated, setup
+from viscopade import Pair, Sphere
+from viscopade.simulators import yade
+from viscopade.simulators.setup import Contact, Setup
+
+COMMAND = "viscopade simulators yade scene.toml"
+PRESENT = pytest.mark.skipif(shutil.which("yade") is None, reason="the program yade is not installed")
+GLASS = Sphere(radius=0.01, density=2500, young_modulus=2e9, poisson_ratio=0.2, dissipative_constant=2e-5)
+RUBBER = Sphere(radius=0.02, density=1100, young_modulus=1e6, poisson_ratio=0.48, dissipative_constant=1e-4)
+FLOOR = Sphere.wall(young_modulus=5e8, poisson_ratio=0.3, dissipative_constant=1e-5)
+SMALL, LARGE = (replace(GLASS, radius=0.01 * s, mass=GLASS.mass * s**3) for s in (0.8, 1.25))
+SETUP = Setup(
+    "Glass and rubber",
+    {"glass": GLASS, "floor": FLOOR, 'rubber "soft"': RUBBER},
+    (
+        Contact("glass", "glass", Pair(GLASS, GLASS), 0.01, 0.1, 1.0, (Pair(LARGE, LARGE), Pair(SMALL, SMALL))),
+        Contact('rubber "soft"', "floor", Pair(RUBBER, FLOOR), 0.1, 0.2, 2.0),
+    ),
+)
+
+
+class Functor:
+    """Stands in for the functor, of a version with vn or without."""
+
+    attributes = frozenset()
+
+    def __init__(self, **values):
+        self.values = values
+
+    def dict(self):
+        return dict.fromkeys(self.attributes)
+
+
+def executed(text, *, vn):
+    """Execute the code as the program would, with stand-ins for the program's names."""
+    materials = []
+
+    def append(material):
+        materials.append(material)
+        return len(materials) - 1
+
+    names = {
+        "O": SimpleNamespace(materials=SimpleNamespace(append=append), interactions=[], bodies=[], dt=None),
+        "FrictMat": dict,
+        "Sphere": type("Ball", (), {"__init__": lambda self, radius: setattr(self, "radius", radius)}),
+        "MatchMaker": lambda matches: {(a, b): value for a, b, value in matches},
+        "Ip2_FrictMat_FrictMat_MindlinPhys": type(
+            "Versioned", (Functor,), {"attributes": frozenset({"en", "betan"} | ({"vn"} if vn else set()))}
+        ),
+    }
+    exec(compile(text, "generated", "exec"), names)
+    return names, materials
+
+
+def constant_force(pair, betan):
+    """Law2_ScGeom_MindlinPhys_Mindlin with betan, without the clipping."""
+    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
+
+    def force(x, u):
+        kn = 3 / 2 * kno * math.sqrt(x)
+        return kno * x**1.5 + 2 * math.sqrt(pair.m_eff * kn) * betan * u
+
+    return force
+
+
+def solved(en):
+    """v* at which [3/6] with the printed coefficients is en, by halving."""
+    a = (1.0, 1.07232, 0.574198, 0.141552)
+    b = (1.0, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585)
+    low, high = 0.0, 100.0
+    for _ in range(100):
+        v = (low + high) / 2
+        quotient = sum(c * v**i for i, c in enumerate(a)) / sum(c * v**i for i, c in enumerate(b))
+        low, high = (v, high) if quotient > en else (low, v)
+    return low
+
+
+def viscoelastic_force(pair, en, vn):
+    """Law2_ScGeom_MindlinPhys_Mindlin with beta, without the clipping."""
+    kno = 4 / 3 * pair.E_eff * math.sqrt(pair.R_eff)
+    beta = solved(en) ** 2 * vn**-0.2
+    a = 2 / 3 * beta * (kno / pair.m_eff) ** -0.4
+    return lambda x, u: kno * x**1.5 + a * 3 / 2 * kno * math.sqrt(x) * u
+
+
+@pytest.mark.parametrize("epsilon", [0.97, 0.6, 0.3, 0.1])
+def test_betan_gives_the_wanted_eps(epsilon):
+    case = setup(epsilon)
+    names, _ = executed(yade.render(case, COMMAND), vn=False)
+    betan = names["physics"].values["betan"][0, 0]
+    for speed in (0.1, 1.0):
+        found = integrated(constant_force(case.contacts[0].pair, betan), case, speed, "force")
+        assert found == pytest.approx(epsilon, rel=1e-7)
+
+
+@pytest.mark.parametrize("epsilon", [0.999, 0.6, 0.3, 0.1])
+def test_en_and_vn_give_the_viscoelastic_law(epsilon):
+    case = setup(epsilon)
+    (contact,) = case.contacts
+    names, _ = executed(yade.render(case, COMMAND), vn=True)
+    en, vn = (names["physics"].values[name][0, 0] for name in ("en", "vn"))
+    assert vn == contact.typical
+    for speed in (contact.slowest, contact.typical, contact.fastest):
+        exact = contact.pair.epsilon(speed)
+        found = integrated(viscoelastic_force(contact.pair, en, vn), case, speed, "force")
+        assert found == pytest.approx(exact, rel=3e-8)
+        if epsilon < 0.99:
+            naive = integrated(viscoelastic_force(contact.pair, epsilon, vn), case, speed, "force")
+            assert abs(naive - exact) > 3 * abs(found - exact)
+
+
+def test_materials_and_pairs():
+    names, materials = executed(yade.render(SETUP, COMMAND), vn=False)
+    assert [m["young"] for m in materials] == [2e9, 5e8, 1e6]
+    assert [m["poisson"] for m in materials] == [0.2, 0.3, 0.48]
+    assert materials[0]["density"] == pytest.approx(2500)
+    assert "density" not in materials[1]
+    assert names["materials"] == {"glass": 0, "floor": 1, 'rubber "soft"': 2}
+    assert set(names["physics"].values) == {"betan"}
+    assert set(names["physics"].values["betan"]) == {(0, 0), (2, 1)}
+    assert set(executed(yade.render(SETUP, COMMAND), vn=True)[0]["physics"].values) == {"en", "vn"}
+    shortest = Pair(SMALL, SMALL).contact_time(1.0)
+    assert names["O"].dt == pytest.approx(shortest / yade.STEPS, rel=1e-5)
+
+
+def test_the_function_that_makes_the_force_viscoelastic():
+    """With its betan the damping is A kn, whether both bodies move or one."""
+    names, _ = executed(yade.render(SETUP, COMMAND), vn=False)
+
+    def body(material, mass, radius=None):
+        shape = SimpleNamespace() if radius is None else names["Sphere"](radius)
+        return SimpleNamespace(
+            material=SimpleNamespace(id=material),
+            state=SimpleNamespace(mass=mass),
+            shape=shape,
+            dynamic=radius is not None,
+        )
+
+    names["O"].bodies = [
+        body(0, GLASS.mass, 0.01),
+        body(0, 2 * GLASS.mass, 0.03),
+        body(1, 0.0),
+        body(2, RUBBER.mass, 0.02),
+    ]
+    contacts = [
+        SimpleNamespace(id1=a, id2=b, phys=SimpleNamespace(kn=kn, betan=None), geom=SimpleNamespace(refR1=r1, refR2=r2))
+        for a, b, kn, r1, r2 in ((0, 1, 3e4, 0.01, 0.03), (2, 3, 5e3, 0.04, 0.02))
+    ]
+    names["O"].interactions = contacts
+    names["viscoelastic"]()
+    wanted = (SETUP.contacts[0].pair.A, SETUP.contacts[1].pair.A * 1.5**0.2)  # the facet's R_eff is 2/3 R
+    for contact, a, mass in zip(contacts, wanted, (GLASS.mass * 2 / 3, RUBBER.mass), strict=True):
+        kn = contact.phys.kn
+        assert 2 * math.sqrt(mass * kn) * contact.phys.betan == pytest.approx(a * kn, rel=1e-11)
+
+
+def test_stated_errors():
+    text = yade.render(SETUP, COMMAND)
+    contact = SETUP.contacts[0]
+    found = yade.parameters(contact)
+    assert f"{found.constant.errors.slowest:+.2e} at the slowest" in text
+    assert found.errors.slowest == pytest.approx(0, abs=1e-14)
+    for (slow, fast), pair in zip(found.errors.extremes, contact.extremes, strict=True):
+        case = Setup("t", {"a": pair.first}, (Contact("a", "a", pair, 0.01, 0.1, 1.0),))
+        for speed, error in ((0.01, slow), (1.0, fast)):
+            eps = integrated(viscoelastic_force(pair, found.en, found.vn), case, speed, "force")
+            assert eps / pair.epsilon(speed) - 1 == pytest.approx(error, rel=1e-4)
+
+
+def test_the_text():
+    text = yade.render(SETUP, COMMAND)
+    assert text.startswith("# Generated by viscopade ")
+    assert text.splitlines()[0].endswith(COMMAND)
+    assert max(map(len, text.splitlines())) <= 120
+    assert text == yade.render(SETUP, COMMAND)
+
+
+def test_without_dissipation():
+    ball = replace(GLASS, dissipative_constant=0)
+    case = Setup("t", {"a": ball}, (Contact("a", "a", Pair(ball, ball), 0.1, 0.2, 0.3),))
+    found = yade.parameters(case.contacts[0])
+    assert (found.betan, found.en, found.constant.epsilon) == (0, 1, 1)
+    assert executed(yade.render(case, COMMAND), vn=False)[0]["physics"].values["betan"] == {(0, 0): 0}
+
+
+@PRESENT
+def test_collisions_in_the_program():
+    case = setup(0.5)
+    (contact,) = case.contacts
+    text = yade.render(case, COMMAND)
+    for speed in (contact.slowest, contact.fastest):
+        exact = contact.pair.epsilon(speed)
+        coarse, fine = validation.collide(case, text, "viscoelastic", speed, (400, 1600))
+        assert fine == pytest.approx(exact, rel=1e-3)
+        assert abs(fine - exact) < abs(coarse - exact) / 3
+        assert fine + (fine - coarse) / 3 == pytest.approx(exact, rel=1e-4)
+
+
+@PRESENT
+@pytest.mark.parametrize("epsilon", [0.9, 0.3])
+def test_a_constant_eps_in_the_program(epsilon):
+    case = setup(epsilon)
+    text = yade.render(case, COMMAND)
+    for speed in (0.1, 1.0):
+        (found,) = validation.collide(case, text, "constant", speed, (3200,))
+        assert found == pytest.approx(epsilon, rel=3e-4)
+
+
+@PRESENT
+def test_the_text_runs_as_it_is_and_refuses_pairs_that_are_not_listed():
+    text = yade.render(SETUP, COMMAND)
+    script = """
+exec(open("contacts.py").read())
+first = O.bodies.append(sphere((-0.01, 0, 0), 0.01, material=materials["glass"]))
+second = O.bodies.append(sphere((0.01, 0, 0), 0.01, material=materials[OTHER]))
+O.bodies[first].state.vel = (0.1, 0, 0)
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb()]),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()]),
+    NewtonIntegrator(damping=0),
+]
+O.run(3000, True)
+print("RESULT", [float(O.bodies[second].state.vel[0] - O.bodies[first].state.vel[0]) / 0.1])
+"""
+    (eps,) = validation.run(script.replace("OTHER", "'glass'"), {"contacts.py": text})
+    contact = SETUP.contacts[0]
+    assert eps == pytest.approx(contact.pair.epsilon(contact.typical), rel=2e-3)
+    with pytest.raises(RuntimeError, match="MatchMaker"):
+        validation.run(script.replace("OTHER", "'rubber \"soft\"'"), {"contacts.py": text})
+
+
+@PRESENT
+@pytest.mark.parametrize("law", ["betan", "viscoelastic()"])
+def test_walls_and_facets_in_the_program(law):
+    text = yade.render(SETUP, COMMAND)
+    contact = SETUP.contacts[1]
+    script = """
+exec(open("contacts.py").read())
+found = []
+for obstacle in (
+    wall(0, axis=2, material=materials["floor"]),
+    facet([(-1, -1, 0), (1, -1, 0), (0, 2, 0)], material=materials["floor"]),
+):
+    O.bodies.clear()
+    O.bodies.append(obstacle)
+    ball = O.bodies.append(sphere((0, 0, 0.02), 0.02, material=materials['rubber "soft"']))
+    O.bodies[ball].state.vel = (0, 0, -SPEED)
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb(), Bo1_Facet_Aabb()]),
+        *([PyRunner(iterPeriod=1, command=LAW)] if "(" in LAW else []),
+        InteractionLoop(
+            [Ig2_Wall_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()]
+        ),
+        NewtonIntegrator(damping=0),
+    ]
+    O.run(40000, True)
+    found.append(float(O.bodies[ball].state.vel[2]) / SPEED)
+print("RESULT", found)
+"""
+    # Off the typical speed, where the two laws differ.
+    script = script.replace("SPEED", repr(contact.fastest)).replace("LAW", repr(law))
+    typical, fastest = (contact.pair.epsilon(speed) for speed in (contact.typical, contact.fastest))
+    wanted = typical if law == "betan" else fastest
+    assert abs(typical / fastest - 1) > 0.02
+    assert validation.run(script, {"contacts.py": text}) == pytest.approx((wanted, wanted), rel=1e-3)
+
+
+def test_betan_of_the_text_is_that_of_the_parameters():
+    text = yade.render(SETUP, COMMAND)
+    found = re.findall(r"constant eps: betan (\S+) gives eps = (\S+),", text)
+    for contact, (betan, eps) in zip(SETUP.contacts, found, strict=True):
+        assert float(betan) == pytest.approx(yade.parameters(contact).betan, rel=1e-11)
+        assert float(eps) == pytest.approx(contact.pair.epsilon(contact.typical), rel=1e-11)
