@@ -237,7 +237,9 @@ class Scene:
         """Return a body; a sphere with its typical radius, if none is given."""
         body = self.bodies[name]
         material = self.materials[body.material]
-        return material.wall() if body.sizes is None else material.sphere(radius or body.sizes.typical)
+        if body.sizes is None:
+            return material.wall()
+        return material.sphere(body.sizes.typical if radius is None else radius)
 
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
         """Return two bodies that meet, with their typical radii if none are given."""

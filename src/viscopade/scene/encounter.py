@@ -106,8 +106,11 @@ def encounters(scene: Scene) -> list[Encounter]:
 
 
 def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
-    pair = scene.pair(meeting)
-    pairs = [scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)]
+    try:
+        pair = scene.pair(meeting)
+        pairs = [scene.pair(meeting, radii) for radii in _extreme_radii(scene, meeting)]
+    except ValueError as error:
+        raise ValueError(f"{scene.source}: {meeting.name}: {error}") from None
     found = Encounter(
         meeting,
         pair,
@@ -169,8 +172,8 @@ def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
         return None
     radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
     g = (1 - phi / 2) / (1 - phi) ** 3
-    number = phi / (4 / 3 * math.pi * radius**3)
+    volume = 4 / 3 * math.pi * radius**3 / phi  # for each sphere
     speeds = encounter.meeting.speeds
     if isinstance(speeds, Temperature):
-        return 1 / (4 * number * (2 * radius) ** 2 * g * math.sqrt(math.pi * speeds.temperature))
-    return 1 / (number * math.pi * (2 * radius) ** 2 * g * speeds.fastest)
+        return volume / (4 * (2 * radius) ** 2 * g * math.sqrt(math.pi * speeds.temperature))
+    return volume / (math.pi * (2 * radius) ** 2 * g * speeds.fastest)

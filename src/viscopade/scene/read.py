@@ -80,7 +80,7 @@ def scene(content: bytes, source: str) -> Scene:
         scale=scale,
     )
     for i, meeting in enumerate(meetings):
-        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "material.{}")
+        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "")
     return found
 
 
@@ -225,7 +225,10 @@ def _sizes(node: Node) -> Sizes:
     if not 1 <= deviation.number() <= 100:
         raise deviation.refuse("a number from 1 to 100")
     reach = deviation.number() ** _quantile(node)
-    return Sizes(median / reach, median, median * reach)
+    found = Sizes(median / reach, median, median * reach)
+    if not 0 < found.least <= found.largest < math.inf:
+        raise node.refuse("radii that double precision can hold")
+    return found
 
 
 def _ordered(node: Node, *radii: float) -> Sizes:
@@ -335,11 +338,12 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
                     f"{found.source}: material.{material}.dissipative_constant is missing: accepted is that, or "
                     "restitution, there or for each contact"
                 )
-    node = Node(found.source, place.format(found.bodies[meeting.first].material), None)
+    node = Node(found.source, place or f"body.{meeting.first}", None)
     pair = _checked(node, lambda: found.pair(meeting))
     if pair.A == 0:
+        where = place or f"material.{found.bodies[meeting.first].material}"
         raise ValueError(
-            f"{found.source}: {node.key}: {meeting.name} has no dissipation, eps is 1: accepted is "
+            f"{found.source}: {where}: {meeting.name} has no dissipation, eps is 1: accepted is "
             "dissipative_constant > 0"
         )
 

@@ -65,8 +65,11 @@ def yield_speed(pair: Pair, strength: float) -> float:
 
     p = 2 E_eff/pi sqrt(xi/R_eff), and m_eff v^2/2 = 8/15 E_eff R_eff^(1/2) xi^(5/2) without dissipation.
     """
-    xi = pair.R_eff * (YIELD_PRESSURE * strength * math.pi / (2 * pair.E_eff)) ** 2
-    return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)
+    try:
+        xi = pair.R_eff * (YIELD_PRESSURE * strength * math.pi / (2 * pair.E_eff)) ** 2
+        return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)
+    except OverflowError:  # stronger than any impact
+        return math.inf
 
 
 def _slowness(scene: Scene, encounter: Encounter) -> Iterator[str]:
