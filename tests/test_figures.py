@@ -17,7 +17,8 @@ from matplotlib.text import Annotation, Text
 from mpmath import mp, mpf
 
 from viscopade import double, exact, figures, minimax, pade, series
-from viscopade.figures import FIGURES, FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
+from viscopade.figures import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
+from viscopade.figures_gas import FIGURES
 from viscopade.kernels import MARKER, marker_line
 from viscopade.paper import BETA_ICE_CGS
 
@@ -25,6 +26,7 @@ DIGITS = 25
 NAMES = list(FIGURES)
 NAME = "tryingDifferentPadeLin"  # where one is enough
 OF_BEST = ["minimaxErrors", "frontier"]
+BEYOND = [*OF_BEST, "cooling"]  # the paper has nothing of the kind
 
 
 @pytest.fixture(scope="module")
@@ -93,8 +95,8 @@ def test_the_papers_figures_are_there_in_its_order_each_with_a_companion():
         "fig:tryingDifferentPadeLin",
         "fig:expVsAnaVsNum",
     ]
-    assert NAMES[-len(OF_BEST) :] == OF_BEST
-    labelled = [bool(figure.paper_label) for figure in FIGURES.values()][: -len(OF_BEST)]
+    assert NAMES[-len(BEYOND) :] == BEYOND
+    labelled = [bool(figure.paper_label) for figure in FIGURES.values()][: -len(BEYOND)]
     assert all(labelled[i] or labelled[i - 1] or labelled[i - 2] for i in range(len(labelled)))
     assert not labelled[-1]
 
@@ -164,6 +166,11 @@ def test_no_curve_has_another_name(sheets, name):
         "iceErrors": {"pade-1-4", "pade-3-6", "series-40", "fit"},
         "minimaxErrors": {"pade-3-6", "best", "larger", "of-epsilon", "of-loss", "extrema"},
         "frontier": {f"{name}-{end}" for name in ("best", "pade", "paper") for end in (1, 2, 5, 10)},
+        "cooling": {
+            *("exact", "constant", "slope-5-3", "slope-2", "simulated-exact", "simulated-constant"),
+            *(f"{name}-error" for name in ("constant", "pade-1-4", "pade-3-6", "kernel")),
+            *("simulated-constant-error", "simulated-pade-1-4-error"),
+        },
     }
     found = gids(sheets[name])
     assert sorted(found) == sorted({*CURVES.get(name, ()), *others.get(name, ())})

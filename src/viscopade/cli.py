@@ -12,7 +12,7 @@ from typing import Any, NoReturn, get_args
 
 import click
 
-from viscopade import exact, exports, figures, report, simulators
+from viscopade import exact, exports, figures, figures_gas, report, simulators
 from viscopade.balls import known_decimal
 from viscopade.certificate import Measure
 from viscopade.console import (
@@ -263,7 +263,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
 
 @command.command("figures")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
-@click.option("--only", "names", multiple=True, type=click.Choice(list(figures.FIGURES)), help="Repeat for more.")
+@click.option("--only", "names", multiple=True, type=click.Choice(list(figures_gas.FIGURES)), help="Repeat for more.")
 @click.option(
     "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
     help="Repeat for more.",

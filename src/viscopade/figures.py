@@ -152,7 +152,7 @@ class Figure:
 FIGURES: dict[str, Figure] = {}
 
 
-def _figure(name: str, description: str, caption: str, paper_label: str | None = None) -> Callable[[Any], Any]:
+def figure_of(name: str, description: str, caption: str, paper_label: str | None = None) -> Callable[[Any], Any]:
     """Enter the decorated function into `FIGURES`."""
 
     def enter(draw: Callable[[], Sheet]) -> Callable[[], Sheet]:
@@ -305,7 +305,7 @@ def _complex(root: Root) -> complex:
 # --- how it is drawn --------------------------------------------------------------------------------------------------
 
 
-def _sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
+def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
     """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
     from matplotlib.figure import Figure as Sheet
 
@@ -317,25 +317,28 @@ Beside = tuple[float, float, float]
 """Where a curve's name stands: at which x, and how many points right of and above the curve's point there."""
 
 
-def _curve(
+def draw_curve(
     axes: Axes, name: str, x: Floats, y: Floats, beside: Beside | None = None, *, gid: str = "", text: str = ""
 ) -> Line2D:
+    """Draw a curve in the look of its name, and write its text beside the point nearest to an abscissa."""
     look = LOOKS[name]
-    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=_identifier(gid or name))
+    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=identifier(gid or name))
     if look.dashes:
         line.set_dashes(look.dashes)
     if beside is not None:
         at, right, above = beside
-        _text(axes, text or name, (at, float(np.interp(at, x, y))), (right, above), look.text)
+        write_text(axes, text or name, (at, float(np.interp(at, x, y))), (right, above), look.text)
     return line
 
 
-def _identifier(name: str) -> str:
+def identifier(name: str) -> str:
     """Return a name without characters that SVG does not accept: "pade-3-6" for [3/6], "series-40" for k_c=40."""
     return name.replace("[", "pade-").replace("/", "-").replace("]", "").replace("k_c=", "series-")
 
 
-def _text(axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK) -> None:
+def write_text(
+    axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK
+) -> None:
     """Write beside a point, with a line to it if that is far; without a shift on it, hiding what is there."""
     from matplotlib.patheffects import withStroke
 
@@ -356,7 +359,9 @@ def _text(axes: Axes, text: str, point: tuple[float, float], shift: tuple[float,
     )
 
 
-def _axes(axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str) -> None:
+def label_axes(
+    axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
+) -> None:
     """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
     axes.set(xlabel=x_label, ylabel=y_label)
     if "x" in scales:
@@ -386,7 +391,7 @@ def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_fra
     face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
     # On the frame a mark is shown whole, beyond it not at all.
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
-    points.set(gid=_identifier(gid), clip_on=not on_frame)
+    points.set(gid=identifier(gid), clip_on=not on_frame)
 
 
 V_STAR = r"$v_\ast$"
@@ -396,7 +401,7 @@ EPSILON = r"$\varepsilon$"
 # --- the figures ------------------------------------------------------------------------------------------------------
 
 
-@_figure(
+@figure_of(
     "seriesDiverging",
     "eps, its series cut off at several orders, and [1/4]",
     r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
@@ -405,39 +410,39 @@ EPSILON = r"$\varepsilon$"
     "fig:seriesDiverging",
 )
 def _series_diverging() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
-    _axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
     v_star = LINEAR[LINEAR <= 2]
-    _curve(axes, "exact", v_star, double.epsilon(v_star), (0.4, -5, -3))
+    draw_curve(axes, "exact", v_star, double.epsilon(v_star), (0.4, -5, -3))
     places = {5: (0.99, -5, 0), 10: (1.1, 5, 0), 15: (1.29, 5, 0), 20: (1.08, 5, 0), 40: (1.04, -5, 0)}
     for order, place in places.items():
         text = f"$k_c={order}$" if order in (5, 40) else str(order)
-        _curve(axes, f"k_c={order}", v_star, _until_out(_truncated(v_star, order), -0.1, 1.2), place, text=text)
-    _curve(axes, "[1/4]", v_star, _pade((1, 4), v_star), (1.55, 3, 3))
+        draw_curve(axes, f"k_c={order}", v_star, _until_out(_truncated(v_star, order), -0.1, 1.2), place, text=text)
+    draw_curve(axes, "[1/4]", v_star, _pade((1, 4), v_star), (1.55, 3, 3))
     return sheet
 
 
-@_figure(
+@figure_of(
     "seriesErrors",
     "relative error of the truncated series, and how far the series converges",
     r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
     line) higher orders are better in the end, right of it they are worse.""",
 )
 def _series_errors() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
-    _axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
     v_star = LINEAR[(LINEAR >= 0.2) & (LINEAR <= 1.6)]
     places = {5: (0.4, -3, 3), 10: (0.4, -3, 3), 20: (0.4, -5, 0), 40: (0.66, -5, 0), 80: (0.84, 6, 0)}
     for order, place in places.items():
         error = _relative_error(_truncated(v_star, order), v_star)
-        _curve(axes, f"k_c={order}", v_star, error, place, text=f"$k_c={order}$" if order == 5 else str(order))
+        draw_curve(axes, f"k_c={order}", v_star, error, place, text=f"$k_c={order}$" if order == 5 else str(order))
     radius = abs(_singularity())
     axes.axvline(radius, color=BLACK, linewidth=0.7, dashes=DASHED, gid="radius")
-    _text(axes, f"radius of\nconvergence\n{radius:.4f}", (radius, 1e-10), (5, 0))
+    write_text(axes, f"radius of\nconvergence\n{radius:.4f}", (radius, 1e-10), (5, 0))
     return sheet
 
 
-@_figure(
+@figure_of(
     "tryingDifferentPade",
     "eps and its approximants for large v*, with two power laws",
     r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
@@ -447,18 +452,18 @@ def _series_errors() -> Sheet:
     "fig:tryingDifferentPade",
 )
 def _trying_different_pade() -> Sheet:
-    sheet, (axes,) = _sheet(2.9)
-    _axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
+    sheet, (axes,) = new_sheet(2.9)
+    label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
     zero = _positive_root((2, 5), "zero")
     v_star = _with_approach(LOGARITHMIC, zero)
     large = LOGARITHMIC[LOGARITHMIC >= 1]
-    curves = {"exact": _curve(axes, "exact", LOGARITHMIC, double.epsilon(LOGARITHMIC))}
-    curves["limit-power"] = _curve(axes, "limit-power", large, LIMIT_FACTOR * large**LIMIT_EXPONENT)
-    curves["paper-power"] = _curve(axes, "paper-power", large, large**PAPER_EXPONENT)
+    curves = {"exact": draw_curve(axes, "exact", LOGARITHMIC, double.epsilon(LOGARITHMIC))}
+    curves["limit-power"] = draw_curve(axes, "limit-power", large, LIMIT_FACTOR * large**LIMIT_EXPONENT)
+    curves["paper-power"] = draw_curve(axes, "paper-power", large, large**PAPER_EXPONENT)
     places = {(0, 3): (20, 3, 3), (2, 5): (5.4, -5, 0)}
     for degrees in SHOWN:
         name, value = _label(degrees), _pade(degrees, v_star)
-        curves[name] = _curve(axes, name, v_star, _positive(value), places.get(degrees))
+        curves[name] = draw_curve(axes, name, v_star, _positive(value), places.get(degrees))
     _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
     # The others lie too close together to be named where they are: the key has them in the order of their right ends.
     key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
@@ -467,7 +472,7 @@ def _trying_different_pade() -> Sheet:
     return sheet
 
 
-@_figure(
+@figure_of(
     "localSlope",
     "the local exponent of eps, and where -3.2 comes from",
     r"""Local exponent $\mathrm{d} \ln \varepsilon / \mathrm{d} \ln v_\ast$: exact (broad grey line) and of Padé
@@ -475,26 +480,26 @@ def _trying_different_pade() -> Sheet:
     $[m/m+3]$ shown tends to $-3$. The inset magnifies what happens at large $v_\ast$.""",
 )
 def _local_slope() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
+    sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.53, 0.37, 0.45, 0.6))
     places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (20, 4, -4), (15, 18): (26, -3, 3)}
     for plane, suffix in ((axes, ""), (inset, "-inset")):
         exact_place = (30, 0, -4) if suffix else (0.5, -5, -2)
-        _curve(plane, "exact", LOGARITHMIC, double.slope(LOGARITHMIC), exact_place, gid="exact" + suffix)
+        draw_curve(plane, "exact", LOGARITHMIC, double.slope(LOGARITHMIC), exact_place, gid="exact" + suffix)
         for degrees, place in places.items():
             name, beside = _label(degrees), place if suffix else None
-            _curve(plane, name, LOGARITHMIC, _pade_slope(degrees, LOGARITHMIC), beside, gid=name + suffix)
+            draw_curve(plane, name, LOGARITHMIC, _pade_slope(degrees, LOGARITHMIC), beside, gid=name + suffix)
         for name, exponent in (("limit-power", LIMIT_EXPONENT), ("paper-power", PAPER_EXPONENT)):
-            _curve(plane, name, np.array([0.1, 100]), np.full(2, exponent), gid=name + suffix)
+            draw_curve(plane, name, np.array([0.1, 100]), np.full(2, exponent), gid=name + suffix)
     y_label = r"$\mathrm{d}\,\ln\varepsilon\,/\,\mathrm{d}\,\ln v_\ast$"
-    _axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
-    _axes(inset, "", "", (2, 100), (-3.43, -2.9), "x")
+    label_axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
+    label_axes(inset, "", "", (2, 100), (-3.43, -2.9), "x")
     inset.set_yticks([LIMIT_EXPONENT, PAPER_EXPONENT, -3], ["$-10/3$", "$-3.2$", "$-3$"])
     inset.tick_params(labelsize=6)
     return sheet
 
 
-@_figure(
+@figure_of(
     "tryingDifferentPadeLin",
     "eps and the first four approximants on linear axes",
     r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
@@ -502,23 +507,25 @@ def _local_slope() -> Sheet:
     "fig:tryingDifferentPadeLin",
 )
 def _trying_different_pade_lin() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
+    sheet, (axes,) = new_sheet(2.6)
     inset = axes.inset_axes((0.51, 0.4, 0.46, 0.57))
     places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
     for plane, suffix in ((axes, ""), (inset, "-inset")):
-        _curve(plane, "exact", LINEAR, double.epsilon(LINEAR), None if suffix else (0.4, -5, -3), gid="exact" + suffix)
+        draw_curve(
+            plane, "exact", LINEAR, double.epsilon(LINEAR), None if suffix else (0.4, -5, -3), gid="exact" + suffix
+        )
         for degrees, place in places.items():
             name, beside = _label(degrees), place if suffix else None
-            _curve(plane, name, LINEAR, _pade(degrees, LINEAR), beside, gid=name + suffix)
-    _axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")
-    _axes(inset, "", "", (2, 3), (0, 0.14), "")
+            draw_curve(plane, name, LINEAR, _pade(degrees, LINEAR), beside, gid=name + suffix)
+    label_axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")
+    label_axes(inset, "", "", (2, 3), (0, 0.14), "")
     inset.set(xticks=(2, 2.5, 3), yticks=(0, 0.05, 0.1))
     inset.tick_params(labelsize=6)
     axes.indicate_inset_zoom(inset, edgecolor=BLACK, linewidth=0.5)
     return sheet
 
 
-@_figure(
+@figure_of(
     "padeErrors",
     "relative errors of eps and of 1 - eps of the approximants",
     r"""Relative error of $\varepsilon$ (top) and of $1 - \varepsilon$ (bottom) of Padé approximants $[m/m+3]$. Circle:
@@ -527,7 +534,7 @@ def _trying_different_pade_lin() -> Sheet:
     ($[0/3]$ like $v_\ast^{-2}$), but $\varepsilon$ like $v_\ast^{-10/3}$.""",
 )
 def _pade_errors() -> Sheet:
-    sheet, planes = _sheet(4.6, (1, 1))
+    sheet, planes = new_sheet(4.6, (1, 1))
     zero, pole = _positive_root((2, 5), "zero"), _positive_root((25, 28), "pole")
     v_star = _with_approach(LOGARITHMIC, pole)
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
@@ -535,12 +542,12 @@ def _pade_errors() -> Sheet:
     for plane, size, suffix in ((planes[0], epsilon, "-epsilon"), (planes[1], loss, "-loss")):
         for degrees, place in places.items():
             error = np.abs(_pade(degrees, v_star) - epsilon) / size
-            _curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
+            draw_curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
             if degrees == (2, 5):
                 _mark(plane, "zero", zero, np.interp(zero, v_star, error), VERMILION, "zero-[2/5]" + suffix)
         _mark(plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, on_frame=True)
-    _axes(planes[0], "", "relative error of " + EPSILON, (0.1, 100), (1e-12, 1e2), "xy")
-    _axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (1e-12, 1e2), "xy")
+    label_axes(planes[0], "", "relative error of " + EPSILON, (0.1, 100), (1e-12, 1e2), "xy")
+    label_axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (1e-12, 1e2), "xy")
     return sheet
 
 
@@ -560,7 +567,7 @@ def _convergence(axes: Axes) -> None:
     _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
 
 
-@_figure(
+@figure_of(
     "polesAndZeros",
     "poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis",
     r"""Poles (crosses) and zeros (circles) of the Padé approximants $[m/m+3]$, $m = 0 \dots 25$. Top: in the upper half
@@ -574,7 +581,7 @@ def _poles_and_zeros() -> Sheet:
     from matplotlib.colors import Normalize
     from matplotlib.markers import MarkerStyle
 
-    sheet, (plane, line) = _sheet(4.7, (1.65, 1))
+    sheet, (plane, line) = new_sheet(4.7, (1.65, 1))
     approximants = [pade(m, m + 3, DIGITS) for m in range(MAX_M + 1)]
     colors = _shades(MAX_M + 1)
     for kind in ("zero", "pole"):
@@ -587,17 +594,17 @@ def _poles_and_zeros() -> Sheet:
     pairs = np.array([_complex(pair.pole) for p in approximants for pair in p.doublets() if _upper(pair.pole)])
     _mark(plane, "doublet", pairs.real, pairs.imag, PURPLE, "doublets")
     _convergence(plane)
-    _axes(plane, r"Re $v_\ast$", r"Im $v_\ast$", (-2.5, 1.5), (-0.12, 2.4), "")
+    label_axes(plane, r"Re $v_\ast$", r"Im $v_\ast$", (-2.5, 1.5), (-0.12, 2.4), "")
     plane.set_aspect("equal")
     scale = ScalarMappable(Normalize(-0.5, MAX_M + 0.5), colors)
     sheet.colorbar(scale, ax=plane, label="$m$", ticks=range(0, MAX_M + 1, 5), location="top", aspect=40)
-    _axes(line, V_STAR, "$m$", (0.1, 200), (-1, MAX_M + 1), "x")
+    label_axes(line, V_STAR, "$m$", (0.1, 200), (-1, MAX_M + 1), "x")
     plane.legend(loc="upper right", frameon=False, handletextpad=0.2)
     line.legend(loc="upper left", frameon=False, handletextpad=0.2)
     return sheet
 
 
-@_figure(
+@figure_of(
     "expVsAnaVsNum",
     "eps of ice over the impact speed: exact, [3/6], series, and the published fit",
     r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
@@ -607,34 +614,34 @@ def _poles_and_zeros() -> Sheet:
     "fig:expVsAnaVsNum",
 )
 def _exp_vs_ana_vs_num() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
-    _axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
-    _curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
+    draw_curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
     diverging = _until_out(_truncated(_ice(SPEEDS), 40), -0.1, 1.1)
-    _curve(axes, "k_c=40", SPEEDS, diverging, (0.43, -5, 0), text="series, $k_c=40$")
-    _curve(axes, "[3/6]", SPEEDS, _pade((3, 6), _ice(SPEEDS)), (6, 3, 3))
+    draw_curve(axes, "k_c=40", SPEEDS, diverging, (0.43, -5, 0), text="series, $k_c=40$")
+    draw_curve(axes, "[3/6]", SPEEDS, _pade((3, 6), _ice(SPEEDS)), (6, 3, 3))
     measured = np.geomspace(*FIT_SPEEDS, 201)
-    _curve(axes, "fit", measured, _fit(measured), (0.03, 5, 3), text=FIT_LABEL)
+    draw_curve(axes, "fit", measured, _fit(measured), (0.03, 5, 3), text=FIT_LABEL)
     return sheet
 
 
-@_figure(
+@figure_of(
     "iceErrors",
     "ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps",
     r"""Ice as before: relative error of $\varepsilon$ of $[1/4]$, $[3/6]$ and of the series cut off at $k_c = 40$; and
     by how much the published fit differs from the exact $\varepsilon$, relatively, which is no error of either.""",
 )
 def _ice_errors() -> Sheet:
-    sheet, (axes,) = _sheet(2.6)
-    _axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
     v_star = _ice(SPEEDS)
     series_error = _relative_error(_truncated(v_star, 40), v_star)
-    _curve(axes, "k_c=40", SPEEDS, series_error, (0.02, 5, 0), text="series, $k_c=40$")
+    draw_curve(axes, "k_c=40", SPEEDS, series_error, (0.02, 5, 0), text="series, $k_c=40$")
     for degrees in ((1, 4), (3, 6)):
-        _curve(axes, _label(degrees), SPEEDS, _relative_error(_pade(degrees, v_star), v_star), (5, 3, -4))
+        draw_curve(axes, _label(degrees), SPEEDS, _relative_error(_pade(degrees, v_star), v_star), (5, 3, -4))
     measured = np.geomspace(*FIT_SPEEDS, 1001)
     difference = _relative_error(_fit(measured), _ice(measured))
-    _curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
+    draw_curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
     return sheet
 
 
@@ -670,7 +677,7 @@ def _floats(decimals: Sequence[str]) -> Floats:
     return np.array([float(c) for c in decimals])
 
 
-@_figure(
+@figure_of(
     "minimaxErrors",
     "errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates",
     r"""Top: error of the paper's $[3/6]$ and of the best $[3/6]$ on $0 \leq v_\ast \leq 5$, relative to the smaller of
@@ -680,7 +687,7 @@ def _floats(decimals: Sequence[str]) -> Floats:
     axis of $v_\ast$ is that of a square root.""",
 )
 def _minimax_errors() -> Sheet:
-    sheet, (top, bottom) = _sheet(4.0, (1, 1.2))
+    sheet, (top, bottom) = new_sheet(4.0, (1, 1.2))
     name, fit = _label(COMPARED), minimax.fit(*COMPARED, COMPARED_END)
     a, b = _floats(fit.a), _floats(fit.b)
     v_star = _with_crossings(ROOTS**2, _deviation(a, b, ROOTS**2))
@@ -691,8 +698,8 @@ def _minimax_errors() -> Sheet:
     of_paper = _deviation(a, b, v_star)
     _error_axes(top, "size of the error", (1e-8, 1))
     top.set_yscale("log")
-    _curve(top, "[3/6]", v_star, np.abs(of_paper) / smaller, (1.4, -4, 3), text="paper's " + name)
-    _curve(top, "best", v_star, np.abs(best) / smaller, (3.6, 0, 4), text="best " + name)
+    draw_curve(top, "[3/6]", v_star, np.abs(of_paper) / smaller, (1.4, -4, 3), text="paper's " + name)
+    draw_curve(top, "best", v_star, np.abs(best) / smaller, (3.6, 0, 4), text="best " + name)
 
     power = math.floor(math.log10(fit.error))
     unit = 10.0**power
@@ -700,9 +707,9 @@ def _minimax_errors() -> Sheet:
     bottom.set_xlabel(V_STAR)
     for sign in (-1, 1):
         bottom.axhline(sign * fit.error / unit, color=BLACK, linewidth=0.5)
-    _curve(bottom, "larger", v_star, best / smaller / unit)
-    _curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
-    _curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
+    draw_curve(bottom, "larger", v_star, best / smaller / unit)
+    draw_curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
+    draw_curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
     _mark(bottom, "extremum", fit.points, np.array(fit.deviations) / unit, BLACK, "extrema", on_frame=True)
     return sheet
 
@@ -714,7 +721,7 @@ def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
     axes.xaxis.set_major_formatter("{x:g}")
 
 
-@_figure(
+@figure_of(
     "frontier",
     "error against the number of coefficients, the best approximants beside Padé's",
     r"""Smallest error $\max(|\delta\varepsilon|/\varepsilon,\ |\delta\varepsilon|/(1 - \varepsilon))$ on
@@ -736,8 +743,8 @@ def _frontier() -> Sheet:
         axes.set_ylabel("error")
     planes[0, 0].set(xticks=range(3, 16, 3), yticks=[10.0**k for k in range(-15, 1, 3)])
     first = planes[0, 0]
-    _text(first, "Padé", (13, 4e-5), (0, 4), LOOKS["pade"].text)
-    _text(first, "best", (7.5, 2e-7), (-5, 0), LOOKS["best"].text)
+    write_text(first, "Padé", (13, 4e-5), (0, 4), LOOKS["pade"].text)
+    write_text(first, "best", (7.5, 2e-7), (-5, 0), LOOKS["best"].text)
     return sheet
 
 
@@ -748,16 +755,16 @@ def _frontier_of(axes: Axes, end: float) -> None:
     best = {k: min((r for r in records if r.coefficients == k), key=lambda r: r.error) for k in numbers}
     other = {k: min(r.pade_error for r in records if r.coefficients == k) for k in numbers}
     of_paper = {r.coefficients: r.pade_error for r in records if r.n == r.m + 3}
-    _axes(axes, "", "", (1, 16), (2e-16, 50), "y")
+    label_axes(axes, "", "", (1, 16), (2e-16, 50), "y")
     x = np.array(numbers)
     _arrow(axes, GAINED, other[GAINED], best[GAINED].error)
     for name, size, y in (("pade", 2.7, other.values()), ("best", 3.0, [r.error for r in best.values()])):
-        line = _curve(axes, name, x, np.array(list(y)), gid=f"{name}-{end:g}")
+        line = draw_curve(axes, name, x, np.array(list(y)), gid=f"{name}-{end:g}")
         line.set(marker="s" if name == "pade" else "o", markersize=size, linewidth=0.9)
         line.set(markerfacecolor="white" if name == "pade" else line.get_color(), markeredgewidth=0.7)
     _mark(axes, "paper", list(of_paper), list(of_paper.values()), BLUE, f"paper-{end:g}")
     for k in NAMED:
-        _text(axes, best[k].label, (k, best[k].error), (-2, -3), LOOKS["best"].text)
+        write_text(axes, best[k].label, (k, best[k].error), (-2, -3), LOOKS["best"].text)
     axes.text(0.06, 0.06, f"$V = {end:g}$", transform=axes.transAxes, fontsize=8)
 
 
@@ -766,4 +773,4 @@ def _arrow(axes: Axes, x: float, above: float, below: float) -> None:
     style = {"arrowstyle": "-|>,head_width=0.14,head_length=0.3", "color": BLACK, "linewidth": 0.6}
     axes.annotate("", (x, below), (x, above), arrowprops=style | {"shrinkA": 2.5, "shrinkB": 2.5})
     factor = f"{int(float(f'{above / below:.1e}')):,}".replace(",", "\N{THIN SPACE}")
-    _text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))
+    write_text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))

@@ -1,0 +1,197 @@
+# %% [markdown]
+# # 13. Cooling: T ~ t^-2 for constant eps, T ~ t^(-5/3) for viscoelastic spheres
+#
+# A gas of equal, smooth spheres loses energy in its collisions. If eps is a constant, its temperature follows Haff's
+# law, T = T_0 (1 + t/tau)^-2. For viscoelastic spheres slow impacts are nearly elastic, eps = 1 + h_2 v*^2 + …, and
+# the gas cools more slowly: T ~ t^(-5/3). Both are derived here, with their factors and, for the second one, with the
+# next terms, for velocities that are Maxwellian at all times. (They are nearly so; `viscopade.gas.cool`, which assumes
+# nothing of the kind, shows how nearly.)
+#
+# T is the variance of one component of the velocities, the granular temperature over the mass of a particle.
+
+# %%
+import math
+
+import numpy as np
+import sympy as sp
+
+import viscopade as vp
+from viscopade import gas
+from viscopade.model import v_star
+
+T, T_0, v, u, x = sp.symbols("T T_0 v u x", positive=True)
+m, n, d, eps, t, k = sp.symbols("m n d epsilon t k", positive=True)
+
+# %% [markdown]
+# ## What a collision costs
+#
+# The component v of the relative velocity along the line of centres becomes -eps v. The centre of mass does not
+# notice.
+
+# %%
+before = sp.Matrix([sp.Symbol("c_1"), sp.Symbol("c_2")])  # normal components of two velocities, of a frontal pair
+impulse = (1 + eps) / 2 * (before[0] - before[1])
+after = before + sp.Matrix([-impulse, impulse])
+assert sp.expand(sum(after) - sum(before)) == 0
+assert sp.expand(after[0] - after[1] + eps * (before[0] - before[1])) == 0
+lost = sp.factor(m / 2 * (before.dot(before) - after.dot(after)))
+per_collision = lost.subs(before[0], before[1] + v)
+print("energy lost in a collision:", sp.factor(per_collision))
+assert sp.simplify(per_collision - m / 4 * (1 - eps**2) * v**2) == 0
+
+# %% [markdown]
+# ## How often, and how fast
+#
+# The difference of two Maxwellian velocities is normal with the variance 2 T in every component, so along any
+# direction e. Partners that approach with v along e within a time dt come from a slanted cylinder, with the volume
+# v dt d^2 per solid angle of e. With n partners per volume and 4 pi directions, counting approach only (v > 0):
+
+# %%
+component = sp.exp(-(v**2) / (4 * T)) / sp.sqrt(4 * sp.pi * T)
+assert sp.integrate(component, (v, -sp.oo, sp.oo)) == 1
+frequency = sp.simplify(4 * sp.pi * n * d**2 * sp.integrate(v * component, (v, 0, sp.oo)))
+print("collisions of a particle per time:", frequency)
+assert sp.simplify(frequency - 4 * sp.sqrt(sp.pi * T) * n * d**2) == 0
+
+impact = sp.simplify(v * component / sp.integrate(v * component, (v, 0, sp.oo)))
+print("distribution of impact speeds:", impact)
+assert sp.simplify(impact - v / (2 * T) * sp.exp(-(v**2) / (4 * T))) == 0
+of_u = sp.simplify(impact.subs(v, 2 * sp.sqrt(T * u)) * sp.diff(2 * sp.sqrt(T * u), u))
+assert of_u == sp.exp(-u)  # u = v^2/(4 T) is exponentially distributed
+
+# %% [markdown]
+# A particle has the energy 3/2 m T, and two share a collision. With L = int (1 - eps^2) u e^(-u) du:
+#
+#     3/2 m dT/dt = -(1/2) frequency <m/4 (1 - eps^2) 4 T u>,   d ln T/dt = -frequency L/3.
+#
+# From now on time is measured in mean collision times of the start, where frequency = sqrt(T/T_0).
+
+# %%
+L = sp.Symbol("L", positive=True)
+energy_rate = -frequency / 2 * (per_collision / (1 - eps**2)).subs(v, 2 * sp.sqrt(T * u)) / u * L
+rate = sp.simplify(energy_rate / (sp.Rational(3, 2) * m * T))
+assert sp.simplify(rate + frequency * L / 3) == 0
+assert math.isclose(gas.mean_collision_time(2, 3, 0.5) * frequency.subs({T: 2, n: 3, d: 0.5}).evalf(), 1, rel_tol=1e-14)
+
+# %% [markdown]
+# ## Constant eps: Haff's law
+#
+# L = 1 - eps^2 takes the same share of T in every collision.
+
+# %%
+assert sp.integrate(u * sp.exp(-u), (u, 0, sp.oo)) == 1
+haff = T_0 * (1 + t * L / 6) ** -2
+assert sp.simplify(haff.diff(t) / haff + L / 3 * sp.sqrt(haff / T_0)) == 0
+assert sp.limit(sp.simplify(t * haff.diff(t) / haff), t, sp.oo) == -2
+
+at = np.array([0.0, 1.0, 1e3, 1e6])
+found = gas.maxwellian(lambda speed: np.full_like(speed, 0.8), at, temperature=2.5)
+known = [float(haff.subs({T_0: 2.5, L: 1 - 0.8**2, t: time})) for time in at]
+assert np.allclose(found, known, rtol=1e-8, atol=0)
+
+# %% [markdown]
+# ## Viscoelastic spheres
+#
+# With v* = sqrt(beta) v^(1/10) and v = sqrt(4 T u) the mean of v*^k is a Gamma function: with the typical v*^2
+#
+#     x = beta (4 T)^(1/10),   int v*^k u e^(-u) du = x^(k/2) Gamma(2 + k/20).
+
+# %%
+beta = sp.Symbol("beta", positive=True)
+x_of_T = beta * (4 * T) ** sp.Rational(1, 10)
+moment = sp.integrate(u ** (1 + k / 20) * sp.exp(-u), (u, 0, sp.oo))
+assert sp.simplify(moment - sp.gamma(2 + k / 20)) == 0
+mean_power = sp.powdenest((sp.sqrt(beta) * sp.sqrt(4 * T * u) ** sp.Rational(1, 10)) ** k, force=True)
+assert sp.simplify(sp.expand_log(sp.log(mean_power / (x_of_T ** (k / 2) * u ** (k / 20))), force=True)) == 0
+
+h = sp.symbols("h_0:8")
+w = sp.Symbol("w", positive=True)  # v*; h_1 = h_3 = 0
+squared = sp.expand(1 - (1 + sum(h[i] * w**i for i in (2, 4, 5, 6))) ** 2)
+terms = {i: squared.coeff(w, i) for i in (2, 4, 5, 6)}
+assert terms == {2: -2 * h[2], 4: -2 * h[4] - h[2] ** 2, 5: -2 * h[5], 6: -2 * h[6] - 2 * h[2] * h[4]}
+l_2, l_4, l_5 = (terms[i] * sp.gamma(2 + sp.Rational(i, 20)) for i in (2, 4, 5))
+print("L =", l_2, "x + (", l_4, ") x^2 + (", l_5, ") x^(5/2) + …")
+
+# %% [markdown]
+# The leading term alone: d ln T/dt ~ T^(3/5). Haff's law becomes T = T_0 (1 + t/tau)^(-5/3) with tau = 5/L_0, where L_0
+# is L at the start.
+
+# %%
+L_0 = sp.Symbol("L_0", positive=True)
+law = T_0 * (1 + t * L_0 / 5) ** sp.Rational(-5, 3)
+assert sp.simplify(law.diff(t) / law + L_0 / 3 * (law / T_0) ** sp.Rational(3, 5)) == 0
+assert sp.limit(sp.simplify(t * law.diff(t) / law), t, sp.oo) == sp.Rational(-5, 3)
+
+# %% [markdown]
+# The collisions per particle, dC/dt = sqrt(T/T_0), then grow like t^(1/6): a gas that has cooled by many decades has
+# hardly collided, which makes it cheap to simulate. (For constant eps they grow like ln t.)
+
+# %%
+C = 30 / L_0 * ((1 + t * L_0 / 5) ** sp.Rational(1, 6) - 1)
+assert sp.simplify(C.diff(t) - sp.sqrt(law / T_0)) == 0
+assert C.subs(t, 0) == 0
+
+# %% [markdown]
+# ## How -5/3 is reached
+#
+# T = (x/beta)^10/4 turns the equation into dt ~ -dx/(x^6 L), and L ~ x (1 - a x - b x^(3/2) - …) into
+#
+#     t ~ int dx x^-7 (1 + a x + b x^(3/2) + …),   d ln T/d ln t = 10 t/(x dt/dx).
+#
+# What was at the beginning adds a constant to t, which counts as x^6.
+
+# %%
+a, b, Y = sp.symbols("a b Y", positive=True)  # Y = sqrt(x)
+inverse = sp.series(1 / (1 - a * Y**2 - b * Y**3), Y, 0, 4).removeO()
+integrand = sp.expand(inverse.subs(Y, sp.sqrt(x)) * x**-7)
+time = -sp.integrate(integrand, x)
+local_slope = sp.series(sp.simplify((10 * time / (x * time.diff(x))).subs(x, Y**2)), Y, 0, 4).removeO()
+print("d ln T/d ln t =", sp.expand(local_slope).subs(Y, sp.sqrt(x)), "+ O(x^2)")
+assert sp.expand(local_slope + sp.Rational(5, 3) * (1 + a * Y**2 / 5 + b * Y**3 / 3)) == 0
+
+# %% [markdown]
+# ## Numbers
+#
+# L, its next terms and the slopes, compared with quadrature over the exact eps.
+
+# %%
+exact_h = vp.series(order=6, digits=20).floats()
+values = {h[i]: exact_h[i] for i in (2, 4, 5, 6)}
+first, second, third = (float(term.subs(values)) for term in (l_2, l_4, l_5))
+a_value, b_value = -second / first, -third / first
+print(f"L = {first:.6f} x (1 - {a_value:.6f} x - {b_value:.6f} x^(3/2) - …)")
+print(f"d ln T/d ln t = -5/3 (1 + {a_value / 5:.4f} x + {b_value / 3:.4f} x^(3/2) + …)")
+
+BETA = 1.307
+
+
+def exact(speed):
+    """Return the exact eps."""
+    return vp.epsilon(v_star(speed, BETA))
+
+
+for temperature in (1e-20, 1e-30, 1e-40):
+    small = BETA * (4 * temperature) ** 0.1
+    quadrature = float(gas.loss(exact, temperature))
+    leading, three = first * small, first * small * (1 - a_value * small - b_value * small**1.5)
+    print(f"x = {small:.2e}: L/leading term = {quadrature / leading:.8f}, over three terms {quadrature / three:.8f}")
+    assert abs(quadrature / three - 1) < 2 * small**2
+
+start = 1e-10
+x_0 = BETA * (4 * start) ** 0.1
+times = np.geomspace(1e9, 1e24, 61)
+temperatures = gas.maxwellian(exact, times, temperature=start)
+slopes = np.diff(np.log(temperatures)) / np.diff(np.log(times))
+at_x = BETA * (4 * np.sqrt(temperatures[1:] * temperatures[:-1])) ** 0.1
+predicted = -5 / 3 * (1 + a_value / 5 * at_x + b_value / 3 * at_x**1.5)
+for i in (0, 20, 40, 59):
+    print(f"t = {times[i]:.0e}: x = {at_x[i]:.2e}, slope {slopes[i]:.6f}, by the expansion {predicted[i]:.6f}")
+assert np.all(np.abs(slopes - predicted)[10:] < 2 * at_x[10:] ** 2 + 1e-7)
+assert np.all(np.diff(slopes[10:]) > 0)
+assert abs(slopes[-1] + 5 / 3) < 1e-3
+
+# The factor of the law: T^(-3/5)/t tends to T_0^(-3/5) L_0/5, with L_0 the leading term of L at the start.
+factor = temperatures[-1] ** -0.6 / times[-1] / (start**-0.6 * first * x_0 / 5)
+print(f"T^(-3/5)/t over its limit: {factor:.6f}")
+assert abs(factor - 1) < 2 * at_x[-1]
+print("derived: Haff's laws, T ~ t^-2 and T ~ t^(-5/3), their factors, and how the second is reached")
