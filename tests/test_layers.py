@@ -116,6 +116,8 @@ ORDER = (
     "scene.candidate",
     "scene.choice",
     "scene.render",
+    "scene.runners",
+    "scene.shaders",
     "scene.check",
     "scene.tables",
     "scene",
@@ -124,8 +126,8 @@ ORDER = (
     "console",
     "cli",
 )
-# The last hands sources to a compiler in a temporary directory.
-TOUCH_FILES = {"cli", "writer", "bench.compilers"}
+# The last two hand sources to compilers in temporary directories.
+TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"}
 
 
 def name_of(path: Path) -> str:

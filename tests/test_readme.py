@@ -55,6 +55,8 @@ def test_python_example(tmp_path):
 def test_console_examples(block, tmp_path):
     first, _, expected = block.partition("\n")
     words = first.removeprefix("$ viscopade ").split()
+    if "examples/" in first:
+        shutil.copytree(ROOT / "examples", tmp_path / "examples")
     assert output_of([sys.executable, "-m", "viscopade", *words], tmp_path) == expected
 
 
@@ -64,6 +66,22 @@ def test_measured_ratios_are_those_of_the_result():
     assert len(measured) == 10
     section = README.partition("## Speed against error")[2].partition("## ")[0]
     assert [f"{ratio:.3g}" for ratio in measured if f"{ratio:.3g}" not in section] == []
+
+
+def test_the_table_of_lammps_is_that_of_its_page():
+    rows = [line for line in README.splitlines() if line.startswith("| v* = ")]
+    page = (ROOT / "docs" / "simulators-lammps.md").read_text().splitlines()
+    assert len(rows) == 10
+    assert [row for row in rows if row not in page] == []
+
+
+def test_the_number_to_write_into_liggghts():
+    from viscopade.simulators import tsuji
+
+    sentence = r"`coefficientRestitution 0.3` with.*?gives eps = ([0-9.]+); the number to write is ([0-9.]+)"
+    naive, right = (number.rstrip(".") for number in re.search(sentence, README, re.DOTALL).groups())
+    assert naive == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='position'), end='force'):.3f}"
+    assert right == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='force'), end='position'):.6f}"
 
 
 def test_ice_in_si_units():

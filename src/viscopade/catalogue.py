@@ -1,15 +1,22 @@
 """The kernels that stand ready for every scene, with their proven errors: those of speed, half-line, compact and full.
 
 To prove them takes a minute; the table is made by  python -m viscopade.catalogue > src/viscopade/data/catalogue.csv
-and read by `entries`. Errors are bounds of |d eps|/min(eps, 1 - eps), rounding included but for the last one, of the
-result, which is half a unit in its last place. They are rounded up.
+and read by `entries`. An error is stated as
+
+    |d eps| <= both min(eps, 1 - eps) + rounding eps,    and 1 - eps^2 is off by what `both` does to it, and loss,
+
+`both` being that of the formula and of what is rounded before the last sum and quotient. That it is relative to the
+smaller one follows so: those roundings change lost/elastic by a factor 1 + eta, which changes eps by eps (1 - eps) eta.
+The bound r_0 of eps's relative error holds this below r_0 eps; that of 1 - eps, r_1, below r_1 (1 - eps). From a bound
+r_2 of 1 - eps^2 it is below r_2 (1 - eps^2)/(2 eps), which is at most 3/2 r_2 (1 - eps) for eps >= 1/2. (These bounds
+hold whatever the single roundings are, so also if the last ones are none.) All numbers are rounded up.
 """
 
 from __future__ import annotations
 
 import csv
 import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -17,12 +24,12 @@ from typing import Any, Literal, cast
 
 from viscopade import compact, full, proofs_gapped
 from viscopade.certificate import at_most
-from viscopade.compact import COMMON, DEVICE, FUNCTIONS, LIBRARY, SHADER
+from viscopade.compact import COMMON, DEVICE, LARGEST, LIBRARY, SHADER, Machine
 from viscopade.kernels import MARKER
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
 from viscopade.kernels.compact import name_of
 from viscopade.kernels.full import table_bytes
-from viscopade.kernels.gapped import HalfLineKernel
+from viscopade.kernels.gapped import HalfLineKernel, Variant
 from viscopade.kernels.speed import FULL, HALF_LINE, TABLES, SpeedKernel, kernel, of_v_star, rounding_of
 from viscopade.lookup import OCTAVES, of_w
 from viscopade.lookup_full import DEGREE, FullTable
@@ -38,6 +45,12 @@ _ROW = 6  # to find the row: shifts, masks, a comparison, and the copy
 _ACCURATE = 20  # of the sums in two parts
 _GAPS = 6  # powers of y that gaps in the polynomials need
 
+# In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
+_SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
+_FROM_TABLE = 6  # three units, as the headers state for dissipation
+_FROM_EPSILON = 4  # (1 - eps) (1 + eps), or loss (2 - loss)
+_SECOND_ORDER = 1 + Fraction(1, 1 << 10)
+
 Kind = Literal["speed", "half-line", "compact", "full", "v*"]
 
 HOST = "host"
@@ -48,6 +61,9 @@ MACHINES = {
     ("shader", FLOAT): SHADER,
 }
 """By place and type, the arithmetic of compact kernels; in type double the device is like the host."""
+
+ALSO = {"device": (HOST, FLOAT)}
+"""Where functions of a place may be called, too: those in CUDA are for the host as well."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +88,9 @@ class Entry:
     v_star_min, v_star_max : str
         The range in which the error is at most `inside`.
     inside, outside : str
-        Proven bounds of the error.
+        Proven bounds of `both`.
+    rounding, loss : str
+        What the last roundings of eps, and those of 1 - eps^2, add, relative to these.
     """
 
     kind: Kind
@@ -87,12 +105,27 @@ class Entry:
     v_star_max: str
     inside: str
     outside: str
+    rounding: str
+    loss: str
 
     def error(self, low: Fraction, high: Fraction) -> Fraction:
         """Return the proven bound on a range of v*."""
         end = Fraction(10) ** 1000 if self.v_star_max == "inf" else Fraction(self.v_star_max)
         within = Fraction(self.v_star_min) <= low and high <= end
         return Fraction(self.inside if within else self.outside)
+
+    def covers(self, low: Fraction, high: Fraction) -> bool:
+        """Whether anything is proven on all of a range of v*: compact kernels have w as a normal number, cut off."""
+        if self.kind != "compact":
+            return True
+        least, largest = limits(self.format)
+        return least <= low and high <= largest
+
+
+def limits(form: str) -> tuple[Fraction, Fraction]:
+    """Return the least and the largest v* of compact kernels in a type, rounded inwards."""
+    least = 1 - {DOUBLE.name: DOUBLE, FLOAT.name: FLOAT}[form].largest
+    return Fraction(f"{1.01 * 2.0 ** (least / 10):.3g}"), Fraction(f"{0.99 * 2.0 ** (LARGEST[form] / 10):.3g}")
 
 
 @lru_cache(maxsize=1)
@@ -137,7 +170,23 @@ def _everywhere(
     size: int = 0,
 ) -> Entry:
     bound = at_most(error, PLACES)
-    return Entry(kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound)
+    return Entry(
+        kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound, *_last(kind, form)
+    )
+
+
+def _last(kind: str, form: Format) -> tuple[str, str]:
+    """Return what the last roundings add to eps and to 1 - eps^2: for compact kernels see `_of_compact`."""
+    # Tables end with one sum; in type double what is used beyond them ends with two operations.
+    last = 1 if kind == "full" or (kind == "speed" and form == FLOAT) else _SUM_AND_QUOTIENT
+    of_loss = _FROM_TABLE if kind == "speed" else _FROM_EPSILON
+    if kind == "v*":
+        last = of_loss = 0
+    return at_most(last * _half_ulp(form), PLACES), at_most(of_loss * _half_ulp(form), PLACES)
+
+
+def _half_ulp(form: Format) -> Fraction:
+    return _ulp(form) / 2 * _SECOND_ORDER
 
 
 def _ulp(form: Format) -> Fraction:
@@ -170,6 +219,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
             f"{high * 0.99:.3g}",
             at_most(inside, PLACES),
             at_most(max(inside, _beyond(given)), PLACES),
+            *_last("speed", form),
         )
 
 
@@ -177,8 +227,13 @@ def _beyond(given: SpeedKernel) -> Fraction:
     """Return the bound of the kernel that is used outside the table, always in type double."""
     if given.slow is None:
         worst = max(Fraction(full.certificate(DOUBLE.name, name)["maximum"]) for name in full.FUNCTIONS)
-        return worst * _ulp(DOUBLE) + of_v_star()
-    return given.slow.variant(DOUBLE).total(given.slow.checked) + of_v_star()
+        return _both(worst * _ulp(DOUBLE), of_v_star())
+    return _both(given.slow.variant(DOUBLE).total(given.slow.checked), of_v_star())
+
+
+def _both(first: Fraction, second: Fraction) -> Fraction:
+    """Return the bound of two relative errors, one after the other."""
+    return (1 + first) * (1 + second) - 1
 
 
 def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
@@ -188,25 +243,41 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
         error = variant.total(given.checked)
         yield _everywhere("half-line", accuracy, given.name, HOST, variant.form, error, operations)
     for (place, form), machine in MACHINES.items():
+        machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
         for variant in given.variants:
             if variant.form == form:
-                found = compact.bounds(given.powers, variant.a, variant.b, machine)
-                bound = Fraction(variant.certificate.bound)
-                everywhere, common = (
-                    bound + (1 + bound) * max(Fraction(found[name][i]) for name in FUNCTIONS) for i in range(2)
-                )
-                low, high = map(str, map(float, COMMON)) if form == FLOAT else ("0", "inf")
-                inside, outside = at_most(common if form == FLOAT else everywhere, PLACES), at_most(everywhere, PLACES)
-                name = name_of(given)
-                yield Entry(
-                    "compact", accuracy, "fast", name, place, form.name, 0, operations, low, high, inside, outside
-                )
+                yield _of_compact(accuracy, given, variant, place, machines, operations)
+
+
+def _of_compact(
+    accuracy: str, given: HalfLineKernel, variant: Variant, place: str, machines: Sequence[Machine], operations: int
+) -> Entry:
+    """Return the entry of a kernel that may run on any of some machines."""
+    formula = Fraction(variant.certificate.bound)
+    everywhere = common = of_epsilon = of_loss = Fraction(0)
+    for machine in machines:
+        found = compact.bounds(given.powers, variant.a, variant.b, machine)
+        first, second = (
+            max(Fraction(found["restitution"][i]), Fraction(3, 2) * Fraction(found["dissipation"][i])) for i in (0, 1)
+        )
+        everywhere, common = max(everywhere, _both(formula, first)), max(common, _both(formula, second))
+        # elastic/(elastic + lost); lost inverse (1 + elastic inverse), inverse = 1/(elastic + lost): the term with the
+        # second inverse is at most half of the sum.
+        unit = Fraction(2) ** -machine.model.precision
+        quotient = unit + machine.quotient * machine.ulp
+        of_epsilon = max(of_epsilon, quotient * _SECOND_ORDER)
+        of_loss = max(of_loss, (Fraction(3, 2) * quotient + Fraction(7, 2) * unit) * _SECOND_ORDER)
+    low, high = map(str, map(float, COMMON)) if variant.form == FLOAT else ("0", "inf")
+    inside = common if variant.form == FLOAT else everywhere
+    errors = (at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss))
+    name, form = name_of(given), variant.form.name
+    return Entry("compact", accuracy, "fast", name, place, form, 0, operations, low, high, *errors)
 
 
 def main() -> None:
     """Print the table."""
     print(f"# {MARKER}: {COMMAND}")
-    print("# Kernels that stand ready, with proven bounds of |d eps|/min(eps, 1 - eps).")
+    print("# Kernels that stand ready, with proven bounds of their errors.")
     print(",".join(Entry.__dataclass_fields__))
     for entry in computed():
         print(",".join(str(value) for value in vars(entry).values()))

@@ -361,7 +361,12 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
     type=click.Path(path_type=Path),
     help="What `viscopade bench --out` wrote, for times instead of counted operations.",
 )
-@click.option("--check/--no-check", "checking", default=True, help="Run what is generated (C, Python) and compare.")
+@click.option(
+    "--check/--no-check",
+    "checking",
+    default=True,
+    help="Compile and run what is generated, where the tool is there, and compare.",
+)
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
 @STYLE
 def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
@@ -397,7 +402,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
     for line in tables.sentences(found):
         click.echo(line)
-    if checking:
+    if verdict is not None:
         click.echo(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")

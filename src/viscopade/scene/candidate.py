@@ -8,25 +8,32 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
 from viscopade import catalogue, double, exports, minimax, proofs
 from viscopade.arrays import FloatArray
-from viscopade.catalogue import HOST, Entry
+from viscopade.catalogue import HOST, Entry, limits
 from viscopade.certificate import Measure
 from viscopade.kernels.binary import DOUBLE, FLOAT
 from viscopade.kernels.compact import TARGETS
 from viscopade.kernels.minimax import MinimaxKernel
 from viscopade.scene import formula
-from viscopade.scene.cost import Operations, id_of_tier
+from viscopade.scene.cost import Operations, id_of_name, id_of_tier
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
-from viscopade.scene.tolerance import Bound, Errors, allowed
+from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
+from viscopade.scene.units import Scale
 
 FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
+STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
+WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the speed and v*, relatively
+LEAST_ACCURACY = Fraction(1, 10**15)
+TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
+NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 ULPS_OF_DISSIPATION = 3  # that the last sums and products of 1 - eps^2 add
 
 
@@ -83,7 +90,7 @@ class Candidate(ABC):
     def sampled(self, measure: str) -> tuple[float, float, str]:
         """Return the largest error in one of the tolerance's measures that was found, at which v*, and of which pair.
 
-        Of the formula, without rounding.
+        Of the formula, without rounding: what rounding may have done to the sample is taken off.
         """
         return max(self._sampled(encounter, measure) for encounter in self.encounters)
 
@@ -91,7 +98,7 @@ class Candidate(ABC):
         low, high = (float(v) for v in encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
         eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-        off = np.abs(self.epsilon(encounter, v_star) - eps)
+        off = np.maximum(np.abs(self.epsilon(encounter, v_star) - eps) - NOISE * eps, 0.0)
         scale = {"epsilon": eps, "dissipation": loss * (1 + eps) / (2 * eps), "absolute": np.ones_like(eps)}[measure]
         i = int(np.argmax(off / scale))
         return float(off[i] / scale[i]), float(v_star[i]), encounter.name
@@ -104,9 +111,11 @@ class Constant(Candidate):
     Attributes
     ----------
     tolerance : Tolerance
+    code : Code
     """
 
     tolerance: Tolerance
+    code: Code
 
     @property
     def label(self) -> str:
@@ -126,14 +135,15 @@ class Constant(Candidate):
     @cached_property
     def values(self) -> tuple[str, ...]:
         """By pair, eps as a decimal."""
-        return tuple(_constant(encounter.epsilon, self.tolerance) for encounter in self.encounters)
+        met = (in_format(encounter, self.code) for encounter in self.encounters)
+        return tuple(_constant(epsilon, self.tolerance, self.code) for _, epsilon in met)
 
     @cached_property
     def errors(self) -> Errors:
         """Errors at the ends of the ranges, where they are largest, as eps falls with v*."""
         found = None
         for value, encounter in zip(self.values, self.encounters, strict=True):
-            mine = _of_constant(Fraction(value), encounter.epsilon)
+            mine = _of_constant(value, in_format(encounter, self.code)[1], self.code)
             found = mine if found is None else found.worse(mine)
         assert found is not None
         return found
@@ -143,14 +153,17 @@ class Constant(Candidate):
         return np.full_like(v_star, float(self.values[list(self.encounters).index(encounter)]))
 
 
-def _of_constant(value: Fraction, epsilon: Interval) -> Errors:
+def _of_constant(text: str, epsilon: Interval, code: Code) -> Errors:
+    """Return the errors of a decimal, rounded to the format, and of (1 - eps) (1 + eps)."""
+    value = Fraction(FORMATS[code.format].nearest(Fraction(text)))
     off = [abs(value - e) for e in epsilon]
     lost = [1 - e**2 for e in epsilon]
-    of_dissipation = [abs(1 - value**2 - d) / d if d else Fraction(10) ** 30 for d in lost]
+    computed = (1 - value**2) * _of_product(code)
+    of_dissipation = [(abs(1 - value**2 - d) + computed) / d if d else HOPELESS for d in lost]
     return Errors(max(o / e for o, e in zip(off, epsilon, strict=True)), max(of_dissipation), max(off))
 
 
-def _constant(epsilon: Interval, tolerance: Tolerance) -> str:
+def _constant(epsilon: Interval, tolerance: Tolerance, code: Code) -> str:
     """Return the shortest decimal that keeps the tolerance, or about the best one if none does."""
     low, high = (float(e) for e in epsilon)
     # By tolerance t: the least and the largest constant that keep it.
@@ -161,11 +174,16 @@ def _constant(epsilon: Interval, tolerance: Tolerance) -> str:
     }
     kept = [keep[name](limit) for name, limit in tolerance.given().items()]
     middle = (max(least for least, _ in kept) + min(most for _, most in kept)) / 2
-    for digits in range(1, 17):
+    for digits in range(1, 18):
         text = f"{middle:.{digits}g}"
-        if 0 < float(text) <= 1 and not _of_constant(Fraction(text), epsilon).failing(tolerance):
+        if _is_accepted(text) and not _of_constant(text, epsilon, code).failing(tolerance):
             return text
     return f"{min(max(middle, low), high):.17g}"
+
+
+def _is_accepted(text: str) -> bool:
+    """Whether a constant is a normal number of type float, and at most 1."""
+    return 1e-37 < float(text) <= 1
 
 
 def _with_loss(loss: float) -> float:
@@ -210,11 +228,14 @@ class Polynomial(Candidate):
     @cached_property
     def errors(self) -> Errors:
         """Errors on the scene."""
-        form = FORMATS[self.code.format]
-        variant = next(v for v in self.kernel.variants if v.form == form)
+        variant = self.kernel.variant(FORMATS[self.code.format])
         bound, rounding = Fraction(variant.certificate.bound), Fraction(variant.rounding)
-        both, relative = (bound, rounding) if variant.certificate.measure == "both" else (Fraction(0), bound + rounding)
-        return _worst(self.encounters, Bound(both + _of_v_star(self.code), relative, _of_product(self.code)))
+        of_v_star = _of_v_star(self.code)
+        if variant.certificate.measure == "both":
+            both, relative = bound * (1 + of_v_star) + of_v_star, rounding
+        else:
+            both, relative = of_v_star, bound + rounding
+        return _worst(self.encounters, self.code, Bound(both, relative * (1 + of_v_star), _of_product(self.code)))
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
@@ -265,7 +286,11 @@ class Ready(Candidate):
     @property
     def bench_id(self) -> str | None:
         """The id in the benchmark."""
-        return id_of_tier(self.entry.tier, self.entry.size) if self.entry.kind == "speed" else None
+        if self.code.language != "c":
+            return None
+        if self.entry.kind == "speed":
+            return id_of_tier(self.entry.tier, self.entry.size)
+        return id_of_name(self.entry.name)
 
     @property
     def operations(self) -> Operations:
@@ -281,16 +306,15 @@ class Ready(Candidate):
     @cached_property
     def errors(self) -> Errors:
         """Errors on the scene."""
-        unit = Fraction(2) ** -FORMATS[self.code.format].precision
         apart = self.entry.kind != "half-line"
         added = Fraction(0) if apart else _of_v_star(self.code)
-        found = None
+        last, loss = Fraction(self.entry.rounding), Fraction(self.entry.loss)
+        found = []
         for encounter in self.encounters:
-            bound = Bound(self.entry.error(*encounter.v_star) + added, unit, _of_product(self.code), apart)
-            errors = bound.errors(encounter.epsilon)
-            found = errors if found is None else found.worse(errors)
-        assert found is not None
-        return found
+            v_star, epsilon = in_format(encounter, self.code)
+            both = (1 + self.entry.error(*v_star)) * (1 + added) - 1
+            found.append(Bound(both, last * (1 + both), loss, apart).errors(epsilon))
+        return worst(found)
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return what the kernel computes, without rounding."""
@@ -305,12 +329,20 @@ class Ready(Candidate):
         return exports.Request(accuracy=(self.entry.tier,))
 
 
-def _worst(encounters: Sequence[Encounter], bound: Bound) -> Errors:
-    errors = [bound.errors(encounter.epsilon) for encounter in encounters]
-    worst = errors[0]
-    for other in errors[1:]:
-        worst = worst.worse(other)
-    return worst
+def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
+    return worst([bound.errors(in_format(encounter, code)[1]) for encounter in encounters])
+
+
+def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
+    """Return the ranges of v* and of eps, as far as they reach where beta, the speed and v* are rounded.
+
+    For type double the encounter's own ranges are wide enough.
+    """
+    if code.format == DOUBLE.name:
+        return encounter.v_star, encounter.epsilon
+    (low, high), (least, most) = encounter.v_star, encounter.epsilon
+    wider = STEEPEST * WIDER
+    return (low * (1 - WIDER), high * (1 + WIDER)), (least * (1 - wider), 1 - (1 - most) * (1 - wider))
 
 
 def _of_product(code: Code) -> Fraction:
@@ -331,18 +363,19 @@ def _of_v_star(code: Code) -> Fraction:
 
 def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels that language, format and argument admit; of best quotients on the range, the cheapest."""
-    yield Constant(encounters, scene.tolerance)
     code = scene.code
+    yield Constant(encounters, scene.tolerance, code)
     kinds = _kinds(code)
     if "polynomial" in kinds:
         found = polynomial(scene, encounters)
         if found is not None:
             yield found
+    covered = uncovered(scene, encounters) is None
     place = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, HOST)
     for entry in catalogue.entries():
         fits = code.largest_table is None or entry.bytes <= code.largest_table
         here = entry.place == (HOST if code.format == "double" else place)
-        if entry.kind in kinds and entry.format == code.format and here and fits:
+        if entry.kind in kinds and entry.format == code.format and here and fits and covered:
             yield Ready(encounters, entry, code)
 
 
@@ -354,33 +387,74 @@ def _kinds(code: Code) -> set[str]:
     return {"polynomial", "half-line", "speed" if code.argument == "speed" else "full"}
 
 
+def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
+    """Return why compact kernels are not proven on this scene, if so it is: v* or beta are out of the type's range."""
+    code = scene.code
+    if "compact" not in _kinds(code):
+        return None
+    low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))
+    least, largest = limits(code.format)
+    if not least <= low <= high <= largest:
+        return (
+            f"v* is from {float(low):.3g} to {float(high):.3g}: accepted for {code.language} ({code.format}) is "
+            f"{float(least):.3g} to {float(largest):.3g}"
+        )
+    scale = Scale(*scene.scale)
+    betas = [scale.beta(pair.beta) for e in encounters for pair in (e.weakest, e.strongest)]
+    # beta^2, beta^4 and beta^5 must be normal numbers.
+    exponent = (FORMATS[code.format].largest - 2) / 5
+    if not 2.0**-exponent <= min(betas) <= max(betas) <= 2.0**exponent:
+        return (
+            f"beta is from {min(betas):.3g} to {max(betas):.3g} {scene.units.beta}: accepted for {code.language} "
+            f"({code.format}) is {2.0**-exponent:.3g} to {2.0**exponent:.3g}, in whatever units"
+        )
+    return None
+
+
 def polynomial(scene: Scene, encounters: Sequence[Encounter]) -> Polynomial | None:
-    """Return the cheapest best approximant that keeps the tolerance on the range of v* of all pairs, or None."""
-    low, high = interval(encounters)
+    """Return the cheapest best approximant that keeps the tolerance on the range of v* of all pairs, or None.
+
+    Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
+    """
+    low, high = interval(encounters, scene.code)
     if high > LARGEST_V_STAR:
         return None
-    found = []
-    for measure in ("both", "relative"):
-        accuracy = allowed(scene.tolerance, [e.epsilon for e in encounters], measure)
-        accuracy = min(accuracy * Fraction(999, 1000) - 2 * _of_v_star(scene.code), Fraction(1, 2))
-        if accuracy < Fraction(1, 10**15):
-            continue
-        text = _short(accuracy)
-        request = exports.Request(
-            accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=_measure(measure)
-        )
-        try:
-            kernel = proofs.accurate(text, high, low, _measure(measure))
-        except (ValueError, ArithmeticError):
-            continue
-        if any(v.form.name == scene.code.format for v in kernel.variants):
-            found.append(Polynomial(encounters, kernel, scene.code, request))
+    first = _best(scene, encounters, (low, high), "both")
+    if first is not None and not first.errors.failing(scene.tolerance):
+        price, accuracy = minimax.cost(first.kernel.m, first.kernel.n), _accuracy(scene, encounters, "relative")
+        fit = minimax.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
+        if accuracy is None or fit is None or fit.error > accuracy:
+            return first
+    found = [c for c in (first, _best(scene, encounters, (low, high), "relative")) if c is not None]
     fine = [candidate for candidate in found if not candidate.errors.failing(scene.tolerance)]
     return min(fine or found, key=lambda c: minimax.cost(c.kernel.m, c.kernel.n), default=None)
 
 
-def _measure(name: str) -> Measure:
-    return "both" if name == "both" else "relative"
+def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> Polynomial | None:
+    """Return the cheapest approximant in a measure, of which more is asked if there is none in the scene's format."""
+    accuracy = _accuracy(scene, encounters, measure)
+    low, high = ends
+    for factor in TIGHTER if accuracy is not None and scene.code.format == FLOAT.name else TIGHTER[:1]:
+        if accuracy is None or accuracy * factor < LEAST_ACCURACY:
+            return None
+        text = _short(accuracy * factor)
+        try:
+            kernel = proofs.accurate(text, high, low, measure)
+        except (ValueError, ArithmeticError):
+            return None
+        if any(v.form.name == scene.code.format for v in kernel.variants):
+            request = exports.Request(
+                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
+            )
+            return Polynomial(encounters, kernel, scene.code, request)
+    return None
+
+
+def _accuracy(scene: Scene, encounters: Sequence[Encounter], measure: Measure) -> Fraction | None:
+    """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
+    ranges = [in_format(encounter, scene.code)[1] for encounter in encounters]
+    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * _of_v_star(scene.code)
+    return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
 
 
 def _plain(number: Fraction) -> str:
@@ -393,10 +467,10 @@ def _short(accuracy: Fraction) -> str:
     return text.replace("e-0", "e-")
 
 
-def interval(encounters: Sequence[Encounter]) -> Interval:
+def interval(encounters: Sequence[Encounter], code: Code) -> Interval:
     """Return the range of v* of all pairs, rounded outwards to three digits; to 0 if it begins very low."""
-    low = min(encounter.v_star[0] for encounter in encounters)
-    high = max(encounter.v_star[1] for encounter in encounters)
+    ranges = [in_format(encounter, code)[0] for encounter in encounters]
+    low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
     return _outwards(low, -1) if low > Fraction(1, 100) else Fraction(0), _outwards(high, 1)
 
 
@@ -410,5 +484,5 @@ def cheaper_polynomial(found: Polynomial) -> tuple[str, float] | None:
     """Return the best approximant of the next lower cost, and its error; None if there is none."""
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
-    fit = minimax.most_accurate(price, high, low, _measure(found.kernel.bounds[0].measure))
+    fit = minimax.most_accurate(price, high, low, cast(Measure, found.kernel.bounds[0].measure))
     return None if fit is None else (fit.label, float(fit.error))

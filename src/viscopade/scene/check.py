@@ -1,10 +1,9 @@
-"""Compile what was generated for a scene, and compare its results with the exact function."""
+"""Run what was generated for a scene, and compare its results with the exact function."""
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,21 +11,21 @@ import numpy.typing as npt
 
 from viscopade import double
 from viscopade.arrays import FloatArray
-from viscopade.bench import compilers
 from viscopade.bench.compilers import BenchError
 from viscopade.bench.scene import exact
-from viscopade.kernels import MARKER
+from viscopade.kernels import MARKER, template
+from viscopade.scene import runners, shaders
 from viscopade.scene.candidate import Constant
 from viscopade.scene.choice import WORDS, Choice
-from viscopade.scene.render import file_name
+from viscopade.scene.render import file_name, layout
 from viscopade.scene.units import Scale
 
 SPEEDS = 20_000  # for each pair
+COLLISIONS = 1_000_000  # of all pairs, about
 REFERENCE = 1e-15  # more than the relative error of what is compared with, in double precision (sampled)
 _SEED = 7
 
 Array = npt.NDArray[Any]
-Run = Callable[[Array, Array, int], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True)
@@ -36,18 +35,39 @@ class Check:
     Attributes
     ----------
     how : str
-        Compiler or interpreter.
+        Compiler or interpreter; empty if there is none.
     collisions : int
+        0 if the code was not run.
     errors : mapping of str to float
-        By name of the tolerance, the largest error.
+        By name of the tolerance, the largest error; empty if the code was not run.
+    reason : str
+        Why it was not run, as the end of a sentence; empty if it was.
     """
 
     how: str
-    collisions: int
-    errors: Mapping[str, float]
+    collisions: int = 0
+    errors: Mapping[str, float] = field(default_factory=dict)
+    reason: str = ""
 
 
-def check(choice: Choice, text: str, cc: str | None = None) -> Check | None:
+@dataclass(frozen=True)
+class Collisions:
+    """Collisions of all pairs: what the code is given, in the scene's units and format, and what is exact."""
+
+    speed: Array
+    beta: Array
+    argument: Array
+    pair: npt.NDArray[np.int32]
+    eps: FloatArray
+    loss: FloatArray
+
+    @property
+    def bytes(self) -> bytes:
+        """What a program reads."""
+        return b"".join(values.tobytes() for values in (self.speed, self.argument, self.pair))
+
+
+def check(choice: Choice, text: str, cc: str | None = None) -> Check:
     """Run the generated code at many speeds, and compare.
 
     Parameters
@@ -60,57 +80,115 @@ def check(choice: Choice, text: str, cc: str | None = None) -> Check | None:
 
     Returns
     -------
-    Check or None
-        None for languages that are not run here.
+    Check
+        If the tool that it takes is not there, or the code cannot be run, it says so.
 
     Raises
     ------
     BenchError
-        If there is no compiler, it fails, or the code exceeds the tolerance.
+        If the tool fails, or the code exceeds the tolerance.
     """
+    if choice.scene.code.language == "python":
+        given = _collisions(choice)
+        return _compared(choice, given, "Python", _in_python(choice, text, given))
+    if choice.scene.code.language in ("glsl", "wgsl"):
+        return _shader(choice, text)
+    return _by_tool(choice, text, cc if choice.scene.code.language == "c" else None)
+
+
+def _by_tool(choice: Choice, text: str, cc: str | None) -> Check:
+    """Compile the code and what calls it, and run both."""
+    runner = runners.RUNNERS[choice.scene.code.language]
+    tool = runners.find(runner, cc)
+    device = _device(choice, text) if choice.scene.code.language == "cuda" else ""
+    if tool is None:
+        reason = f"not run: there is no {runners.missing(runner)}"
+        return Check(device, reason=f"{reason}; {device}" if device else reason)
+    given = _collisions(choice)
+    size = given.speed.size
+    file = file_name(choice.scene), text
+    written = runners.run(runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
+    how = f"{tool.version}; {device}" if device else tool.version
+    return _compared(choice, given, how, np.frombuffer(written).reshape(2, size))
+
+
+def _shader(choice: Choice, text: str) -> Check:
+    """Compile a shader, and run it if something here does."""
     language = choice.scene.code.language
-    if language == "c":
-        compiler = compilers.find(cc)
-        how, run = compiler.version, _compiled(choice, text, compiler)
-    elif language == "python":
-        how, run = "Python", _imported(choice, text)
-    else:
-        return None
-    largest = dict.fromkeys(WORDS, 0.0)
-    for pair in range(len(choice.encounters)):
-        for name, error in _errors(choice, pair, run).items():
-            largest[name] = max(largest[name], error)
-    for name, limit in choice.scene.tolerance.given().items():
-        if not largest[name] <= limit + REFERENCE:
-            raise BenchError(
-                f"the generated code fails its check: {WORDS[name]} is {largest[name]:.3g}, more than {limit:g}"
-            )
-    return Check(how, SPEEDS * len(choice.encounters), largest)
+    runner = runners.RUNNERS[language]
+    tool, device, given = runners.find(runner), shaders.device(), _collisions(choice)
+    driver = _driver(choice, text, given.speed.size)
+    shader: str | bytes = driver
+    if tool is not None:
+        compiled = runners.run(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
+        shader = compiled if language == "glsl" else driver
+    if tool is None and (language == "glsl" or device is None):
+        instead = "" if language == "glsl" else ", nor a device for the Python package wgpu"
+        return Check("", reason=f"not run: there is no {runners.missing(runner)}{instead}")
+    version = "" if tool is None else tool.version
+    if device is None:
+        return Check(version, reason="compiled, not run: there is no device for the Python package wgpu")
+    found = shaders.run(shader, (given.speed, given.argument, given.pair), 2 * given.speed.size)
+    return _compared(choice, given, f"{version}; {device}" if version else device, found.reshape(2, -1))
 
 
-def _errors(choice: Choice, pair: int, run: Run) -> dict[str, float]:
-    """Return the largest errors for a pair, at speeds and sizes all over the scene."""
+def _device(choice: Choice, text: str) -> str:
+    """Compile the code for a GPU; return what was done."""
+    tool = runners.find(runners.DEVICE)
+    if tool is None:
+        return "device code is not compiled: there is no nvcc"
+    runners.run(runners.DEVICE, tool, _driver(choice, text, 1, "cu"), (file_name(choice.scene), text), b"", 0)
+    return f"device code compiled by {tool.version}, not run"
+
+
+def _driver(choice: Choice, text: str, size: int, ending: str = "") -> str:
+    """Return the text of the program that calls the code."""
+    scene, code = choice.scene, choice.scene.code
+    given = layout(choice)
+    ending = ending or {"h": "c"}.get(given["dialect"], given["dialect"])
+    return template(f"check.{ending}.jinja").render(
+        marker=MARKER,
+        text=text,
+        file=file_name(scene),
+        size=size,
+        bytes=4 if code.format == "float" else 8,
+        constant=isinstance(choice.chosen.candidate, Constant),
+        by_v_star=code.argument == "v_star",
+        input=runners.INPUT,
+        output=runners.OUTPUT,
+        workgroup=shaders.WORKGROUP,
+        **given,
+    )
+
+
+# --- collisions -------------------------------------------------------------------------------------------------------
+
+
+def _collisions(choice: Choice) -> Collisions:
+    """Return collisions of each pair at speeds and sizes all over the scene."""
+    pairs = len(choice.encounters)
+    size = max(1000, min(SPEEDS, COLLISIONS // pairs))
+    made = [_of_pair(choice, i, size) for i in range(pairs)]
+    speed, beta = (np.concatenate(values) for values in zip(*made, strict=True))
+    pair = np.repeat(np.arange(pairs, dtype=np.int32), size)
+    if choice.scene.code.argument == "v_star":
+        v_star = _v_star(speed, beta)
+        wide = v_star.astype(np.float64)
+        eps, loss = np.asarray(double.epsilon(wide)), np.asarray(double.one_minus_epsilon(wide))
+        return Collisions(speed, beta, v_star, pair, eps, loss)
+    eps, loss = exact(speed.astype(np.float64), beta.astype(np.float64))
+    return Collisions(speed, beta, beta, pair, eps, loss)
+
+
+def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
+    """Return speeds and betas of a pair."""
     encounter, scale = choice.encounters[pair], Scale(*choice.scene.scale)
     kind = np.float32 if choice.scene.code.format == "float" else np.float64
-    random = np.random.default_rng((_SEED, pair)).random((2, SPEEDS))
+    random = np.random.default_rng((_SEED, pair)).random((2, size))
     random[:, :2] = [0, 1], [0, 1]  # the ends
     slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
-    speed = _between(slowest, fastest, random[0]).astype(kind)
     weakest, strongest = (scale.beta(p.beta) for p in (encounter.weakest, encounter.strongest))
-    beta = _between(weakest, strongest, random[1]).astype(kind)
-    found, lost = run(speed, beta, pair)
-    if choice.scene.code.argument == "v_star":
-        v_star = _v_star(speed, beta).astype(np.float64)
-        eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-    else:
-        eps, loss = exact(speed.astype(np.float64), beta.astype(np.float64))
-    dissipation = loss * (1 + eps)
-    off = np.abs(found - eps)
-    return {
-        "epsilon": float((off / eps).max()),
-        "dissipation": float((np.abs(lost - dissipation) / dissipation).max()),
-        "absolute": float(off.max()),
-    }
+    return _between(slowest, fastest, random[0]).astype(kind), _between(weakest, strongest, random[1]).astype(kind)
 
 
 def _between(low: float, high: float, random: FloatArray) -> FloatArray:
@@ -123,71 +201,42 @@ def _v_star(speed: Array, beta: Array) -> Array:
     return np.asarray(np.sqrt(beta) * speed ** speed.dtype.type(0.1))
 
 
-# --- Python -----------------------------------------------------------------------------------------------------------
+# --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _imported(choice: Choice, text: str) -> Run:
-    """Return what runs a generated module."""
+def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) -> Check:
+    """Return the largest errors of the eps and 1 - eps^2 that were found, or refuse them."""
+    eps, dissipation = given.eps, given.loss * (1 + given.eps)
+    off = np.abs(found[0] - eps)
+    errors = {
+        "epsilon": _largest(off / eps),
+        "dissipation": _largest(np.abs(found[1] - dissipation) / dissipation),
+        "absolute": _largest(off),
+    }
+    limits, proven = choice.scene.tolerance.given(), vars(choice.chosen.candidate.errors)
+    # What has no tolerance must still be about as good as the file says (a GPU's rounding may be another).
+    others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
+    for name, limit in (limits | others).items():
+        if not errors[name] <= limit + REFERENCE:
+            raise BenchError(
+                f"the generated code fails its check: {WORDS[name]} is {errors[name]:.3g}, more than {limit:.3g}"
+            )
+    return Check(how, given.speed.size, errors)
+
+
+def _largest(errors: FloatArray) -> float:
+    """Return the largest error; what is no number is infinitely wrong."""
+    return float(np.where(np.isnan(errors), np.inf, errors).max())
+
+
+def _in_python(choice: Choice, text: str, given: Collisions) -> FloatArray:
+    """Return what the functions of a generated module give."""
     module: dict[str, Any] = {"__name__": choice.scene.name}
     exec(compile(text, file_name(choice.scene), "exec"), module)
-    candidate = choice.chosen.candidate
-
-    def run(speed: Array, beta: Array, pair: int) -> tuple[FloatArray, FloatArray]:
-        if isinstance(candidate, Constant):
-            values = np.full(speed.shape, module["EPSILON"][choice.encounters[pair].name])
-        elif choice.scene.code.argument == "v_star":
-            values = np.array([module["epsilon"](float(v)) for v in _v_star(speed, beta)])
-        else:
-            values = np.array([module["restitution"](float(v), float(b)) for v, b in zip(speed, beta, strict=True)])
-        return values, (1 - values) * (1 + values)
-
-    return run
-
-
-# --- C ----------------------------------------------------------------------------------------------------------------
-
-_SOURCE = """/* {marker} */
-#include <stddef.h>
-#include "{header}"
-
-void check(size_t n, const {number} *speed, const {number} *argument, int pair, double *epsilon, double *loss)
-{{
-    for (size_t i = 0; i < n; i++) {{
-        {body}
-    }}
-}}
-"""
-_BODIES = {
-    "constant": (
-        "(void)speed; (void)argument; epsilon[i] = {name}_epsilon[pair]; loss[i] = (1 - epsilon[i]) * (1 + epsilon[i]);"
-    ),
-    "speed": (
-        "(void)pair; epsilon[i] = {name}_restitution(speed[i], argument[i]); "
-        "loss[i] = {name}_dissipation(speed[i], argument[i]);"
-    ),
-    "v_star": (
-        "(void)pair; (void)speed; epsilon[i] = {name}_restitution(argument[i]); "
-        "loss[i] = {name}_dissipation(argument[i]);"
-    ),
-}
-
-
-def _compiled(choice: Choice, text: str, compiler: compilers.Compiler) -> Run:
-    """Compile the header and return what runs its functions."""
-    scene = choice.scene
-    kind = "constant" if isinstance(choice.chosen.candidate, Constant) else scene.code.argument
-    header = file_name(choice.scene)
-    source = _SOURCE.format(
-        marker=MARKER, header=header, number=scene.code.format, body=_BODIES[kind].format(name=scene.name)
-    )
-    library = compilers.build(compiler, {"scalar": {"check.c": source}}, {header: text})["scalar"]
-
-    def run(speed: Array, beta: Array, pair: int) -> tuple[FloatArray, FloatArray]:
-        argument = _v_star(speed, beta) if kind == "v_star" else beta
-        epsilon, loss = np.full(speed.shape, np.nan), np.full(speed.shape, np.nan)
-        pointers = (ctypes.c_void_p(values.ctypes.data) for values in (speed, argument))
-        results = (ctypes.c_void_p(values.ctypes.data) for values in (epsilon, loss))
-        library.check(ctypes.c_size_t(speed.size), *pointers, ctypes.c_int(pair), *results)
-        return epsilon, loss
-
-    return run
+    if isinstance(choice.chosen.candidate, Constant):
+        by_pair = np.array([module["EPSILON"][encounter.name] for encounter in choice.encounters])
+        values = by_pair[given.pair]
+        return np.array([values, (1 - values) * (1 + values)])
+    columns = [given.argument] if choice.scene.code.argument == "v_star" else [given.speed, given.argument]
+    rows = list(zip(*(values.tolist() for values in columns), strict=True))
+    return np.array([[module[name](*row) for row in rows] for name in ("restitution", "dissipation")])

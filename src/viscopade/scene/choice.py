@@ -9,7 +9,7 @@ from fractions import Fraction
 from viscopade.certificate import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
-from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial
+from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial, uncovered
 from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
@@ -82,23 +82,26 @@ def choose(scene: Scene, costs: Costs) -> Choice:
     offers.sort(key=lambda offer: offer.rank)
     enough = [offer for offer in offers if offer.suffices]
     if not enough:
-        raise _nothing(scene, offers)
+        raise _nothing(scene, met, offers)
     as_cheap = [offer for offer in enough if offer.price.value <= AS_CHEAP * enough[0].price.value]
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings)
 
 
-def _nothing(scene: Scene, offers: Sequence[Offer]) -> ValueError:
+def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
+    """Return the largest ratio of an error to its tolerance, and which tolerance that is."""
+    given, errors = scene.tolerance.given(), offer.candidate.errors
+    return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
+
+
+def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) -> ValueError:
     """Return the refusal of a tolerance that no kernel keeps."""
-    given = scene.tolerance.given()
-
-    def excess(offer: Offer) -> tuple[Fraction, str]:
-        errors = offer.candidate.errors
-        return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
-
-    best = min(offers, key=excess)
-    name = excess(best)[1]
+    reason = uncovered(scene, met)
+    if reason is not None:
+        return ValueError(f"{scene.source}: a constant does not suffice, and {reason}")
+    best = min(offers, key=lambda offer: _excess(scene, offer))
+    given, name = scene.tolerance.given(), _excess(scene, best)[1]
     reached = at_most(getattr(best.candidate.errors, name))
     code = scene.code
     return ValueError(
@@ -110,20 +113,26 @@ def _nothing(scene: Scene, offers: Sequence[Offer]) -> ValueError:
 
 
 def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
-    """Return why the next cheaper kernel fails: the most accurate of those that cost less."""
+    """Return why the next cheaper kernel fails: of those that cost less, the one that misses the tolerance by least."""
     texts = []
     if isinstance(chosen.candidate, Polynomial):
         cheaper = cheaper_polynomial(chosen.candidate)
         if cheaper is not None:
             texts.append(f"the best quotient with fewer operations, {cheaper[0]}, is off by {cheaper[1]:.3g} (sampled)")
-    less = [offer for offer in offers if offer.price.value < chosen.price.value and not offer.suffices]
-    if less:
-        texts.append(_failure(scene, min(less, key=lambda offer: getattr(offer.candidate.errors, offer.failing[0]))))
+    # At the same price, a smaller table would be preferred.
+    less = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
+    failing = [offer for offer in less if not offer.suffices]
+    if failing:
+        texts.append(_failure(scene, min(failing, key=lambda offer: _excess(scene, offer))))
+    larger = [offer for offer in less if offer.suffices]
+    if larger:
+        names = " and ".join(offer.candidate.label for offer in larger)
+        texts.append(f"{names}: hardly cheaper, with more than {chosen.candidate.bytes:,} bytes of a table")
     return "; ".join(texts) or "no kernel is cheaper"
 
 
 def _failure(scene: Scene, offer: Offer) -> str:
-    candidate, name = offer.candidate, offer.failing[0]
+    candidate, name = offer.candidate, _excess(scene, offer)[1]
     limit = scene.tolerance.given()[name]
     off, v_star, pair = candidate.sampled(name)
     if off > limit:

@@ -12,6 +12,7 @@ from viscopade.scene.description import Code
 
 # In multiplications: about what these take on processors of our days (docs/bench/result.json).
 DIVISION, POWER, CUBE_ROOT = 4, 50, 50
+LEAST_SHARE = 0.01  # of pow that [3/6] takes at least, should a measurement say less
 
 
 @dataclass(frozen=True)
@@ -79,19 +80,27 @@ class Measured(Costs):
     times: Mapping[str, float] | None = None
 
     def of(self, bench_id: str | None, operations: Operations) -> Price:
-        """Return the measured time; if there is none, that of pow and of the further operations in proportion."""
+        """Return the measured time; if there is none, that of pow and of the further operations in proportion.
+
+        A measured time less that of pow counts as measured, too.
+        """
         times = self.times or {}
         if operations.count == 0:
             return Price(0.0, "nothing to compute")
         if bench_id is not None and bench_id in times:
-            return Price(times[bench_id], "measured")
-        each = (times[rivals.PADE] - times[_POW]) / _OF_PADE.count
+            # All are measured from the speed on; a kernel that is given v* is spared pow.
+            spared = times[_POW] if bench_id.startswith(_BY_POW) and operations.powers == 0 else 0.0
+            if times[bench_id] > spared:
+                return Price(times[bench_id] - spared, "measured")
+        each = max(times[rivals.PADE] - times[_POW], LEAST_SHARE * times[_POW]) / _OF_PADE.count
         return Price(
             operations.powers * times[_POW] + each * (operations.count - POWER * operations.powers), "estimated"
         )
 
 
 _POW = "pow"
+_FULL, _HALF_LINE = "full", "half-line-"
+_BY_POW = (_FULL, _HALF_LINE)
 _OF_PADE = Operations(simple=18, divisions=1)  # [3/6], besides the power
 
 
@@ -131,3 +140,11 @@ def measured(result: Result, code: Code, processor: str) -> Costs:
 def id_of_tier(tier: str, size: str) -> str | None:
     """Return the id of a kernel of speed in the benchmark, if it is measured there."""
     return tier_id(tier) if size == "fast" else None
+
+
+def id_of_name(name: str) -> str | None:
+    """Return the id of a kernel of v* in the benchmark, by its functions' names: halfline_2p09em4 or full."""
+    if name == _FULL:
+        return _FULL
+    kind, _, bound = name.partition("_")
+    return _HALF_LINE + bound.replace("p", ".").replace("m", "-") if kind == "halfline" else None

@@ -6,23 +6,25 @@ from functools import lru_cache
 
 import numpy as np
 
-from viscopade import halfline
+from viscopade import double, halfline
 from viscopade.arrays import FloatArray
 from viscopade.catalogue import Entry
-from viscopade.kernels.speed import HALF_LINE, TABLES
+from viscopade.kernels.speed import FULL, HALF_LINE, TABLES
 from viscopade.lookup import OCTAVES, SWITCH, Table
 
 
 def epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     """Return eps by an entry's formula.
 
-    Tables end at some v*; beyond, as in the code, the half-line's formula holds. Kernels of full accuracy are not here:
-    nothing is more accurate.
+    Tables end at some v*; beyond, as in the code, the formula of the half-line holds. Full accuracy is the exact eps,
+    but for rounding, where it is used beyond a table as well.
     """
+    if entry.tier == FULL:
+        return np.asarray(double.epsilon(v_star))
     table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
     if table is None:
         return _half_line(entry.tier).epsilon(v_star)
-    beyond = _half_line(entry.tier).epsilon(v_star) if entry.tier in HALF_LINE else np.full_like(v_star, np.nan)
+    beyond = _half_line(entry.tier).epsilon(v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
     return np.where(_inside(table, v_star), _of_table(table, v_star), beyond)
 
 

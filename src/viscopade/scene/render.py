@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from collections.abc import Sequence
+from fractions import Fraction
+from keyword import iskeyword
+from math import sqrt
 from textwrap import wrap
+from typing import Any
 
 from viscopade.certificate import at_most
 from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.scene.candidate import Candidate, Constant, Ready
+from viscopade.kernels.compact import TARGETS, shortest
+from viscopade.scene.candidate import FORMATS, Candidate, Constant, Ready
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter
@@ -28,7 +34,6 @@ FILES = {
 """By language, the end of the file's name, and what begins a line of comment."""
 
 _TYPES = {
-    ("glsl", "float"): "float",
     ("wgsl", "float"): "f32",
     ("fortran", "double"): "real64",
     ("fortran", "float"): "real32",
@@ -37,11 +42,23 @@ _TYPES = {
     ("julia", "double"): "Float64",
     ("julia", "float"): "Float32",
 }
+_FROM_ONE = ("fortran", "julia")  # where arrays begin at 1
+_LONGEST = 63  # name in Fortran
+_RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
+_IN_A_ROW = 3
+_C_HEADERS = re.compile(
+    "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|malloc|math|memory|setjmp|signal|std[a-z]+|"
+    "strings?|tgmath|threads|time|uchar|unistd|wchar|wctype",
+    re.IGNORECASE,
+)
 
 
 def file_name(scene: Scene) -> str:
-    """Return the name of the file."""
-    return scene.name + FILES[scene.code.language][0]
+    """Return the name of the file: the scene's, unless a header or a module has it already."""
+    name, language = scene.name, scene.code.language
+    of_python = iskeyword(name) or name in sys.stdlib_module_names or name == "viscopade"
+    taken = {"c": _C_HEADERS.fullmatch(name) is not None, "python": of_python}
+    return f"{name}_scene{FILES[language][0]}" if taken.get(language) else name + FILES[language][0]
 
 
 def render(choice: Choice, command: str) -> str:
@@ -52,26 +69,54 @@ def render(choice: Choice, command: str) -> str:
     choice : Choice
     command : str
         The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If a number is beyond what the format has, in the scene's units.
     """
-    scene, candidate = choice.scene, choice.chosen.candidate
-    request = candidate.request()
-    kernel = "" if request is None else request.render(scene.code.language)
+    scene, request = choice.scene, choice.chosen.candidate.request()
+    language = scene.code.language
+    pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
     return template("scene.jinja").render(
-        language=scene.code.language,
-        head=_comment(scene.code.language, _head(choice, command)),
-        kernel=kernel,
-        name=scene.name,
-        kind=_kind(candidate),
-        function=candidate.name,
-        batch=scene.code.use == "batch",
-        argument=scene.code.argument,
-        pairs=[_pair(choice, i) for i in range(len(choice.encounters))],
-        spread=any(_is_spread(choice, encounter) for encounter in choice.encounters),
-        number=_TYPES.get((scene.code.language, scene.code.format), scene.code.format),
-        suffix="f" if scene.code.format == "float" else "",
+        **layout(choice),
+        head=_comment(language, _head(choice, command)),
+        kernel="" if request is None else _kernel(choice, request.render(language)),
+        pairs=pairs,
+        rows=[pairs[i : i + _IN_A_ROW] for i in range(0, len(pairs), _IN_A_ROW)],
         speed=scene.units.speed,
-        beta_unit=scene.units.beta,
+        length=scene.units.length,
     )
+
+
+def layout(choice: Choice) -> dict[str, Any]:
+    """Return what the file's templates, and those of a program that calls it, need to know of names and types."""
+    scene, candidate = choice.scene, choice.chosen.candidate
+    language, name = scene.code.language, prefix(scene)
+    constant, spread = isinstance(candidate, Constant), _is_spread(scene)
+    typical = ", for typical radii" if spread else ""
+    return {
+        "language": language,
+        "dialect": FILES[language][0].removeprefix("."),
+        "name": name,
+        "upper": name.upper(),
+        "module": module(scene),
+        "kind": _kind(candidate),
+        "function": candidate.name,
+        "batch": scene.code.use == "batch",
+        "argument": scene.code.argument,
+        "spread": spread,
+        "what": "epsilon" if constant else "beta",
+        "values_are": "By pair, eps" if constant else f"By pair, beta in {scene.units.beta}{typical}",
+        "number": _TYPES.get((language, scene.code.format), scene.code.format),
+    }
+
+
+def _kernel(choice: Choice, text: str) -> str:
+    """Return the kernel's text; in Fortran its module is named after the scene, as there may be several scenes."""
+    if choice.scene.code.language != "fortran":
+        return text
+    return re.sub(r"\b(module|use) viscopade$", rf"\1 {prefix(choice.scene)}_kernel", text, flags=re.MULTILINE)
 
 
 def _kind(candidate: Candidate) -> str:
@@ -81,46 +126,100 @@ def _kind(candidate: Candidate) -> str:
     return candidate.entry.kind if isinstance(candidate, Ready) else "polynomial"
 
 
-def _is_spread(choice: Choice, encounter: Encounter) -> bool:
-    return any(
-        (sizes := choice.scene.bodies[name].sizes) is not None and sizes.spread
-        for name in (encounter.meeting.first, encounter.meeting.second)
-    )
+def _is_spread(scene: Scene) -> bool:
+    """Return whether a body has radii that differ."""
+    met = {name for meeting in scene.meetings for name in (meeting.first, meeting.second)}
+    return any((sizes := scene.bodies[name].sizes) is not None and sizes.spread for name in met)
 
 
-def _pair(choice: Choice, index: int) -> dict[str, object]:
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def prefix(scene: Scene) -> str:
+    """Return what the names in the file begin with.
+
+    C++ and GLSL keep names with two underscores in a row for themselves, and there are names that are taken.
+    """
+    name = _single(scene.name)
+    return f"scene_{name}" if _RESERVED.match(name) else name
+
+
+def module(scene: Scene) -> str:
+    """Return the name of the module, in Julia."""
+    return "".join(word[:1].upper() + word[1:] for word in scene.name.split("_")) + "Scene"
+
+
+def names(choice: Choice) -> list[str]:
+    """Return an identifier for each pair.
+
+    Capitals alone do not tell names apart in Fortran, nor in Rust, where these are written in capitals. Where the
+    names of bodies are not enough, all pairs are numbered.
+    """
+    scene = choice.scene
+    between = [_single(f"{e.meeting.first}_{e.meeting.second}") for e in choice.encounters]
+    if len({name.casefold() for name in between}) == len(between):
+        found = [f"pair_{name}" for name in between]
+    else:
+        found = [f"pair{i}_{name}" for i, name in enumerate(between)]
+    if scene.code.language == "fortran" and max(map(len, found)) + len(prefix(scene)) + 1 > _LONGEST:
+        return [f"pair{i}" for i in range(len(found))]
+    return found
+
+
+def _single(name: str) -> str:
+    """Return a name without two underscores in a row, and none at the end."""
+    return re.sub("_+", "_", name).rstrip("_")
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     """Return what the template needs of a pair."""
-    scene, encounter = choice.scene, choice.encounters[index]
-    scale, form = Scale(*scene.scale), FLOAT if scene.code.format == "float" else DOUBLE
-    pair = scale.pair(encounter.pair)
-    candidate = choice.chosen.candidate
-    # beta = factor (sqrt(R_eff)/m_eff)^(2/5), eq:betadef with rho = 4/3 E_eff sqrt(R_eff)
-    factor = 1.5 * pair.A * (4 / 3 * pair.E_eff) ** 0.4
+    scene, encounter, candidate = choice.scene, choice.encounters[index], choice.chosen.candidate
+    pair = Scale(*scene.scale).pair(encounter.pair)
+    # beta = of_wall/R_1 [(1 + densities s^3)/sqrt(1 + s)]^(2/5), s = R_1/R_2, from eq:betadef; no power of a radius
+    # in it leaves the range of the format, whatever the units.
+    first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
+    densities = first / second if second else 0.0
+    ratio = pair.first.radius / pair.second.radius if second else 0.0
+    of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / sqrt(1 + ratio)) ** 0.4
+    value = float(candidate.values[index]) if isinstance(candidate, Constant) else pair.beta
     return {
-        "name": _names(choice)[index],
+        "name": name,
+        "index": index + _base(scene),
         "title": encounter.name,
-        "beta": _constant(scene.code.language, pair.beta, form.name),
-        "factor": _constant(scene.code.language, factor, form.name),
-        "mass": [
-            "0.0" if s.is_wall else _constant(scene.code.language, s.mass / s.radius**3, form.name)
-            for s in (pair.first, pair.second)
-        ],
-        "epsilon": candidate.values[index] + ("" if "." in candidate.values[index] else ".0")
-        if isinstance(candidate, Constant)
-        else "",
+        "value": _constant(scene, value),
+        "of_wall": _constant(scene, of_wall),
+        "densities": _constant(scene, densities),
     }
 
 
-def _names(choice: Choice) -> list[str]:
-    """Return an identifier for each pair; a number is appended where two would be the same."""
-    plain = [f"pair_{e.meeting.first}_{e.meeting.second}" for e in choice.encounters]
-    return [name if plain.count(name) == 1 else f"{name}_{i}" for i, name in enumerate(plain)]
+def _base(scene: Scene) -> int:
+    """Return the first index of arrays."""
+    return 1 if scene.code.language in _FROM_ONE else 0
 
 
-def _constant(language: str, value: float, form: str) -> str:
-    text = repr(value) if form == "double" else f"{value:.9g}"
-    text = text if set(text) & set(".e") else f"{text}.0"
-    return text + ("f" if language in ("c", "cuda") and form == "float" else "")
+def _constant(scene: Scene, value: float) -> str:
+    """Return the shortest decimal for a number of the scene's format.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number.
+    """
+    form, language = FORMATS[scene.code.format], scene.code.language
+    try:
+        nearest = form.nearest(Fraction(value))
+    except (ValueError, OverflowError):
+        raise ValueError(
+            f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
+            f"units in which it is a normal number of type {form.name}"
+        ) from None
+    if language in TARGETS and language not in ("cuda", "wgsl"):
+        dialect = next(d for d in TARGETS[language].dialects if d.form == form)
+        return dialect.constant(nearest)
+    return shortest(nearest, form) + (form.suffix if language in ("c", "cuda") else "")
 
 
 # --- what the file says -----------------------------------------------------------------------------------------------
@@ -135,7 +234,8 @@ def _comment(language: str, lines: Sequence[str]) -> str:
 def _head(choice: Choice, command: str) -> list[str]:
     scene = choice.scene
     paragraphs = [
-        scene.title,
+        # Without a title of its own it has the name of the file, as it was given.
+        re.split(r"[/\\]", scene.title)[-1] if scene.title == scene.source else scene.title,
         f"End condition: {END_CONDITION}.",
         "Tolerance: "
         + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
@@ -150,9 +250,50 @@ def _head(choice: Choice, command: str) -> list[str]:
     lines += [
         f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta} for typical radii:",
         "",
-        *(f"    {i}  {line}" for i, line in enumerate(map(_line, _in_units(choice)))),
+        *(f"    {i}  {line}" for i, line in enumerate(map(_line, _in_units(choice)), start=_base(scene))),
+        "",
+        *(f"Use: {line}" for line in _use(choice)),
     ]
-    return [line.replace("*/", "* /") for line in lines]
+    return [_harmless(line.rstrip()) for line in lines]
+
+
+def _harmless(line: str) -> str:
+    """Return a line that neither ends its comment nor has another one begin, nor goes on in the next line."""
+    for mark in ("*/", "/*", "??/"):
+        line = line.replace(mark, f"{mark[:-1]} {mark[-1]}")
+    return f"{line} ." if line.endswith("\\") else line
+
+
+def _use(choice: Choice) -> list[str]:
+    """Return how the file's functions are called, as lines of code."""
+    scene, name, file = choice.scene, prefix(choice.scene), file_name(choice.scene)
+    first, language = names(choice)[0], scene.code.language
+    constant = isinstance(choice.chosen.candidate, Constant)
+    what = "epsilon" if constant else "beta"
+    number = {
+        "c": f"{name}_{what}[{name}_{first}]",
+        "glsl": f"{name}_{what}[{name}_{first}]",
+        "cuda": f"{name}_{what}({name}_{first})",
+        "wgsl": f"{name}_{what}({name}_{first})",
+        "fortran": f"{name}_{what}({name}_{first})",
+        "python": f'scene.{what.upper()}["{choice.encounters[0].name}"]',
+        "javascript": f"scene.{what}[scene.{first}]",
+        "rust": f"scene::{what.upper()}[scene::{first.upper()}]",
+        "julia": f"{module(scene)}.{what}[{module(scene)}.{first}]",
+    }[language]
+    arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
+    place = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
+    call = number if constant else f"{place.get(language, f'{name}_')}restitution({arguments})"
+    begin = {
+        "c": f'#include "{file}"',
+        "cuda": f'#include "{file}"',
+        "fortran": f"use {name}_scene",
+        "python": f"import {file.removesuffix('.py')} as scene",
+        "javascript": f'import * as scene from "./{file}";',
+        "rust": f'#[allow(dead_code)] #[path = "{file}"] mod scene;',
+        "julia": f'include("{file}")',
+    }
+    return [*([begin[language]] if language in begin else []), call]
 
 
 def _in_units(choice: Choice) -> list[tuple[Encounter, float, tuple[float, ...]]]:

@@ -60,10 +60,11 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from (f"Warning: {text}." for text in choice.warnings)
 
 
-def checked(found: Check | None) -> str:
+def checked(found: Check) -> str:
     """Return a sentence on the check."""
-    if found is None:
-        return "The file was not run: only C and Python are, here."
+    if found.reason:
+        how = f" ({found.how})" if found.how else ""
+        return f"The file was {found.reason}{how}."
     largest = ", ".join(f"{WORDS[name]} {value:.3g}" for name, value in found.errors.items())
     return f"Checked: run by {found.how} at {found.collisions:,} collisions; largest {largest}."
 
@@ -82,9 +83,7 @@ def to_json(choice: Choice, found: Check | None) -> dict[str, Any]:
         "file": file_name(choice.scene),
         "reason": choice.reason,
         "warnings": list(choice.warnings),
-        "check": None
-        if found is None
-        else {"how": found.how, "collisions": found.collisions, "errors": dict(found.errors)},
+        "check": None if found is None else vars(found) | {"errors": dict(found.errors)},
     }
 
 

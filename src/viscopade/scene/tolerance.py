@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 
 from viscopade.scene.description import Tolerance
 from viscopade.scene.encounter import Interval
 
 _HALF = Fraction(1, 2)
-_HOPELESS = Fraction(10) ** 30
+HOPELESS = Fraction(10) ** 30
 
 
 @dataclass(frozen=True)
 class Bound:
-    """What is proven of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps.
+    """What is proven of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps, with both < 1.
 
     Attributes
     ----------
@@ -42,12 +44,16 @@ class Bound:
         )
 
     def _of_dissipation(self, epsilon: Fraction) -> Fraction:
-        """Return the relative error of 1 - eps^2 at the largest eps, where it is largest."""
-        error = self.both * min(epsilon, 1 - epsilon) + (0 if self.apart else self.relative * epsilon)
-        lost = 1 - epsilon**2
-        if lost == 0:  # eps is 1 to as many digits as it is known
-            return _HOPELESS
-        found = error * (2 * epsilon + error) / lost
+        """Return the relative error of 1 - eps^2 at the largest eps, where it is largest.
+
+        It is |d eps| (2 eps + |d eps|)/((1 - eps) (1 + eps)). For eps >= 1/2, the factor 1 - eps of `both` is gone.
+        """
+        relative = Fraction(0) if self.apart else self.relative
+        if epsilon == 1 and relative:  # eps is 1 to as many digits as it is known
+            return HOPELESS
+        of_relative = relative * epsilon / (1 - epsilon) if relative else Fraction(0)
+        over_loss = self.both * (epsilon / (1 - epsilon) if epsilon < _HALF else 1) + of_relative
+        found = over_loss * (2 * epsilon + over_loss * (1 - epsilon)) / (1 + epsilon)
         return found + self.loss * (1 + found)
 
 
@@ -68,6 +74,11 @@ class Errors:
         return [name for name, limit in tolerance.given().items() if getattr(self, name) > _exact(limit)]
 
 
+def worst(found: Sequence[Errors]) -> Errors:
+    """Return the largest of each."""
+    return reduce(Errors.worse, found)
+
+
 def allowed(tolerance: Tolerance, ranges: list[Interval], measure: str) -> Fraction:
     """Return the largest error in a measure ("both" or "relative") that keeps the tolerance, but for second orders.
 
@@ -75,10 +86,8 @@ def allowed(tolerance: Tolerance, ranges: list[Interval], measure: str) -> Fract
     """
     unit = Fraction(1, 1 << 40)
     bound = Bound(unit, Fraction(0)) if measure == "both" else Bound(Fraction(0), unit)
-    worst = bound.errors(ranges[0])
-    for epsilon in ranges[1:]:
-        worst = worst.worse(bound.errors(epsilon))
-    factors = {name: Fraction(error) / unit for name, error in vars(worst).items()}
+    largest = worst([bound.errors(epsilon) for epsilon in ranges])
+    factors = {name: Fraction(error) / unit for name, error in vars(largest).items()}
     return min(_exact(limit) / factors[name] for name, limit in tolerance.given().items())
 
 

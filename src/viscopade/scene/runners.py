@@ -1,0 +1,192 @@
+"""Compilers and interpreters that run what a scene gets: programs in a temporary directory, from numbers to numbers."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from viscopade.bench import compilers
+from viscopade.bench.compilers import BenchError
+
+INPUT, OUTPUT = "in.bin", "out.bin"  # a driver reads the one and writes the other
+_STEM = "viscopade-check"  # of the driver; no scene can have this name
+_PROGRAM = f"{_STEM}.exe"
+_TIMEOUT = 300
+_ERROR = re.compile(r"error(\[\w+\])?:|undefined reference", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Runner:
+    """How a driver and the file that it includes are compiled and run.
+
+    Attributes
+    ----------
+    tools : tuple of str
+        Commands; the first that is there is taken.
+    ending : str
+        Of the driver's name.
+    build : tuple of str
+        The command line; {tool}, {driver}, {file} and {program} are replaced. Empty if nothing is to be compiled.
+    start : tuple of str
+        What runs it. Empty if it cannot be run.
+    variable : str or None
+        In the environment, what names the tool.
+    """
+
+    tools: tuple[str, ...]
+    ending: str
+    build: tuple[str, ...] = ()
+    start: tuple[str, ...] = ()
+    variable: str | None = None
+
+
+_START = (f"./{_PROGRAM}",)
+RUNNERS: Mapping[str, Runner] = {
+    "c": Runner(("cc",), ".c", ("{tool}", "-O2", "{driver}", "-o", "{program}", "-lm"), _START, "CC"),
+    "cuda": Runner(
+        ("c++", "g++", "clang++"), ".cpp", ("{tool}", "-O2", "{driver}", "-o", "{program}", "-lm"), _START, "CXX"
+    ),
+    "glsl": Runner(("glslangValidator", "glslang"), ".comp", ("{tool}", "-V", "{driver}", "-o", "{program}")),
+    "wgsl": Runner(("naga",), ".wgsl", ("{tool}", "{driver}")),
+    "javascript": Runner(("node",), ".mjs", (), ("{tool}", "{driver}")),
+    "fortran": Runner(("gfortran",), ".f90", ("{tool}", "-O2", "{file}", "{driver}", "-o", "{program}"), _START, "FC"),
+    "rust": Runner(
+        ("rustc",), ".rs", ("{tool}", "--edition", "2021", "-O", "{driver}", "-o", "{program}"), _START
+    ),
+    "julia": Runner(("julia",), ".jl", (), ("{tool}", "--startup-file=no", "{driver}")),
+}  # fmt: skip
+"""By language. Python is not here: its code runs at once."""
+
+DEVICE = Runner(("nvcc",), ".cu", ("{tool}", "-c", "{driver}", "-o", "{program}"))
+"""Device code of CUDA is compiled; it is not run."""
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool that is there: its command, and what it says of itself."""
+
+    words: tuple[str, ...]
+    version: str
+
+
+def find(runner: Runner, command: str | None = None) -> Tool | None:
+    """Return the tool that is asked for, or that the environment names, or the first that is there.
+
+    Raises
+    ------
+    BenchError
+        If the C compiler that is asked for cannot be used.
+    """
+    if command is not None:
+        compiler = compilers.find(command)
+        return Tool(compiler.words, compiler.version)
+    named = os.environ.get(runner.variable) if runner.variable else None
+    for candidate in (named,) if named else runner.tools:
+        try:
+            words = tuple(shlex.split(candidate))
+        except ValueError:
+            continue
+        if words and shutil.which(words[0]) is not None and (version := _version(words)) is not None:
+            return Tool(words, version)
+    return None
+
+
+def missing(runner: Runner) -> str:
+    """Return the names of the tools that are looked for."""
+    named = os.environ.get(runner.variable) if runner.variable else None
+    return named or " or ".join(runner.tools)
+
+
+def _version(words: Sequence[str]) -> str | None:
+    """Return the line that a tool prints of its version; None if it does not start."""
+    try:
+        ran = _run((*words, "--version"), None)
+    except BenchError:
+        return None
+    if ran.returncode:
+        return None
+    line = next((line.strip() for line in ran.stdout.splitlines() if re.search(r"\d\.\d", line)), "")
+    name = re.split(r"[/\\]", words[0])[-1]
+    return line if name.lower() in line.lower() else f"{name} {line}".strip()
+
+
+def run(runner: Runner, tool: Tool, driver: str, file: tuple[str, str], numbers: bytes, size: int) -> bytes:
+    """Compile a driver and run it.
+
+    Parameters
+    ----------
+    runner : Runner
+    tool : Tool
+    driver : str
+        The program's text.
+    file : tuple of str
+        Name and text of the file that it is about.
+    numbers : bytes
+        What the program reads.
+    size : int
+        Bytes that it must write, if it is run.
+
+    Returns
+    -------
+    bytes
+        What it wrote; if it cannot be run, what was compiled.
+
+    Raises
+    ------
+    BenchError
+        If the tool or the program fails; one line.
+    """
+    name = _STEM + runner.ending
+    words = {"{driver}": name, "{file}": file[0], "{program}": _PROGRAM}
+    with TemporaryDirectory() as directory:
+        here = Path(directory)
+        (here / file[0]).write_text(file[1], encoding="utf-8")
+        (here / name).write_text(driver, encoding="utf-8")
+        for command in (runner.build, runner.start):
+            if command is runner.start:
+                (here / INPUT).write_bytes(numbers)
+            if command:
+                _succeed([w for word in command for w in _filled(word, words, tool)], directory)
+        made = here / (OUTPUT if runner.start else _PROGRAM)
+        found = made.read_bytes() if made.exists() else b""
+    if runner.start and len(found) != size:
+        raise BenchError(f"the generated code's program writes {len(found)} bytes, not {size}")
+    return found
+
+
+def _filled(word: str, words: Mapping[str, str], tool: Tool) -> tuple[str, ...]:
+    return tool.words if word == "{tool}" else (words.get(word, word),)
+
+
+def _succeed(words: Sequence[str], directory: str) -> None:
+    """Run a command; report its first error."""
+    name = re.split(r"[/\\]", words[0])[-1]
+    ran = _run(words, directory)
+    if ran.returncode == 0:
+        return
+    lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
+    first = next(filter(_ERROR.search, lines), lines[0] if lines else f"exit status {ran.returncode}")
+    for place in (os.path.realpath(directory), directory):
+        for written in (f"file://{place}{os.sep}", f"{place}{os.sep}", place):
+            first = first.replace(written, "")
+    raise BenchError(f"the generated code fails its check: {name}: {first[:300]}")
+
+
+def _run(words: Sequence[str], directory: str | None) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"LC_ALL": "C"}
+    start = str(Path(directory, words[0])) if directory is not None and words[0] in _START else words[0]
+    try:
+        return subprocess.run(
+            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT,
+            env=environment, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"no answer in {_TIMEOUT} s"
+        raise BenchError(f"{words[0]} cannot be run: {reason}") from None
