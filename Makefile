@@ -7,7 +7,7 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce test test-slow exhaustive bench lint format clean
+.PHONY: reproduce test test-slow exhaustive bench simulators lint format clean
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
@@ -31,6 +31,14 @@ bench: $(NATIVE)
 	$(BIN)/python benchmarks/bench_exact.py
 	$(BIN)/python benchmarks/bench_double.py
 	$(BIN)/python benchmarks/damping.py
+	$(BIN)/python -m benchmarks.gas_cost
+
+# Two spheres, and a box of ice, in the simulators that are installed; each says so if its program is missing.
+simulators: $(NATIVE)
+	-$(BIN)/python -m benchmarks.lammps_collisions
+	-$(BIN)/python -m benchmarks.rebound_ice
+	-$(BIN)/python -m benchmarks.liggghts_collisions
+	-$(BIN)/python -m benchmarks.yade_collisions
 
 lint: $(READY)
 	$(BIN)/ruff format --check --quiet .

@@ -480,9 +480,9 @@ def _words(**options: Any) -> str:
 
 def read_scene(file: Path) -> Scene:
     """Return the scene in a file."""
-    from viscopade.scene import read
+    from viscopade.scene import from_toml
 
-    return read.scene(read_file(file, "a scene in TOML (docs/scenes.md)"), str(file))
+    return from_toml(read_file(file, "a scene in TOML (docs/scenes.md)"), str(file))
 
 
 def read_file(file: Path, accepted: str) -> bytes:

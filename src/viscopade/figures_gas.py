@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from viscopade import gas, halfline, native
+from viscopade import gas, native, tabulated
 from viscopade.arrays import FloatArray
+from viscopade.catalogue import entries
 from viscopade.figures import (
     BLACK,
     DIGITS,
@@ -26,8 +27,6 @@ from viscopade.figures import (
     new_sheet,
     write_text,
 )
-from viscopade.kernels.speed import FAST, TABLES
-from viscopade.lookup import Table
 from viscopade.pade import horner, pade
 from viscopade.paper import BETA_ICE_CGS
 
@@ -82,26 +81,10 @@ def rational(m: int, n: int) -> gas.Restitution:
     return restitution
 
 
-@lru_cache
 def kernel(tier: str) -> gas.Restitution:
     """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
-    table = TABLES[tier, FAST]
-    if not isinstance(table, Table):
-        raise ValueError(f"tier is {tier!r}: accepted are those with a table of one number format")
-    columns = np.array(table.rows).T
-    beyond = halfline.kernel(float(tier), "both")
-
-    def restitution(speed: FloatArray) -> FloatArray:
-        m, exponent = np.frexp(BETA**5 * speed)  # 1/2 <= m < 1
-        row = (exponent - 1 - table.first << table.split) + np.floor((2 * m - 1) * (1 << table.split)).astype(int)
-        inside = (row >= 0) & (row < table.size)
-        at = np.where(inside, row, 0)
-        p = np.zeros_like(speed)
-        for column in columns[::-1]:
-            p = p * (2 * m) + column[at]
-        return np.where(inside, p + (at < table.switch), beyond.epsilon(_v_star(speed)))
-
-    return restitution
+    entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
+    return lambda speed: tabulated.epsilon(entry, _v_star(speed))
 
 
 @lru_cache(maxsize=4 * SEEDS)

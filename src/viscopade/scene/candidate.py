@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,14 +13,13 @@ from typing import cast
 
 import numpy as np
 
-from viscopade import catalogue, double, exports, minimax, proofs
+from viscopade import catalogue, double, exports, minimax, proofs, tabulated
 from viscopade.arrays import FloatArray
 from viscopade.catalogue import HOST, Entry, limits
 from viscopade.certificate import Measure
 from viscopade.kernels.binary import DOUBLE, FLOAT
 from viscopade.kernels.compact import TARGETS
 from viscopade.kernels.minimax import MinimaxKernel
-from viscopade.scene import formula
 from viscopade.scene.cost import Operations, id_of_name, id_of_tier
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
@@ -164,7 +164,7 @@ def _of_constant(text: str, epsilon: Interval, code: Code) -> Errors:
 
 
 def _constant(epsilon: Interval, tolerance: Tolerance, code: Code) -> str:
-    """Return the shortest decimal that keeps the tolerance, or about the best one if none does."""
+    """Return the shortest decimal that keeps the tolerance, or the best number if none does."""
     low, high = (float(e) for e in epsilon)
     # By tolerance t: the least and the largest constant that keep it.
     keep: Mapping[str, Callable[[float], tuple[float, float]]] = {
@@ -172,18 +172,37 @@ def _constant(epsilon: Interval, tolerance: Tolerance, code: Code) -> str:
         "dissipation": lambda t: (_with_loss((1 - high**2) * (1 + t)), _with_loss((1 - low**2) * (1 - t))),
         "absolute": lambda t: (high - t, low + t),
     }
-    kept = [keep[name](limit) for name, limit in tolerance.given().items()]
-    middle = (max(least for least, _ in kept) + min(most for _, most in kept)) / 2
+
+    def kept(scale: float) -> tuple[float, float]:
+        """Return the least and the largest constant that keep this multiple of the tolerance; none if out of order."""
+        ends = [keep[name](scale * limit) for name, limit in tolerance.given().items()]
+        return max(least for least, _ in ends), min(most for _, most in ends)
+
+    middle = sum(kept(_smallest(lambda scale: operator.le(*kept(scale))))) / 2
     for digits in range(1, 18):
         text = f"{middle:.{digits}g}"
         if _is_accepted(text) and not _of_constant(text, epsilon, code).failing(tolerance):
             return text
-    return f"{min(max(middle, low), high):.17g}"
+    return f"{min(max(middle, low, _LEAST), 1.0):.17g}"
+
+
+def _smallest(holds: Callable[[float], bool]) -> float:
+    """Return 1 if that holds, or nearly the smallest number above for which it does: what holds once, holds on."""
+    low, high = 1.0, 1e30
+    if holds(low):
+        return low
+    while high > 1.0001 * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+_LEAST = 2e-38
 
 
 def _is_accepted(text: str) -> bool:
     """Whether a constant is a normal number of type float, and at most 1."""
-    return 1e-37 < float(text) <= 1
+    return _LEAST <= float(text) <= 1
 
 
 def _with_loss(loss: float) -> float:
@@ -318,7 +337,7 @@ class Ready(Candidate):
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return what the kernel computes, without rounding."""
-        return formula.epsilon(self.entry, v_star)
+        return tabulated.epsilon(self.entry, v_star)
 
     def request(self) -> exports.Request:
         """Return what `viscopade export` is to be asked for."""

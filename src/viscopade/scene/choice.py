@@ -10,7 +10,7 @@ from viscopade.certificate import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
 from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial, uncovered
-from viscopade.scene.cost import Costs, Price
+from viscopade.scene.cost import COUNTED, Costs, Price
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
 
@@ -64,7 +64,7 @@ class Choice:
     warnings: Sequence[str]
 
 
-def choose(scene: Scene, costs: Costs) -> Choice:
+def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
     """Return the cheapest kernel that keeps the tolerance.
 
     Raises

@@ -67,6 +67,9 @@ class Costs:
         return Price(operations.count, "counted")
 
 
+COUNTED = Costs()
+
+
 @dataclass(frozen=True)
 class Measured(Costs):
     """By time.
@@ -129,7 +132,8 @@ def measured(result: Result, code: Code, processor: str) -> Costs:
         if {rivals.PADE, _POW} <= times.keys():
             machine = result.machine.cpu
             elsewhere = "" if machine == processor else f", which is not this machine ({processor})"
-            source = f"nanoseconds, {measure}, measured with {result.machine.compiler} on {machine}{elsewhere}"
+            of_c = "" if code.language == "c" else " for the code in C"
+            source = f"nanoseconds, {measure}, measured{of_c} with {result.machine.compiler} on {machine}{elsewhere}"
             return Measured("ns", source, times)
     raise ValueError(
         f"the benchmark has no times of pow and {rivals.PADE} in type {code.format} ({' or '.join(measures)}): "

@@ -44,12 +44,12 @@ T = TypeVar("T")
 _TOP = ("name", "title", "material", "body", "contact", "speed", "tolerance", "code", "gas", "units")
 
 
-def scene(content: bytes, source: str) -> Scene:
+def scene(content: bytes | str, source: str) -> Scene:
     """Return the scene in a TOML file.
 
     Parameters
     ----------
-    content : bytes
+    content : bytes or str
         Of the file.
     source : str
         The file's name, for messages.
@@ -84,9 +84,9 @@ def scene(content: bytes, source: str) -> Scene:
     return found
 
 
-def _parsed(content: bytes, source: str) -> dict[str, object]:
+def _parsed(content: bytes | str, source: str) -> dict[str, object]:
     try:
-        return tomllib.loads(content.decode("utf-8"))
+        return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8"))
     except UnicodeDecodeError:
         raise ValueError(f"{source}: no text in UTF-8; accepted is a scene in TOML") from None
     except RecursionError:

@@ -1,4 +1,4 @@
-"""What the kernels of the catalogue compute, on NumPy arrays: to show where one that is too coarse fails."""
+"""What the kernels of the catalogue compute, on NumPy arrays, without the compiled code's rounding."""
 
 from __future__ import annotations
 
