@@ -29,6 +29,7 @@ from viscopade.model import Pair
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import SI, Contact, Setup
 from viscopade.simulators.stated import (
+    STEPS,
     Constant,
     Errors,
     constant,
@@ -47,8 +48,6 @@ Model = Literal["hertz/stiffness", "hertz"]
 # `hard_particles yes`.
 LEAST_COEFFICIENT = 0.05
 SOFT, HARD = 5e6, 1e9
-# Time steps in the shortest contact; the text states the error of eps that they leave.
-STEPS = 100
 
 
 @dataclass(frozen=True)

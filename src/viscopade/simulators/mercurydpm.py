@@ -26,6 +26,7 @@ from viscopade.model import Sphere
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
+    STEPS,
     Constant,
     constant,
     facts,
@@ -35,9 +36,6 @@ from viscopade.simulators.stated import (
     short,
     shortest_contact,
 )
-
-# Time steps in the shortest contact; the text states the error of eps that they leave.
-STEPS = 100
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from viscopade.simulators.setup import Contact, Setup, Units
 
 _ROUNDING = 1e-13
 
+STEPS = 100
+"""Time steps in the shortest contact; the texts state the error of eps that they leave."""
+
 
 @dataclass(frozen=True)
 class Errors:

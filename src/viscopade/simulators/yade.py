@@ -37,6 +37,7 @@ from viscopade.paper import TABLE
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
+    STEPS,
     Constant,
     Errors,
     constant,
@@ -48,9 +49,6 @@ from viscopade.simulators.stated import (
     short,
     shortest_contact,
 )
-
-# Time steps in the shortest contact; the text states the error of eps that they leave.
-STEPS = 100
 
 
 @dataclass(frozen=True)
