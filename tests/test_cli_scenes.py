@@ -81,6 +81,7 @@ def test_a_scene_is_answered_in_words(small):
     text = good("scene", small, "--no-check")
     assert "Two balls" in text
     assert "ball-ball" in text
+    assert text.startswith("a constant: error of eps at most ")
     assert "Kernel: a constant (constant)." in text
     assert "Costs are a count of operations" in text
     assert "Not cheaper: no kernel is cheaper." in text
@@ -209,6 +210,7 @@ def test_eps_at_a_speed_and_a_constant_are_the_same_material():
         ((*MATERIAL, "--epsilon", "1.5", "--speed", "1"), "epsilon is 1.5"),
         ((*MATERIAL, "--epsilon", "0.9", "--speed", "-1"), "speed is -1"),
         (("none.toml",), "cannot read none.toml"),
+        ((EXAMPLES / "rubber.toml", "--tier", "1e-3"), "--tier for rebound-c and rebound-python only"),
         ((EXAMPLES / "rubber.toml", "--speed", "1"), "either a scene or a material"),
     ],
 )

@@ -305,6 +305,31 @@ def test_c_has_no_warnings(tmp_path, standard, form, kind):
         assert ("_batch(" in made) == ("batch" in code and kind != "constant")
 
 
+BATCH = """
+#include <stdio.h>
+#include "tiny.h"
+int main(void)
+{
+    const double radii[] = {0.005, 0.01, 0.02}, speed[] = {0.3, 0.1, 0.2};
+    double beta[3], eps[3];
+    for (int i = 0; i < 3; i++) beta[i] = tiny_beta_of(tiny_pair_a_b, radii[i], 0.01);
+    tiny_restitution_batch(3, speed, beta, eps);
+    for (int i = 0; i < 3; i++) if (eps[i] != tiny_restitution(speed[i], beta[i])) return 1;
+    return eps[0] == eps[1];
+}
+"""
+
+
+def test_a_batch_of_distributed_sizes_takes_the_beta_of_each(tmp_path):
+    made = render(chosen(scene("c", code='use = "batch"'), "polynomial"), COMMAND)
+    assert "const int *pair" not in made
+    (tmp_path / "tiny.h").write_text(made)
+    (tmp_path / "use.c").write_text(BATCH)
+    succeed(tmp_path, *compiled.compiler("c99"), *compiled.WARNINGS, "use.c", "-o", "use", "-lm")
+    succeed(tmp_path, "./use")
+    assert "tiny_restitution(speed, tiny_beta_of(tiny_pair_a_a, first_radius, second_radius))" in made
+
+
 @pytest.mark.parametrize(("language", "form"), EACH)
 @pytest.mark.parametrize("constant", [False, True])
 def test_compilers_have_no_warnings(tmp_path, language, form, constant):

@@ -398,6 +398,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     if style != "text":
         show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
         return
+    click.echo(tables.summary(found))
     show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
     show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
     for line in tables.sentences(found):
@@ -414,14 +415,14 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
 @click.option("--epsilon", type=Real("epsilon"), help="Instead of a scene: eps of two spheres, at --speed.")
 @click.option("--speed", type=Real("speed"), help="The impact speed at which it is known.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
-@click.option("--tier", type=click.Choice(TIERS), default="1e-5", show_default=True, help="Of the kernel for REBOUND.")
+@click.option("--tier", type=click.Choice(TIERS), help="Of the kernel for REBOUND.  [default: 1e-5]")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
 def simulators_command(
     target: str,
     file: Path | None,
     epsilon: float | None,
     speed: float | None,
-    tier: str,
+    tier: str | None,
     output: Path | None,
     **options: Any,
 ) -> None:
@@ -441,7 +442,10 @@ def simulators_command(
         if epsilon is not None or speed is not None or pair_of(**options) is not None:
             raise click.UsageError("accepted is either a scene or a material with --speed, not both")
         setup, source = units.setup(read_scene(file)), f"viscopade simulators {target} {file.name}"
-    text = simulators.render(target, setup, source, tier)
+    if tier is not None and not target.startswith("rebound"):
+        raise click.UsageError("accepted is --tier for rebound-c and rebound-python only: the others compute the force")
+    source += "" if tier is None else f" --tier {tier}"
+    text = simulators.render(target, setup, source, tier or "1e-5")
     if output is None:
         click.echo(text, nl=False)
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -45,6 +45,12 @@ class Node:
         if name not in self._table:
             raise ValueError(f"{self.source}: {self._at(name, None).key} is missing")
         return self._at(name, self._table[name])
+
+    def need(self, name: str, accepted: str) -> Self:
+        """Return a part; if it is missing, say what is accepted."""
+        if name not in self._table:
+            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: accepted is {accepted}")
+        return self[name]
 
     def get(self, name: str) -> Self | None:
         """Return a part, or None if it is not there."""
@@ -97,6 +103,13 @@ class Node:
             return float(value)
         except OverflowError:
             raise self.refuse(_at_least_zero(positive)) from None
+
+    def within(self, accepted: str, holds: Callable[[float], bool]) -> float:
+        """Return a number for which a condition holds, which is described by `accepted`."""
+        value = self.value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
+            raise self.refuse(accepted)
+        return float(value)
 
     def optional(self, *, positive: bool = False) -> float | None:
         """Return a number or None."""

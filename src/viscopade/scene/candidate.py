@@ -499,9 +499,11 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
     return unit * (math.ceil(steps) if sign > 0 else math.floor(steps))
 
 
-def cheaper_polynomial(found: Polynomial) -> tuple[str, float] | None:
-    """Return the best approximant of the next lower cost, and its error; None if there is none."""
+def cheaper_polynomial(found: Polynomial) -> tuple[str, float, str] | None:
+    """Return the best approximant of the next lower cost, its error and its measure in words; None if there is none."""
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
-    fit = minimax.most_accurate(price, high, low, cast(Measure, found.kernel.bounds[0].measure))
-    return None if fit is None else (fit.label, float(fit.error))
+    measure = cast(Measure, found.kernel.bounds[0].measure)
+    fit = minimax.most_accurate(price, high, low, measure)
+    words = "min(eps, 1 - eps)" if measure == "both" else "eps"
+    return None if fit is None else (fit.label, float(fit.error), words)

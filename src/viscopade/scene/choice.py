@@ -73,6 +73,8 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
         If there is none: one line that says what the best one reaches.
     """
     met = encounters(scene)
+    for i in track(range(len(met)), "pairs"):
+        met[i].epsilon  # noqa: B018  computed once, and kept
     found = list(candidates(scene, met))
     offers = []
     for i in track(range(len(found)), "errors on the scene"):
@@ -118,7 +120,8 @@ def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
     if isinstance(chosen.candidate, Polynomial):
         cheaper = cheaper_polynomial(chosen.candidate)
         if cheaper is not None:
-            texts.append(f"the best quotient with fewer operations, {cheaper[0]}, is off by {cheaper[1]:.3g} (sampled)")
+            label, error, unit = cheaper
+            texts.append(f"the best of the kind with fewer operations, {label}, is off by {error:.3g} {unit} (sampled)")
     # At the same price, a smaller table would be preferred.
     less = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
     failing = [offer for offer in less if not offer.suffices]

@@ -82,6 +82,11 @@ class Body:
         return self.sizes is None
 
 
+def geometric_mean(low: float, high: float) -> float:
+    """Return sqrt(low high), between the two also if rounding would have it outside."""
+    return min(max(math.sqrt(low) * math.sqrt(high), low), high)
+
+
 @dataclass(frozen=True)
 class Range:
     """Impact speeds from `slowest` to `fastest`."""
@@ -91,7 +96,7 @@ class Range:
 
     def of(self, wall: bool) -> tuple[float, float, float]:
         """Return the slowest, a typical (the geometric mean) and the fastest speed."""
-        return self.slowest, math.sqrt(self.slowest) * math.sqrt(self.fastest), self.fastest
+        return self.slowest, geometric_mean(self.slowest, self.fastest), self.fastest
 
 
 @dataclass(frozen=True)

@@ -59,12 +59,17 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
     ValueError
         One line that names the file, the key and what is accepted.
     """
-    unit, example = DIMENSIONS[dimension]
-    accepted = f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
+    unit = DIMENSIONS[dimension][0]
     value = _in_si(node.value, unit) if isinstance(node.value, str) else _plain(node.value)
     if value is None or not (0 < value < math.inf or (zero and value == 0)):
-        raise node.refuse(accepted)
+        raise node.refuse(words(dimension, zero=zero))
     return value
+
+
+def words(dimension: str, *, zero: bool = False) -> str:
+    """Return what is accepted as a quantity."""
+    unit, example = DIMENSIONS[dimension]
+    return f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
 
 
 def factor(node: Node, dimension: str) -> tuple[str, float]:

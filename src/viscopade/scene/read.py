@@ -27,15 +27,17 @@ from viscopade.scene.description import (
     Temperature,
     Tolerance,
     Use,
+    geometric_mean,
     with_constant,
 )
-from viscopade.scene.quantity import factor, quantity
+from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
 LANGUAGES = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia")
 ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
 TAIL = 1e-6
+POISSON = "a number > -1 and <= 0.5"
 SAME = 0.01  # two values of A that differ relatively by less agree
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
@@ -60,8 +62,12 @@ def scene(content: bytes | str, source: str) -> Scene:
         One line that names the file, the key, what is there and what is accepted.
     """
     whole = Node(source, "", _parsed(content, source)).only(*_TOP)
-    materials = {name: _material(node) for name, node in _named(whole["material"])}
-    bodies = {name: _body(node, materials) for name, node in _named(whole["body"])}
+    materials = {
+        name: _material(node) for name, node in _named(whole.need("material", "one table or more, [material.NAME]"))
+    }
+    bodies = {
+        name: _body(node, materials) for name, node in _named(whole.need("body", "one table or more, [body.NAME]"))
+    }
     default = None if (node := whole.get("speed")) is None else _speeds(node)
     meetings = tuple(_meetings(whole, materials, bodies, default))
     units, scale = _units(whole.get("units"))
@@ -73,7 +79,7 @@ def scene(content: bytes | str, source: str) -> Scene:
         materials=materials,
         bodies=bodies,
         meetings=meetings,
-        tolerance=_tolerance(whole["tolerance"]),
+        tolerance=_tolerance(whole.need("tolerance", "a table with epsilon, dissipation or absolute")),
         code=_code(whole.get("code")),
         volume_fraction=_volume_fraction(whole.get("gas")),
         units=units,
@@ -86,13 +92,15 @@ def scene(content: bytes | str, source: str) -> Scene:
 
 def _parsed(content: bytes | str, source: str) -> dict[str, object]:
     try:
-        return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8"))
+        return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise ValueError(f"{source}: no text in UTF-8; accepted is a scene in TOML") from None
     except RecursionError:
         raise ValueError(f"{source}: nested too deeply; accepted is a scene in TOML") from None
-    except ValueError as error:
+    except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{source}: no TOML: {error}") from None
+    except ValueError:
+        raise ValueError(f"{source}: no TOML: a number has too many digits") from None
 
 
 def _name(node: Node | None, source: str) -> str:
@@ -128,8 +136,8 @@ def _material(node: Node) -> Material:
     node.only(
         "young_modulus", "poisson_ratio", "density", "dissipative_constant", "restitution", "yield_strength", "source"
     )
-    modulus = quantity(node["young_modulus"], "pressure")
-    poisson = _poisson(node["poisson_ratio"])
+    modulus = _required(node, "young_modulus", "pressure")
+    poisson = node.need("poisson_ratio", POISSON).within(POISSON, lambda nu: -1 < nu <= 0.5)
     density = _optional(node, "density", "density")
     given = _optional(node, "dissipative_constant", "time", zero=True)
     if (source := node.get("source")) is not None:
@@ -137,7 +145,7 @@ def _material(node: Node) -> Material:
     known = node.get("restitution")
     if known is not None:
         known.only("epsilon", "one_minus_epsilon", "speed", "radius", "partner")
-        radius = quantity(known["radius"], "length")
+        radius = _required(known, "radius", "length")
         partner = "sphere" if (part := known.get("partner")) is None else part.choice(("sphere", "wall"))
         if density is None:
             raise ValueError(f"{node.source}: {node.key}.density is missing: {node.key}.restitution needs it")
@@ -148,11 +156,8 @@ def _material(node: Node) -> Material:
     return Material(modulus, poisson, density, given, _optional(node, "yield_strength", "pressure"))
 
 
-def _poisson(node: Node) -> float:
-    value = node.value
-    if isinstance(value, bool) or not isinstance(value, int | float) or not -1 < value <= 0.5:
-        raise node.refuse("a number > -1 and <= 0.5")
-    return float(value)
+def _required(node: Node, name: str, dimension: str) -> float:
+    return quantity(node.need(name, words(dimension)), dimension)
 
 
 def _optional(node: Node, name: str, dimension: str, *, zero: bool = False) -> float | None:
@@ -162,14 +167,14 @@ def _optional(node: Node, name: str, dimension: str, *, zero: bool = False) -> f
 
 def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float:
     """Return A from a known eps; if A is given, too, they must agree."""
-    speed = quantity(known["speed"], "speed")
+    speed = _required(known, "speed", "speed")
     names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
     if len(names) != 1:
         raise ValueError(f"{node.source}: {known.key}: accepted is exactly one of epsilon and one_minus_epsilon")
-    value = known[names[0]]
-    number = value.number()
-    if not (0 < number <= 1 if names[0] == "epsilon" else 0 <= number < 1):
-        raise value.refuse("a number > 0 and <= 1" if names[0] == "epsilon" else "a number >= 0 and < 1")
+    if names[0] == "epsilon":
+        number = known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
+    else:
+        number = known["one_minus_epsilon"].within("a number >= 0 and < 1", lambda e: 0 <= e < 1)
     found = _checked(known, lambda: pair.calibrated(speed, **{names[0]: number}).A)
     if given is not None and abs(given - found) > SAME * max(given, found):
         raise ValueError(
@@ -189,7 +194,7 @@ def _checked(node: Node, make: Callable[[], T]) -> T:
 
 def _body(node: Node, materials: Mapping[str, Material]) -> Body:
     node.only("material", "radius", "wall")
-    material = node["material"].choice(list(materials))
+    material = node.need("material", "the name of one").choice(list(materials))
     wall = node.has("wall") and node["wall"].flag()
     if wall:
         if node.has("radius"):
@@ -197,7 +202,7 @@ def _body(node: Node, materials: Mapping[str, Material]) -> Body:
         return Body(material, None)
     if materials[material].density is None:
         raise ValueError(f"{node.source}: material.{material}.density is missing: {node.key} is a sphere of it")
-    return Body(material, _sizes(node["radius"]))
+    return Body(material, _sizes(node.need("radius", f"{words('length')}, or a distribution; or wall = true")))
 
 
 def _sizes(node: Node) -> Sizes:
@@ -207,24 +212,25 @@ def _sizes(node: Node) -> Sizes:
         return Sizes(radius, radius, radius)
     if node.has("min") or node.has("max"):
         node.only("min", "max", "typical")
-        least, largest = quantity(node["min"], "length"), quantity(node["max"], "length")
+        least, largest = (_required(node, name, "length") for name in ("min", "max"))
         typical = _optional(node, "typical", "length")
-        middle = math.sqrt(least) * math.sqrt(largest) if typical is None else typical
+        middle = geometric_mean(least, largest) if typical is None else typical
         return _ordered(node, least, middle, largest)
     if node.has("mean"):
         node.only("mean", "deviation", "tail")
-        mean = quantity(node["mean"], "length")
-        reach = quantity(node["deviation"], "length", zero=True) * _quantile(node)
+        mean = _required(node, "mean", "length")
+        reach = quantity(node.need("deviation", words("length", zero=True)), "length", zero=True) * _quantile(node)
         if reach >= mean:
             raise node["deviation"].refuse(
                 "one so small that the least radius, mean - deviation times quantile, is > 0"
             )
         return Sizes(mean - reach, mean, mean + reach)
+    if not node.has("median"):
+        raise node.refuse("a length, or one of {min, max}, {mean, deviation}, {median, geometric_deviation}")
     node.only("median", "geometric_deviation", "tail")
-    median, deviation = quantity(node["median"], "length"), node["geometric_deviation"]
-    if not 1 <= deviation.number() <= 100:
-        raise deviation.refuse("a number from 1 to 100")
-    reach = deviation.number() ** _quantile(node)
+    median, accepted = _required(node, "median", "length"), "a number from 1 to 100"
+    deviation = node.need("geometric_deviation", accepted).within(accepted, lambda g: 1 <= g <= 100)
+    reach = deviation ** _quantile(node)
     found = Sizes(median / reach, median, median * reach)
     if not 0 < found.least <= found.largest < math.inf:
         raise node.refuse("radii that double precision can hold")
@@ -246,9 +252,7 @@ def _tail(node: Node) -> float:
     part = node.get("tail")
     if part is None:
         return TAIL
-    if not 1e-300 <= part.number() < 0.5:
-        raise part.refuse("a probability > 1e-300 and < 0.5")
-    return part.number()
+    return part.within("a probability > 1e-300 and < 0.5", lambda p: 1e-300 <= p < 0.5)
 
 
 # --- what meets -------------------------------------------------------------------------------------------------------
@@ -258,9 +262,11 @@ def _speeds(node: Node) -> Speeds:
     """Return the impact speeds."""
     if node.has("granular_temperature"):
         node.only("granular_temperature", "tail")
-        return Temperature(quantity(node["granular_temperature"], "squared speed"), _tail(node))
+        return Temperature(_required(node, "granular_temperature", "squared speed"), _tail(node))
+    if not (node.has("min") or node.has("max")):
+        raise node.refuse("{min, max} or {granular_temperature}")
     node.only("min", "max")
-    slowest, fastest = quantity(node["min"], "speed"), quantity(node["max"], "speed")
+    slowest, fastest = (_required(node, name, "speed") for name in ("min", "max"))
     if slowest > fastest:
         raise node.refuse("min <= max, or granular_temperature")
     return Range(slowest, fastest)
@@ -272,7 +278,7 @@ def _meetings(
     listed = whole.get("contact")
     if listed is None:
         if default is None:
-            raise ValueError(f"{whole.source}: speed is missing")
+            raise ValueError(f"{whole.source}: speed is missing: accepted is {{min, max}} or {{granular_temperature}}")
         pairs = list(_pairs(bodies))
         if not pairs:
             raise whole["body"].refuse("at least one sphere")
@@ -283,7 +289,7 @@ def _meetings(
         raise listed.refuse("at least one contact")
     for node in listed.items():
         node.only("between", "speed", "restitution", "dissipative_constant")
-        between = _between(node["between"], bodies)
+        between = _between(node.need("between", "a list of two bodies"), bodies)
         if frozenset(between) in seen:
             raise node["between"].refuse("each pair once")
         seen.add(frozenset(between))
@@ -355,9 +361,7 @@ def _tolerance(node: Node) -> Tolerance:
     node.only("epsilon", "dissipation", "absolute")
     values: dict[str, float] = {}
     for name, part in node.parts():
-        if not 0 < part.number() < 1:
-            raise part.refuse("a number > 0 and < 1")
-        values[name] = part.number()
+        values[name] = part.within("a number > 0 and < 1", lambda t: 0 < t < 1)
     if not values:
         raise ValueError(f"{node.source}: tolerance is empty: accepted are epsilon, dissipation, absolute")
     return Tolerance(**values)
@@ -387,10 +391,9 @@ def _code(node: Node | None) -> Code:
 def _volume_fraction(node: Node | None) -> float | None:
     if node is None:
         return None
-    part = node.only("volume_fraction")["volume_fraction"]
-    if not 0 < part.number() < 0.74:
-        raise part.refuse("a number > 0 and < 0.74")
-    return part.number()
+    accepted = "a number > 0 and < 0.74"
+    part = node.only("volume_fraction").need("volume_fraction", accepted)
+    return part.within(accepted, lambda phi: 0 < phi < 0.74)
 
 
 def _units(node: Node | None) -> tuple[Units, tuple[float, float, float]]:

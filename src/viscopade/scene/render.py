@@ -281,11 +281,14 @@ def _use(choice: Choice) -> list[str]:
         "rust": f"scene::{what.upper()}[scene::{first.upper()}]",
         "julia": f"{module(scene)}.{what}[{module(scene)}.{first}]",
     }[language]
+    if _is_spread(scene) and not constant:
+        of = place_of(scene) + "beta_of"
+        index = re.sub(r"^.*?[\[(](.*)[\])]$", r"\1", number)
+        number = f"{of}({index}, first_radius, second_radius)"
     arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
-    place = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
-    call = number if constant else f"{place.get(language, f'{name}_')}restitution({arguments})"
+    call = number if constant else f"{place_of(scene)}restitution({arguments})"
     begin = {
-        "c": f'#include "{file}"',
+        "c": f'#include "{file}" (C99; C++17 or later, or GNU C++)',
         "cuda": f'#include "{file}"',
         "fortran": f"use {name}_scene",
         "python": f"import {file.removesuffix('.py')} as scene",
@@ -294,6 +297,12 @@ def _use(choice: Choice) -> list[str]:
         "julia": f'include("{file}")',
     }
     return [*([begin[language]] if language in begin else []), call]
+
+
+def place_of(scene: Scene) -> str:
+    """Return what stands before the names of the file's functions where they are called."""
+    modules = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
+    return modules.get(scene.code.language, f"{prefix(scene)}_")
 
 
 def _in_units(choice: Choice) -> list[tuple[Encounter, float, tuple[float, ...]]]:

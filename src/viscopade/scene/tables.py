@@ -46,6 +46,14 @@ def kernels(choice: Choice) -> Iterator[tuple[str, ...]]:
         yield offer.candidate.label, price, f"{offer.candidate.bytes:,}", *found, verdict
 
 
+def summary(choice: Choice) -> str:
+    """Return the answer in one line."""
+    candidate, given = choice.chosen.candidate, choice.scene.tolerance.given()
+    found = ", ".join(f"{WORDS[name]} at most {at_most(getattr(candidate.errors, name))}" for name in given)
+    warned = f"; {len(choice.warnings)} warnings" if len(choice.warnings) > 1 else "; 1 warning" * len(choice.warnings)
+    return f"{candidate.label}: {found}{warned}"
+
+
 def sentences(choice: Choice) -> Iterator[str]:
     """Yield what there is to say."""
     tolerance = choice.scene.tolerance.given().items()
