@@ -616,7 +616,8 @@ def test_a_mark_of_the_byte_order_is_no_harm():
 
 @pytest.mark.parametrize("size", ["1 mm", 1e-3, "0.1 mm", 3e-7, 1 / 3])
 def test_ends_may_be_equal(size):
-    changes = ("body.bead.radius", {"min": size, "max": size}), ("speed", {"min": size, "max": size})
+    speed = f"{size}/s" if isinstance(size, str) else size
+    changes = ("body.bead.radius", {"min": size, "max": size}), ("speed", {"min": speed, "max": speed})
     found = read.scene(text(edited(*changes)), "scene.toml")
     sizes = found.bodies["bead"].sizes
     assert sizes.least == sizes.typical == sizes.largest
