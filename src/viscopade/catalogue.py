@@ -26,7 +26,7 @@ from viscopade import compact, full, proofs_gapped
 from viscopade.certificate import at_most
 from viscopade.compact import COMMON, DEVICE, LARGEST, LIBRARY, SHADER, Machine
 from viscopade.kernels import MARKER
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.kernels.compact import name_of
 from viscopade.kernels.full import table_bytes
 from viscopade.kernels.gapped import HalfLineKernel, Variant
@@ -124,7 +124,7 @@ class Entry:
 
 def limits(form: str) -> tuple[Fraction, Fraction]:
     """Return the least and the largest v* of compact kernels in a type, rounded inwards."""
-    least = 1 - {DOUBLE.name: DOUBLE, FLOAT.name: FLOAT}[form].largest
+    least = 1 - FORMATS[form].largest
     return Fraction(f"{1.01 * 2.0 ** (least / 10):.3g}"), Fraction(f"{0.99 * 2.0 ** (LARGEST[form] / 10):.3g}")
 
 

@@ -33,12 +33,11 @@ from viscopade import double, reference
 from viscopade.balls import exact_middle, working
 from viscopade.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.double import DATA, FIRST, FOLD, PANELS
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.progress import track
 from viscopade.reference import Row
 
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
-FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 
 TABLE_ERROR = Fraction(reference.ERROR)
 """Proven bound of the relative error of the polynomials of `double` for eps and 1 - eps."""

@@ -15,7 +15,7 @@ from viscopade.balls import known_decimal, working
 from viscopade.certificate import Certificate, Measure, Rational, RationalDerivative, rounded_up
 from viscopade.exact import Exact
 from viscopade.kernels import Kernel, threshold
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.kernels.binary import exact as fraction
 from viscopade.kernels.minimax import Derivative, MinimaxKernel, Variant
 from viscopade.pade import Pade, pade
@@ -23,7 +23,6 @@ from viscopade.pade import Pade, pade
 Coefficients = tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
 
 DIGITS = 40  # of the coefficients of Padé approximants
-FORMATS = (DOUBLE, FLOAT)
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))  # v* up to which errors of Padé approximants are stated
 
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
@@ -80,7 +79,7 @@ def without_proof(approximant: Pade) -> Kernel:
 def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...], exact: Coefficients) -> Kernel:
     """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
     sizes = []
-    for form in FORMATS:
+    for form in FORMATS.values():
         end = bounds[-1].high or Fraction(0)
         try:
             bare.rounded(form)

@@ -80,6 +80,7 @@ class Format:
 
 DOUBLE = Format("double", "", 53, 1023, 17)
 FLOAT = Format("float", "f", 24, 127, 9)
+FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 
 
 def float_text(number: Fraction) -> str:

@@ -11,7 +11,7 @@ from textwrap import wrap
 from viscopade import full
 from viscopade.double import FIRST, FOLD
 from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.binary import DOUBLE
+from viscopade.kernels.binary import DOUBLE, FORMATS
 
 _FRACTION_BITS = {"double": 52, "float": 23}
 _BIAS = {"double": 1023, "float": 127}
@@ -89,7 +89,7 @@ def _head(command: str) -> list[str]:
 
 def _error_lines() -> list[str]:
     lines = ["error in units in the last place (ulp) of the true value, proven for the code below:"]
-    for form in full.FORMATS:
+    for form in FORMATS:
         for function in full.FUNCTIONS:
             maximum = full.certificate(form, function)["maximum"]
             lines.append(f"    {form + ',':<8}{function + ':':<19}at most {_rounded_up(maximum)}")

@@ -17,7 +17,7 @@ from viscopade import catalogue, double, exports, minimax, proofs, tabulated
 from viscopade.arrays import FloatArray
 from viscopade.catalogue import HOST, Entry, limits
 from viscopade.certificate import Measure
-from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS
 from viscopade.kernels.compact import TARGETS
 from viscopade.kernels.minimax import MinimaxKernel
 from viscopade.scene.cost import Operations, id_of_name, id_of_tier
@@ -26,7 +26,6 @@ from viscopade.scene.encounter import Encounter, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
 from viscopade.scene.units import Scale
 
-FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
 STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
 WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the speed and v*, relatively

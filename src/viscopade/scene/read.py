@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations_with_replacement
 from statistics import NormalDist
-from typing import TypeVar, cast
+from typing import TypeVar, cast, get_args
 
 from viscopade.document import Node
 from viscopade.model import Pair, Sphere
@@ -34,7 +34,7 @@ from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
-LANGUAGES = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia")
+LANGUAGES = get_args(Language)
 ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
 TAIL = 1e-6
 POISSON = "a number > -1 and <= 0.5"
@@ -381,9 +381,9 @@ def _code(node: Node | None) -> Code:
     table = node.get("largest_table")
     return Code(
         language=cast(Language, language),
-        format=cast(Format, word("format", (only,) if only else ("double", "float"))),
-        use=cast(Use, word("use", ("scalar", "batch"))),
-        argument=cast(Argument, word("argument", ("speed", "v_star") if language in ("c", "python") else ("speed",))),
+        format=cast(Format, word("format", (only,) if only else get_args(Format))),
+        use=cast(Use, word("use", get_args(Use))),
+        argument=cast(Argument, word("argument", get_args(Argument) if language in ("c", "python") else ("speed",))),
         largest_table=None if table is None else table.count(),
     )
 

@@ -13,8 +13,9 @@ from typing import Any
 
 from viscopade.certificate import at_most
 from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.binary import FORMATS
 from viscopade.kernels.compact import TARGETS, shortest
-from viscopade.scene.candidate import FORMATS, Candidate, Constant, Ready
+from viscopade.scene.candidate import Candidate, Constant, Ready
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter

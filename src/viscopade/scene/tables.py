@@ -74,7 +74,7 @@ def checked(found: Check) -> str:
         how = f" ({found.how})" if found.how else ""
         return f"The file was {found.reason}{how}."
     largest = ", ".join(f"{WORDS[name]} {value:.3g}" for name, value in found.errors.items())
-    return f"Checked: run by {found.how} at {found.collisions:,} collisions; largest {largest}."
+    return f"Checked: largest {largest}, at {found.collisions:,} collisions. Run by {found.how}."
 
 
 def to_json(choice: Choice, found: Check | None) -> dict[str, Any]:
