@@ -95,6 +95,28 @@ def test_rational_pade_knows_multiple_roots():
         rational_pade(h, 3, 4, 20)
 
 
+def test_rational_pade_of_a_long_series_needs_no_digits_to_see_what_it_misses():
+    """In balls of few digits the first coefficient that [40/43] misses could not be told from zero."""
+    h = [Fraction(x) for x in series(92, 60).decimals(40)]
+    p, q = (rational_pade(h[:length], 40, 43, 1) for length in (93, 84))
+    assert (p.contact_order, q.contact_order) == (83, 83)
+    assert float(p.next_term) == pytest.approx(float(rational_pade(h, 40, 43, 60).next_term), rel=1e-12)
+    assert (p.decimals(), q.next_term) == (q.decimals(), 0)
+
+
+def test_rational_pade_sees_that_nothing_is_missed():
+    """1/(1 - x/3): its coefficients are no binary numbers, and yet the whole series is met."""
+    p = rational_pade([Fraction(1, 3**k) for k in range(9)], 0, 1, 5)
+    assert (p.contact_order, p.next_term) == (8, 0)
+
+
+@pytest.mark.parametrize("h", [[Fraction(1, 3)] * 3, [1.0, 0.75, 0.375]])
+def test_an_exact_solution_loses_no_digits(h):
+    """Nor do balls that are exact, as those of doubles are, count as infinitely accurate."""
+    h = [Fraction(h_k) + k for k, h_k in enumerate(h)]
+    assert rational_pade(h, 1, 1, 5).digits_lost == 0
+
+
 def test_rational_pade_refuses():
     with pytest.raises(TypeError, match="accepted are integers and Fractions"):
         rational_pade([1, 0.5], 0, 1)
