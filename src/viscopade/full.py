@@ -116,6 +116,7 @@ def panels() -> tuple[Panel, ...]:
     return tuple(found)
 
 
+@lru_cache(maxsize=1)
 def switch() -> int:
     """Return how many panels are elastic: those before it."""
     return sum(panel.elastic for panel in panels())
