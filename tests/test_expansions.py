@@ -1,0 +1,118 @@
+"""The expansions at both ends against the series, an integration in time, closed forms and each other."""
+
+import math
+
+import mpmath
+import pytest
+from flint import arb
+
+from benchmarks import direct
+from viscopade import expansions
+from viscopade.balls import to_mpf, working
+from viscopade.series import g_coefficients, series
+
+
+def total(expansion, at):
+    return sum(expansion.terms(at), arb(0))
+
+
+def test_g_n_are_those_of_the_two_sided_series():
+    """One Taylor series from the turning point to r = 0 here, two that meet at r = 15/32 there."""
+    ends, _ = expansions.turning_point_series(8, 30)
+    with working(200):
+        for ours, theirs in zip(ends, g_coefficients(8, 30), strict=True):
+            assert ours.overlaps(theirs)
+            assert float((ours - theirs).abs_upper()) < 1e-29
+
+
+def test_one_minus_epsilon_has_the_coefficients_of_the_series():
+    coefficients = dict(expansions.elastic(8, 30)["one_minus_epsilon"].coefficients)
+    with working(200):
+        for k, h_k in enumerate(series(16, 30).h[1:], 1):
+            difference = h_k + coefficients.pop(k, arb(0))
+            assert difference.contains(0)
+            assert float(difference.abs_upper()) < 1e-25
+    assert not coefficients
+
+
+def test_first_terms_in_closed_form():
+    closed, summed = expansions.elastic_in_closed_form(40), expansions.elastic(4, 40)
+    with working(200):
+        for name, expansion in closed.items():
+            for (n, ours), (m, theirs) in zip(expansion.coefficients, summed[name].coefficients, strict=False):
+                assert n == m
+                assert ours.overlaps(theirs)
+                assert float((ours - theirs).abs_upper()) < 1e-38
+
+
+@pytest.mark.parametrize(("v_star", "end"), [("0.001", "slow"), ("1000", "fast")])
+def test_the_difference_from_an_integration_in_time_is_the_first_omitted_term(v_star, end):
+    """`benchmarks.direct` integrates the scaled equation itself: all three results, term by term."""
+    found = expansions.elastic(5, 40) if end == "slow" else expansions.viscous(3, 40)
+    collision = direct.collide(v_star, 34)
+    with mpmath.workdps(40), working(140):
+        for name in found:
+            if name == "v_star":
+                continue
+            value, left = mpmath.mpf(getattr(collision, name)), []
+            for term in map(to_mpf, found[name].terms(arb(v_star))):
+                left.append((value, term))
+                value -= term
+            resolved = [(rest, term) for rest, term in left if abs(term) > mpmath.mpf(10) ** -28 * abs(left[0][0])]
+            assert len(resolved) >= 3
+            assert all(abs(rest / term - 1) < 0.03 for rest, term in resolved[1:])
+
+
+def test_large_v_star_has_the_first_terms_of_derivation_10():
+    """S, U, A, B in doubles; the logarithm's powers are those expected."""
+    a = math.log(3) / 2 - math.pi / math.sqrt(12) - 1.5
+    b = 3.5 * (math.log(3) + math.pi / math.sqrt(3)) - 93 / 4
+    found = expansions.viscous(3, 20)
+    s, u = a - 1 - math.log(2), 2 * a - b + 5 * math.log(2) + 5  # at lambda = 0
+    constants = {
+        "epsilon": [1, -2 * s, s * s + 2 * u],
+        "x_max": [1, -2 * a, a * a + 2 * (a - b)],
+        "tau_c": [2 * (a + 1.5 - math.log(2))],
+        "v_star": [1, -0.6 * s],
+    }
+    for name, values in constants.items():
+        for polynomial, value in zip(found[name].polynomials, values, strict=False):
+            assert float(polynomial(arb(0)).mid()) == pytest.approx(value, rel=1e-13)
+    degrees = {name: [p.degree() for p in expansion.polynomials] for name, expansion in found.items()}
+    assert degrees == {"epsilon": [0, 1, 2, 2], "x_max": [0, 1, 2, 2], "tau_c": [1, 2, 3, 4], "v_star": [0, 1, 2, 3]}
+
+
+def test_more_digits_lie_within_fewer():
+    """For v* -> infinity the remainders are estimated only: the estimates hold."""
+    few, many = expansions.viscous(5, 20), expansions.viscous(5, 60)
+    with working(300):
+        for name, expansion in few.items():
+            for ours, theirs in zip(expansion.polynomials, many[name].polynomials, strict=True):
+                for c, d in zip(ours.coeffs(), theirs.coeffs(), strict=True):
+                    assert c.overlaps(d)
+                    assert float((c - d).abs_upper()) < 1e-18 * (1 + float(abs(d).abs_upper()))
+
+
+def test_the_inverses_invert():
+    elastic, viscous = expansions.elastic(6, 60), expansions.viscous(5, 60)
+    with working(400):
+        slow, fast = arb("1e-4"), arb("1e4")
+        back = total(elastic["v_star"], total(elastic["one_minus_epsilon"], slow))
+        assert abs(back / slow - 1) < 100 * slow**11
+        back = total(viscous["v_star"], total(viscous["epsilon"], fast))
+        left_out = [expansions.viscous(6, 60)[name].terms(at)[-1] for name, at in
+                    (("v_star", total(viscous["epsilon"], fast)), ("epsilon", fast))]  # fmt: skip
+        assert abs(back / fast - 1) < 2 * (abs(left_out[0]) / fast + abs(left_out[1]) / total(viscous["epsilon"], fast))
+
+
+def test_what_is_known_near_the_turning_point_is_rational():
+    """The first coefficients by hand: Q_1 = s^3 - 2 s - 2 and Q_2 of derivation 10 at s = -1 and s = 0."""
+    near = expansions.near_turning_point(3)
+    assert {i: str(c) for i, c in near.q[1].items() if c} == {-1: "2", 0: "-2", 2: "1"}
+    assert [str(c) for c in near.turning[1:3]] == ["1", "17/6"]  # ln(1 + t + 10/3 t^2)
+    assert [str(c) for c in near.end[1:3]] == ["1", "3/2"]  # ln(1 + t + 2 t^2)
+
+
+def test_too_few_digits_are_noticed():
+    with pytest.raises(ArithmeticError, match="too few digits"):
+        expansions._expansion(expansions.arb_series([arb(1), arb(0, 1)], 2), (1, 1), 1)
