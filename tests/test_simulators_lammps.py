@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchmarks import lammps_collisions as validation
-from viscopade import Pair, Sphere
+from viscopade import Pair, Sphere, simulators
 from viscopade.simulators import lammps
 from viscopade.simulators.setup import Contact, Setup, Units
 
@@ -435,3 +435,20 @@ def test_other_units_give_the_same_eps(program, units):
     setup = replace(uniform(cgs, cgs, 100.0), units=units)
     expected, _ = in_lammps(case.setup)
     assert in_lammps(setup, speed=100.0)[0] == pytest.approx(expected, rel=1e-10)
+
+
+def test_bodies_that_creep_apart_end_in_zero():
+    """With v* = 3e8 the scheme's velocity falls to 1e-16 at once, and contact would take 1e16 steps."""
+    ball = Sphere(radius=0.01, density=2500, young_modulus=7e10, poisson_ratio=0.3, dissipative_constant=1e10)
+    pair = Pair(ball, ball)
+    duration = float(pair.contact_time(1e10))
+    found = [lammps.stepped_epsilon(pair, 1e10, duration / 1000, phase) for phase in lammps.PHASES]
+    assert min(found) == 0.0
+
+
+def test_an_eps_of_zero_is_refused():
+    ball = Sphere(radius=0.01, density=2500, young_modulus=1e20, poisson_ratio=0.3, dissipative_constant=1e299)
+    setup = simulators.of_pair(Pair(ball, ball), 1e-3)
+    for target in simulators.TARGETS:
+        with pytest.raises(ValueError, match="eps is 0 in double precision at the fastest impact"):
+            simulators.render(target, setup, "viscopade simulators")

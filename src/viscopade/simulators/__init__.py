@@ -43,6 +43,12 @@ def render(target: str, setup: Setup, command: str, tier: str = "1e-5") -> str:
     """
     if target not in TARGETS:
         raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
+    for contact in setup.contacts:
+        if not all(float(pair.epsilon(contact.fastest)) > 0 for pair in (contact.pair, *contact.extremes)):
+            raise ValueError(
+                f"{contact.name}: eps is 0 in double precision at the fastest impact, with v* = "
+                f"{float(contact.pair.v_star(contact.fastest)):.3g}: accepted is less damping, or slower impacts"
+            )
     return _RENDERERS[target](setup, command, tier)
 
 

@@ -42,6 +42,7 @@ _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
 _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
+_PATIENCE = 20  # a collision that takes so many times as long as it should does not end
 _POSITIVE = arrays.Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 
 
@@ -145,7 +146,8 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     Returns
     -------
     float
-        The coefficient of restitution with limit_damping; may be above 1 if the time step is far too large.
+        The coefficient of restitution with limit_damping; may be above 1 if the time step is far too large. 0 if the
+        bodies are still in contact after many times the true duration: where v* is huge, they creep apart.
 
     Raises
     ------
@@ -156,7 +158,8 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     """
     v = arrays.number("speed", speed, _POSITIVE)
     h = arrays.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
-    return _rebound(float(pair.v_star(v)) ** 2, h, phase)
+    steps = float(pair.contact_time(v)) / float(timestep)
+    return _rebound(float(pair.v_star(v)) ** 2, h, phase, math.ceil(_PATIENCE * max(steps, min(STEPS))))
 
 
 def timestep_error(contact: Contact, timestep: float) -> float:
@@ -360,18 +363,20 @@ def collision(
     )
 
 
-def _rebound(kappa: float, h: float, phase: float) -> float:
+def _rebound(kappa: float, h: float, phase: float, most: int) -> float:
     """Return eps of the scaled equation in steps of h: the leapfrog that velocity Verlet is here.
 
-    The velocity u is that between the steps. It is what LAMMPS has when forces are computed.
+    The velocity u is that between the steps. It is what LAMMPS has when forces are computed. After `most` steps the
+    bodies still touch, and eps is 0.
     """
     x, u = -phase * h, 1.0
-    while True:
+    for _ in range(most):
         x += h * u
         force = math.sqrt(x) * (x + kappa * u) if x > 0 else 0.0
         if u < 0 and force <= 0:
             return -u
         u -= h * max(force, 0.0)
+    return 0.0
 
 
 def _common_poisson_ratio(first: Sphere, second: Sphere) -> float:
