@@ -324,6 +324,17 @@ def test_pair_out_of_double_precision():
         Pair(lazy, lazy)
 
 
+def test_numbers_that_have_lost_digits_are_refused():
+    """A subnormal rho has fewer digits than beta, which follows from it and is no small number."""
+    flat = Sphere(radius=5e-50, mass=6e-109, young_modulus=5e-290, poisson_ratio=0, dissipative_constant=2e108)
+    with pytest.raises(
+        ValueError, match=r"^rho is .*e-31\d in these units: accepted is at least 2\.23e-308, as smaller"
+    ):
+        Pair(flat, flat)
+    with pytest.raises(ValueError, match=r"^mass is .*e-31\d in these units: accepted is at least 2\.23e-308"):
+        Sphere(**{**SPHERE, "radius": 1e-105})
+
+
 @given(radius=magnitudes(-60, 60), mass=magnitudes(-100, 100), Y=magnitudes(-120, 120), A=magnitudes(-100, 100))
 def test_beta_against_many_digits(radius, mass, Y, A):
     wall = Sphere.wall(young_modulus=Y, poisson_ratio=0.5, dissipative_constant=A)

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2
+_LEAST_NORMAL = 2.0**-1022  # smaller numbers of type double have fewer digits
 
 _POSITIVE = Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
@@ -583,6 +584,8 @@ def _softness(sphere: Sphere) -> tuple[float, float]:
 
 def _in_range(name: str, value: float) -> float:
     """Return a computed positive quantity, or refuse the units that push it out of double precision."""
-    if not 0 < value < math.inf:
-        raise ValueError(f"{name} is {value} in these units: accepted is {_POSITIVE.accepted}; rescale the units")
+    if not _LEAST_NORMAL <= value < math.inf:
+        subnormal = 0 < value < _LEAST_NORMAL
+        accepted = f"at least {_LEAST_NORMAL:.3g}, as smaller numbers lose digits" if subnormal else _POSITIVE.accepted
+        raise ValueError(f"{name} is {value} in these units: accepted is {accepted}; rescale the units")
     return value

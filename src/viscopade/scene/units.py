@@ -33,10 +33,19 @@ class Scale:
         return Sphere(
             radius=sphere.radius / self.length,
             mass=sphere.mass / self.mass,
-            young_modulus=sphere.young_modulus * self.length * self.time**2 / self.mass,
+            young_modulus=self._pressure(sphere.young_modulus),
             poisson_ratio=sphere.poisson_ratio,
             dissipative_constant=sphere.dissipative_constant / self.time,
         )
+
+    def _pressure(self, pressure: float) -> float:
+        """Return a pressure, from SI units: nothing but the result overflows or underflows."""
+        numbers = pressure, self.length, self.time, self.mass
+        (p, p2), (length, length2), (time, time2), (mass, mass2) = map(math.frexp, numbers)
+        try:
+            return math.ldexp(p * length * (time * time) / mass, p2 + length2 + 2 * time2 - mass2)
+        except OverflowError:
+            return math.inf
 
     def pair(self, pair: Pair) -> Pair:
         """Return a pair, from SI units."""
