@@ -31,9 +31,9 @@
  *     large               denormal numbers, then 0   1
  *     small               1                          denormal numbers, then 0
  *
- * C99 or later; C++17 or later, for the hexadecimal constants (GCC and Clang take them in older C++,
- * too). Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type double in
- * that type (FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.
+ * C99 or later; C++17 or later, for the hexadecimal constants (the older C++ of GNU has them, too:
+ * -std=gnu++11). Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type
+ * double in that type (FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.
  *
  * With -ffast-math the bounds are not promised: sums may be reordered and denormal numbers set to 0,
  * and nothing is promised for NaN, infinities and negative numbers but that no table is read out of

@@ -73,9 +73,9 @@ def _head(command: str) -> list[str]:
         "    small               1                          denormal numbers, then 0",
         "",
         *wrap(
-            "C99 or later; C++17 or later, for the hexadecimal constants (GCC and Clang take them in older C++, too). "
-            "Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type double in that type "
-            "(FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.",
+            "C99 or later; C++17 or later, for the hexadecimal constants (the older C++ of GNU has them, too: "
+            "-std=gnu++11). Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type double in "
+            "that type (FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.",
             WIDTH,
         ),
         "",
