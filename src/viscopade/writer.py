@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import stat
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -13,6 +15,8 @@ from viscopade.kernels import MARKER
 
 _HEAD = 1000  # bytes at a text file's beginning that must carry the marker
 _PICTURES = {".pdf", ".png", ".svg"}  # these carry it among their metadata, wherever that is
+_TEMPORARY = re.compile(r"[.]viscopade-[0-9a-f]{16}[.]tmp")
+_STALE = 24 * 3600  # seconds; a temporary file lives for as long as the texts of one call take to be written
 
 
 class WriteError(ValueError):
@@ -38,8 +42,17 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
     r"""Write generated texts to files, in UTF-8 and with "\n" at the ends of lines, and pictures.
 
     All targets are checked before anything is written. Every text then goes to a temporary file beside its
-    target; only when all of these are complete do they replace the targets, each in one step. A file that is
-    replaced passes its permissions on.
+    target; only when all of these are complete, and on the disk, and the targets were checked once more, do they
+    replace the targets, one after the other, each in one step. A file that is replaced passes its permissions on.
+
+    So each target is at any time the whole old file or the whole new one, even if the process is killed, the disk
+    is full, the power fails, or others write the same targets at the same time (the last one wins, file by file).
+    Not all of them change at once: who is killed, or fails, between two replacements leaves some targets new and
+    the others old. And what was replaced just before a power failure may be the old file again.
+
+    No temporary file stays after an error or an interruption from the keyboard. A process that is killed leaves
+    what it had staged, as hidden files .viscopade-*.tmp; a later call removes those beside its targets that are
+    more than a day old.
 
     Parameters
     ----------
@@ -53,7 +66,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
     ------
     WriteError
         If a target exists and is not a regular file with that marker (symbolic links are refused), if its
-        directory is missing or cannot be written to, or a text lacks the marker. No temporary file stays.
+        directory is missing or cannot be written to, or a text lacks the marker.
     """
     files = {Path(path): what.encode() if isinstance(what, str) else what for path, what in contents.items()}
     for path, content in files.items():
@@ -65,9 +78,12 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
             with _reporting(path):
                 _make_directory(path.parent, undo)
                 staged.append((_stage(path, content, undo), path))
+        check(files, parents=parents)
         for temporary, path in staged:
             with _reporting(path):
                 os.replace(temporary, path)
+    for directory in {path.parent for path in files}:
+        _remove_stale(directory)
 
 
 @contextmanager
@@ -113,21 +129,33 @@ def _make_directory(directory: Path, undo: ExitStack) -> None:
     """Make a directory and those above it; those that stay empty are removed at the end."""
     if not directory.is_dir():
         _make_directory(directory.parent, undo)
-        directory.mkdir()
-        undo.callback(_quietly, directory.rmdir)
+        with suppress(FileExistsError):  # another process may have made it since
+            directory.mkdir()
+            undo.callback(_quietly, directory.rmdir)
 
 
 def _stage(path: Path, content: bytes, undo: ExitStack) -> Path:
     """Write to a new file beside `path`, to be removed at the end unless it has replaced `path`."""
     temporary = path.with_name(f".viscopade-{secrets.token_hex(8)}.tmp")
+    undo.callback(_quietly, temporary.unlink)  # an interruption may come as soon as the file is there
     with temporary.open("xb") as file:  # like any new file, with the permissions that the umask leaves
-        undo.callback(_quietly, temporary.unlink)
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
     if path.exists():
         temporary.chmod(stat.S_IMODE(path.stat().st_mode))
     return temporary
+
+
+def _remove_stale(directory: Path) -> None:
+    """Remove what processes that were killed long ago have left.
+
+    A process that was only stopped for so long cannot replace its targets any more, and says so: they stay old.
+    """
+    with suppress(OSError), os.scandir(directory) as entries:
+        for entry in entries:
+            if _TEMPORARY.fullmatch(entry.name) and time.time() - entry.stat(follow_symlinks=False).st_mtime > _STALE:
+                _quietly(Path(entry.path).unlink)
 
 
 def _quietly(action: Callable[[], None]) -> None:
