@@ -8,7 +8,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich import box
@@ -20,8 +20,15 @@ from viscopade import checks
 from viscopade.model import Pair, Sphere
 from viscopade.pade import MAX_DEGREE
 
+if TYPE_CHECKING:
+    _Integer = click.ParamType[int]
+    _Number = click.ParamType[float]
+    _Pair = click.ParamType[tuple[int, int]]
+else:  # before Click 8.4 it takes no type
+    _Integer = _Number = _Pair = click.ParamType
 
-class Whole(click.ParamType[int]):
+
+class Whole(_Integer):
     """An integer within a range, with our own words for what is accepted."""
 
     name = "integer"
@@ -41,7 +48,7 @@ class Whole(click.ParamType[int]):
             self.fail(str(error))
 
 
-class Real(click.ParamType[float]):
+class Real(_Number):
     """A decimal number, as a double."""
 
     name = "number"
@@ -61,7 +68,7 @@ class Real(click.ParamType[float]):
             self.fail(str(error))
 
 
-class Degrees(click.ParamType[tuple[int, int]]):
+class Degrees(_Pair):
     """Degrees [m/n] written as M/N."""
 
     name = "M/N"
@@ -158,8 +165,8 @@ _LATEX_SPECIAL = str.maketrans(
 
 
 def _latex(cell: str) -> str:
-    """Escape what LaTeX would take for a command; a bracket after a line's end would be its argument."""
-    return ("{}" if cell.startswith("[") else "") + cell.translate(_LATEX_SPECIAL)
+    """Escape what LaTeX would take for a command; a bracket or a star after a line's end would be its argument."""
+    return ("{}" if cell.startswith(("[", "*")) else "") + cell.translate(_LATEX_SPECIAL)
 
 
 def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
@@ -168,11 +175,19 @@ def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: s
         table.add_column(name, overflow="fold")  # a digit is never left out
     for row in cells:
         table.add_row(*row)
-    # In a pipe a line is as long as it needs to be.
-    console = Console(width=None if sys.stdout.isatty() else 2 * checks.MAX_DIGITS, markup=False, highlight=False)
+    # In a pipe a line is as long as it needs to be; there is no output at all where it was closed.
+    on_terminal = sys.stdout is not None and sys.stdout.isatty()
+    console = Console(width=None if on_terminal else 2 * checks.MAX_DIGITS, markup=False, highlight=False)
     with console.capture() as capture:
         console.print(table)
     click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+
+
+def keep_printing() -> None:
+    """Print characters that the output's encoding lacks as escapes, instead of giving up in the middle."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
 
 
 def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
