@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
+
+MOST = 2**53  # of what is counted
 
 
 @dataclass(frozen=True)
@@ -26,11 +29,26 @@ class Node:
     key: str
     value: object
 
+    @classmethod
+    def of_json(cls, text: str | bytes, source: str) -> Self:
+        """Return the whole of a JSON file's text.
+
+        Raises
+        ------
+        ValueError
+            If it is no JSON, or nested too deeply.
+        """
+        try:
+            return cls(source, "", json.loads(text))
+        except RecursionError:
+            raise ValueError(f"{source}: its JSON is nested too deeply") from None
+        except ValueError as error:
+            raise ValueError(f"{source}: no JSON: {error}") from None
+
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that says what is wrong."""
         where = f"{self.key} is" if self.key else "it holds"
-        value = " ".join(reprlib.repr(self.value).split())
-        return ValueError(f"{self.source}: {where} {value}: accepted is {accepted}")
+        return ValueError(f"{self.source}: {where} {_shown(self.value)}: accepted is {accepted}")
 
     def _at(self, name: str, value: object) -> Self:
         return type(self)(self.source, f"{self.key}.{name}".removeprefix("."), value)
@@ -109,16 +127,19 @@ class Node:
         value = self.value
         if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
             raise self.refuse(accepted)
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise self.refuse(accepted) from None
 
     def optional(self, *, positive: bool = False) -> float | None:
         """Return a number or None."""
         return None if self.value is None else self.number(positive=positive)
 
     def count(self) -> int:
-        """Return a positive integer."""
-        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < 1:
-            raise self.refuse("a positive integer")
+        """Return a positive integer that a double holds exactly."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or not 1 <= self.value <= MOST:
+            raise self.refuse(f"a positive integer up to {MOST}")
         return self.value
 
     def flag(self) -> bool:
@@ -130,6 +151,14 @@ class Node:
 
 def _at_least_zero(positive: bool) -> str:
     return f"a finite number {'>' if positive else '>='} 0"
+
+
+def _shown(value: object) -> str:
+    """Return a value in one line, abbreviated."""
+    try:
+        return " ".join(reprlib.repr(value).split())
+    except ValueError:  # Python does not write integers of so many digits (TOML can, in hexadecimal)
+        return "or holds an integer of thousands of digits"
 
 
 def _short(name: object) -> str:

@@ -57,7 +57,7 @@ LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
 
 SHOWN = ((0, 3), (1, 4), (2, 5), (3, 6), (15, 18))
 
-_STYLE: Mapping[str, Any] = {
+STYLE: Mapping[str, Any] = {
     "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
     "pdf.fonttype": 42,
     "figure.constrained_layout.use": True,
@@ -195,7 +195,7 @@ def drawn(name: str) -> Iterator[Sheet]:
     """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
     from matplotlib import style
 
-    with style.context(["default", dict(_STYLE)]):
+    with style.context(["default", dict(STYLE)]):
         sheet = FIGURES[name].draw()
         sheet.draw_without_rendering()
         sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
@@ -212,14 +212,18 @@ def content(sheet: Sheet, name: str, kind: str) -> bytes:
     """Return a drawn figure as a file's content; to be called within `drawn`."""
     buffer = io.BytesIO()
     made_by = marker_line(f"viscopade figures --only {name} --format {kind}")
-    metadata: dict[str, dict[str, str | None]] = {
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(FIGURES[name].description, made_by, kind))
+    return buffer.getvalue()
+
+
+def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
+    """Return what is said of a figure within its file: title and origin, and no date."""
+    origin: dict[str, dict[str, str | None]] = {
         "svg": {"Description": made_by, "Date": None},
         "pdf": {"Subject": made_by, "CreationDate": None},
         "png": {"Description": made_by},
     }
-    title = {"Title": FIGURES[name].description}
-    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=title | metadata[kind])
-    return buffer.getvalue()
+    return {"Title": title, **origin[kind]}
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------

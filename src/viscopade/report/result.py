@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from dataclasses import dataclass
@@ -205,12 +204,7 @@ def from_json(text: str | bytes, source: str) -> dict[str, Any]:
     ValueError
         One line that names the file, the key, what is there and what is accepted.
     """
-    try:
-        data = json.loads(text)
-    except RecursionError:
-        raise ValueError(f"{source}: no benchmark result, but JSON nested too deeply") from None
-    except ValueError as error:
-        raise ValueError(f"{source}: no JSON: {error}") from None
+    data = Node.of_json(text, source).value
     checked(data, source)
     return cast(dict[str, Any], data)
 
