@@ -7,7 +7,7 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce test test-slow exhaustive bench simulators lint format clean
+.PHONY: reproduce test test-slow exhaustive hardcases matrix bench simulators lint format clean
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
@@ -24,6 +24,14 @@ exhaustive: $(NATIVE)
 	$(BIN)/python benchmarks/exhaustive_float.py
 	$(BIN)/python benchmarks/ulp_double.py
 	$(BIN)/python benchmarks/exhaustive_speed_float.py
+
+# The suite that tries to break everything, thoroughly.
+hardcases: $(NATIVE)
+	$(BIN)/viscopade hardcases --thorough --out docs/hard-cases
+
+# Oldest and newest packages with every Python that is found; needs the package index, and hours.
+matrix: $(NATIVE)
+	$(BIN)/python -m benchmarks.environment_matrix
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports

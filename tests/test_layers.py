@@ -18,6 +18,7 @@ ORDER = (
     "balls",
     "chebyshev",
     "arrays",
+    "compensated",
     "ufunc",
     "double",
     "fallback",
@@ -31,6 +32,7 @@ ORDER = (
     "flow",
     "enclosure",
     "exact",
+    "expansions",
     "family",
     "reference",
     "curve",
@@ -124,10 +126,41 @@ ORDER = (
     "figures_gas",
     "writer",
     "console",
+    "hardcases.finding",
+    "hardcases.truncated_series",
+    "hardcases.pade_systems",
+    "hardcases.data_precision",
+    "hardcases.printed_digits",
+    "hardcases.machine",
+    "hardcases.exported",
+    "hardcases.kernel_rounding",
+    "hardcases.overflow",
+    "hardcases.near_elastic",
+    "hardcases.extremes",
+    "hardcases.double_trips",
+    "hardcases.material_trips",
+    "hardcases.compiled_text",
+    "hardcases.tables_read_back",
+    "hardcases.round_trips",
+    "hardcases.always",
+    "hardcases.inputs",
+    "hardcases.trial",
+    "hardcases.hostile_input",
+    "hardcases.interruption",
+    "hardcases.interrupted_writes",
+    "hardcases.compilers",
+    "hardcases.environments",
+    "hardcases",
+    "hardcases.picture",
+    "hardcases.page",
     "cli",
 )
-# The last two hand sources to compilers in temporary directories.
-TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"}
+# All but the first two do so in temporary directories only: they hand sources to compilers, or are the hard cases that
+# attack the writer and the command line.
+TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
+    f"hardcases.{name}"
+    for name in ("trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "environments")
+}
 
 
 def name_of(path: Path) -> str:

@@ -6,9 +6,11 @@ import json
 import os
 import sys
 from collections import Counter
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn, get_args
+from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 import click
 
@@ -24,6 +26,7 @@ from viscopade.console import (
     Degrees,
     Real,
     Whole,
+    keep_printing,
     material,
     pair_of,
     show,
@@ -39,8 +42,12 @@ from viscopade.series import series
 from viscopade.simulators.setup import Setup
 from viscopade.writer import check, write, write_all
 
+if TYPE_CHECKING:
+    from viscopade.hardcases import Finding
+
 COMPARED_DIGITS = 20
 LONGEST = 1 << 24  # bytes of a file that is read
+LONGEST_LINE = 5000  # characters of a message
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -347,7 +354,8 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
 
         data, source = bench.run(bench.Settings()).to_json(), "result"
     else:
-        data, source = report.from_json(result.read_bytes(), str(result)), str(result)
+        content = read_file(result, "what `viscopade bench --out` wrote")
+        data, source = report.from_json(content, str(result)), str(result)
     files = report.render(data, formats, source=source)
     write_all({out / name: content for name, content in files.items()}, parents=True)
     click.echo(f"wrote {', '.join(files)} to {out}")
@@ -407,6 +415,63 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
         click.echo(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")
+
+
+@command.command("hardcases")
+@click.option("--only", "names", multiple=True, help="Names of cases; repeat for more. Default: all.")
+@click.option("--thorough", is_flag=True, help="More points, orders and inputs: about an hour instead of minutes.")
+@click.option("--out", type=click.Path(path_type=Path), help="Directory for the page, its figures and the numbers.")
+@click.option(
+    "--from",
+    "result",
+    type=click.Path(path_type=Path),
+    help="Show the hard-cases.json that was written before; nothing is computed.",
+)
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
+@click.pass_context
+def hardcases_command(
+    context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
+) -> None:
+    """Try to break every part of viscopade, and print what happened.
+
+    The exit status is 1 if a check does not hold.
+    """
+    from viscopade import hardcases
+    from viscopade.hardcases import page
+
+    if result is None:
+        cases = hardcases.named(names or None)
+        if out is not None:
+            check([out / name for name in page.names(cases)], parents=True)
+        findings = hardcases.check(names or None, thorough=thorough)
+    else:
+        if names or thorough:
+            raise click.UsageError("accepted with --from is neither --only nor --thorough: nothing is computed")
+        findings = hardcases.from_json(read_file(result, "what `viscopade hardcases --out` wrote"), str(result))
+    if style == "json":
+        click.echo(page.numbers(findings), nl=False)
+    else:
+        _show_findings(findings)
+    if out is not None:
+        files = page.files(findings)
+        write_all({out / name: content for name, content in files.items()}, parents=True)
+        if style == "text":
+            click.echo(f"wrote {', '.join(files)} to {out}")
+    if not all(finding.result.passes for finding in findings):
+        context.exit(1)
+
+
+def _show_findings(findings: Sequence[Finding]) -> None:
+    from viscopade.hardcases import page
+
+    for finding in findings:
+        click.echo(page.introduction(finding))
+        for table in finding.result.tables:
+            show("text", table.header, table.rows, {}, title=table.title)
+        rows = page.checks(finding)
+        show("text", page.CHECKS, rows, {}, title="What must hold")
+    for finding in findings:
+        click.echo(f"{finding.name}: {page.verdict(finding)}")
 
 
 @command.command("simulators")
@@ -560,17 +625,27 @@ def _pade_json(p: Pade) -> dict[str, Any]:
 
 
 def _fail(message: object, status: int) -> NoReturn:
-    """Print one line and exit."""
-    click.echo("viscopade: " + " ".join(str(message).split()), err=True)
+    """Print one line, in which no character does more than to be seen and no word is endless, and exit."""
+    words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
+    click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
     sys.exit(status)
+
+
+def _forget_output() -> None:
+    """Let go of what cannot be printed any more; the interpreter would complain at exit."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def main() -> None:
     """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
+    keep_printing()
     try:
         with shown_by(tracker):
             status = command.main(prog_name="viscopade", standalone_mode=False)
-            sys.stdout.flush()
+            if sys.stdout is not None:  # closed by the caller
+                sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         sys.exit(2)
@@ -582,10 +657,12 @@ def main() -> None:
         _fail(error, 1)
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
-    except BrokenPipeError:
-        # Whoever read the output has had enough; keep the interpreter from complaining at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read the output has had enough
+        _forget_output()
         sys.exit(1)
+    except OSError as error:  # the disk is full, for instance
+        _forget_output()
+        _fail(f"cannot print: {error.strerror or error}" if error.filename is None else error, 1)
     except (click.Abort, KeyboardInterrupt):
         _fail("interrupted", 130)
     sys.exit(status if isinstance(status, int) else 0)

@@ -1,0 +1,93 @@
+"""The report on hard cases: a page in Markdown, its figures, and the numbers for programs, from the findings alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from textwrap import fill
+
+from viscopade.hardcases import Case, Finding, command
+from viscopade.hardcases.finding import Cell
+from viscopade.hardcases.picture import svg
+from viscopade.kernels import environment, marker_line
+
+PAGE, NUMBERS = "hard-cases.md", "hard-cases.json"
+CHECKS = ("statement", "measured", "limit", "holds")
+WIDTH = 120  # columns of text
+DIGITS = 3  # of measured numbers in text; JSON has all of them
+COUNTS = 1e15  # whole numbers below this are shown in full
+
+# What Markdown would take for a command.
+_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]`#~$"}
+
+
+def names(cases: Iterable[Case]) -> list[str]:
+    """Return the names of the files that `files` returns for these cases."""
+    return [PAGE, NUMBERS, *(f"{case.name}.svg" for case in cases)]
+
+
+def files(findings: Sequence[Finding]) -> dict[str, str | bytes]:
+    """Return file name and content of the whole report.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    pictures = {f"{finding.name}.svg": svg(finding) for finding in findings if finding.result.charts}
+    return {PAGE: markdown(findings), NUMBERS: numbers(findings), **pictures}
+
+
+def numbers(findings: Sequence[Finding]) -> str:
+    """Return the findings as one JSON object."""
+    whole = {
+        "generated_by": marker_line(command(findings)),
+        "passes": all(finding.result.passes for finding in findings),
+        "cases": [finding.to_json() for finding in findings],
+    }
+    return json.dumps(whole, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+
+
+def markdown(findings: Sequence[Finding]) -> str:
+    """Return the page."""
+    jinja = environment("viscopade")
+    jinja.filters |= {"wrapped": _prose, "cell": _cell}
+    made_by = command(findings)
+    return jinja.get_template("hardcases.md.jinja").render(
+        marker=marker_line(made_by), command=made_by, findings=findings, verdict=verdict, checks=checks, header=CHECKS
+    )
+
+
+def verdict(finding: Finding) -> str:
+    """Return in words how many checks of a case hold."""
+    outcomes = [check.holds for check in finding.result.checks]
+    failed = outcomes.count(False)
+    return f"fails: {failed} of {len(outcomes)} checks do not hold" if failed else f"all {len(outcomes)} checks hold"
+
+
+def introduction(finding: Finding) -> str:
+    """Return the words before a case's tables, for a terminal."""
+    words = (f"{finding.name}: {finding.title}", finding.question, finding.result.summary)
+    return "\n\n".join(fill(text, WIDTH) for text in words)
+
+
+def checks(finding: Finding) -> Iterator[tuple[str, str, str, str]]:
+    """Yield the rows of the table of what must hold, for `CHECKS`."""
+    for check in finding.result.checks:
+        holds = "yes" if check.holds else "NO"
+        yield check.statement, number(check.measured), f"{check.relation} {number(check.limit)}", holds
+
+
+def number(value: float) -> str:
+    """Return a measured number as people read it."""
+    if abs(value) < COUNTS and value == int(value):
+        return f"{int(value):,}"
+    return f"{value:.{DIGITS}g}"
+
+
+def _prose(text: str) -> str:
+    return fill(_cell(text), WIDTH)
+
+
+def _cell(value: Cell) -> str:
+    return str(value).translate(_SPECIAL)

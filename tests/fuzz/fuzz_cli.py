@@ -1,0 +1,52 @@
+"""Coverage-guided fuzzing of the command line, with the grammar of the hard case "hostile-input"; run by hand.
+
+    pip install atheris -e .
+    python tests/fuzz/fuzz_cli.py -max_len=400 -max_total_time=600 CORPUS
+
+The fuzzer's bytes are the dice that the grammar throws: it learns which choices lead to new code. A crash is any fault
+that `viscopade.hardcases.trial` knows.
+"""
+
+import os
+import random
+import sys
+import tempfile
+
+import atheris
+
+INSTRUMENTED = ["viscopade.cli", "viscopade.console", "viscopade.checks", "viscopade.document", "viscopade.exports"]
+
+with atheris.instrument_imports(include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.model"]):
+    from viscopade.hardcases import trial
+
+
+class Dice(random.Random):
+    """Random numbers from the fuzzer's bytes."""
+
+    def __init__(self, data: bytes) -> None:
+        self.provider = atheris.FuzzedDataProvider(data)
+        super().__init__(0)
+
+    def random(self) -> float:
+        return self.provider.ConsumeIntInRange(0, (1 << 16) - 1) / (1 << 16)
+
+    def getrandbits(self, k: int) -> int:
+        # A constant would be thrown again and again where it is out of range: then the dice are real ones.
+        return self.provider.ConsumeIntInRange(0, (1 << k) - 1) if self.provider.remaining_bytes() else self._real(k)
+
+    def _real(self, k: int) -> int:
+        return super().getrandbits(k)
+
+
+def one(data: bytes) -> None:
+    found = trial.trial(program, sandbox, grammar.made(Dice(data)))
+    assert not found["faults"], found
+
+
+if __name__ == "__main__":
+    program = trial.Program()
+    grammar = program.grammar()
+    os.environ["PATH"] = ""
+    sandbox = trial.Sandbox(tempfile.mkdtemp(dir=trial.SHARED if os.access(trial.SHARED, os.W_OK) else None))
+    atheris.Setup(sys.argv, one)
+    atheris.Fuzz()
