@@ -24,7 +24,7 @@ from flint import acb, acb_poly, arb
 
 from viscopade import double
 from viscopade.balls import ball_of, bits_for, working
-from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve, signed
 from viscopade.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.series import series
 from viscopade.singularity import _from_four
@@ -336,9 +336,9 @@ def _summary(found: Measured) -> str:
     stays = ", ".join(f"{x:.0e} ({name})" for name, x in zip(names, moved, strict=True))
     kept_everywhere = sum(lasting(row) for _, row in found.values())
     return (
-        f"The median pole of [m/m+3] loses {c:.2f} m {d:+.1f} digits: data of D digits hold the poles to two digits up "
-        f"to about m = (D {-2 - d:+.1f})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. Beyond, rounding "
-        f"makes doublets: [{last}/{last + 3}] has {spurious} that the exact series does not give it. Of all such "
+        f"The median pole of [m/m+3] loses {c:.2f} m {signed(d)} digits: data of D digits hold the poles to two digits "
+        f"up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. Beyond, "
+        f"rounding makes doublets: [{last}/{last + 3}] has {spurious} that the exact series does not give it. Of all such "
         f"doublets, {kept_everywhere} are found in all the other precisions too. True poles come to rest as digits are "
         f"added, even the doublet that the exact series has in [{m}/{m + 3}] at v* = {_place(true_pole)}: it moves by "
         f"{stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative error of the h_k is amplified at "
@@ -455,7 +455,7 @@ def singularity(found: Measured) -> complex:
 
 
 def _place(z: complex) -> str:
-    return f"{z.real:.6f}" if abs(z.imag) < 1e-12 else f"{z.real:.4f} {z.imag:+.4f}i"
+    return f"{z.real:.6f}" if abs(z.imag) < 1e-12 else f"{z.real:.4f}{z.imag:+.4f}i"
 
 
 def _pole_chart(found: Measured) -> Chart:

@@ -175,6 +175,11 @@ def curve(name: str, x: Iterable[Any], y: Iterable[Any], look: Look = "line") ->
     return Curve(name, tuple(p for p, _ in finite), tuple(q for _, q in finite), look)
 
 
+def signed(value: float) -> str:
+    """Return a number with a sign that stands apart, to be added in a formula."""
+    return f"{'-' if value < 0 else '+'} {abs(value):.1f}"
+
+
 def from_json(text: str | bytes, source: str) -> tuple[Finding, ...]:
     """Return the findings in what `viscopade hardcases --format json` printed.
 

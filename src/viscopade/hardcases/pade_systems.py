@@ -18,7 +18,7 @@ from flint import arb, arb_mat, fmpq
 from mpmath import mp
 
 from viscopade.balls import BITS_PER_DIGIT, bits_for, exact_middle, relative_digits, working
-from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
 from viscopade.pade import DegenerateError, Pade, _exact_solution, _order_system, pade
 
 DIGITS = 30
@@ -421,8 +421,8 @@ def _summary(losses: Sequence[Loss], refused: Sequence[int], direct_fails: bool)
     others = min(last.chosen if x is None else x for name, x in last.balls.items() if name != "preconditioned")
     given_up = [f"{name} from m = {m} on" for name, m in first_without.items() if m is not None]
     return (
-        f"The linear system of [m/m+3] can lose about {c:.2f} m {d:+.1f} digits, {last.condition:.1f} at m = {last.m}, "
-        f"where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The narrowest reserve "
+        f"The linear system of [m/m+3] can lose about {c:.2f} m {signed(d)} digits, {last.condition:.1f} at m = "
+        f"{last.m}, where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The narrowest reserve "
         f"beyond both is {_reserve(least):.1f} digits, at m = {least.m}. {_existence(refused)} "
         f"In floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits "
         f"({most_lost[0]}) are lost at m = {last.m}, and at no m more than {excess:.1f} beyond the condition: the data "

@@ -18,7 +18,7 @@ DIGITS = 3  # of measured numbers in text; JSON has all of them
 COUNTS = 1e15  # whole numbers below this are shown in full
 
 # What Markdown would take for a command.
-_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]`#~$"}
+_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}
 
 
 def names(cases: Iterable[Case]) -> list[str]:

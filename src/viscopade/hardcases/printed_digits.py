@@ -317,13 +317,13 @@ def _error_table(found: dict[str, dict[str, Errors]]) -> Table:
         for v, e in ((v, row[v]) for v in TABLE_SPEEDS)
     )
     header = ("approximant", "v*", "eps, by printing", "bound", "eps, own", "1 - eps, by printing", "1 - eps, own")
-    return Table("relative errors by printing, and of the full approximants", header, rows)
+    return Table("Relative errors by printing, and of the full approximants", header, rows)
 
 
 def _part_table(found: dict[str, dict[str, Errors]]) -> Table:
     rows = tuple((label, *(_ranked(row[v].parts) for v in RANKED_SPEEDS)) for label, row in found.items())
     header = ("approximant", *(f"v* = {v}" for v in RANKED_SPEEDS))
-    return Table("the coefficient whose printed digits matter most, with its part of the bound", header, rows)
+    return Table("The coefficient whose printed digits matter most, with its part of the bound", header, rows)
 
 
 def _ranked(parts: Mapping[str, float]) -> str:
@@ -338,7 +338,7 @@ def _root_table(roots: Sequence[Moved]) -> Table:
         where = real if m.root.real else f"{real} ± {imaginary} i" if real != "0" else f"± {imaginary} i"
         rows.append((m.label, m.kind, where, _cell(m.by), _cell(m.bound)))
     header = ("approximant", "kind", "at v*", "moved by", "bound")
-    return Table("poles and zeros, and how far printing moves them", header, tuple(rows))
+    return Table("Poles and zeros, and how far printing moves them", header, tuple(rows))
 
 
 def _charts(found: dict[str, dict[str, Errors]], grid: Sequence[str]) -> Iterator[Chart]:

@@ -483,7 +483,7 @@ def _leaving_table(given: Truncations, left: Leaving) -> Table:
         for k in orders
     )
     header = ("k_c", "v* where off by 1e-3", "by R", "predicted", "not before", "h_k R^k", "off at R by")
-    return Table("where the truncated series leaves eps", header, rows)
+    return Table("Where the truncated series leaves eps", header, rows)
 
 
 def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
@@ -503,7 +503,7 @@ def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
                 )
             )
     header = ("k_c", "v*", "S_k", "largest term", "digits lost", *METHODS, "compensated, of the series")
-    return Table("relative errors of S_k in double", header, tuple(rows))
+    return Table("Relative errors of S_k in double", header, tuple(rows))
 
 
 def _leaving_chart(given: Truncations, left: Leaving) -> Chart:
