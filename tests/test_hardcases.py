@@ -273,11 +273,38 @@ def test_the_report_is_written_and_can_be_shown_again(few, tmp_path):
     run = invoke("--only", "fake", "--out", tmp_path / "new")
     assert run.exit_code == 0
     written = {path.name for path in (tmp_path / "new").iterdir()}
-    assert written == {"hard-cases.md", "hard-cases.json", "fake.svg"} == set(page.names((FAKE,)))
+    assert written == {"hard-cases.md", "hard-cases.json", "fake.svg"} == set(page.names(["fake"]))
     again = invoke("--from", tmp_path / "new" / "hard-cases.json", "--out", tmp_path / "again")
     assert again.exit_code == 0
     for name in written:
         assert (tmp_path / "new" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+
+
+def test_some_cases_are_run_again_and_put_in_their_place(monkeypatch, tmp_path):
+    monkeypatch.setattr(hardcases, "CASES", (FAKE, BROKEN))
+    assert invoke("--out", tmp_path).exit_code == 1
+    mended = replace(BROKEN, run=lambda thorough: result(Check("nothing is lost", 0, "==", 0)))
+    monkeypatch.setattr(hardcases, "CASES", (replace(FAKE, run=None), mended))
+    report = tmp_path / "hard-cases.json"
+    assert invoke("--from", report, "--only", "broken", "--thorough", "--out", tmp_path).exit_code == 0
+    fake, broken = hardcases.from_json(report.read_bytes(), "x")
+    assert (fake.name, fake.thorough, fake.result.passes) == ("fake", False, True)
+    assert (broken.name, broken.thorough, broken.result.passes) == ("broken", True, True)
+
+
+def test_a_report_is_not_shown_thoroughly(few, tmp_path, refusal):
+    assert invoke("--only", "fake", "--out", tmp_path).exit_code == 0
+    assert "accepted with --from and --thorough is also --only" in refusal(
+        "--from", tmp_path / "hard-cases.json", "--thorough"
+    )
+
+
+@pytest.mark.parametrize("name", ["../outside", "a/b", "", "A", "a" * 41, "a.svg"])
+def test_a_name_that_is_no_file_name_is_refused(name):
+    data = json.loads(page.numbers((finding(),)))
+    data["cases"][0]["name"] = name
+    with pytest.raises(ValueError, match=r"x.json: cases\[0\]"):
+        hardcases.from_json(json.dumps(data), "x.json")
 
 
 def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_run(few, tmp_path, monkeypatch, refusal):
@@ -290,7 +317,7 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_run(few
     ("arguments", "message"),
     [
         (("--from", "missing.json"), "cannot read missing.json"),
-        (("--from", "missing.json", "--thorough"), "accepted with --from is neither --only nor --thorough"),
+        (("--from", "missing.json", "--only", "fake"), "cannot read missing.json"),
         (("--format", "csv"), "'csv' is not one of"),
     ],
 )

@@ -425,7 +425,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     "--from",
     "result",
     type=click.Path(path_type=Path),
-    help="Show the hard-cases.json that was written before; nothing is computed.",
+    help="Show the hard-cases.json that was written before; with --only, those cases are run again and replaced.",
 )
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
 @click.pass_context
@@ -439,15 +439,15 @@ def hardcases_command(
     from viscopade import hardcases
     from viscopade.hardcases import page
 
-    if result is None:
-        cases = hardcases.named(names or None)
-        if out is not None:
-            check([out / name for name in page.names(cases)], parents=True)
-        findings = hardcases.check(names or None, thorough=thorough)
-    else:
-        if names or thorough:
-            raise click.UsageError("accepted with --from is neither --only nor --thorough: nothing is computed")
-        findings = hardcases.from_json(read_file(result, "what `viscopade hardcases --out` wrote"), str(result))
+    known = () if result is None else hardcases.from_json(read_file(result, "what `--out` wrote"), str(result))
+    wanted = hardcases.named(names or None) if names or result is None else ()
+    if thorough and not wanted:
+        raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
+    if out is not None:
+        cases = [finding.name for finding in known] + [case.name for case in wanted]
+        check([out / name for name in page.names(cases)], parents=True)
+    fresh = hardcases.check([case.name for case in wanted], thorough=thorough)
+    findings = hardcases.merged(known, fresh)
     if style == "json":
         click.echo(page.numbers(findings), nl=False)
     else:

@@ -39,6 +39,7 @@ __all__ = [
     "check",
     "command",
     "from_json",
+    "merged",
     "named",
 ]
 
@@ -87,6 +88,13 @@ def named(names: Iterable[str] | None = None) -> tuple[Case, ...]:
         if name not in by_name:
             raise ValueError(f"there is no hard case {name!r}: accepted are {', '.join(by_name)}")
     return tuple(by_name[name] for name in wanted)
+
+
+def merged(known: Iterable[Finding], fresh: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings with those of the same cases that were found afresh in their place, in the order of `CASES`."""
+    by_name = {finding.name: finding for finding in (*known, *fresh)}
+    order = [case.name for case in CASES if case.name in by_name]
+    return tuple(by_name[name] for name in dict.fromkeys([*order, *by_name]))
 
 
 def command(findings: Sequence[Finding]) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypeVar, cast, get_args
@@ -19,6 +20,7 @@ Scale = Literal["linear", "log"]
 Cell = str | int | float
 Made = TypeVar("Made")
 
+_NAME = re.compile(r"[a-z0-9-]{1,40}")
 _HOLDS: Mapping[str, Callable[[float, float], bool]] = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
 
 
@@ -152,13 +154,20 @@ class Case:
 
 @dataclass(frozen=True)
 class Finding:
-    """The name, title and question of a case with what running it gave, thoroughly or not."""
+    """The name, title and question of a case with what running it gave, thoroughly or not.
+
+    The name is one of a file, too, so it has lower-case letters, digits and hyphens only.
+    """
 
     name: str
     title: str
     question: str
     thorough: bool
     result: Result
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(f"name is {self.name!r}: accepted are lower-case letters, digits and hyphens")
 
     def to_json(self) -> dict[str, Any]:
         """Return everything as a dictionary that JSON can hold; what is no finite number becomes null."""
@@ -193,7 +202,7 @@ def from_json(text: str | bytes, source: str) -> tuple[Finding, ...]:
 
 def _finding(node: Node) -> Finding:
     name, title, question = (node[key].text() for key in ("name", "title", "question"))
-    return Finding(name, title, question, node["thorough"].flag(), _result(node["result"]))
+    return _made(node, Finding, name, title, question, node["thorough"].flag(), _result(node["result"]))
 
 
 def _result(node: Node) -> Result:

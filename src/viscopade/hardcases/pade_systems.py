@@ -422,8 +422,8 @@ def _summary(losses: Sequence[Loss], refused: Sequence[int], direct_fails: bool)
     given_up = [f"{name} from m = {m} on" for name, m in first_without.items() if m is not None]
     return (
         f"The linear system of [m/m+3] can lose about {c:.2f} m {signed(d)} digits, {last.condition:.1f} at m = "
-        f"{last.m}, where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The narrowest reserve "
-        f"beyond both is {_reserve(least):.1f} digits, at m = {least.m}. {_existence(refused)} "
+        f"{last.m}, where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The "
+        f"narrowest reserve beyond both is {_reserve(least):.1f} digits, at m = {least.m}. {_existence(refused)} "
         f"In floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits "
         f"({most_lost[0]}) are lost at m = {last.m}, and at no m more than {excess:.1f} beyond the condition: the data "
         f"decide, not the algorithm. In balls the algorithm decides: with exact data, the preconditioned solver that "

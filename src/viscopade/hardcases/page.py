@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
-from viscopade.hardcases import Case, Finding, command
+from viscopade.hardcases import Finding, command
 from viscopade.hardcases.finding import Cell
 from viscopade.hardcases.picture import svg
 from viscopade.kernels import environment, marker_line
@@ -21,9 +21,9 @@ COUNTS = 1e15  # whole numbers below this are shown in full
 _SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}
 
 
-def names(cases: Iterable[Case]) -> list[str]:
-    """Return the names of the files that `files` returns for these cases."""
-    return [PAGE, NUMBERS, *(f"{case.name}.svg" for case in cases)]
+def names(cases: Iterable[str]) -> list[str]:
+    """Return the names of the files that `files` returns for cases of these names."""
+    return [PAGE, NUMBERS, *(f"{name}.svg" for name in dict.fromkeys(cases))]
 
 
 def files(findings: Sequence[Finding]) -> dict[str, str | bytes]:
