@@ -340,9 +340,10 @@ def _summary(found: Measured) -> str:
         f"up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. Beyond, "
         f"rounding makes doublets: [{last}/{last + 3}] has {spurious} that the exact series does not give it. Of all "
         f"such doublets, {kept_everywhere} are found in all the other precisions too. True poles come to rest as "
-        f"digits are added, even the doublet that the exact series has in [{m}/{m + 3}] at v* = {_place(true_pole)}: it "
-        f"moves by {stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative error of the h_k is amplified at "
-        f"most {near:.0f} times, at any m; but up to v* = {FAR} by 10^{math.log10(far):.0f} at m = {last}. Of those "
+        f"digits are added, even the doublet that the exact series has in [{m}/{m + 3}] at v* = "
+        f"{_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative "
+        f"error of the h_k is amplified at most {near:.0f} times, at any m; but up to v* = {FAR} by "
+        f"10^{math.log10(far):.0f} at m = {last}. Of those "
         f"without a pole or zero at any v* > 0, nearest to the exact function on (0, {FAR}] are {optimum}."
     )
 
