@@ -22,7 +22,7 @@ VISCOPADE = [sys.executable, "-m", "viscopade"]
 def run(*words, **options):
     environment = os.environ | options.pop("environment", {})
     return subprocess.run(
-        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=120, env=environment, **options
+        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=600, env=environment, **options
     )
 
 
@@ -44,6 +44,7 @@ COMMANDS = (
     "invert",
     "claims",
     "figures",
+    "hardcases",
     "export",
     "bench",
     "report",
@@ -263,7 +264,9 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
     process.communicate(timeout=60)
     os.close(master)
     assert shown_words.encode() in shown
-    assert run(*arguments).stderr == ""
+    plain, forced = run(*arguments), run(*arguments, environment={"FORCE_COLOR": "1"})  # which Jupyter sets
+    assert plain.stderr == forced.stderr == ""
+    assert plain.stdout == forced.stdout
 
 
 def test_output_cut_off_by_the_reader():
@@ -279,6 +282,26 @@ def test_output_cut_off_by_the_reader():
     assert producer.stderr.read() == b""
     producer.stderr.close()
     producer.wait(timeout=120)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full disk")
+@pytest.mark.parametrize(
+    ("arguments", "to", "status", "said"),
+    [
+        ((), "stdout", 1, b"viscopade: cannot print: "),  # the help
+        (("epsilon", "--v-star", "1"), "stdout", 1, b"viscopade: cannot print: "),
+        (("epsilon", "--v-star", "1,5"), "stderr", 2, None),
+    ],
+)
+def test_output_to_a_full_disk(arguments, to, status, said):
+    """One line, or, where that cannot be printed either, the exit status."""
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with open("/dev/full", "wb") as full:
+        ended = subprocess.run([*VISCOPADE, *arguments], **{**streams, to: full})
+    assert ended.returncode == status
+    if said is not None:
+        assert ended.stderr.startswith(said)
+        assert ended.stderr.count(b"\n") == 1
 
 
 @pytest.mark.parametrize("environment", [{"LC_ALL": "C"}, {"PYTHONIOENCODING": "ascii"}, {"COLUMNS": "20"}])

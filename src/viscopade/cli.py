@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, get_args
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO, get_args
 
 import click
 
@@ -628,14 +628,27 @@ def _fail(message: object, status: int) -> NoReturn:
     """Print one line, in which no character does more than to be seen and no word is endless, and exit."""
     words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
     line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
-    click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
+    try:
+        click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
+    except OSError:  # nobody can be told; the exit status still says it
+        _forget(sys.stderr)
     sys.exit(status)
 
 
-def _forget_output() -> None:
+def _forget(stream: TextIO | None) -> None:
     """Let go of what cannot be printed any more; the interpreter would complain at exit."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if stream is not None:
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _run_command() -> object:
+    """Run the command that is asked for, and return its exit status, if it says one; without any, print the help."""
+    try:
+        return command.main(prog_name="viscopade", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        return 2
 
 
 def main() -> None:
@@ -643,12 +656,9 @@ def main() -> None:
     keep_printing()
     try:
         with shown_by(tracker):
-            status = command.main(prog_name="viscopade", standalone_mode=False)
+            status = _run_command()
             if sys.stdout is not None:  # closed by the caller
                 sys.stdout.flush()
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message())
-        sys.exit(2)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
     except (ValueError, TypeError) as error:
@@ -658,10 +668,10 @@ def main() -> None:
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
     except BrokenPipeError:  # whoever read the output has had enough
-        _forget_output()
+        _forget(sys.stdout)
         sys.exit(1)
     except OSError as error:  # the disk is full, for instance
-        _forget_output()
+        _forget(sys.stdout)
         _fail(f"cannot print: {error.strerror or error}" if error.filename is None else error, 1)
     except (click.Abort, KeyboardInterrupt):
         _fail("interrupted", 130)

@@ -8,7 +8,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 from rich import box
@@ -175,12 +175,18 @@ def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: s
         table.add_column(name, overflow="fold")  # a digit is never left out
     for row in cells:
         table.add_row(*row)
-    # In a pipe a line is as long as it needs to be; there is no output at all where it was closed.
-    on_terminal = sys.stdout is not None and sys.stdout.isatty()
-    console = Console(width=None if on_terminal else 2 * checks.MAX_DIGITS, markup=False, highlight=False)
+    shown = _is_terminal(sys.stdout)
+    # In a pipe a line is as long as it needs to be.
+    width = None if shown else 2 * checks.MAX_DIGITS
+    console = Console(width=width, force_terminal=shown, markup=False, highlight=False)
     with console.capture() as capture:
         console.print(table)
     click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    """Whether a stream is a terminal: not by the environment's word (FORCE_COLOR), and not if it was closed."""
+    return stream is not None and not stream.closed and stream.isatty()
 
 
 def keep_printing() -> None:
@@ -192,7 +198,7 @@ def keep_printing() -> None:
 
 def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
     """Show progress on a terminal, and take it away when done."""
-    console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    hidden = not _is_terminal(sys.stderr)
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=hidden) as progress:
         yield from progress.track(steps, description=description)

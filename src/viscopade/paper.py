@@ -32,6 +32,11 @@ LEAST_DECIMALS = 5
 BETA_ICE_CGS = "1.307"
 
 
+def last_digit(printed: str) -> Decimal:
+    """Return one in the last digit that the table has of a number, zeros at the end that it leaves out included."""
+    return Decimal(1).scaleb(-max(len(printed.partition(".")[2]), LEAST_DECIMALS))
+
+
 @dataclass(frozen=True)
 class Entry:
     """One printed coefficient of tab:padeCoeffs beside ours.
@@ -64,8 +69,7 @@ class Entry:
     @property
     def rounded(self) -> str:
         """Our value rounded as the paper prints its own."""
-        decimals = max(len(self.printed.partition(".")[2]), LEAST_DECIMALS)
-        return str(Decimal(self.ours).quantize(Decimal(1).scaleb(-decimals), ROUND_HALF_EVEN))
+        return str(Decimal(self.ours).quantize(last_digit(self.printed), ROUND_HALF_EVEN))
 
     @property
     def agrees(self) -> bool:

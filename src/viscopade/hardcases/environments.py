@@ -137,8 +137,8 @@ _QUICK = (
     Environment("Latin-1 only", {"PYTHONIOENCODING": "latin-1"}, bytes=False),
     Environment("-OO, -W error, -X dev", {"PYTHONHASHSEED": "1"}, ("-OO", "-W", "error", "-X", "dev")),
     Environment(
-        "directory deleted; no HOME, PATH, LANG; COLUMNS=1",
-        {"HOME": _NOWHERE, "PATH": "", "COLUMNS": "1", "LANG": None},
+        "directory deleted; no HOME, PATH, LANG; COLUMNS=1, FORCE_COLOR=1",
+        {"HOME": _NOWHERE, "PATH": "", "COLUMNS": "1", "LANG": None, "FORCE_COLOR": "1"},
         directory="deleted",
     ),
 )
@@ -367,7 +367,7 @@ def check(thorough: bool) -> Result:
     of_settings, differing, lost = settings(list(SETTINGS) if thorough else list(SETTINGS)[:4:3])
     recorded = record()
     everything = [*rows, *of_streams, terminal, *of_settings]
-    bytes_ = [row for (given, _), row in zip(ran, rows, strict=True) if given.bytes]
+    bytes_ = [terminal, *(row for (given, _), row in zip(ran, rows, strict=True) if given.bytes)]
     others = [row for (given, _), row in zip(ran, rows, strict=True) if not given.bytes]
     checks = (
         Check("environments in which the output differs in any byte", sum(not r.good for r in bytes_), "==", 0),

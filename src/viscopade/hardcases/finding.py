@@ -218,8 +218,10 @@ def _table(node: Node) -> Table:
 
 
 def _cell(node: Node) -> Cell:
-    if isinstance(node.value, bool) or not isinstance(node.value, str | int | float):
-        raise node.refuse("text or a number")
+    if isinstance(node.value, str):
+        return node.value
+    if isinstance(node.value, bool) or not isinstance(node.value, int | float) or not math.isfinite(node.value):
+        raise node.refuse("text or a finite number")  # JSON has no other
     return node.value
 
 

@@ -25,7 +25,7 @@ from viscopade.kernels import speed
 from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.kernels.binary import exact as fraction
 from viscopade.lookup_full import FullTable
-from viscopade.paper import TABLE
+from viscopade.paper import TABLE, last_digit
 from viscopade.program import smallest
 
 DIGITS = 30
@@ -257,13 +257,14 @@ class Quotient(NamedTuple):
         return float(abs((bottom - top) / bottom / truth(v_star).loss - 1))
 
 
-def printed(more: str = "") -> Iterator[Quotient]:
-    """Yield the paper's approximants with printed coefficients, `more` added to a_1."""
+def printed(*, off: bool = False) -> Iterator[Quotient]:
+    """Yield the paper's approximants with printed coefficients; if `off`, a_1 is one more in its last digit."""
     for (m, n), (a, b) in TABLE.items():
         if m:
             first, *rest = (fraction(c) for c in a[1:])
-            top = fraction(a[0]), first + (fraction(more) if more else 0), *rest
-            end = f"a_1 + {more}" if more else "as printed"
+            more = last_digit(a[1])
+            top = fraction(a[0]), first + (Fraction(more) if off else 0), *rest
+            end = f"a_1 + {more:f}" if off else "as printed"
             yield Quotient(f"Padé [{m}/{n}], {end}", top, tuple(fraction(c) for c in b))
 
 
@@ -277,7 +278,6 @@ def best() -> Iterator[Quotient]:
 
 # --- the case ---------------------------------------------------------------------------------------------------------
 
-OFF = "0.000001"  # one in the last digit that the paper prints
 ELASTIC = {DOUBLE: 5e-9, FLOAT: 1e-4}  # 1 - eps is less than half of the numbers' distance below 1
 
 Errors = dict[Way, list[tuple[float, float]]]
@@ -349,7 +349,7 @@ def _naive_table() -> Table:
 def _formulas() -> Table:
     at = [Fraction(text) for text in ("1e-2", "1e-4", "1e-8", "1e-16")]
     rows = tuple(
-        (q.name, *(f"{q.loss_error(v_star):.2e}" for v_star in at)) for q in (*printed(), *printed(OFF), *best())
+        (q.name, *(f"{q.loss_error(v_star):.2e}" for v_star in at)) for q in (*printed(), *printed(off=True), *best())
     )
     header = ("formula", *(f"v* = {float(v_star):g}" for v_star in at))
     return Table("Relative error of 1 - N/D, evaluated exactly", header, rows)
@@ -372,7 +372,7 @@ def _charts(errors: Errors, speeds: Sequence[float]) -> Iterator[Chart]:
                 curves.append(curve(way.kernel, [v for v, _ in shown], [e for _, e in shown]))
         yield Chart(f"Relative error of 1 - eps, type {form.name}", r"$v_\ast$", "relative error", tuple(curves))
     at = [Fraction(10) ** -k for k in range(1, 13)]
-    chosen = [q for q in (*printed(), *printed(OFF), *best()) if q.name.startswith(("Padé [3/6]", "best [3/7]"))]
+    chosen = [q for q in (*printed(), *printed(off=True), *best()) if q.name.startswith(("Padé [3/6]", "best [3/7]"))]
     curves = [curve(q.name, at, [q.loss_error(v_star) for v_star in at]) for q in chosen]
     yield Chart("1 - N/D, evaluated exactly", r"$v_\ast$", "relative error of 1 - eps", tuple(curves))
 
@@ -381,7 +381,7 @@ def _summary(here: Mapping[Way, tuple[float, float]]) -> str:
     stated = {way: found for way, found in here.items() if not math.isnan(found[0])}
     worst = max(stated, key=lambda way: stated[way][1])
     error = float(naive_errors(DOUBLE, naive(DOUBLE)["full"], np.array([V_STAR]))[0])
-    off = list(printed(OFF))[-1]
+    off = list(printed(off=True))[-1]
     own = next(found[0] for way, found in here.items() if (way.kernel, way.form) == ("full", DOUBLE))
     return (
         f"At v* = {V_STAR:g}, where 1 - eps = {float(truth(Fraction(V_STAR)).loss):.4g}, {len(stated)} functions of "

@@ -70,7 +70,7 @@ def printed(full: Pade, a: Sequence[str], b: Sequence[str]) -> Printed:
 
 
 def _half_unit(text: str) -> Fraction:
-    return Fraction(1, 2 * 10 ** max(len(text.partition(".")[2]), paper.LEAST_DECIMALS))
+    return Fraction(paper.last_digit(text)) / 2
 
 
 # --- errors at one v* -------------------------------------------------------------------------------------------------
