@@ -139,6 +139,10 @@ def test_a_measured_nan_goes_to_json_and_back_as_a_failure():
         (lambda data: data["cases"][0]["result"]["charts"][0].update(x_scale="cubic"), "accepted is linear, log"),
         (lambda data: data["cases"][0]["result"]["tables"][0]["rows"][0].append([]), r"rows\[0\]\[2\] is \[\]"),
         (
+            lambda data: data["cases"][0]["result"]["tables"][0]["rows"][0].append(float("nan")),
+            r"rows\[0\]\[2\] is nan: accepted is text or a finite number",
+        ),
+        (
             lambda data: data["cases"][0]["result"]["tables"][0]["rows"][0].append(1),
             r"tables\[0\]: table .* 2 cells: acc",
         ),

@@ -76,6 +76,17 @@ def test_settings_that_are_lost_are_found(monkeypatch):
     assert environments.settings(["mpmath at 7 digits"])[1:] == (0, 1)
 
 
+def test_a_program_that_sets_its_locale_has_decimal_commas(monkeypatch):
+    here, _ = environments.locales()
+    if not here:
+        pytest.skip("there is no locale with decimal commas")
+    chosen = ["locale of the environment"]
+    assert environments.settings(chosen, here)[1:] == (0, 0)
+    printed = "import locale\nresults[0] = locale.str(1.5)\nprint(json"
+    monkeypatch.setattr(environments, "API", environments.API.replace("print(json", printed))
+    assert environments.settings(chosen, here)[1:] == (1, 0)
+
+
 def test_streams_that_are_not_treated_well_are_found(monkeypatch):
     monkeypatch.setattr(environments, "ONE", "import sys\nfor _ in range(9999): print({words!r})")
     assert not environments.reader_leaves().good  # a traceback

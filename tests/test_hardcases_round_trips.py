@@ -364,6 +364,16 @@ def test_a_rounding_error_beyond_the_bound_is_seen():
     assert max(good[3:]) <= 1 < min(bad[3:])
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_an_export_that_gives_no_number_is_seen(value):
+    request = exports.Request(pade=[(3, 6)])
+    (kernel,), (record,) = request.quotients(), json.loads(request.render("json"))["approximants"]
+    found = compiled_text.Compared()
+    x = np.array([0.5, 1.0])
+    compiled_text._compare_with_exact(kernel, record, DOUBLE, x, lambda _: np.array([value, value]), found)
+    assert found.rows[0][3] == math.inf
+
+
 def test_a_changed_coefficient_in_a_table_is_seen():
     module, found = {"A_K": (1.0, 0.5), "B_K": (1.0,)}, compiled_text.Compared()
     compiled_text._compare_coefficients(((Fraction(1), Fraction(1, 2)), (Fraction(1), Fraction(0))), module, "K", found)

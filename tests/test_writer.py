@@ -6,6 +6,7 @@ import errno
 import os
 import stat
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,29 @@ def test_missing_directories_are_made_only_if_asked(tmp_path: Path) -> None:
     refused(tmp_path, lambda: write(target, OURS), "there is no directory .*b$")
     write_all({target: OURS}, parents=True)
     assert contents(tmp_path) == {"a": None, "a/b": None, "a/b/table.csv": OURS.encode()}
+
+
+@pytest.mark.parametrize(("times", "written"), [(1, True), (9, True), (10, False)])
+def test_a_directory_that_another_run_takes_away_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int, written: bool
+) -> None:
+    """Another run that made it, and failed, removes it between our look at it and our first file there."""
+    target, stage = tmp_path / "new" / "deeper" / "a.csv", writer._stage
+    left = [None] * times
+
+    def staged(path: Path, content: bytes, undo: ExitStack) -> Path:
+        if left:
+            left.pop()
+            path.parent.rmdir()
+            path.parent.parent.rmdir()
+        return stage(path, content, undo)
+
+    monkeypatch.setattr(writer, "_stage", staged)
+    if written:
+        write_all({target: OURS}, parents=True)
+        assert contents(tmp_path / "new" / "deeper") == {"a.csv": OURS.encode()}
+    else:
+        refused(tmp_path, lambda: write_all({target: OURS}, parents=True), "cannot write .*No such file or directory")
 
 
 @pytest.mark.parametrize("parents", [False, True])

@@ -16,6 +16,7 @@ from viscopade.kernels import MARKER
 _HEAD = 1000  # bytes at a text file's beginning that must carry the marker
 _PICTURES = {".pdf", ".png", ".svg"}  # these carry it among their metadata, wherever that is
 _TEMPORARY = re.compile(r"[.]viscopade-[0-9a-f]{16}[.]tmp")
+_ATTEMPTS = 10  # to write into a directory that other runs take away
 _STALE = 24 * 3600  # seconds; a temporary file lives for as long as the texts of one call take to be written
 
 
@@ -76,8 +77,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         staged = []
         for path, content in files.items():
             with _reporting(path):
-                _make_directory(path.parent, undo)
-                staged.append((_stage(path, content, undo), path))
+                staged.append((_stage_in_directory(path, content, undo), path))
         check(files, parents=parents)
         for temporary, path in staged:
             with _reporting(path):
@@ -132,6 +132,19 @@ def _make_directory(directory: Path, undo: ExitStack) -> None:
         with suppress(FileExistsError):  # another process may have made it since
             directory.mkdir()
             undo.callback(_quietly, directory.rmdir)
+
+
+def _stage_in_directory(path: Path, content: bytes, undo: ExitStack) -> Path:
+    """Stage a file, its directory being made if it is missing.
+
+    Another run that made the directory and failed removes it again, as long as it is empty: then it is made once more.
+    """
+    for _ in range(_ATTEMPTS - 1):
+        with suppress(FileNotFoundError):
+            _make_directory(path.parent, undo)
+            return _stage(path, content, undo)
+    _make_directory(path.parent, undo)
+    return _stage(path, content, undo)
 
 
 def _stage(path: Path, content: bytes, undo: ExitStack) -> Path:

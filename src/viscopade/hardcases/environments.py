@@ -336,13 +336,17 @@ def _matrix(rows: Sequence[Mapping[str, str]]) -> Table:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def settings(chosen: Sequence[str]) -> tuple[list[Row], int, int]:
-    """Call the package after a program has set something; return also how many results, and settings, changed."""
+def settings(chosen: Sequence[str], here: Sequence[str] = ()) -> tuple[list[Row], int, int]:
+    """Call the package after a program has set something; return also how many results, and settings, changed.
+
+    The locale of the environment is the first of `here`, if there is one: a program that sets it has decimal commas.
+    """
+    locale = {"LC_ALL": here[0]} if here else {}
     usual = json.loads(run(API.format(before="", state="None")).out)[0]
     rows, differing, lost = [], 0, 0
     for name in chosen:
         before, state = SETTINGS[name]
-        ran = run(API.format(before=before, state=state))
+        ran = run(API.format(before=before, state=state), changed=locale)
         found, was, now = json.loads(ran.out) if ran.status == 0 else ([], "", "lost")
         same = sum(a == b for a, b in zip(found, usual, strict=False))
         differing += len(usual) - same
@@ -364,7 +368,7 @@ def check(thorough: bool) -> Result:
     streams = [reader_leaves(), disk_full(), closed(1), *((closed(0), closed(2), closed(0, 1, 2)) if thorough else ())]
     terminal, left = on_terminal(usual)
     of_streams = [row for row in streams if row is not None]
-    of_settings, differing, lost = settings(list(SETTINGS) if thorough else list(SETTINGS)[:4:3])
+    of_settings, differing, lost = settings(list(SETTINGS) if thorough else list(SETTINGS)[:4:3], here)
     recorded = record()
     everything = [*rows, *of_streams, terminal, *of_settings]
     bytes_ = [terminal, *(row for (given, _), row in zip(ran, rows, strict=True) if given.bytes)]
