@@ -135,7 +135,7 @@ def test_curves_of_epsilon(sheets, name, gid):
     for x, y in points:
         v_star = of_ice(x) if name == "expVsAnaVsNum" else mpf(x)
         expected = true(v_star) if gid.startswith("exact") else model(gid, v_star)
-        assert y == pytest.approx(float(expected), rel=1e-9)
+        assert y == pytest.approx(float(expected), rel=1e-9, abs=0)
     assert len({y for _, y in points}) == len(points)
 
 
@@ -183,7 +183,7 @@ def test_power_laws(sheets):
         ("limit-power", mpf("1.5") ** (mpf(2) / 3), mpf(-10) / 3),
     ):
         for x, y in samples(artist(sheet, gid)):
-            assert y == pytest.approx(float(factor * mpf(x) ** exponent), rel=1e-12)
+            assert y == pytest.approx(float(factor * mpf(x) ** exponent), rel=1e-12, abs=0)
         for suffix in ("", "-inset"):
             line = artist(sheets["localSlope"], gid + suffix)
             np.testing.assert_allclose(line.get_ydata(), float(exponent), rtol=1e-12)
@@ -208,7 +208,7 @@ def test_errors_of_truncated_series(sheets):
         for x, y in samples(artist(sheets["seriesErrors"], f"series-{order}")):
             with mp.workdps(30):
                 expected = abs(model(f"series-{order}", mpf(x)) / true(x) - 1)
-            assert y == pytest.approx(float(expected), rel=1e-3)
+            assert y == pytest.approx(float(expected), rel=1e-3, abs=0)
 
 
 @pytest.mark.parametrize("m", [0, 1, 2, 3, 15, 25])
@@ -218,7 +218,7 @@ def test_errors_of_approximants(sheets, m):
             with mp.workdps(30):
                 deviation = abs(model(f"pade-{m}-{m + 3}", mpf(x)) - true(x))
                 expected = deviation / true(x, "epsilon" if size == "epsilon" else "one_minus_epsilon")
-            assert y == pytest.approx(float(expected), rel=1e-2)
+            assert y == pytest.approx(float(expected), rel=1e-2, abs=0)
 
 
 def test_errors_for_ice(sheets):
@@ -234,7 +234,7 @@ def test_errors_for_ice(sheets):
 def test_the_fit_is_a_curve_over_the_range_of_its_speeds_and_labelled_so(sheets, name):
     line = artist(sheets[name], "fit")
     assert line.get_marker() == "None"
-    assert (line.get_xdata()[0], line.get_xdata()[-1]) == pytest.approx(FIT_SPEEDS, rel=1e-12)
+    assert (line.get_xdata()[0], line.get_xdata()[-1]) == pytest.approx(FIT_SPEEDS, rel=1e-12, abs=0)
     assert any("fit of Bridges et al." in text.get_text() for text in sheets[name].findobj(Annotation))
     if name == "expVsAnaVsNum":
         np.testing.assert_allclose(line.get_ydata(), FIT_FACTOR * line.get_xdata() ** FIT_EXPONENT, rtol=1e-12)
@@ -300,7 +300,7 @@ def test_errors_of_the_best_approximant_and_of_the_papers(sheets):
                 deviation = model(gid, mpf(x)) - epsilon
             size = {"of-epsilon": epsilon, "of-loss": loss}.get(gid, min(epsilon, loss))
             expected = abs(deviation) / size if gid in ("pade-3-6", "best") else deviation / size / unit
-            assert y == pytest.approx(float(expected), rel=1e-3, abs=1e-9)
+            assert y == pytest.approx(float(expected), rel=1e-3, abs=0)
 
 
 def test_the_error_of_the_best_approximant_equioscillates_as_the_caption_says(sheets):

@@ -35,7 +35,7 @@ def failing(kernels, **changes):
 
 def test_quick_run_passes(result):
     assert [check.statement for check in result.checks if not check.holds] == []
-    assert len(result.checks) == 8
+    assert len(result.checks) == 7
     assert all(len(table.rows) <= 40 for table in result.tables)
 
 
@@ -132,17 +132,6 @@ def test_a_missing_power_fails(kernels):
     kernel = kernels["best [3/7]", DOUBLE]
     far = replace(kernel.far, result=exported.Name("numerator") / exported.Name("denominator") * exported.Name("u"))
     assert any("far out" in statement for statement in failing([replace(kernel, far=far)]))
-
-
-def test_what_takes_negative_numbers_fails(kernels):
-    kernel = kernels["best [3/7]", DOUBLE]
-
-    class Careless(case.Kernel):
-        def exported(self, v_star):
-            return kernel.exported(np.abs(v_star))
-
-    broken = Careless(**{name: getattr(kernel, name) for name in kernel.__dataclass_fields__})
-    assert failing([broken]) == ["negative numbers and NaN give NaN (number of other results)"]
 
 
 def test_a_kernel_that_leaves_the_range_fails(kernels):

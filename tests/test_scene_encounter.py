@@ -82,7 +82,7 @@ SCENES = {
 def test_range_of_beta_is_that_of_all_radii(name):
     scene = SCENES[name]
     found, beta = met(scene), grid_of_beta(scene)
-    assert beta.max() == pytest.approx(found.strongest.beta, rel=1e-13)  # at a corner, which the grid has
+    assert beta.max() == pytest.approx(found.strongest.beta, rel=1e-13, abs=0)  # at a corner, which the grid has
     assert found.weakest.beta <= beta.min() * (1 + 1e-13)
     assert found.weakest.beta == pytest.approx(beta.min(), rel=1e-4)  # and no lower than it must be
 
@@ -134,7 +134,7 @@ def test_v_star_is_rounded_outwards(name):
     for pair, speed, end, sign in ((found.weakest, 0.01, low, 1), (found.strongest, 1.0, high, -1)):
         v_star = math.sqrt(pair.beta) * speed**0.1
         assert sign * (v_star - end) > 0
-        assert v_star == pytest.approx(float(end), rel=1e-11)
+        assert v_star == pytest.approx(float(end), rel=1e-11, abs=0)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -168,8 +168,8 @@ def test_speeds_of_a_temperature_are_those_of_impacts(kind):
 def test_tails_of_a_temperature(tail):
     s = math.sqrt(2 * 0.7)
     slowest, mean, fastest = Temperature(0.7, tail).of(wall=False)
-    assert math.exp(-(fastest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12)
-    assert -math.expm1(-(slowest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12)
+    assert math.exp(-(fastest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
+    assert -math.expm1(-(slowest**2) / (2 * s**2)) == pytest.approx(tail, rel=1e-12, abs=0)
     assert slowest < mean < fastest or tail > 0.4
 
 
@@ -411,7 +411,7 @@ def test_units_of_simulators():
     assert contact.pair.first.density == pytest.approx(2.5)
     assert contact.pair.first.dissipative_constant == pytest.approx(1e6 * GLASS.dissipative_constant)
     assert contact.fastest == pytest.approx(1e-4)
-    assert contact.pair.v_star(contact.fastest) == pytest.approx(si.pair.v_star(si.fastest), rel=1e-13)
+    assert contact.pair.v_star(contact.fastest) == pytest.approx(si.pair.v_star(si.fastest), rel=1e-13, abs=0)
     assert contact.pair.contact_time(contact.typical) == pytest.approx(1e6 * si.pair.contact_time(si.typical))
 
 
@@ -468,7 +468,7 @@ def test_ice_is_that_of_the_paper():
     ice = scene.materials["ice"]
     pair = Pair(ice.sphere(0.0275), ice.wall())
     assert pair.speed(1.0) == pytest.approx(0.00262, rel=0.2)
-    assert pair.epsilon(0.01) == pytest.approx(0.32, rel=1e-12)
+    assert pair.epsilon(0.01) == pytest.approx(0.32, rel=1e-12, abs=0)
 
 
 def test_rubber_is_warned_of_and_glass_is_not():

@@ -258,7 +258,7 @@ def test_beta_of_given_radii(tmp_path, unit, form):
                 radii = (r1, r1 if encounter.meeting.second == encounter.meeting.first else r2)
                 expected = scale.beta(given.pair(encounter.meeting, radii).beta)
                 found = call(index, *(kind(r / scale.length) for r in radii))
-                assert found == pytest.approx(expected, rel=1e-14 if form == "double" else 1e-6)
+                assert found == pytest.approx(expected, rel=1e-14 if form == "double" else 1e-6, abs=0)
 
 
 def test_beta_of_given_radii_in_python():
@@ -267,7 +267,7 @@ def test_beta_of_given_radii_in_python():
     for encounter in made.encounters:
         for radii in ((0.01, 0.02), (0.02, 0.005), (3e-3, 3e-3)):
             found = module["beta_of"](encounter.name, *radii)
-            assert found == pytest.approx(made.scene.pair(encounter.meeting, radii).beta, rel=1e-14)
+            assert found == pytest.approx(made.scene.pair(encounter.meeting, radii).beta, rel=1e-14, abs=0)
         assert module["BETA"][encounter.name] == encounter.pair.beta
 
 
@@ -376,7 +376,7 @@ def test_fortran_takes_two_scenes(tmp_path):
     )
     succeed(tmp_path, gfortran, "-Wall", "-Werror", "tiny.f90", "other.f90", "main.f90", "-o", "both")
     found = [float(word) for word in succeed(tmp_path, str(tmp_path / "both")).split()]
-    assert found[:2] == pytest.approx(list(BETAS.values()), rel=1e-14)
+    assert found[:2] == pytest.approx(list(BETAS.values()), rel=1e-14, abs=0)
     assert 0 < found[3] < found[2] < 1
     assert found[4:] == [5, 5]
 
@@ -387,7 +387,7 @@ def test_beta_of_given_radii_in_javascript(tmp_path):
     calls = "m.beta_of(m.pair_a_b, 0.02, 0.005), m.beta_of(m.pair_a_wall, 0.01)"
     (tmp_path / "main.mjs").write_text(f'import * as m from "./tiny.mjs";\nconsole.log({calls});\n')
     found = [float(word) for word in succeed(tmp_path, node, "main.mjs").split()]
-    assert found == pytest.approx(list(BETAS.values()), rel=1e-14)
+    assert found == pytest.approx(list(BETAS.values()), rel=1e-14, abs=0)
 
 
 def test_beta_of_given_radii_in_rust(tmp_path):

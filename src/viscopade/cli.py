@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 COMPARED_DIGITS = 20
 LONGEST = 1 << 24  # bytes of a file that is read
 LONGEST_LINE = 5000  # characters of a message
+NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # for what is printed
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -667,12 +669,14 @@ def main() -> None:
         _fail(error, 1)
     except (ArithmeticError, RuntimeError) as error:
         _fail(error, 1)
+    except MemoryError:
+        _fail("there is not enough memory: accepted are fewer digits, a lower order, or fewer inputs at once", 1)
     except BrokenPipeError:  # whoever read the output has had enough
         _forget(sys.stdout)
         sys.exit(1)
     except OSError as error:  # the disk is full, for instance
         _forget(sys.stdout)
-        _fail(f"cannot print: {error.strerror or error}" if error.filename is None else error, 1)
+        _fail(f"cannot print: {error.strerror or error}" if error.errno in NO_ROOM else error, 1)
     except (click.Abort, KeyboardInterrupt):
         _fail("interrupted", 130)
     sys.exit(status if isinstance(status, int) else 0)

@@ -198,7 +198,9 @@ def keep_printing() -> None:
 
 def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
     """Show progress on a terminal, and take it away when done."""
+    if not _is_terminal(sys.stderr):
+        yield from steps
+        return
     columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    hidden = not _is_terminal(sys.stderr)
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=hidden) as progress:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         yield from progress.track(steps, description=description)

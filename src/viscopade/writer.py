@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
 import stat
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -82,8 +82,8 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         for temporary, path in staged:
             with _reporting(path):
                 os.replace(temporary, path)
-    for directory in {path.parent for path in files}:
-        _remove_stale(directory)
+    for directory, path in {path.parent: path for path in files}.items():
+        _remove_stale(directory, path)
 
 
 @contextmanager
@@ -154,20 +154,30 @@ def _stage(path: Path, content: bytes, undo: ExitStack) -> Path:
     with temporary.open("xb") as file:  # like any new file, with the permissions that the umask leaves
         file.write(content)
         file.flush()
-        os.fsync(file.fileno())
+        _synchronise(file.fileno())
     if path.exists():
         temporary.chmod(stat.S_IMODE(path.stat().st_mode))
     return temporary
 
 
-def _remove_stale(directory: Path) -> None:
-    """Remove what processes that were killed long ago have left.
+def _synchronise(descriptor: int) -> None:
+    """Wait until a file is on the disk, where the file system can."""
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+            raise
+
+
+def _remove_stale(directory: Path, written: Path) -> None:
+    """Remove what processes that were killed long ago have left, by the clock that dated the file just written.
 
     A process that was only stopped for so long cannot replace its targets any more, and says so: they stay old.
     """
     with suppress(OSError), os.scandir(directory) as entries:
+        now = written.stat().st_mtime
         for entry in entries:
-            if _TEMPORARY.fullmatch(entry.name) and time.time() - entry.stat(follow_symlinks=False).st_mtime > _STALE:
+            if _TEMPORARY.fullmatch(entry.name) and now - entry.stat(follow_symlinks=False).st_mtime > _STALE:
                 _quietly(Path(entry.path).unlink)
 
 

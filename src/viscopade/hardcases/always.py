@@ -27,9 +27,8 @@ from viscopade.arrays import FloatArray
 from viscopade.balls import ball_of, working
 from viscopade.double import ULP
 from viscopade.hardcases.double_trips import change_of_portion, log_uniform, speeds
-from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, binned, curve
 from viscopade.hardcases.material_trips import proven_restitution
-from viscopade.hardcases.round_trips import binned
 from viscopade.pade import DegenerateError, Pade, Root, pade
 from viscopade.series import series
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
@@ -51,6 +51,8 @@ class Plan:
     longest: tuple[str, int]
     by_series: tuple[str, int, int]
     """v*, digits, and the order of the series."""
+    inverse_by_series: tuple[str, int, int]
+    """1 - eps, and the same."""
     near_order: int
     far_order: int
     coefficient_digits: int
@@ -66,6 +68,7 @@ QUICK = Plan(
     trip_digits=20,
     longest=("1e-300", 150),
     by_series=("1e-30", 100, 6),
+    inverse_by_series=("1e-30", 100, 9),
     near_order=5,
     far_order=5,
     coefficient_digits=50,
@@ -91,6 +94,7 @@ THOROUGH = Plan(
     trip_digits=50,
     longest=("1e-300", 1000),
     by_series=("1e-30", 1000, 36),
+    inverse_by_series=("1e-30", 1000, 69),
     near_order=8,
     far_order=8,
     coefficient_digits=220,
@@ -233,10 +237,27 @@ def inverse_comparisons(plan: Plan) -> list[Comparison]:
 def series_comparisons(plan: Plan) -> list[Comparison]:
     """Compare 1 - eps with the series of `viscopade.series`, a third way."""
     at, digits, order = plan.by_series
+    exactly = _collision(at, digits).one_minus_epsilon
+    return [
+        compared(NEAR, "one_minus_epsilon", at, digits, exactly, _loss(order, digits)),
+        _back_by_series(*plan.inverse_by_series),
+    ]
+
+
+def _back_by_series(given: str, digits: int, order: int) -> Comparison:
+    """Put v*(1 - eps) into the series, which has to give back 1 - eps: no order of v* itself is compared."""
+    v_star = _inverse("one_minus_epsilon", given, digits + 5).decimals()["v_star"]
+    with working(bits_for(digits) + 128):
+        loss = ball_of(Fraction(given))
+    found = compared(NEAR, "one_minus_epsilon", v_star, digits, loss, _loss(order, digits))
+    orders = tuple(replace(order, resolved=False) for order in found.orders)
+    return replace(found, quantity="v_star", at=given, orders=orders)
+
+
+def _loss(order: int, digits: int) -> PowerExpansion:
     with working(bits_for(digits) + 64):
         loss = tuple((k, -h_k) for k, h_k in enumerate(series(order, digits).h) if k > 0 and h_k != 0)
-    expansion = PowerExpansion((1, 1), loss)
-    return [compared(NEAR, "one_minus_epsilon", at, digits, _collision(at, digits).one_minus_epsilon, expansion)]
+    return PowerExpansion((1, 1), loss)
 
 
 def _near(plan: Plan) -> dict[str, PowerExpansion]:

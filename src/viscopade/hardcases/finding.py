@@ -12,6 +12,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypeVar, cast, get_args
 
+import numpy as np
+
+from viscopade.arrays import FloatArray
 from viscopade.document import Node
 
 Relation = Literal["<=", ">=", "=="]
@@ -182,6 +185,17 @@ def curve(name: str, x: Iterable[Any], y: Iterable[Any], look: Look = "line") ->
     points = [(float(p), float(q)) for p, q in zip(x, y, strict=True)]
     finite = [point for point in points if all(map(math.isfinite, point))]
     return Curve(name, tuple(p for p, _ in finite), tuple(q for _, q in finite), look)
+
+
+def binned(x: FloatArray, y: FloatArray, edges: FloatArray) -> tuple[list[float], list[float]]:
+    """Return the middle of each interval between edges (log10 of x), and the largest y of the points there."""
+    place = np.digitize(np.log10(x), edges) - 1
+    found = np.full(len(edges) - 1, -np.inf)
+    inside = (place >= 0) & (place < len(found))
+    np.maximum.at(found, place[inside], y[inside])
+    middles = 10 ** ((edges[1:] + edges[:-1]) / 2)
+    taken = np.isfinite(found)
+    return middles[taken].tolist(), found[taken].tolist()
 
 
 def signed(value: float) -> str:

@@ -208,21 +208,17 @@ def run(thorough: bool) -> Result:
 
 
 def _checks(chosen: Sequence[Kernel], fails: Sequence[Failure], thorough: bool) -> Iterator[Check]:
-    lost, beyond, accepted = 0, 0, 0
+    lost, beyond = 0, 0
     for kernel in chosen:
         x = all_sizes(kernel.form, 40 if thorough else 4)
         found = kernel.exported(x)
         lost += int(np.count_nonzero(~np.isfinite(found)))
         if kernel.near.roots:
             beyond += int(np.count_nonzero((found < 0) | (found > 1)))
-        refused = _of_type(REFUSED, kernel.form)
-        refused = refused[(refused < 0) | np.isnan(refused)]  # in type float -1e-300 is -0
-        accepted += int(np.count_nonzero(~np.isnan(kernel.exported(refused))))
     yield Check(
         "the exported forms give a finite number for every v* >= 0 that was tried (number of others)", lost, "==", 0
     )
     yield Check("half-line kernels stay within [0, 1] (number of results outside)", beyond, "==", 0)
-    yield Check("negative numbers and NaN give NaN (number of other results)", accepted, "==", 0)
     most = max(relative_error(kernel, v) / allowed_far(kernel) for kernel in chosen for v in (*FAR, 1e20, 1e25, 1e90))
     statement = (
         "far out, exported forms err at most by the roundings of first terms, quotient and powers (ratio to that)"

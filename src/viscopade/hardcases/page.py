@@ -15,6 +15,7 @@ PAGE, NUMBERS = "hard-cases.md", "hard-cases.json"
 CHECKS = ("statement", "measured", "limit", "holds")
 WIDTH = 120  # columns of text
 DIGITS = 3  # of measured numbers in text; JSON has all of them
+WARNING = "Not all checks hold, so these words may not, either:"
 COUNTS = 1e15  # whole numbers below this are shown in full
 
 # What Markdown would take for a command.
@@ -54,7 +55,13 @@ def markdown(findings: Sequence[Finding]) -> str:
     jinja.filters |= {"wrapped": _prose, "cell": _cell}
     made_by = command(findings)
     return jinja.get_template("hardcases.md.jinja").render(
-        marker=marker_line(made_by), command=made_by, findings=findings, verdict=verdict, checks=checks, header=CHECKS
+        marker=marker_line(made_by),
+        command=made_by,
+        findings=findings,
+        verdict=verdict,
+        checks=checks,
+        header=CHECKS,
+        warning=WARNING,
     )
 
 
@@ -67,7 +74,9 @@ def verdict(finding: Finding) -> str:
 
 def introduction(finding: Finding) -> str:
     """Return the words before a case's tables, for a terminal."""
-    words = (f"{finding.name}: {finding.title}", finding.question, finding.result.summary)
+    words = [f"{finding.name}: {finding.title}", finding.question, finding.result.summary]
+    if not finding.result.passes:
+        words.insert(2, WARNING)
     return "\n\n".join(fill(text, WIDTH) for text in words)
 
 

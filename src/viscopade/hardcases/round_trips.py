@@ -35,7 +35,7 @@ from viscopade.hardcases.double_trips import (
     relative,
     ulp_of,
 )
-from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, binned, curve
 from viscopade.hardcases.material_trips import Tally
 
 SEED = 7
@@ -370,17 +370,6 @@ def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int])
     )
     header = ("trip", "starts", "refused", "error/2^-53", "limit/2^-53 there", "largest error/limit")
     return Table("Materials, units and quantities", header, tuple(rows))
-
-
-def binned(x: FloatArray, y: FloatArray, edges: FloatArray) -> tuple[list[float], list[float]]:
-    """Return the middle of each interval between edges (of logarithms) and the largest y of the points there."""
-    place = np.digitize(np.log10(x), edges) - 1
-    found = np.full(len(edges) - 1, -np.inf)
-    inside = (place >= 0) & (place < len(found))
-    np.maximum.at(found, place[inside], y[inside])
-    middles = 10 ** ((edges[1:] + edges[:-1]) / 2)
-    taken = np.isfinite(found)
-    return middles[taken].tolist(), found[taken].tolist()
 
 
 def _points_and_limit(name: str, trip: Trip, edges: FloatArray) -> Iterable[Curve]:

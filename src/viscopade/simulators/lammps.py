@@ -42,6 +42,7 @@ _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
 _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
+_TOO_MANY_STEPS = 10_000_000
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
 _POSITIVE = arrays.Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 
@@ -154,11 +155,17 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     TypeError
         If an argument is not a real number.
     ValueError
-        If speed or timestep is not a finite number > 0.
+        If speed or timestep is not a finite number > 0, or the time step is a 10,000,000th of the contact or less.
     """
     v = arrays.number("speed", speed, _POSITIVE)
     h = arrays.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
-    steps = float(pair.contact_time(v)) / float(timestep)
+    contact = float(pair.contact_time(v))
+    steps = contact / float(timestep)
+    if steps > _TOO_MANY_STEPS:
+        least = contact / _TOO_MANY_STEPS
+        raise ValueError(
+            f"timestep is {timestep!r}: accepted is at least {least:.3g}, {_TOO_MANY_STEPS:,} in a contact"
+        )
     return _rebound(float(pair.v_star(v)) ** 2, h, phase, math.ceil(_PATIENCE * max(steps, min(STEPS))))
 
 
