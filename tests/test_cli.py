@@ -269,6 +269,15 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
     assert plain.stdout == forced.stdout
 
 
+def test_a_home_that_cannot_be_written_to_is_not_mentioned(tmp_path):
+    nowhere = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/proc/nowhere")
+    result = run(
+        "figures", "--out", tmp_path / "new", "--only", "localSlope", environment=nowhere | {"MPLCONFIGDIR": ""}
+    )
+    assert (result.returncode, result.stderr) == (0, "")
+    assert (tmp_path / "new" / "localSlope.svg").exists()
+
+
 def test_output_cut_off_by_the_reader():
     """`viscopade … | head -1` ends quietly."""
     producer = subprocess.Popen(

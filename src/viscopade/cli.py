@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import logging
 import os
 import sys
 from collections import Counter
@@ -656,6 +657,7 @@ def _run_command() -> object:
 def main() -> None:
     """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
     keep_printing()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its cache is no concern of ours
     try:
         with shown_by(tracker):
             status = _run_command()

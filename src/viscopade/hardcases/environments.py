@@ -301,6 +301,27 @@ def on_terminal(usual: Ran) -> tuple[Row, int]:
     return Row("standard error is a terminal", words_, 1.0, good), left
 
 
+def drawn(changed: Mapping[str, str | None]) -> tuple[bytes, bytes]:
+    """Return a figure that is drawn in a changed environment, and what is said on standard error."""
+    with TemporaryDirectory() as place:
+        ran = run(_one("figures", "--only", "localSlope", "--out", place), changed=changed)
+        path = os.path.join(place, "localSlope.svg")
+        if not os.path.exists(path):
+            return b"", ran.err
+        with open(path, "rb") as file:
+            return file.read(), ran.err
+
+
+def drawing_without_home() -> Row:
+    """Draw where Matplotlib can keep neither settings nor its cache."""
+    plain, _ = drawn({})
+    nowhere = ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME")
+    picture, complaint = drawn({"MPLCONFIGDIR": None, **dict.fromkeys(nowhere, _NOWHERE)})
+    same = bool(plain) and picture == plain
+    words = f"{'the same' if same else 'another'} figure, {len(complaint)} bytes of complaint"
+    return Row("drawing; a HOME that cannot be written to", words, float(same), same and not complaint)
+
+
 # --- the record -------------------------------------------------------------------------------------------------------
 
 
@@ -313,6 +334,11 @@ def record() -> list[dict[str, str]]:
 def recorded_failures(rows: Sequence[Mapping[str, str]]) -> int:
     """Return how many tests failed and how many exports differed, over all recorded environments."""
     return sum(int(row["failed"]) + int(row["exports"]) - int(row["exports_same"]) for row in rows)
+
+
+def recorded_sets(rows: Sequence[Mapping[str, str]]) -> set[str]:
+    """Return which of the two ends of what pyproject.toml allows were recorded."""
+    return {row["set"] for row in rows} & {"oldest", "newest"}
 
 
 def _matrix(rows: Sequence[Mapping[str, str]]) -> Table:
@@ -370,8 +396,9 @@ def check(thorough: bool) -> Result:
     of_streams = [row for row in streams if row is not None]
     of_settings, differing, lost = settings(list(SETTINGS) if thorough else list(SETTINGS)[:4:3], here)
     recorded = record()
-    everything = [*rows, *of_streams, terminal, *of_settings]
-    bytes_ = [terminal, *(row for (given, _), row in zip(ran, rows, strict=True) if given.bytes)]
+    drawing = [drawing_without_home()] if thorough else []
+    everything = [*rows, *drawing, *of_streams, terminal, *of_settings]
+    bytes_ = [terminal, *drawing, *(row for (given, _), row in zip(ran, rows, strict=True) if given.bytes)]
     others = [row for (given, _), row in zip(ran, rows, strict=True) if not given.bytes]
     checks = (
         Check("environments in which the output differs in any byte", sum(not r.good for r in bytes_), "==", 0),
@@ -385,6 +412,8 @@ def check(thorough: bool) -> Result:
         Check("settings of the caller that are lost", lost, "==", 0),
         Check("recorded for other Pythons and packages: failed tests, and exports that differ",
               recorded_failures(recorded), "==", 0),
+        Check("of the oldest and the newest versions of the packages, how many were recorded",
+              len(recorded_sets(recorded)), "==", 2),
     )  # fmt: skip
     return Result(_summary(everything, here, lacking, recorded), _tables(everything, recorded), (_chart(rows),), checks)
 

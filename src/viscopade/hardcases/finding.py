@@ -181,8 +181,8 @@ class Finding:
 
 
 def curve(name: str, x: Iterable[Any], y: Iterable[Any], look: Look = "line") -> Curve:
-    """Return the curve through the finite ones of these points."""
-    points = [(float(p), float(q)) for p, q in zip(x, y, strict=True)]
+    """Return the curve through the finite ones of these points, with as many digits as a figure can show."""
+    points = [(float(f"{float(p):.7g}"), float(f"{float(q):.7g}")) for p, q in zip(x, y, strict=True)]
     finite = [point for point in points if all(map(math.isfinite, point))]
     return Curve(name, tuple(p for p, _ in finite), tuple(q for _, q in finite), look)
 
