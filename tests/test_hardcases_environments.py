@@ -6,8 +6,9 @@ import sys
 import pytest
 
 import viscopade as vp
-from viscopade.hardcases import environments
-from viscopade.hardcases.environments import COMMANDS, PROGRAM, Environment, Ran, compared, in_environment, numbers
+from viscopade.hardcases import environments, streams
+from viscopade.hardcases.environments import COMMANDS, PROGRAM, Environment, compared, in_environment, numbers
+from viscopade.hardcases.streams import Ran
 
 HELLO = Ran(b"one\n2.50\n", b"", 0)
 
@@ -29,7 +30,7 @@ def test_thorough_run_passes():
 
 def test_what_is_printed_is_what_the_package_computes():
     """The output that environments are compared with, by another route."""
-    ran = environments.run(PROGRAM.format(commands=COMMANDS[:1]))
+    ran = streams.run(PROGRAM.format(commands=COMMANDS[:1]))
     assert str(vp.exact.collision("1.5", digits=25).decimals()["epsilon"]).encode() in ran.out
     assert ran.out.endswith(b"exit 0\n")
 
@@ -56,7 +57,7 @@ def test_numbers_are_found():
 
 def test_a_program_that_depends_on_its_environment_is_found():
     code = "import os; print(os.environ.get('TERM'), len(os.listdir('.')), __debug__)"
-    usual = environments.run(code, (), {"TERM": "x"})
+    usual = streams.run(code, (), {"TERM": "x"})
     for given in (Environment("TERM", {"TERM": "y"}), Environment("options", {"TERM": "x"}, ("-O",))):
         assert not compared(given, usual, in_environment(given, code)).good
 
@@ -88,17 +89,17 @@ def test_a_program_that_sets_its_locale_has_decimal_commas(monkeypatch):
 
 
 def test_streams_that_are_not_treated_well_are_found(monkeypatch):
-    monkeypatch.setattr(environments, "ONE", "import sys\nfor _ in range(9999): print({words!r})")
-    assert not environments.reader_leaves().good  # a traceback
-    full = environments.disk_full()
+    monkeypatch.setattr(streams, "ONE", "import sys\nfor _ in range(9999): print({words!r})")
+    assert not streams.reader_leaves().good  # a traceback
+    full = streams.disk_full()
     assert full is None or not full.good
-    monkeypatch.setattr(environments, "ONE", "import sys; sys.stdout.write(''); {words!r}")
-    assert not environments.closed(1).good
+    monkeypatch.setattr(streams, "ONE", "import sys; sys.stdout.write(''); {words!r}")
+    assert not streams.closed(1).good
 
 
 def test_progress_that_stays_is_found(monkeypatch):
-    monkeypatch.setattr(environments, "ONE", "import sys; print('half', file=sys.stderr); print({words!r})")
-    row, left = environments.on_terminal(HELLO)
+    monkeypatch.setattr(streams, "ONE", "import sys; print('half', file=sys.stderr); print({words!r})")
+    row, left = streams.on_terminal(HELLO)
     assert left > 0
     assert not row.good
 

@@ -149,6 +149,7 @@ ORDER = (
     "hardcases.interruption",
     "hardcases.interrupted_writes",
     "hardcases.compilers",
+    "hardcases.streams",
     "hardcases.environments",
     "hardcases",
     "hardcases.picture",
@@ -159,7 +160,7 @@ ORDER = (
 # attack the writer and the command line.
 TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
     f"hardcases.{name}"
-    for name in ("trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "environments")
+    for name in ("trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "streams", "environments")
 }
 
 

@@ -13,19 +13,30 @@ import os
 import pkgutil
 import re
 import subprocess
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade.hardcases.streams import (
+    COMMAND,
+    TIMEOUT,
+    Ran,
+    Row,
+    closed,
+    disk_full,
+    on_terminal,
+    program,
+    reader_leaves,
+    run,
+)
 from viscopade.progress import track
 
 RECORD = "data/environments.csv"
 COMMANDS = (
-    ("epsilon", "--v-star", "1.5", "--digits", "25"),
+    COMMAND,
     ("pade", "1", "4", "--digits", "8"),
     ("export", "c", "--pade", "1/4"),
     ("coefficients", "--order", "6", "--format", "csv"),
@@ -33,7 +44,6 @@ COMMANDS = (
 )
 """What is run: tables with lines and accents, a generated file, numbers, and a wrong input with its message."""
 SHADOWS = ("math", "numpy", "flint", "click", "string", "decimal")  # modules, of which a directory has files so named
-_TIMEOUT = 120
 _ESCAPE = re.compile(rb"\\u[0-9a-f]{4}|\\x[0-9a-f]{2}")
 _NUMBER = re.compile(rb"\d[\d.]*(?:[eE][-+]?\d+)?")
 
@@ -49,7 +59,6 @@ for words in {commands!r}:
         sys.stdout.flush()
         print("exit", end.code, flush=True)
 """
-ONE = "import sys; from viscopade.cli import main; sys.argv[1:] = {words!r}; main()"
 
 # What a program may have set before it calls the package, and how that reads afterwards.
 SETTINGS: Mapping[str, tuple[str, str]] = {
@@ -114,23 +123,6 @@ class Environment:
     bytes: bool = True
 
 
-class Ran(NamedTuple):
-    """What a process printed, and its exit status."""
-
-    out: bytes
-    err: bytes
-    status: int
-
-
-class Row(NamedTuple):
-    """A row of the table: what was changed, what came, and the share of the output's lines that are as usual."""
-
-    name: str
-    result: str
-    share: float
-    good: bool
-
-
 _NOWHERE = "/proc/viscopade/nowhere"
 _QUICK = (
     Environment("C locale, no UTF-8", {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, bytes=False),
@@ -170,36 +162,12 @@ _DIRECTORIES = {"shadowing": "shadowing", "umlaut": "Größe und Maß"}
 def locales() -> tuple[list[str], list[str]]:
     """Return the locales with other commas, digits and letters that this machine has, and those that it lacks."""
     try:
-        listed = subprocess.run(["locale", "-a"], capture_output=True, timeout=_TIMEOUT).stdout.decode(errors="replace")
+        listed = subprocess.run(["locale", "-a"], capture_output=True, timeout=TIMEOUT).stdout.decode(errors="replace")
     except OSError:
         listed = ""
     plain = {name.lower().replace("-", "") for name in listed.split()}
     here = [name for name in _LOCALES if name.lower().replace("-", "") in plain]
     return here, [name for name in _LOCALES if name not in here]
-
-
-def variables(changed: Mapping[str, str | None]) -> dict[str, str]:
-    """Return the environment of a process."""
-    usual = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    usual = {k: v for k, v in usual.items() if k not in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR")}
-    merged: dict[str, str | None] = {**usual, **changed}
-    return {name: value for name, value in merged.items() if value is not None}
-
-
-def run(
-    code: str,
-    options: Sequence[str] = (),
-    changed: Mapping[str, str | None] | None = None,
-    directory: str | None = None,
-    before: Callable[[], None] | None = None,
-) -> Ran:
-    """Run Python code in a new process; its arguments are those of `Environment`."""
-    words = [sys.executable, "-P", *options, "-c", code]
-    done = subprocess.run(
-        words, capture_output=True, stdin=subprocess.DEVNULL, env=variables(changed or {}), cwd=directory,
-        timeout=_TIMEOUT, preexec_fn=before,
-    )  # fmt: skip
-    return Ran(done.stdout, done.stderr, done.returncode)
 
 
 def in_environment(given: Environment, code: str) -> Ran:
@@ -234,77 +202,10 @@ def compared(given: Environment, usual: Ran, ran: Ran) -> Row:
     return Row(given.name, "different", alike, False)
 
 
-# --- streams ----------------------------------------------------------------------------------------------------------
-
-
-def _one(*words: str) -> str:
-    return ONE.format(words=list(words))
-
-
-def reader_leaves() -> Row:
-    """Print into a pipe whose reader reads one byte and goes."""
-    import fcntl  # not everywhere
-
-    words = [sys.executable, "-P", "-c", _one("export", "c", "--pade", "1/4", "--pade", "3/6")]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=variables({})) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
-        with suppress(OSError, AttributeError):  # a pipe that holds less than what is printed
-            fcntl.fcntl(process.stdout.fileno(), fcntl.F_SETPIPE_SZ, 4096)
-        os.read(process.stdout.fileno(), 1)
-        process.stdout.close()
-        err = process.stderr.read()
-    return Row("the reader of a pipe goes", f"exit {process.returncode}, {len(err)} bytes of complaint", 0.0, not err)
-
-
-def disk_full() -> Row | None:
-    """Print to a full disk; None if there is none here."""
-    if not os.path.exists("/dev/full"):
-        return None
-    words = [sys.executable, "-P", "-c", _one(*COMMANDS[0])]
-    with open("/dev/full", "wb") as full:
-        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, env=variables({}), timeout=_TIMEOUT)
-    good = done.returncode != 0 and len(done.stderr.splitlines()) == 1
-    return Row("output to a full disk", f"exit {done.returncode}: {done.stderr.decode().strip()[:60]}", 0.0, good)
-
-
-def closed(*numbers_of: int) -> Row:
-    """Run without standard input, output or standard error."""
-
-    def close() -> None:
-        for number in numbers_of:
-            os.close(number)
-
-    ran = run(_one(*COMMANDS[0]), before=close)
-    names = ", ".join(("stdin", "stdout", "stderr")[number] for number in numbers_of)
-    good = b"Traceback" not in ran.err and (ran.status == 0 or len(ran.err.splitlines()) == 1)
-    return Row(f"closed: {names}", f"exit {ran.status}, {len(ran.err)} bytes of complaint", 0.0, good)
-
-
-def on_terminal(usual: Ran) -> tuple[Row, int]:
-    """Run with standard error on a terminal, where progress comes and goes; return how many characters stay, too."""
-    import pty  # not everywhere
-
-    ours, theirs = pty.openpty()
-    words = [sys.executable, "-P", "-c", _one(*COMMANDS[0])]
-    shown = b""
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=theirs, env=variables({"TERM": "xterm"})) as process:
-        os.close(theirs)
-        with suppress(OSError):  # how a terminal ends
-            while piece := os.read(ours, 65536):
-                shown += piece
-        out = process.communicate(timeout=_TIMEOUT)[0]
-    os.close(ours)
-    left = len(shown.rpartition(b"\x1b[2K")[2].strip()) if b"\x1b[2K" in shown else len(shown)
-    good = usual.out.startswith(out) and bool(out) and left == 0
-    words_ = "progress was shown and taken away" if shown else "no progress was shown"
-    return Row("standard error is a terminal", words_, 1.0, good), left
-
-
 def drawn(changed: Mapping[str, str | None]) -> tuple[bytes, bytes]:
     """Return a figure that is drawn in a changed environment, and what is said on standard error."""
     with TemporaryDirectory() as place:
-        ran = run(_one("figures", "--only", "localSlope", "--out", place), changed=changed)
+        ran = run(program("figures", "--only", "localSlope", "--out", place), changed=changed)
         path = os.path.join(place, "localSlope.svg")
         if not os.path.exists(path):
             return b"", ran.err
