@@ -119,6 +119,14 @@ def test_findings_go_to_json_and_back():
     assert hardcases.from_json(page.numbers(findings), "x.json") == findings
 
 
+def test_numbers_stand_on_one_line_and_text_stays_as_it_is():
+    table = Table("[ 1,  2 ]", ("a",), (("[  3 ]",), (4.5,)))
+    whole = (finding(result=result(tables=(table,))),)
+    text = page.numbers(whole)
+    assert hardcases.from_json(text, "x") == whole
+    assert all("," in line for line in text.splitlines() if line.strip().startswith('"x": ['))
+
+
 def test_a_measured_nan_goes_to_json_and_back_as_a_failure():
     text = page.numbers((finding(result=result(Check("so", math.nan, "<=", 1))),))
     assert json.loads(text)["passes"] is False

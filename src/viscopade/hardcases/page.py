@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
@@ -17,6 +18,9 @@ WIDTH = 120  # columns of text
 DIGITS = 3  # of measured numbers in text; JSON has all of them
 WARNING = "Not all checks hold, so these words may not, either:"
 COUNTS = 1e15  # whole numbers below this are shown in full
+
+# A list of numbers only, over several lines, which no text within has; it fits on one.
+_LIST = re.compile(r'\[\n\s*([^\[\]"{}]+?)\n\s*\]')
 
 # What Markdown would take for a command.
 _SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}
@@ -46,7 +50,8 @@ def numbers(findings: Sequence[Finding]) -> str:
         "passes": all(finding.result.passes for finding in findings),
         "cases": [finding.to_json() for finding in findings],
     }
-    return json.dumps(whole, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    text = json.dumps(whole, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    return _LIST.sub(lambda match: f"[{' '.join(match[1].split())}]", text)
 
 
 def markdown(findings: Sequence[Finding]) -> str:
