@@ -422,7 +422,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
 
 @command.command("hardcases")
 @click.option("--only", "names", multiple=True, help="Names of cases; repeat for more. Default: all.")
-@click.option("--thorough", is_flag=True, help="More points, orders and inputs: about half an hour instead of a minute.")
+@click.option("--thorough", is_flag=True, help="More points, orders, inputs: half an hour instead of a minute.")
 @click.option("--out", type=click.Path(path_type=Path), help="Directory for the page, its figures and the numbers.")
 @click.option(
     "--from",
