@@ -67,7 +67,7 @@ writer._quietly = lambda action: None
 write = interruption.write_all
 """,
     "stale files left": """
-writer._remove_stale = lambda directory: None
+writer._remove_stale = lambda directory, written: None
 write = interruption.write_all
 """,
     "fresh files removed": """

@@ -147,14 +147,16 @@ class Order:
 class Comparison:
     """The exact value of one quantity at one place against all partial sums of its expansion.
 
-    `digits` is how many were asked for, `agreed` how many are the same in the end; `excess` is the upper bound of the
-    last difference in units of what may be: twice the first omitted term and a unit of the last digit.
+    `digits` is how many were asked for, `terms` how many were summed in the end, `agreed` how many digits are the
+    same then; `excess` is the upper bound of the last difference in units of what may be: twice the first omitted term
+    and a unit of the last digit.
     """
 
     end: str
     quantity: str
     at: str
     digits: int
+    terms: int
     agreed: float
     excess: float
     orders: tuple[Order, ...]
@@ -180,7 +182,7 @@ def compared(end: str, quantity: str, at: str, digits: int, value: arb, expansio
         left = abs(value - total).abs_upper()
         allowed = FACTOR * abs(terms[-1]) + abs(value) * arb(10) ** (1 - digits)
         agreed = min(-_log10(left / abs(value)), float(digits))
-        return Comparison(end, quantity, at, digits, agreed, float(left / allowed), tuple(orders))
+        return Comparison(end, quantity, at, digits, len(orders), agreed, float(left / allowed), tuple(orders))
 
 
 def _order(n: int, difference: arb, omitted: arb, value: arb) -> Order:
@@ -250,8 +252,7 @@ def _back_by_series(given: str, digits: int, order: int) -> Comparison:
     with working(bits_for(digits) + 128):
         loss = ball_of(Fraction(given))
     found = compared(NEAR, "one_minus_epsilon", v_star, digits, loss, _loss(order, digits))
-    orders = tuple(replace(order, resolved=False) for order in found.orders)
-    return replace(found, quantity="v_star", at=given, orders=orders)
+    return replace(found, quantity="v_star", at=given, orders=())
 
 
 def _loss(order: int, digits: int) -> PowerExpansion:
@@ -589,7 +590,7 @@ def _agreement_table(comparisons: list[Comparison]) -> Table:
             at,
             ", ".join(LABELS[c.quantity] for c in group),
             digits,
-            max(len(c.orders) for c in group),
+            max(c.terms for c in group),
             round(min(c.agreed for c in group), 1),
             f"{max(c.excess for c in group):.2g}",
         )
