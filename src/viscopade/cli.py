@@ -451,14 +451,14 @@ def hardcases_command(
         check([out / name for name in page.names(cases)], parents=True)
     fresh = hardcases.check([case.name for case in wanted], thorough=thorough)
     findings = hardcases.merged(known, fresh)
+    files = page.files(findings) if out is not None else {}
+    if out is not None:  # before anything is printed, which may fail after all that time
+        write_all({out / name: content for name, content in files.items()}, parents=True)
     if style == "json":
         click.echo(page.numbers(findings), nl=False)
     else:
         _show_findings(findings)
-    if out is not None:
-        files = page.files(findings)
-        write_all({out / name: content for name, content in files.items()}, parents=True)
-        if style == "text":
+        if out is not None:
             click.echo(f"wrote {', '.join(files)} to {out}")
     if not all(finding.result.passes for finding in findings):
         context.exit(1)

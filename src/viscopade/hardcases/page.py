@@ -82,7 +82,7 @@ def introduction(finding: Finding) -> str:
     words = [f"{finding.name}: {finding.title}", finding.question, finding.result.summary]
     if not finding.result.passes:
         words.insert(2, WARNING)
-    return "\n\n".join(fill(text, WIDTH) for text in words)
+    return "\n\n".join(fill(text, WIDTH, break_on_hyphens=False) for text in words)
 
 
 def checks(finding: Finding) -> Iterator[tuple[str, str, str, str]]:
@@ -100,7 +100,7 @@ def number(value: float) -> str:
 
 
 def _prose(text: str) -> str:
-    return fill(_cell(text), WIDTH)
+    return fill(_cell(text), WIDTH, break_on_hyphens=False)
 
 
 def _cell(value: Cell) -> str:
