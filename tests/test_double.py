@@ -209,7 +209,7 @@ def test_the_inverse_knows_both_portions(epsilon):
 
 @given(speeds)
 def test_place(v_star):
-    place = double._place(np.array([v_star]))
+    place = double.place_of(np.array([v_star]))
     s, panel, folds = place.s[0], place.panel[0], int(place.folds[0])
     assert 0 <= panel < PANELS
     assert (0 if panel == 0 else -1) <= place.z[0] <= 1

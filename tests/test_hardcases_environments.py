@@ -6,6 +6,7 @@ import sys
 import pytest
 
 import viscopade as vp
+from tests.hard_case import assert_passes
 from viscopade.hardcases import environments, streams
 from viscopade.hardcases.environments import COMMANDS, PROGRAM, Environment, compared, in_environment, numbers
 from viscopade.hardcases.streams import Ran
@@ -19,13 +20,13 @@ def result():
 
 
 def test_quick_run_passes(result):
-    assert result.passes, [check for check in result.checks if not check.holds]
+    assert_passes(result)
 
 
 @pytest.mark.slow
 def test_thorough_run_passes():
     result = environments.CASE.run(True)
-    assert result.passes, [check for check in result.checks if not check.holds]
+    assert_passes(result)
 
 
 def test_what_is_printed_is_what_the_package_computes():

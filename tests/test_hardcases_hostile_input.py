@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.hard_case import assert_passes
 from viscopade.document import Node
 from viscopade.hardcases import hostile_input, inputs, trial
 from viscopade.hardcases.inputs import Attempt
@@ -24,7 +25,7 @@ def found():
 
 def test_the_quick_run_passes(found):
     result = hostile_input.assess(found)
-    assert [(check.statement, check.measured) for check in result.checks if not check.holds] == []
+    assert_passes(result)
     assert len(found) == hostile_input.INPUTS
     assert {entry["outcome"] for entry in found} >= {"answered", "refused"}
 
@@ -32,7 +33,7 @@ def test_the_quick_run_passes(found):
 @pytest.mark.slow
 def test_the_thorough_run_passes():
     result = hostile_input.CASE.run(True)
-    assert [(check.statement, check.measured) for check in result.checks if not check.holds] == []
+    assert_passes(result)
 
 
 def test_every_command_is_tried(found):

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from tests.hard_case import assert_goes_to_json_and_back, assert_passes, assert_readable, assert_same_checks
 from viscopade import console, double, exact, exports, model
 from viscopade.bench import compilers
-from viscopade.hardcases import compiled_text, double_trips, from_json, material_trips, round_trips, tables_read_back
-from viscopade.hardcases.finding import Finding
+from viscopade.hardcases import compiled_text, double_trips, material_trips, round_trips, tables_read_back
 from viscopade.kernels.binary import DOUBLE, FLOAT
 from viscopade.model import Pair, Sphere
 from viscopade.scene.units import Scale
@@ -32,27 +32,21 @@ def quick():
     return CASE.run(False)
 
 
-def assert_passes(result):
-    failing = [(check.statement, check.measured, check.limit) for check in result.checks if not check.holds]
-    assert not failing
-
-
 def test_the_quick_run_passes(quick):
     assert_passes(quick)
     assert len(quick.charts) == 3
-    assert all(0 < len(table.rows) <= 40 for table in quick.tables)
+    assert_readable(quick)
 
 
 def test_the_result_goes_to_json_and_back(quick):
-    finding = Finding(CASE.name, CASE.title, CASE.question, False, quick)
-    assert from_json(json.dumps({"cases": [finding.to_json()]}), "test") == (finding,)
+    assert_goes_to_json_and_back(CASE, quick)
 
 
 @pytest.mark.slow
 def test_the_thorough_run_passes(quick):
     result = CASE.run(True)
     assert_passes(result)
-    assert [check.statement for check in result.checks] == [check.statement for check in quick.checks]
+    assert_same_checks(result, quick)
 
 
 # --- eps and v* in double precision -----------------------------------------------------------------------------------

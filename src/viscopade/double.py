@@ -78,17 +78,17 @@ def epsilon(v_star: Values) -> Values:
     ValueError
         If a v* is negative or NaN.
     """
-    return _elementwise(lambda v: _scaled(_EPSILON, _place(v), -10), "v_star", v_star, _SPEEDS)
+    return _elementwise(lambda v: _scaled(_EPSILON, place_of(v), -10), "v_star", v_star, _SPEEDS)
 
 
 def one_minus_epsilon(v_star: Values) -> Values:
     """Return 1 - eps(v*), without the cancellation at small v*; arguments and errors as for `epsilon`."""
-    return _elementwise(lambda v: _value(_LOSS, _place(np.minimum(v, 2.0**FOLD))), "v_star", v_star, _SPEEDS)
+    return _elementwise(lambda v: _value(_LOSS, place_of(np.minimum(v, 2.0**FOLD))), "v_star", v_star, _SPEEDS)
 
 
 def x_max(v_star: Values) -> Values:
     """Return the maximal compression in units of `Pair.length_scale`; arguments and errors as for `epsilon`."""
-    return _elementwise(lambda v: _scaled(_X_MAX, _place(v), -4), "v_star", v_star, _SPEEDS)
+    return _elementwise(lambda v: _scaled(_X_MAX, place_of(v), -4), "v_star", v_star, _SPEEDS)
 
 
 def tau_c(v_star: Values) -> Values:
@@ -165,7 +165,7 @@ def _table() -> _Table:
     return _Table(*(np.ldexp(part, exponents) for part in (np.array(high), np.array(low), powers)))
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     """Where v* = 8^folds s lies in the table."""
 
     s: FloatArray
@@ -174,14 +174,14 @@ class _Place(NamedTuple):
     z: FloatArray
 
 
-def _place(v_star: FloatArray) -> _Place:
+def place_of(v_star: FloatArray) -> Place:
     """Find the panel from the bits of v*: a double's exponent and leading mantissa bits are one integer."""
     bits = np.minimum(v_star + 0.0, _LARGEST).view(np.int64)  # -0.0 + 0.0 = 0.0
     folds = np.maximum((bits >> 52) - (1023 + FOLD), 0) // _PERIOD
     bits = bits - (_PERIOD * folds << 52)
     s = bits.view(np.float64)
     panel = np.maximum((bits >> (52 - SPLIT)) - ((1023 + FIRST << SPLIT) - 1), 0)
-    return _Place(s, folds, panel, (s - CENTRES[panel]) / HALF_WIDTHS[panel])
+    return Place(s, folds, panel, (s - CENTRES[panel]) / HALF_WIDTHS[panel])
 
 
 def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -193,7 +193,7 @@ def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return table.high[row], table.low[row] + z * total
 
 
-def _log_derivative(row: IntArray, place: _Place) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _log_derivative(row: IntArray, place: Place) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return what `_parts` does, and the derivative with respect to ln v*."""
     table, z = _table(), place.z
     total, change = table.powers[-1][row], np.zeros_like(z)
@@ -203,24 +203,24 @@ def _log_derivative(row: IntArray, place: _Place) -> tuple[FloatArray, FloatArra
     return table.high[row], table.low[row] + z * total, (total + z * change) * (place.s / HALF_WIDTHS[place.panel])
 
 
-def _value(function: int, place: _Place) -> FloatArray:
+def _value(function: int, place: Place) -> FloatArray:
     high, rest = _parts(place.panel + PANELS * function, place.z)
     return high + rest
 
 
-def _scaled(function: int, place: _Place, power: int) -> FloatArray:
+def _scaled(function: int, place: Place, power: int) -> FloatArray:
     """Return 2^(power folds) times the value at s."""
     return np.ldexp(_value(function, place), power * place.folds)
 
 
 def _contact_time(v_star: FloatArray) -> FloatArray:
-    place = _place(v_star)
+    place = place_of(v_star)
     added = _LOG_PERIOD * place.folds * _value(_X_MAX, place)
     return np.ldexp(_value(_TAU_C, place) + added, -4 * place.folds)
 
 
 def _slope(v_star: FloatArray) -> FloatArray:
-    place = _place(v_star)
+    place = place_of(v_star)
     elastic = place.s < 0.5
     *_, change = _log_derivative(place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON), place)
     return np.where(elastic, 0 - change, change) / _value(_EPSILON, place)
@@ -258,7 +258,7 @@ def _nodes() -> tuple[FloatArray, FloatArray]:
 
 
 def _newton(v_star: FloatArray, wanted: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
-    place = _place(v_star)
+    place = place_of(v_star)
     row = place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON)
     scale = np.ldexp(1.0, -10 * place.folds)  # 1 where elastic
     high, rest, change = _log_derivative(row, place)

@@ -296,18 +296,25 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
     if len(h) <= m + n or h[0] <= 0:
         raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 > 0, and {len(h)} coefficients were given")
     exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
-    a, b = _exact_solution(exact, m, n)
+    a, b = exact_solution(exact, m, n)
     with working(bits_for(digits) + 64):
         balls = tuple(arb(h_k) for h_k in exact)
-        zeros, poles = (_exact_roots(fmpq_poly(c)) for c in (a, b))
+        zeros, poles = (exact_roots(fmpq_poly(c)) for c in (a, b))
         contact = _exact_contact(b, exact, m + n)
         return _assembled(tuple(map(arb, a)), tuple(map(arb, b)), balls, m, n, digits, zeros, poles, 0, contact)
 
 
-def _exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[fmpq]]:
+def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[fmpq]]:
+    """Return a and b of [m/n] in fractions, which lose nothing.
+
+    Raises
+    ------
+    DegenerateError
+        If there is no [m/n], or more than one.
+    """
     b = [fmpq(1)]
     if n:
-        matrix, right = _order_system(h, m, n, fmpq(0))
+        matrix, right = order_system(h, m, n, fmpq(0))
         try:
             solution = fmpq_mat(n, n, matrix).solve(fmpq_mat(n, 1, right))
         except ZeroDivisionError:
@@ -326,7 +333,8 @@ def _exact_contact(b: Sequence[fmpq], h: Sequence[fmpq], conditions: int) -> tup
     return len(h) - 1, arb(0)
 
 
-def _exact_roots(polynomial: fmpq_poly) -> tuple[Root, ...]:
+def exact_roots(polynomial: fmpq_poly) -> tuple[Root, ...]:
+    """Return the roots of a polynomial with rational coefficients, nearest to v* = 0 first."""
     found = cast(list[tuple[acb, int]], polynomial.complex_roots())  # the stub lacks the multiplicities
     values = [value for value, _ in found]
     roots = [Root(value, int(multiplicity), _is_real(value, values)) for value, multiplicity in found]
@@ -365,13 +373,13 @@ def _denominator(h: Sequence[arb], m: int, n: int) -> tuple[arb, ...]:
     """Solve sum_{i=1..n} b_i h_{m+j-i} = -h_{m+j}, j = 1 … n, with b_0 = 1."""
     if n == 0:
         return (arb(1),)
-    matrix, right = _order_system(h, m, n, arb(0))
+    matrix, right = order_system(h, m, n, arb(0))
     # Preconditioning by an approximate inverse loses the digits of the condition number and no more.
     solution = arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="precond")
     return (arb(1), *(solution[i, 0] for i in range(n)))
 
 
-def _order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:
+def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:
     """Return the matrix (by rows) and right side of the order conditions m+1 … m+n."""
     rows = range(m + 1, m + n + 1)
     return [h[k - i] if k >= i else zero for k in rows for i in range(1, n + 1)], [-h[k] for k in rows]

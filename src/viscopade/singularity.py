@@ -157,7 +157,7 @@ def from_flow(digits: SupportsIndex = 30) -> Singularity:
         w = -flow.to_zero(_Point(acb(0), arrival.g), acb(TIME_GUESS.real, TIME_GUESS.imag), tolerance).g / 4
         ctx = _context()
         w_s = ctx.mpc(to_mpf(w.real), to_mpf(w.imag))
-        rough = complex(_from_four(_floats()))
+        rough = complex(from_four(_floats()))
         v_star = min((ctx.root(w_s, 10, n) for n in range(10)), key=lambda v: abs(complex(v) - rough))
     return Singularity(v_star, mp.mpf(10) ** -digits)
 
@@ -205,7 +205,7 @@ def from_coefficients(order: SupportsIndex = SERIES_ORDER) -> Singularity:
     order = checks.integer("order", order, LEAST_ORDER, checks.MAX_ORDER)
     digits = order // 2
     h = _series(order, digits).h
-    guess = _from_four([float(h_k.mid()) for h_k in h])
+    guess = from_four([float(h_k.mid()) for h_k in h])
     with working(bits_for(3 * order), order + 1):
         z = arb_series([arb(0)] * 5 + [arb(2)], order + 1) * arb_series([h_k.mid() for h_k in h], order + 1).sqrt()
         # z^5 e^-z starts with v*^25: the factor that vanishes at v* = 0 is left out.
@@ -215,7 +215,7 @@ def from_coefficients(order: SupportsIndex = SERIES_ORDER) -> Singularity:
     return Singularity(v_star, abs(rough / v_star - 1))
 
 
-def _from_four(h: Sequence[float]) -> complex:
+def from_four(h: Sequence[float]) -> complex:
     """Return 1/t for the root t of t^2 = p t - q, k h_k being made of its powers."""
     c = [k * h_k for k, h_k in enumerate(h)][-4:]
     determinant = c[1] ** 2 - c[0] * c[2]

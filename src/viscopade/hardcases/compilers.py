@@ -231,6 +231,7 @@ def stated(file: str, text: str, kind: str, name: str, form: Form) -> Stated:
 def _of_lookup(file: str, part: str, form: Form) -> Stated:
     low, high = (float(end) for end in re.findall(rf"\({_N} <= v\* < {_N}\)", part)[0])
     converted = form == "float" and re.search("type float: computed in type double", part) is not None
+    # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.
     own, doubles = (0.5001, 1.0) if converted else (1.0, 0.0) if form == "float" else (0.0, 1.0)
     if "off by at most" in part:
         ulps = _number(rf"off by at most {_N} units", part, file)

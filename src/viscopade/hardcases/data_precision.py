@@ -27,7 +27,7 @@ from viscopade.balls import ball_of, bits_for, working
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve, signed
 from viscopade.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.series import series
-from viscopade.singularity import _from_four
+from viscopade.singularity import from_four
 
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 15, 20, 25)
 THOROUGH = tuple(range(61))
@@ -452,7 +452,7 @@ def _landmarks(found: Measured) -> Table:
 
 def singularity(found: Measured) -> complex:
     """Return the singularity of eps nearest to 0, to two digits, as the last four h_k have it."""
-    return _from_four([_float(h_k) for h_k in found[max(found)][0].p.h])
+    return from_four([_float(h_k) for h_k in found[max(found)][0].p.h])
 
 
 def _place(z: complex) -> str:

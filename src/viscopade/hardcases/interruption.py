@@ -23,6 +23,7 @@ from types import FrameType
 from typing import Any
 
 from viscopade import writer
+from viscopade.hardcases.streams import memory
 from viscopade.kernels import MARKER
 from viscopade.writer import WriteError
 
@@ -34,7 +35,6 @@ DONE, REFUSED, STOPPED, OTHER = 0, 3, 4, 5
 TARGETS = {"a.h": (5_000, 40_000), "b.csv": (60_000, 1_000), "c.svg": (0, 20_000), "new/d.h": (0, 9_000)}
 """The files of an experiment, with the lengths of the old and the new content; 0: there is no old file."""
 
-MEMORY = "/dev/shm"  # a directory in memory, where there is one: what a killed process leaves is the same
 OLD = 2 * 24 * 3600  # seconds: what is as old as that is nobody's any more
 TEMPORARY = ".viscopade-*"
 
@@ -259,7 +259,7 @@ def _half(versions: list[dict[Path, bytes]]) -> int:
 
 def experiments(thorough: bool, write: Write = write_all) -> Iterator[dict[str, Any]]:
     """Yield what each experiment leaves."""
-    with tempfile.TemporaryDirectory(dir=MEMORY if os.access(MEMORY, os.W_OK) else None) as top:
+    with tempfile.TemporaryDirectory(dir=memory()) as top:
         directory = Directory(top)
 
         def killing(number: signal.Signals) -> Callable[[], None]:

@@ -19,7 +19,7 @@ from mpmath import mp
 
 from viscopade.balls import BITS_PER_DIGIT, bits_for, exact_middle, relative_digits, working
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
-from viscopade.pade import DegenerateError, Pade, _exact_solution, _order_system, pade
+from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade
 
 DIGITS = 30
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25)
@@ -119,7 +119,7 @@ def _convergent(quotients: Sequence[Any], one: Any) -> tuple[list[Any], list[Any
 def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
     """Solve the linear system by mpmath's LU decomposition, without the ten bits that it adds to the precision."""
     n, ctx = m + 3, one.context
-    entries, right = _order_system(h, m, n, one - one)
+    entries, right = order_system(h, m, n, one - one)
     rows = [list(entries[i * n : (i + 1) * n]) for i in range(n)]
     ctx.prec -= LU_EXTRA_BITS
     try:
@@ -131,7 +131,7 @@ def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
 def balls_solved(algorithm: Literal["lu", "precond"], h: Sequence[arb], m: int, one: arb) -> list[arb]:
     """Solve the linear system in balls, by FLINT's LU decomposition ("lu"), or preconditioned ("precond") as `pade`."""
     n = m + 3
-    entries, right = _order_system(h, m, n, one - one)
+    entries, right = order_system(h, m, n, one - one)
     return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm=algorithm).entries()]
 
 
@@ -246,7 +246,7 @@ def measured(m: int) -> Loss:
     p = pade(m, m + 3, DIGITS)
     chosen = relative_digits(p.h)
     h = [rounded(h_k, bits_for(chosen)) for h_k in p.h[: 2 * m + 4]]
-    exact = _exact_solution(h, m, m + 3)[1]
+    exact = exact_solution(h, m, m + 3)[1]
     condition = condition_number(h, exact, m, bits_for(chosen))
     low, over_condition = _low_precision(p, condition)
     balls, missed = _in_balls(h, exact, bits_for(chosen))
@@ -281,7 +281,7 @@ def condition_number(h: Sequence[fmpq], b: Sequence[fmpq], m: int, bits: int) ->
     """
     n = m + 3
     with working(4 * bits + 200):
-        matrix, _ = _order_system([arb(h_k) for h_k in h], m, n, arb(0))
+        matrix, _ = order_system([arb(h_k) for h_k in h], m, n, arb(0))
         shifted = [
             arb(b[k - j]) if 0 <= k - j <= n else arb(0) for k in range(m + 1, m + n + 1) for j in range(m + n + 1)
         ]
@@ -327,7 +327,7 @@ def _low_precision(p: Pade, condition: float) -> tuple[float, float]:
     true = [_fraction(b_i) for b_i in p.b]
     ctx = _context(bits)
     b = lu([_number(ctx, h_k) for h_k in h], p.m, ctx.mpf(1))
-    by_rounding = _worst_error([_number(_context(4 * bits), x) for x in _exact_solution(h, p.m, p.n)[1]], true, bits)
+    by_rounding = _worst_error([_number(_context(4 * bits), x) for x in exact_solution(h, p.m, p.n)[1]], true, bits)
     return _digits_gone(_worst_error(b, true, bits), bits), by_rounding / (condition * 2.0**-bits)
 
 
@@ -370,7 +370,7 @@ def _unit_error(p: Pade, chosen: int) -> float:
 
 def disagreements(m: int, h: Sequence[fmpq]) -> int:
     """Count the algorithms that, in fractions, do not give exactly the solution of the linear system."""
-    exact = _exact_solution(h, m, m + 3)[1]
+    exact = exact_solution(h, m, m + 3)[1]
     return sum(solver(h, m, fmpq(1)) != exact for solver in (euclid, berlekamp_massey, quotient_difference))
 
 

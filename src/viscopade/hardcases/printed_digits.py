@@ -26,7 +26,7 @@ from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
 from viscopade import exact, paper
 from viscopade.balls import ball_of, bits_for, working
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
-from viscopade.pade import Pade, Root, _exact_roots, pade
+from viscopade.pade import Pade, Root, exact_roots, pade
 from viscopade.progress import track
 
 DIGITS = 120  # [3/6] itself is off by 1e-80 at v* = 1e-8, of 1 - eps = 1e-16
@@ -189,7 +189,7 @@ def moved(given: Printed) -> Iterator[Moved]:
 
 def _roots(c: Sequence[Fraction]) -> tuple[Root, ...]:
     polynomial = fmpq_poly([fmpq(c_k.numerator, c_k.denominator) for c_k in c])
-    return _exact_roots(polynomial) if polynomial.degree() > 0 else ()
+    return exact_roots(polynomial) if polynomial.degree() > 0 else ()
 
 
 def _shift_bound(root: acb, own: Sequence[arb], halves: Sequence[Fraction], degree: int) -> arb:

@@ -30,10 +30,10 @@ from flint import ctx
 
 from viscopade.hardcases import inputs
 from viscopade.hardcases.inputs import Attempt, Grammar
+from viscopade.hardcases.streams import memory
 from viscopade.kernels import MARKER
 
-MEMORY, FILE_SIZE = 8 << 30, 1 << 26
-SHARED = "/dev/shm"  # a directory in memory, where there is one: it is quicker
+MEMORY, FILE_SIZE = 8 << 30, 1 << 26  # bytes that an input may take
 OUTCOMES = ("answered", "refused", "cannot")
 """By exit status: 0, 2 and 1; the last is for what this machine lacks, such as a compiler."""
 
@@ -247,8 +247,7 @@ def trials(seed: int, first: int, last: int, write: Callable[[str], object]) -> 
     program = Program()
     grammar = program.grammar()
     _limit()
-    in_memory = SHARED if os.access(SHARED, os.W_OK) else None
-    with tempfile.TemporaryDirectory(dir=in_memory) as directory, warnings.catch_warnings():
+    with tempfile.TemporaryDirectory(dir=memory()) as directory, warnings.catch_warnings():
         warnings.simplefilter("always")
         sandbox = Sandbox(directory)
         for number in range(first, last):

@@ -137,7 +137,7 @@ def _bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatA
 
 def exact_epsilon(v_star: float) -> arb:
     """Return eps with a relative error proven to be below 2^-60, at a double up to 2^20. To be called in `working`."""
-    place = double._place(np.array([v_star]))
+    place = double.place_of(np.array([v_star]))
     panel = int(place.panel[0])
     z = (arb(v_star) - arb(float(double.CENTRES[panel]))) / arb(float(double.HALF_WIDTHS[panel]))
     return reference.rows()["epsilon", panel].poly()(z) * arb(1, reference.ERROR)
