@@ -1,9 +1,10 @@
 """Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros, and what they are good for.
 
 The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
-like 10^(0.35 (m+n)) for m = n - 3 (measured up to [60/63]); enclosing the solution loses up to half as many digits
-again. It is solved in ball arithmetic, so every coefficient comes with a proven enclosure; how many digits the system
-loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as many more.
+like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
+many digits again. It is solved in ball arithmetic, so every coefficient comes with a proven enclosure; how many digits
+the system loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as
+many more.
 """
 
 from __future__ import annotations
