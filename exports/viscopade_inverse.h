@@ -31,8 +31,8 @@
  * rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
  * and adds to the error.
  *
- * assumed: sqrt rounds correctly; cbrt and pow, and those of type float, are within 4 units in the
- * last place of the result (the largest errors known of glibc's are not larger).
+ * assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
+ * units in the last place (the largest errors known of glibc's are not larger).
  *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *

@@ -44,6 +44,14 @@
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 # rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
 # and adds to the error.
+#
+# speed: restitution computes v* = sqrt(beta) pow(speed, 0.1), and the rounding of v* changes eps,
+# relative to min(eps, 1 - eps), by at most 5.1e-15 in type double for 1e-30 <= speed <= 1e30, and by
+# at most 1.8e-14 in type double for every other speed (proven). That adds to the error and to the
+# rounding of eps at the v* computed.
+#
+# assumed: sqrt rounds correctly; the results of pow, in type float as well, are within 4 units in the
+# last place (the largest errors known of glibc's are not larger).
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
 For each approximant there are two functions:

@@ -15,8 +15,9 @@
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.79e-12 in the table, that of viscopade_full.h
  *         elsewhere
  *     rounding of restitution: adds at most 9.8e-15 min(eps, 1 - eps) in type double, and half a unit
- *         in the last place of eps (proven; in the table, beta^5 speed included); elsewhere 1.77e-14
- *         min(eps, 1 - eps), besides that of viscopade_full.h
+ *         in the last place of eps (proven; in the table, beta^5 speed included); elsewhere 5.04e-15
+ *         min(eps, 1 - eps) for 1e-30 <= speed <= 1e30 and 1.77e-14 min(eps, 1 - eps) for every other
+ *         speed, besides that of viscopade_full.h
  *     rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three
  *         units in the last place; elsewhere, for dissipation, the sum of what viscopade_full.h states
  *         for epsilon and one_minus_epsilon
@@ -25,8 +26,8 @@
  *     type float: computed in type double, then rounded
  *     underflow: a subnormal result is off by half of the smallest number besides; where eps itself is
  *         no normal number of type double (v* > 2e92), rebound has the error of eps times speed
- *     where w is not in the table, assumed: sqrt rounds correctly; cbrt and pow, and those of type
- *         float, are within 4 units in the last place of the result (the largest errors known of
+ *     where w is not in the table, assumed: sqrt rounds correctly; the results of cbrt and pow, in
+ *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)
  *
  * Functions, in double and (names that end in f) in float; NAME is lookup_5_16_3p79em12:

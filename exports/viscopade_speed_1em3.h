@@ -15,8 +15,8 @@
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 4.08e-4 in the table, 2.09e-4 elsewhere
  *     rounding of restitution: adds at most 5.8e-16 min(eps, 1 - eps) in type double and 3.1e-7
  *         min(eps, 1 - eps) in type float, and half a unit in the last place of eps (proven; in the
- *         table, beta^5 speed included); elsewhere 1.77e-14 min(eps, 1 - eps), besides that of
- *         halfline_2p09em4
+ *         table, beta^5 speed included); elsewhere 5.04e-15 min(eps, 1 - eps) for 1e-30 <= speed <=
+ *         1e30 and 1.77e-14 min(eps, 1 - eps) for every other speed, besides that of halfline_2p09em4
  *     rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three
  *         units in the last place; elsewhere, for dissipation, the sum of what halfline_2p09em4 states
  *         for epsilon and one_minus_epsilon
@@ -25,8 +25,8 @@
  *     type float: where w is not in the table, computed in type double, then rounded
  *     underflow: a subnormal result is off by half of the smallest number besides; where eps itself is
  *         no normal number of type double (v* > 2e92), rebound has the error of eps times speed
- *     where w is not in the table, assumed: sqrt rounds correctly; cbrt and pow, and those of type
- *         float, are within 4 units in the last place of the result (the largest errors known of
+ *     where w is not in the table, assumed: sqrt rounds correctly; the results of cbrt and pow, in
+ *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)
  *
  * Functions, in double and (names that end in f) in float; NAME is lookup_1_8_4p08em4:

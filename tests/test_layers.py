@@ -68,6 +68,7 @@ ORDER = (
     "restitution_table",
     "kernels.full",
     "kernels.minimax",
+    "kernels.v_star",
     "kernels.gapped",
     "kernels.compact",
     "kernels.c",

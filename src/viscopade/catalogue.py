@@ -30,7 +30,8 @@ from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.kernels.compact import name_of
 from viscopade.kernels.full import table_bytes
 from viscopade.kernels.gapped import HalfLineKernel, Variant
-from viscopade.kernels.speed import FULL, HALF_LINE, TABLES, SpeedKernel, kernel, of_v_star, rounding_of
+from viscopade.kernels.speed import FULL, HALF_LINE, TABLES, SpeedKernel, kernel, rounding_of
+from viscopade.kernels.v_star import of_v_star
 from viscopade.lookup import OCTAVES, of_w
 from viscopade.lookup_full import DEGREE, FullTable
 

@@ -237,12 +237,15 @@ def inverse_sizes(
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
 
 
-@lru_cache(maxsize=1)
-def of_speed(kind: Format = DOUBLE) -> Fraction:
-    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in a type: roots and their product."""
+def of_speed(kind: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
+    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in a type: roots and their product.
+
+    It holds for 1/largest <= speed <= largest; if `largest` is None, for every positive speed of the type.
+    """
     with working(BITS):
         unit = arb(2) ** -kind.precision
-        return exact_middle((_of_pow(Fraction(1, 10), kind) + 2 * _log_error(unit)).abs_upper())
+        of_pow = _of_pow(Fraction(1, 10), kind, None if largest is None else ball_of(largest).log())
+        return exact_middle((of_pow + 2 * _log_error(unit)).abs_upper())
 
 
 def _log_error(relative: arb) -> arb:
@@ -250,9 +253,13 @@ def _log_error(relative: arb) -> arb:
     return -(1 - relative).log()
 
 
-def _of_pow(exponent: Fraction, kind: Format) -> arb:
-    """Bound the error of ln pow(x, exponent) for every positive x: that of pow, and of the exponent."""
-    largest_log = (kind.largest + kind.precision) * arb.const_log2()
+def _of_pow(exponent: Fraction, kind: Format, largest_log: arb | None = None) -> arb:
+    """Bound the error of ln pow(x, exponent), that of pow and of the exponent, for |ln x| <= largest_log.
+
+    If `largest_log` is None, the bound holds for every positive x of the type.
+    """
+    if largest_log is None:
+        largest_log = (kind.largest + kind.precision) * arb.const_log2()
     rounded = abs(Fraction(kind.nearest(exponent)) - exponent)
     return _log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * largest_log
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import wrap
+from typing import Any
 
 from viscopade.kernels import WIDTH, Quotient, distinct, horner, preamble, template
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.kernels.v_star import speed_note
 
 PROVEN = ("proven", "rounding", "derivative")
 NAMES = (
@@ -34,14 +36,16 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     ValueError
         If a kernel does not fit type double either, or `command` is not one line.
     """
-    head = "\n".join(f" * {line}".rstrip() for line in preamble(kernels, command))
     blocks = [_block(kernel) for kernel in distinct(kernels)]
+    types = {variant["type"] for block in blocks for variant in block["variants"]}
+    lines = [*preamble(kernels, command), *speed_note(kernels, [f for f in FORMATS.values() if f.name in types])]
+    head = "\n".join(f" * {line}".rstrip() for line in lines)
     has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
     names = [line for text in NAMES if any(k.pattern in text for k in kernels) for line in wrap(text, WIDTH)]
     return template("header.h.jinja").render(head=head, blocks=blocks, names=names, has_derivative=has_derivative)
 
 
-def _block(kernel: Quotient) -> dict[str, object]:
+def _block(kernel: Quotient) -> dict[str, Any]:
     """Return what the template needs of one kernel."""
     variants, reasons = [], []
     for form in (DOUBLE, FLOAT):

@@ -12,11 +12,12 @@ from typing import Any, cast
 
 from viscopade import evaluation, halfline
 from viscopade.certificate import Certificate, at_most
-from viscopade.evaluation import DIGITS, ULPS, Branch, Size
+from viscopade.evaluation import DIGITS, Branch, Size
 from viscopade.gapped import Powers
 from viscopade.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.kernels import END_CONDITION, PROVEN, WIDTH, above, distinct, marker_line, one_line, template
-from viscopade.kernels.binary import DOUBLE, Format
+from viscopade.kernels.binary import DOUBLE, FORMATS, Format
+from viscopade.kernels.v_star import assumed, stated
 from viscopade.program import PYTHON, Language, c_language, text
 
 HALF_LINE, INVERSE = "halfline", "inverse"
@@ -25,11 +26,6 @@ NAMES = {
     INVERSE: "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1",
 }
 SPELLING = "(1p57em3 is 1.57e-3: p stands for the decimal point, m for the minus of an exponent)"
-ASSUMED = (
-    f"assumed: sqrt rounds correctly; cbrt and pow, and those of type float, are within {ULPS} units in the last place "
-    "of the result (the largest errors known of glibc's are not larger)"
-)
-
 LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there
 
 
@@ -431,7 +427,9 @@ def render_c(kernels: Sequence[Kernel], command: str) -> str:
         If there is no kernel, or one twice, or `command` is not one line.
     """
     chosen = _distinct(kernels)
-    head = "\n".join(f" * {line}".rstrip() for line in _preamble(chosen, command))
+    types = {variant.form.name for kernel in chosen for variant in kernel.variants}
+    forms = [form for form in FORMATS.values() if form.name in types]
+    head = "\n".join(f" * {line}".rstrip() for line in _preamble(chosen, command, forms))
     blocks = [_c_block(kernel) for kernel in chosen]
     return template("gapped.h.jinja").render(head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen))
 
@@ -447,7 +445,7 @@ def render_python(kernels: Sequence[Kernel], command: str) -> str:
     Parameters and errors are those of `render_c`.
     """
     chosen = _distinct(kernels)
-    head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command))
+    head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command, [DOUBLE]))
     blocks = [_python_block(kernel) for kernel in chosen]
     return template("gapped.py.jinja").render(head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen))
 
@@ -466,8 +464,8 @@ def _names(kernels: Sequence[Kernel]) -> list[str]:
     return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
 
 
-def _preamble(kernels: Sequence[Kernel], command: str) -> list[str]:
-    """Return the lines that begin the file, without comment marks."""
+def _preamble(kernels: Sequence[Kernel], command: str, forms: Sequence[Format]) -> list[str]:
+    """Return the lines that begin the file, without comment marks; `forms` are the types of its functions."""
     return [
         marker_line(command),
         "",
@@ -481,7 +479,8 @@ def _preamble(kernels: Sequence[Kernel], command: str) -> list[str]:
         "",
         *wrap(f"{PROVEN}.", WIDTH),
         "",
-        *wrap(f"{ASSUMED}.", WIDTH),
+        *([*wrap(stated(forms), WIDTH), ""] if HALF_LINE in _kinds(kernels) else []),
+        *wrap(f"{assumed('cbrt and pow')}.", WIDTH),
     ]
 
 

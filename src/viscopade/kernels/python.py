@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from viscopade.kernels import Quotient, distinct, preamble, template
 from viscopade.kernels.binary import DOUBLE, exact
+from viscopade.kernels.v_star import speed_note
 
 
 def render(kernels: Sequence[Quotient], command: str) -> str:
@@ -25,7 +26,8 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     ValueError
         If a kernel does not fit type double, or `command` is not one line.
     """
-    head = "\n".join(f"# {line}".rstrip() for line in preamble(kernels, command))
+    lines = [*preamble(kernels, command), *speed_note(kernels, [DOUBLE])]
+    head = "\n".join(f"# {line}".rstrip() for line in lines)
     blocks = [_block(kernel) for kernel in distinct(kernels)]
     return template("module.py.jinja").render(head=head, blocks=blocks)
 

@@ -9,12 +9,13 @@ from functools import cache, cached_property
 from textwrap import wrap
 from types import MappingProxyType
 
-from viscopade import evaluation, full, proofs_gapped, reference
+from viscopade import full, proofs_gapped
 from viscopade.certificate import at_most
 from viscopade.kernels import END_CONDITION, WIDTH, gapped, marker_line, template
 from viscopade.kernels import full as full_text
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
-from viscopade.kernels.gapped import ASSUMED, HalfLineKernel
+from viscopade.kernels.gapped import HalfLineKernel
+from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 from viscopade.lookup import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
 from viscopade.lookup_full import DEGREE, FullTable, ulp_of_w
 
@@ -292,7 +293,7 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
 def _facts(given: SpeedKernel) -> list[str]:
     table = given.table
     bounds = _full_bounds(table) if isinstance(table, FullTable) else _bounds(given, table)
-    return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {ASSUMED}"]
+    return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
 
 
 def _formula(given: SpeedKernel) -> str:
@@ -315,8 +316,8 @@ def _bounds(given: SpeedKernel, table: Table) -> list[str]:
     return [
         f"proven: |formula - eps| / {smaller} <= {at_most(table.proven.error)} in the table, {elsewhere} elsewhere",
         f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "
-        f"table, beta^5 speed included); elsewhere {at_most(of_v_star())} {smaller}, besides that of "
-        f"{_slow_name(given)}",
+        f"table, beta^5 speed included); elsewhere {at_most(of_v_star(largest=USUAL))} {smaller} for {USUAL_TEXT} and "
+        f"{at_most(of_v_star())} {smaller} for every other speed, besides that of {_slow_name(given)}",
         "rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three units in the "
         f"last place; elsewhere, for dissipation, the sum of what {_slow_name(given)} states for epsilon and "
         "one_minus_epsilon",
@@ -344,7 +345,8 @@ def _full_bounds(table: FullTable) -> list[str]:
     return [
         f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
         f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
-        f"elsewhere: at most {at_most(of_eps + of_v_star() / unit)} ulp in all, nearly all of which is pow's (proven)",
+        f"elsewhere: at most {at_most(of_eps + of_v_star(largest=USUAL) / unit)} ulp in all for {USUAL_TEXT} and "
+        f"{at_most(of_eps + of_v_star() / unit)} ulp for every other speed, nearly all of which is pow's (proven)",
         f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
         f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
         _CONVERTED,
@@ -359,12 +361,6 @@ def rounding_of(table: Table, form: Format) -> Fraction:
     """Return a bound of what rounding adds to p in a type, that of w included, relative to min(eps, 1 - eps)."""
     change = (1 + table.rounding(form)) * (1 + of_w(form)) - 1
     return change * (1 + table.proven.error)
-
-
-@cache
-def of_v_star(form: Format = DOUBLE) -> Fraction:
-    """Return a bound of what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps and 1 - eps, relatively."""
-    return evaluation.of_speed(form) * reference.steepest() * (1 + Fraction(1, 2**20)) + 4 * Fraction(reference.ERROR)
 
 
 def main() -> None:

@@ -1,0 +1,62 @@
+"""What the rounding of v* = sqrt(beta) pow(speed, 0.1), which the functions of the speed compute, does to eps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+from textwrap import wrap
+
+from viscopade import reference
+from viscopade.certificate import at_most
+from viscopade.evaluation import ULPS, of_speed
+from viscopade.kernels import WIDTH, Quotient
+from viscopade.kernels.binary import DOUBLE, Format
+
+USUAL = Fraction(10) ** 30
+"""Speeds from 1/USUAL to USUAL have a bound of their own: 0.1 is no binary number, which costs more beyond."""
+USUAL_TEXT = "1e-30 <= speed <= 1e30"
+
+
+@cache
+def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
+    """Return a bound of what the rounding of v* does to eps and 1 - eps, relatively.
+
+    Parameters
+    ----------
+    form : Format
+        Type of speed, beta and v*.
+    largest : Fraction or None
+        The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
+    """
+    # The slope of the rows is that of eps but for their errors.
+    change = of_speed(form, largest) * reference.steepest() * (1 + Fraction(1, 2**20))
+    return change + 4 * Fraction(reference.ERROR)
+
+
+def stated(forms: Sequence[Format]) -> str:
+    """Return the sentences that state `of_v_star` in a file whose functions `restitution` are of these types."""
+    usual, every = (
+        " and ".join(f"{at_most(of_v_star(form, largest), 2)} in type {form.name}" for form in forms)
+        for largest in (USUAL, None)
+    )
+    return (
+        "speed: restitution computes v* = sqrt(beta) pow(speed, 0.1), and the rounding of v* changes eps, relative to "
+        f"min(eps, 1 - eps), by at most {usual} for {USUAL_TEXT}, and by at most {every} for every other speed "
+        "(proven). That adds to the error and to the rounding of eps at the v* computed."
+    )
+
+
+def assumed(roots: str) -> str:
+    """Return what is assumed of the functions of math.h that a file calls."""
+    return (
+        f"assumed: sqrt rounds correctly; the results of {roots}, in type float as well, are within {ULPS} units in "
+        "the last place (the largest errors known of glibc's are not larger)"
+    )
+
+
+def speed_note(kernels: Sequence[Quotient], forms: Sequence[Format]) -> list[str]:
+    """Return the lines on functions of the speed in a file of quotients; none if no error of theirs is proven."""
+    if not any(kernel.bounds for kernel in kernels):
+        return []
+    return ["", *wrap(stated(forms), WIDTH), "", *wrap(f"{assumed('pow')}.", WIDTH)]
