@@ -340,7 +340,7 @@ def relative_bounds(truth, given, form, table):
     proven = given.number(r"<= (\S+) in the table")
     kind = form if form in given.native else "double"
     rounding = given.number(rf"rounding of restitution:.*?(\S+) min\(eps, 1 - eps\) in type {kind}")
-    of_v_star = given.number(r"rounding of restitution:.*?elsewhere (?:at most )?(\S+) min")
+    of_v_star = _beyond(truth, given, r"rounding of restitution:.*?elsewhere", re.escape("min(eps, 1 - eps)"))
     if "viscopade_full.h elsewhere" in given.head:
         return np.where(table, proven + rounding, of_v_star), np.where(table, 0, 0.6 * 2.0**-52 * truth.eps)
     elsewhere = given.number(r"in the table, (\S+) elsewhere")
@@ -349,9 +349,16 @@ def relative_bounds(truth, given, form, table):
     return relative, np.where(table, 0, (of_eps + of_loss) * truth.eps)
 
 
+def _beyond(truth, given, start, unit):
+    """Return what the header states for each speed where w is not in the table."""
+    found = given.number(rf"{start} (\S+) {unit} for 1e-30 <= speed <= 1e30")
+    every = given.number(rf"{start}.*? and (\S+) {unit} for every other speed")
+    return np.where((truth.speed >= 1e-30) & (truth.speed <= 1e30), found, every)
+
+
 def _full_bounds(truth, function, table):
     given = header("full")
-    outside = given.number(r"elsewhere:? (?:at most )?(\S+) ulp in all")
+    outside = _beyond(truth, given, "elsewhere: at most", "ulp(?: in all)?")
     if function == "restitution":
         of_w = given.number(r"rounding of w.{0,40}? (?:is|adds) at most (\S+) ulp")
         inside = given.number(r"off by at most (\S+) units") + of_w
