@@ -4,6 +4,7 @@ The independent checker accepts what is right, and refuses certificates that wer
 """
 
 import json
+import math
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -298,6 +299,10 @@ def test_printed_bounds_are_on_the_right_side(value, digits):
 @pytest.mark.parametrize("text", ["0.001", "1.01", "6.7e-6", "50", "0"])
 def test_a_short_decimal_is_its_own_bound(text):
     assert at_least(Fraction(text)) == at_most(Fraction(text)) == text
+
+
+def test_no_bound_is_printed_as_such():
+    assert at_most(math.inf) == at_least(math.inf) == "inf"
 
 
 def test_record_is_what_was_proven():

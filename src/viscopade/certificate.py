@@ -11,6 +11,7 @@ vanish, or to take its root, so a bound is also a proof that there is no pole.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
@@ -301,17 +302,19 @@ def rounded_up(bound: arb, digits: int = DIGITS) -> str:
 
 def at_most(number: Fraction | float, digits: int = DIGITS) -> str:
     """Return a positive number as a short decimal number that is not smaller: an upper bound to be printed."""
-    return _short(Fraction(number), digits, ROUND_CEILING)
+    return _short(number, digits, ROUND_CEILING)
 
 
 def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
     """Return a positive number as a short decimal number that is not larger: a lower bound to be printed."""
-    return _short(Fraction(number), digits, ROUND_FLOOR)
+    return _short(number, digits, ROUND_FLOOR)
 
 
-def _short(number: Fraction, digits: int, rounding: str) -> str:
-    context = Context(prec=digits, rounding=rounding)
-    decimal = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
+def _short(number: Fraction | float, digits: int, rounding: str) -> str:
+    if number == math.inf:
+        return "inf"
+    exact, context = Fraction(number), Context(prec=digits, rounding=rounding)
+    decimal = context.divide(Decimal(exact.numerator), Decimal(exact.denominator)).normalize(context)
     return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
 
 
