@@ -447,7 +447,7 @@ def test_the_scalar_loop_is_not_made_of_vector_instructions(tmp_path):
 
 
 ROW = {"id", "label", "group", "format", "speeds", "measure", "ns", "ratio_to_3_6", "ratio_to_copy"}
-ERROR = {"id", "label", "group", "format", "relative", "loss", "proven", "note"}
+ERROR = {"id", "label", "group", "format", "relative", "loss", "proven", "proven_of", "note"}
 
 
 @pytest.fixture(scope="module")
@@ -505,6 +505,9 @@ def test_errors_are_those_that_are_known(quick):
     errors = {(error.id, error.format): error for error in quick.errors}
     assert errors["full", "double"].relative < 2e-15
     assert errors["full", "double"].proven == "0.571 ulp"
+    assert {i for (i, _), error in errors.items() if error.proven_of == "v_star"} == {
+        i for i, _ in errors if i == "full" or i.startswith(("half-line", "minimax"))
+    }
     assert 0.005 < errors["pow+[3/6]", "double"].relative < 0.02
     assert errors["copy", "double"].relative is None
     assert "Bridges" in errors["fit", "double"].note

@@ -4,6 +4,7 @@ The independent checker accepts what is right, and refuses certificates that wer
 """
 
 import json
+import math
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -18,7 +19,17 @@ from tests import certificate_checker
 from tests.certificate_checker import Checker, Wrong, check_file
 from viscopade import certificate, double, exact, proofs, reference
 from viscopade.balls import ball_of, working
-from viscopade.certificate import Part, Rational, parts_of, prove, prove_to_infinity, rounded_up, speeds
+from viscopade.certificate import (
+    Part,
+    Rational,
+    at_least,
+    at_most,
+    parts_of,
+    prove,
+    prove_to_infinity,
+    rounded_up,
+    speeds,
+)
 from viscopade.double import CENTRES, HALF_WIDTHS
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
@@ -276,6 +287,22 @@ def test_rounded_up(value, digits):
 def test_a_bound_just_above_a_short_decimal_is_rounded_up(text, up):
     with working(256):
         assert rounded_up(ball(Fraction(text)) * (1 + arb(2) ** -60)) == up
+
+
+@given(st.floats(1e-300, 1e10), st.integers(1, 5))
+def test_printed_bounds_are_on_the_right_side(value, digits):
+    low, high = Fraction(at_least(value, digits)), Fraction(at_most(value, digits))
+    assert low <= Fraction(value) <= high
+    assert high - low <= Fraction(value) / 10 ** (digits - 1)
+
+
+@pytest.mark.parametrize("text", ["0.001", "1.01", "6.7e-6", "50", "0"])
+def test_a_short_decimal_is_its_own_bound(text):
+    assert at_least(Fraction(text)) == at_most(Fraction(text)) == text
+
+
+def test_no_bound_is_printed_as_such():
+    assert at_most(math.inf) == at_least(math.inf) == "inf"
 
 
 def test_record_is_what_was_proven():

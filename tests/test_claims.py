@@ -5,20 +5,26 @@ The second routes are the direct integration in time (`benchmarks.direct`), SciP
 
 import json
 import math
+import re
+from collections import Counter
 from decimal import ROUND_HALF_EVEN, Decimal
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+from flint import arb, arb_series
 from mpmath import mp, mpf
 
 from benchmarks.direct import collide
 from viscopade import progress, series, singularity
+from viscopade.balls import working
+from viscopade.certificate import at_most
 from viscopade.claims import CLAIMS, UNCHECKED, asymptotics, claims, curve, motion, pade, physics
 from viscopade.claims import series as of_series
-from viscopade.claims.evidence import percent, verdict
+from viscopade.claims.evidence import percent, percent_at_most, verdict
 from viscopade.paper import TABLE
 
 HOLDS, LIMITED, FAILS = "holds", "holds with a limit", "does not hold"
@@ -52,6 +58,7 @@ VERDICTS = {
     "pade-power": LIMITED,
     "table-entries": HOLDS,
     "order-conditions": HOLDS,
+    "convergent-if-m-below-n": FAILS,
     "pole-of-2-5": FAILS,
     "digits-of-the-pole": HOLDS,
     "2-5-for-small-v": HOLDS,
@@ -59,6 +66,7 @@ VERDICTS = {
     "1-4-tradeoff": LIMITED,
     "3-6-almost-perfect": LIMITED,
     "15-18-identical": LIMITED,
+    "15-18-almost-perfect": LIMITED,
     "no-improvement": FAILS,
     "higher-orders-usable": LIMITED,
     "no-divergence": HOLDS,
@@ -178,6 +186,150 @@ def test_what_is_not_checked_says_why():
 def test_verdict_and_percent():
     assert [verdict(True), verdict(True, True), verdict(False, True), verdict(False)] == [HOLDS, HOLDS, LIMITED, FAILS]
     assert [percent(x) for x in (0.0123, 0.65, 1.172, -0.0187)] == ["1.2 %", "65 %", "117 %", "-1.9 %"]
+    assert [percent_at_most(x) for x in (0.0123, 0.0125, 0.641, 1.172)] == ["1.3 %", "1.3 %", "65 %", "120 %"]
+
+
+@pytest.mark.parametrize("name", ["asymptotic-law", "eps-universal", "convergent-if-m-below-n", "15-18-almost-perfect"])
+def test_what_is_proven_says_so(findings, name):
+    assert findings[name].kind == "proven"
+
+
+# --- printed bounds ---------------------------------------------------------------------------------------------------
+
+# By claim, what the summary prints (# is a number), and the evidence's numbers. None may be larger than is printed …
+UPPER = {
+    "never-attracts": ("attract after t_c, by up to # of", lambda n: [n["attraction_without_min"]["1"]]),
+    "eps-universal": (
+        "agree within #, and with eps(v*) within #",
+        lambda n: [n["largest_relative_difference"], n["largest_difference_from_eps_of_v_star"]],
+    ),
+    "numerical-benchmark": (
+        "has eps within # of the exact value, and within # of it at v* <= 10",
+        lambda n: [max(abs(n["relative_error"][v]) for v in part) for part in (["10", "100"], ["0.1", "1", "10"])],
+    ),
+    "ice-order-40": (
+        "more than 1 % off from # cm/s on and more than 10 % off from # cm/s on; no order gets beyond # cm/s",
+        lambda n: [
+            n[f"v_in_cm/s_{w}"] for w in ("where_1_percent_off", "where_10_percent_off", "at_radius_of_convergence")
+        ],
+    ),
+    "figure-ice": (
+        "is within # of eps up to 5 cm/s and within # up to 1 m/s (absolutely #)",
+        lambda n: [*n["largest_relative_error"].values(), n["largest_absolute_error"]["1 m/s"]],
+    ),
+    "exact-solution": (
+        "within # of eps at v* = 0.5, # at 0.7 and # at 0.9",
+        lambda n: [n["relative_error_of_S_120"][v] for v in ("0.5", "0.7", "0.9")],
+    ),
+    "order-20-at-1": (
+        "more than 1 % off from v* = # on and more than 10 % off from v* = # on",
+        lambda n: [n["v_star_where_1_percent_off"], n["v_star_where_10_percent_off"]],
+    ),
+    "asymptotic-law": (
+        "within # of it for all v* >= 10, and within # for",
+        lambda n: [math.expm1(n["bound_of_ln(eps v_star^(10/3)/limit)_beyond"][v]) for v in ("10", "1e+06")],
+    ),
+    "dotted-line": ("from v* = # to", lambda n: [n["from"]]),
+    "2-5-for-small-v": (
+        "off by # at most up to v* = 10^0.3 = 1.995 and by more than 10 % from v* = # on; from v* = # on",
+        lambda n: [
+            n[k] for k in ("largest_error_up_to_10^0.3", "v_star_where_10_percent_off", "v_star_where_worse_than_1_4")
+        ],
+    ),
+    "1-4-tradeoff": (
+        "1 - eps is within # up to v* = 100, eps within # up to v* = 1 and # up to 2, then # up to 10 (absolutely # at "
+        "most)",
+        lambda n: [n["1-eps"]["100"], *(n["eps"][v] for v in ("1", "2", "10")), n["largest_absolute_error"]],
+    ),
+    "3-6-almost-perfect": (
+        "it is within # everywhere and 1 - eps within # up to v* = 100; but eps itself is more than 1 % off from "
+        "v* = # on, more than 10 % from # on",
+        lambda n: [n["largest_absolute_error"], n["1-eps"]["100"], *n["v_star_where_off_by"].values()],
+    ),
+    "15-18-identical": (
+        "differ by at most # up to v* = 2, # up to 5, # up to 10 and # up to 100",
+        lambda n: [n["largest_relative_difference"][v] for v in ("2", "5", "10", "100")],
+    ),
+    "15-18-almost-perfect": ("proven to be within # of eps", lambda n: [n["proven_bound_up_to_10"]]),
+    "no-improvement": (
+        "at most: # for [3/6] against less than # for [20/23] up to v* = 1; "
+        + "; ".join(f"# for [3/6] against # for [23/26] up to v* = {v}" for v in (2, 5, 10, 100)),
+        lambda n: [n["errors"][f"[{m}/{m + 3}]"]["eps"][v] for v, best in n["best_m"].items() for m in (3, best)],
+    ),
+    "entire-range": (
+        "(# and # at most for [1/4], # and # for [3/6])",
+        lambda n: [n[of][m] for m in ("[1/4]", "[3/6]") for of in ("largest_absolute_error", "largest_error_of_1-eps")],
+    ),
+    "figure-of-truncations": (
+        "are # apart at most up to v* = 1.5 and # up to 2",
+        lambda n: list(n["largest_absolute_error"].values()),
+    ),
+    "figure-linear": ("is within # of eps", lambda n: [n["largest_absolute_error"]]),
+}
+# … and none of these smaller.
+LOWER = {
+    "coefficients-known": ("enclosed to # digits or more", lambda n: [n["digits"]]),
+    "dotted-line": ("#, at least # decades", lambda n: [n["to"], n["decades"]]),
+    "15-18-identical": ("closer than 5 % up to v* = #", lambda n: [n["v_star_where_5_percent_apart"]]),
+}
+# Tolerances, which are chosen and not measured.
+CHOSEN = {"dotted-line": "within 5 % of eps"}
+WORDS = re.compile(r"within|at most|at least|less than|more than|closer than|or more|up to [0-9.]+ %|gets beyond")
+
+
+def pattern(phrase):
+    return re.escape(phrase).replace(re.escape("#"), r"([0-9.]+(?:e-?[0-9]+)?(?: %)?)")
+
+
+def value_of(printed):
+    number, is_percent, _ = printed.partition(" %")
+    return Fraction(number) / (100 if is_percent else 1)
+
+
+def printed_beside_computed(phrase, values, evidence):
+    printed = [value_of(text) for text in re.search(pattern(phrase), evidence.summary).groups()]
+    return zip(printed, map(Fraction, values(evidence.numbers)), strict=True)
+
+
+@pytest.mark.parametrize("name", UPPER)
+def test_no_upper_bound_is_printed_below_its_number(findings, name):
+    for printed, computed in printed_beside_computed(*UPPER[name], findings[name]):
+        # "less than 4e-15" is what double precision can tell
+        assert computed <= printed < 2 * max(computed, Fraction(pade.ROUNDING) if "less than" in UPPER[name][0] else 0)
+
+
+@pytest.mark.parametrize("name", LOWER)
+def test_no_lower_bound_is_printed_above_its_number(findings, name):
+    for printed, computed in printed_beside_computed(*LOWER[name], findings[name]):
+        assert computed / 2 < printed <= computed
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_every_printed_bound_is_looked_at(findings, name):
+    rest = findings[name].summary.replace(CHOSEN.get(name, "\0"), "")
+    for phrase, _ in (table[name] for table in (UPPER, LOWER) if name in table):
+        rest = re.sub(pattern(phrase), "", rest)
+    assert WORDS.findall(rest) == []
+
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+
+
+def test_the_readme_counts_the_verdicts(findings):
+    count = Counter(evidence.verdict for evidence in findings.values())
+    words = f"of which {count[HOLDS]} hold, {count[LIMITED]} hold with a limit, and {count[FAILS]} do not"
+    assert f"{len(findings)} statements, {words}" in README
+
+
+def test_the_readme_rounds_errors_up(numbers):
+    rows = re.findall(r"^\| (\[\d+/\d+\]) \| (.*) \|$", README, re.MULTILINE)
+    assert len(rows) == 7
+    for label, cells in rows:
+        found = numbers["no-improvement"]["errors"][label]
+        errors = [*(found["eps"][v] for v in ("1", "2", "5", "10", "100")), found["1-eps"]["100"]]
+        assert cells.split(" | ") == [
+            f"{float(at_most(error, 2)):.1e}" if error > pade.ROUNDING else f"< {pade.ROUNDING:.0e}" for error in errors
+        ]
 
 
 # --- the series -------------------------------------------------------------------------------------------------------
@@ -447,6 +599,38 @@ def test_higher_orders_are_better_at_every_speed(numbers):
         assert error(3, v) > 5 * error(23, v)
 
 
+def test_fifteen_eighteen_against_the_exact_solution(numbers):
+    found = numbers["15-18-almost-perfect"]
+    for v in (10, 100):
+        assert found["relative_error_at"][str(v)] == pytest.approx(error(15, v), rel=1e-9)
+    for v in np.geomspace(0.5, 10, 12):
+        assert error(15, float(v)) < found["proven_bound_up_to_10"]
+    assert found["proven_bound_up_to_10"] < 1.01 * error(15, 10)
+
+
+def test_another_coefficient_has_another_proven_bound(monkeypatch):
+    bound = curve.proven_error(3, 1)
+    assert error(3, 1) < bound < 1.01 * error(3, 1)
+    monkeypatch.setattr(curve, "pade", lambda m, n, digits: curve.approximant(1, 4))
+    assert error(1, 1) < curve.proven_error(3, 1) < 1.01 * error(1, 1)
+
+
+def test_the_loss_of_an_enclosed_approximant():
+    with working(128, 3):
+        formula, y = curve.Enclosed(curve.approximant(3, 6)), arb_series([arb(1) / 2])
+        loss = (1 - formula.epsilon(y)) / (y * y)
+        assert loss.coeffs()[0].overlaps(formula.loss_ratio(y).coeffs()[0])
+
+
+def test_poles_where_m_is_below_n(numbers):
+    found = numbers["convergent-if-m-below-n"]["smallest_positive_pole"]
+    assert float(found["[4/7]"]) == pytest.approx(3.687, abs=1e-3)
+    for label, pole in found.items():
+        assert changes_sign(1, int(label[1:].partition("/")[0]), pole)
+        # the zero beside the pole of [7/10] is nearer than the digits tell
+        assert changes_sign(0, int(label[1:].partition("/")[0]), pole) == (label == "[7/10]")
+
+
 def changes_sign(side: int, m: int, place: str) -> bool:
     coefficients = rational(m)[side]
     with mp.workdps(100):
@@ -648,6 +832,18 @@ def true_exponent(patch):
     patch.setattr(asymptotics, "PRINTED_EXPONENT", -3.33)
 
 
+def no_poles(patch):
+    patch.setattr(pade, "family", lambda: {m: curve.approximant(m, m + 3) for m in (1, 3)})
+
+
+def closer(patch):
+    patch.setattr(pade, "enclosed_error", lambda m, v: arb("0.01"))
+
+
+def farther(patch):
+    patch.setattr(pade, "proven_error", lambda m, up_to: 0.1)
+
+
 def true_older(patch):
     patch.setattr(of_series, "OLDER", ("1.15344", "0.79826", "0.522882", "0.348742"))
 
@@ -693,6 +889,10 @@ def no_tail(patch):
         (true_older, "older-coefficients", HOLDS),
         (wrong_scale, "scaling", FAILS),
         (wrong_scale, "coefficients-universal", FAILS),
+        (wrong_scale, "eps-universal", FAILS),
+        (no_poles, "convergent-if-m-below-n", HOLDS),
+        (closer, "15-18-almost-perfect", HOLDS),
+        (farther, "15-18-almost-perfect", FAILS),
         (other_motion, "eps-universal", FAILS),
         (other_motion, "numerical-benchmark", FAILS),
         (no_tail, "never-attracts", FAILS),
@@ -708,3 +908,9 @@ def test_another_number_gives_another_verdict(monkeypatch, change, name, instead
         physics._motion.cache_clear()
         pade.accuracy_table.cache_clear()
     assert checked(name) == VERDICTS[name]
+
+
+def test_an_eps_far_from_its_proven_limit_is_an_error(monkeypatch):
+    monkeypatch.setattr(asymptotics, "limit", lambda: arb("1.3103"))
+    with pytest.raises(ArithmeticError, match="farther from its limit"):
+        checked("asymptotic-law")

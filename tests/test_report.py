@@ -21,6 +21,7 @@ from matplotlib.image import imread
 
 from viscopade import double, report, writer
 from viscopade.report import choice, page, picture
+from viscopade.report import result as result_module
 from viscopade.report.choice import Point, choices, frontier, panel, panels
 from viscopade.report.labels import Box, place, shortened
 from viscopade.report.picture import NARROW, WIDE, drawn_curves, drawn_panels
@@ -227,6 +228,65 @@ def test_shows_the_sampled_error_where_it_exceeds_the_proof(data):
     assert "the sampled error 9.00e-6 is larger than the proven bound 6.7e-6 (without the root)" in " ".join(
         report.render(changed, [])["report.html"].split()
     )
+
+
+def with_error(data, **changes):
+    """The sample's rows and errors of one kernel of ours only, with another error."""
+    changed = small(data)
+    changed["rows"] = [row for row in changed["rows"] if row["id"] == "lookup_1em5"]
+    (error,) = (e for e in changed["errors"] if (e["id"], e["format"]) == ("lookup_1em5", "double"))
+    changed["errors"] = [{**error, **changes}]
+    return changed
+
+
+def alarms(page_text):
+    return [attributes for _, attributes in Tables(page_text).tags if attributes.get("class") == "alarm"]
+
+
+@pytest.mark.parametrize("form", ["double", "float"])
+@pytest.mark.parametrize("share", [0.1, 0.9, 2])
+def test_what_the_root_adds_is_explained_and_more_is_an_alarm(data, form, share):
+    scene = checked(data).settings.scene
+    unit = {"double": 2.0**-53, "float": 2.0**-24}[form]
+    bound, added = 2 * unit, result_module.of_root(form, scene)
+    found = with_error(
+        data, proven=f"{bound!r}", proven_of="v_star", format=form, relative=bound + share * added, loss=0
+    )
+    text = report.render(found, [])["report.html"]
+    (error,) = checked(found).errors
+    assert error.exceeds_proof
+    assert len(alarms(text)) == (share > 1) == error.contradicts_proof
+    assert ("with the rounding of v* at most" in text) == (share < 1)
+    assert "comes on top" in text.partition("with the rounding of v* at most")[0]
+
+
+def test_the_same_error_of_a_kernel_of_the_speed_is_an_alarm(data):
+    errors = {"proven": "1 ulp", "format": "double", "relative": 4e-15, "loss": 0}
+    shown = [report.render(with_error(data, proven_of=of, **errors), [])["report.html"] for of in ("v_star", "speed")]
+    assert [len(alarms(text)) for text in shown] == [0, 1]
+
+
+def test_what_the_root_adds_is_no_less_than_what_it_does():
+    """v* as C computes it (NumPy's pow is the C library's), at many speeds, through the exact function."""
+    scene = result_module.Scene(1.307, 1e-3, 1e3, "cm/s")
+    for form, kind in (("double", np.float64), ("float", np.float32)):
+        speed = np.geomspace(scene.speed_min, scene.speed_max, 4001).astype(kind)
+        v_star = np.sqrt(kind(scene.beta)) * speed ** kind(0.1)
+        true = np.sqrt(np.longdouble(kind(scene.beta))) * speed.astype(np.longdouble) ** (np.longdouble(1) / 10)
+        off = np.abs(v_star.astype(np.longdouble) / true - 1).astype(float)
+        worst = np.max(off * np.abs(double.slope(v_star.astype(float))))
+        assert 0 < worst < result_module.of_root(form, scene) < 40 * worst
+
+
+def test_committed_result_contradicts_no_proof():
+    result = checked(json.loads((Path(__file__).parents[1] / "docs" / "bench" / "result.json").read_text()))
+    assert [error.id for error in result.errors if error.exceeds_proof] == ["full", "full"]
+    assert not [error.id for error in result.errors if error.contradicts_proof]
+
+
+def test_a_printed_error_is_rounded_up():
+    assert page.scientific(6.7001e-6) == "6.71e-6"
+    assert page.scientific(1.001e-3, 1) == "2e-3"
 
 
 def test_a_method_without_error_is_named(data):

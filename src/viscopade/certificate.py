@@ -11,9 +11,10 @@ vanish, or to take its root, so a bound is also a proof that there is no pole.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from decimal import ROUND_CEILING, Context, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, Protocol, cast
@@ -295,17 +296,26 @@ def _on_panel(formula: AnyFormula, limit: tuple[int, Fraction, Fraction], number
 
 def rounded_up(bound: arb, digits: int = DIGITS) -> str:
     """Return a positive upper bound as a short decimal number that is not smaller."""
-    upper = bound.abs_upper()
-    middle, radius, exponent = (int(part) for part in upper.mid_rad_10exp(digits + 20))
-    context = Context(prec=digits, rounding=ROUND_CEILING)
-    number = context.create_decimal(Decimal(f"{middle + radius}e{exponent}")).normalize(context)
-    return f"{number:e}" if number.adjusted() < -3 else f"{number:f}"
+    middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
+    return at_most((middle + radius) * Fraction(10) ** exponent, digits)
 
 
-def at_most(number: Fraction, digits: int = DIGITS) -> str:
-    """Return a positive number as a short decimal number that is not smaller."""
-    with working(64):
-        return rounded_up(ball_of(number), digits)
+def at_most(number: Fraction | float, digits: int = DIGITS) -> str:
+    """Return a positive number as a short decimal number that is not smaller: an upper bound to be printed."""
+    return _short(number, digits, ROUND_CEILING)
+
+
+def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
+    """Return a positive number as a short decimal number that is not larger: a lower bound to be printed."""
+    return _short(number, digits, ROUND_FLOOR)
+
+
+def _short(number: Fraction | float, digits: int, rounding: str) -> str:
+    if number == math.inf:
+        return "inf"
+    exact, context = Fraction(number), Context(prec=digits, rounding=rounding)
+    decimal = context.divide(Decimal(exact.numerator), Decimal(exact.denominator)).normalize(context)
+    return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
 
 
 def panels_of(low: Fraction, high: Fraction) -> Iterator[tuple[int, Fraction, Fraction]]:

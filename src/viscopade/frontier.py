@@ -14,12 +14,13 @@ import pkgutil
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_CEILING, Context
+from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from typing import cast
 
 from viscopade import checks, minimax, remez
+from viscopade.certificate import at_most
 from viscopade.curve import TABLE_DIGITS
 from viscopade.exact import Exact
 from viscopade.kernels import MARKER
@@ -258,8 +259,7 @@ def rounded_up(number: float) -> str:
     """Return a decimal of `PLACES` significant digits that is not smaller; nothing for infinity."""
     if math.isinf(number):
         return ""
-    decimal = Context(prec=PLACES, rounding=ROUND_CEILING).create_decimal_from_float(number)
-    return f"{decimal:.{PLACES - 1}e}"
+    return f"{Decimal(at_most(number, PLACES)):.{PLACES - 1}e}"
 
 
 def _lines() -> Iterator[str]:

@@ -207,6 +207,7 @@ def _errors(harness: Harness, kernels: Sequence[Kernel]) -> Iterable[Error]:
                 relative,
                 loss,
                 kernel.proven.get(form.name) or None,
+                kernel.proven_of,
                 kernel.note,
             )
 

@@ -15,6 +15,7 @@ Group = Literal["ours", "rival", "limit"]
 Measure = Literal["latency", "throughput", "cache", "memory"]
 Library = Literal["scalar", "array", "vector"]
 Beta = Literal["one", "pair", "each"]
+ProvenOf = Literal["speed", "v_star"]
 MEASURES: tuple[Measure, ...] = get_args(Measure)
 SCALAR: tuple[Measure, ...] = ("latency", "throughput")
 ARRAY: tuple[Measure, ...] = ("cache", "memory")
@@ -94,6 +95,8 @@ class Kernel:
         The least result to which `slack` is relative: where terms cancel.
     proven : mapping of str to str
         By type, the proven error.
+    proven_of : "speed" or "v_star"
+        Of what function that is: eps of the speed, or eps of a v*, so that the rounding of v* comes on top.
     note : str
         What the reader must know of the error.
     fast_math : bool
@@ -122,6 +125,7 @@ class Kernel:
     slack: float = 100.0
     floor: float = 1.0
     proven: Mapping[str, str] = field(default_factory=dict)
+    proven_of: ProvenOf = "speed"
     note: str = ""
     fast_math: bool = False
     valid: tuple[float, float] | None = None

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from viscopade.arrays import FloatArray
-from viscopade.bench.kernel import Group, Measure
+from viscopade.bench.kernel import Group, Measure, ProvenOf
 from viscopade.bench.scene import Scene, Speeds
 
 
@@ -79,6 +79,8 @@ class Error:
         |d eps|/eps and |d eps|/(1 - eps).
     proven : str or None
         Bound of |d eps|/min(eps, 1 - eps).
+    proven_of : "speed" or "v_star"
+        Whether that is a bound for eps of the speed, or for eps of v*: then the rounding of v* comes on top.
     """
 
     id: str
@@ -88,6 +90,7 @@ class Error:
     relative: float | None
     loss: float | None
     proven: str | None
+    proven_of: ProvenOf
     note: str
 
     def to_json(self) -> dict[str, Any]:

@@ -119,6 +119,7 @@ def _by_root(kind: str, name: str, file: str, text: str) -> Kernel:
         bound=bound,
         slack=300,
         proven={form.name: stated.by_root(name, text, form) for form in formats},
+        proven_of="v_star",
         note="proven of eps(v*); what pow adds is not in it" + (", for v* <= 5" if kind == "minimax" else ""),
     )
 
@@ -138,5 +139,6 @@ def _full(text: str) -> Kernel:
         slack=16,
         floor=0,
         proven={form.name: stated.full(text, form) for form in (DOUBLE, FLOAT)},
+        proven_of="v_star",
         note="proven of eps(v*); what pow adds is not in it",
     )

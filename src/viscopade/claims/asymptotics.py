@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from flint import arb
 
 from viscopade import double
 from viscopade.balls import working
+from viscopade.certificate import at_least, at_most
 from viscopade.claims.curve import approximant, curve, slope
-from viscopade.claims.evidence import Claim, Evidence, percent, verdict
+from viscopade.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
+from viscopade.exact import collision
 from viscopade.paper import TABLE
+from viscopade.reference import limit, tail
 
 PRINTED_EXPONENT = -3.2
 TRUE_EXPONENT = -10 / 3  # elastic against viscous force, section 2.5
@@ -18,29 +24,58 @@ EXPONENT_TOLERANCE = 0.05
 # Two lines closer than this coincide on the logarithmic axis of a column-wide figure.
 LINE_WIDTH = 0.05
 FAR = 1e6
+FIRST_BOUNDED = 5.0  # of `SPEEDS`: `reference.tail` holds from v* = 4 on
 SPEEDS = (2.0, 5.0, 10.0, 100.0, 1000.0)
 FITTED = (2.0, 20.0)
 
 
 def _asymptotic_law() -> Evidence:
     slopes = {v: slope(v) for v in (*SPEEDS, FAR)}
-    law = {v: v**PRINTED_EXPONENT / float(double.epsilon(v)) - 1 for v in (*SPEEDS, FAR)}
+    law = {v: v**PRINTED_EXPONENT / float(collision(v, 20).epsilon) - 1 for v in (*SPEEDS, FAR)}
     crossing = _where_slope_is(PRINTED_EXPONENT)
+    prefactor, distance = _proven_limit()
     numbers = {
         "slope": _keyed(slopes),
         "limit_exponent": TRUE_EXPONENT,
-        "limit_prefactor": float(double.epsilon(FAR)) * FAR ** (-TRUE_EXPONENT),
+        "limit_prefactor": prefactor,
         "limit_prefactor_theory": PREFACTOR,
+        "proof": "docs/exact-function.md, step 8, as viscopade.reference.tail",
+        "bound_of_ln(eps v_star^(10/3)/limit)_beyond": _keyed(distance),
         "v_star_where_slope_is_-3.2": crossing,
         "relative_error_of_the_law": _keyed(law),
         "fitted_exponent_2_to_20": _fitted_exponent(*FITTED),
     }
     summary = (
-        f"the local slope is -3.2 at v* = {crossing:.4f} only and goes to {slopes[FAR]:.6f}: the limit is "
-        f"(3/2)^(2/3) v*^(-10/3). v*^-3.2 is off by {percent(law[2.0])} at v* = 2, {percent(law[5.0])} at 5, "
+        "the limit is (3/2)^(2/3) v*^(-10/3): proven is that eps is within "
+        f"{percent_at_most(math.expm1(distance[10.0]))} of it for all v* >= 10, and within "
+        f"{at_most(math.expm1(distance[FAR]), 2)} for all v* >= {FAR:g}. The local slope is -3.2 at v* = "
+        f"{crossing:.4f} only (sampled). v*^-3.2 is off by {percent(law[2.0])} at v* = 2, {percent(law[5.0])} at 5, "
         f"{percent(law[10.0])} at 10, {percent(law[100.0])} at 100, {percent(law[1000.0])} at 1000"
     )
-    return Evidence(verdict(abs(slopes[FAR] - PRINTED_EXPONENT) < EXPONENT_TOLERANCE), summary, numbers, "sampled")
+    return Evidence(verdict(abs(TRUE_EXPONENT - PRINTED_EXPONENT) < EXPONENT_TOLERANCE), summary, numbers, "proven")
+
+
+def _proven_limit() -> tuple[float, dict[float, float]]:
+    """Return eps v*^(10/3) at `FAR`, and for each v* a bound of |ln(eps v*^(10/3)/limit)| for all larger ones.
+
+    Against any other power of v* eps would grow or vanish; as the logarithm stays bounded, the exponent is -10/3.
+
+    Raises
+    ------
+    ArithmeticError
+        If an enclosure of eps contradicts the proof.
+    """
+    distance = {}
+    for v in (*SPEEDS, FAR):
+        if v < FIRST_BOUNDED:
+            continue
+        epsilon = collision(v, 20).epsilon
+        with working(128):
+            bound, scaled = tail(arb(v)), epsilon * (arb(v) ** 10).root(3)
+            if not abs((scaled / limit()).log()) <= bound:
+                raise ArithmeticError(f"eps at v* = {v:g} is farther from its limit than is proven")
+            distance[v] = float(bound.upper())
+    return float(scaled.mid()), distance
 
 
 def _dotted_line() -> Evidence:
@@ -51,8 +86,8 @@ def _dotted_line() -> Evidence:
     decades = float(np.log10(last / first))
     numbers = {"tolerance": LINE_WIDTH, "from": first, "to": last, "unbroken": unbroken, "decades": decades}
     summary = (
-        f"v*^-3.2 is within {percent(LINE_WIDTH)} of eps from v* = {first:.2f} to {last:.1f}, "
-        f"{decades:.1f} decades of v*; beyond, the two separate for good"
+        f"v*^-3.2 is within {percent(LINE_WIDTH)} of eps from v* = {at_most(first)} to {at_least(last)}, at least "
+        f"{at_least(decades, 2)} decades of v*; beyond, the two separate for good"
     )
     reaches_far = last >= curve().v_star[-1]
     return Evidence(verdict(reaches_far, unbroken and decades > 0.5), summary, numbers, "sampled")

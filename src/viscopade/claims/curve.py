@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb
+from flint import arb, arb_series
 from numpy.typing import NDArray
 
 from viscopade import double, exact
 from viscopade.balls import working
+from viscopade.certificate import polynomial, prove, quotient
 from viscopade.pade import Pade, horner, pade
 from viscopade.progress import track
 from viscopade.series import Series, series
@@ -85,10 +88,42 @@ def values(p: Pade, v_star: Array) -> tuple[Array, Array]:
 
 def error_at(m: int, v_star: int) -> float:
     """Return [m/m+3]/eps - 1 at one v*, from enclosures that also hold errors far below double precision."""
+    return float(enclosed_error(m, v_star).mid())
+
+
+def enclosed_error(m: int, v_star: int) -> arb:
+    """Enclose [m/m+3]/eps - 1 at one v*."""
     p, truth = pade(m, m + 3, 2 * PADE_DIGITS), exact.collision(v_star, 2 * PADE_DIGITS).epsilon
     with working(256):
         a, b = (sum((c * arb(v_star) ** i for i, c in enumerate(side)), arb(0)) for side in (p.a, p.b))
-        return float((a / b / truth - 1).mid())
+        return a / b / truth - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosed:
+    """[m/n] with the enclosures of its coefficients: a formula that `certificate` proves a bound of."""
+
+    p: Pade
+
+    @property
+    def power(self) -> int:
+        """The quotient is a smooth function of v*."""
+        return 1
+
+    def epsilon(self, y: arb_series) -> arb_series:
+        """Return the quotient."""
+        return quotient(polynomial(self.p.a, y), polynomial(self.p.b, y))
+
+    def loss_ratio(self, y: arb_series) -> arb_series:
+        """Return (1 - [m/n])/v*^2; a_0 = b_0 and a_1 = b_1, as h_1 = 0."""
+        a = (*self.p.a, *[arb(0)] * len(self.p.b))
+        return quotient(polynomial([b - a[i] for i, b in enumerate(self.p.b)][2:], y), polynomial(self.p.b, y))
+
+
+def proven_error(m: int, up_to: int) -> float:
+    """Return a proven bound of |[m/m+3]/eps - 1| on 0 <= v* <= up_to."""
+    formula = Enclosed(pade(m, m + 3, 2 * PADE_DIGITS))
+    return float(prove(formula, Fraction(0), Fraction(up_to), "relative").bound)
 
 
 def largest(error: Array, up_to: float) -> float:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Literal
+
+from viscopade.certificate import at_most
 
 Verdict = Literal["holds", "holds with a limit", "does not hold"]
 Kind = Literal["proven", "sampled"]
@@ -87,3 +90,8 @@ def percent(fraction: float) -> str:
     """Return a fraction as text in per cent, to two digits: 0.0123 is "1.2 %"."""
     value = 100 * fraction
     return f"{value:.0f} %" if 99.5 <= abs(value) < 1e4 else f"{value:.2g} %"
+
+
+def percent_at_most(fraction: float) -> str:
+    """Return an upper bound as text in per cent, rounded up to two digits: 0.0122 is "1.3 %"."""
+    return f"{at_most(100 * Fraction(fraction), 2)} %"

@@ -8,6 +8,7 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from functools import lru_cache
 from typing import Any
 
+from viscopade.certificate import at_least, at_most
 from viscopade.claims.curve import (
     LARGEST_M,
     PADE_DIGITS,
@@ -16,14 +17,16 @@ from viscopade.claims.curve import (
     approximant,
     at,
     curve,
+    enclosed_error,
     error_at,
     errors,
     family,
     first_above,
     largest,
+    proven_error,
     values,
 )
-from viscopade.claims.evidence import Claim, Evidence, percent, verdict
+from viscopade.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
 from viscopade.pade import Pade
 from viscopade.paper import TABLE, approximants, compare
 
@@ -102,10 +105,10 @@ def _two_five_suitable() -> Evidence:
         "v_star_where_10_percent_off": limit,
         "v_star_where_worse_than_1_4": worse[0] if worse else None,
     }
-    crossing = f"from v* = {worse[0]:.2f} on [1/4] is closer" if worse else "[1/4] is never closer"
+    crossing = f"from v* = {_from(worse[0])} on [1/4] is closer" if worse else "[1/4] is never closer"
     summary = (
-        f"[2/5] is off by {percent(up_to)} at most up to v* = 10^0.3 = {SUITED_UP_TO:.3f} and by more than 10 % from "
-        f"v* = {_place(limit)} on; {crossing}"
+        f"[2/5] is off by {percent_at_most(up_to)} at most up to v* = 10^0.3 = {SUITED_UP_TO:.3f} and by more than "
+        f"10 % from v* = {_from(limit)} on; {crossing}"
     )
     good_up_to = limit is not None and SUITED_UP_TO < limit < 2 * SUITED_UP_TO
     return Evidence(verdict(good_up_to), summary, numbers, "sampled")
@@ -126,8 +129,9 @@ def _one_four() -> Evidence:
     numbers = _accuracy(1)
     loss, eps, absolute = numbers["1-eps"], numbers["eps"], numbers["largest_absolute_error"]
     summary = (
-        f"1 - eps is within {percent(loss['100'])} at every v*, eps within {percent(eps['1'])} up to v* = 1 and "
-        f"{percent(eps['2'])} up to 2, then {percent(eps['10'])} up to 10 (absolutely {absolute:.4f} at most)"
+        f"1 - eps is within {percent_at_most(loss['100'])} up to v* = 100, eps within {percent_at_most(eps['1'])} up "
+        f"to v* = 1 and {percent_at_most(eps['2'])} up to 2, then {percent_at_most(eps['10'])} up to 10 (absolutely "
+        f"{at_most(absolute, 2)} at most)"
     )
     good = loss["100"] < TRADEOFF and approximant(1, 4).usable
     return Evidence(verdict(good and eps["10"] < ACCEPTABLE, good), summary, numbers, "sampled")
@@ -140,8 +144,9 @@ def _three_six() -> Evidence:
     limits = {"1_percent": first_above(error, 0.01), "10_percent": first_above(error, 0.1)}
     numbers["v_star_where_off_by"] = limits
     summary = (
-        f"absolutely it is within {absolute:.5f} everywhere and 1 - eps within {percent(loss['100'])}; but eps itself "
-        f"is 1 % off from v* = {_place(limits['1_percent'])} on, 10 % from {_place(limits['10_percent'])} on, "
+        f"absolutely it is within {at_most(absolute, 2)} everywhere and 1 - eps within {percent_at_most(loss['100'])} "
+        f"up to v* = 100; but eps itself is more than 1 % off from v* = {_from(limits['1_percent'])} on, more than "
+        f"10 % from {_from(limits['10_percent'])} on, "
         f"{percent(eps['10'])} at 10 and {percent(eps['100'])} at 100"
     )
     everywhere = eps["100"] < LINE_LOG
@@ -156,10 +161,47 @@ def _virtually_identical() -> Evidence:
     apart = {_key(V): largest(difference, V) for V in RANGES}
     numbers = {"largest_relative_difference": apart, "v_star_where_5_percent_apart": limit}
     summary = (
-        f"the two differ by {percent(apart['2'])} up to v* = 2, {percent(apart['5'])} up to 5, {percent(apart['10'])} "
-        f"up to 10 and {percent(apart['100'])} up to 100: closer than 5 % up to v* = {_place(limit)}"
+        f"the two differ by at most {percent_at_most(apart['2'])} up to v* = 2, {percent_at_most(apart['5'])} up to 5, "
+        f"{percent_at_most(apart['10'])} up to 10 and {percent_at_most(apart['100'])} up to 100: closer than 5 % up to "
+        f"v* = {_up_to(limit)}"
     )
     return Evidence(verdict(limit is None, apart["2"] < LINE_LOG), summary, numbers, "sampled")
+
+
+def _fifteen_eighteen() -> Evidence:
+    near, far = 10, 100
+    bound = proven_error(15, near)
+    off = {v: enclosed_error(15, v) for v in (near, far)}
+    numbers = {
+        f"proven_bound_up_to_{near}": bound,
+        "relative_error_at": {str(v): float(error.mid()) for v, error in off.items()},
+        "line_width": LINE_LOG,
+    }
+    summary = (
+        f"[15/18] is {percent(float(off[near].mid()))} above eps at v* = {near} and {percent(float(off[far].mid()))} "
+        f"at v* = {far}; it is proven to be within {percent_at_most(bound)} of eps for all v* <= {near}. Beyond, v*^-3 "
+        "falls too slowly"
+    )
+    return Evidence(verdict(bool(abs(off[far]) < LINE_LOG), bound < LINE_LOG), summary, numbers, "proven")
+
+
+def _convergent() -> Evidence:
+    # A residue that is not 0 proves that no zero of the numerator cancels the pole.
+    poles = {
+        p.label: pole
+        for p in family().values()
+        if (pole := p.positive_pole) is not None and pole.residue is not None and not pole.residue.contains(0)
+    }
+    numbers = {
+        "tried": f"[m/m+3], m = 0 … {LARGEST_M}",
+        "smallest_positive_pole": {label: pole.decimals(12)[0] for label, pole in poles.items()},
+    }
+    shown = "; ".join(f"{label} at v* = {pole.decimals(4)[0]}" for label, pole in poles.items())
+    summary = (
+        f"m < n makes [m/n] vanish for v* to infinity, but not finite before: of the [m/m+3] up to m = {LARGEST_M}, "
+        f"{len(poles)} have poles on v* > 0 ({shown or 'none'})"
+    )
+    return Evidence(verdict(not poles), summary, numbers, "proven")
 
 
 def _no_improvement() -> Evidence:
@@ -175,10 +217,10 @@ def _no_improvement() -> Evidence:
         "error_at_1": {f"[{m}/{m + 3}]": error_at(m, 1) for m in (3, best["10"])},
     }
     parts = (
-        f"{seen[key][3]:.1e} for [3/6] against {_or_less(seen[key][m])} for [{m}/{m + 3}] up to v* = {key}"
+        f"{at_most(seen[key][3], 2)} for [3/6] against {_or_less(seen[key][m])} for [{m}/{m + 3}] up to v* = {key}"
         for key, m in best.items()
     )
-    summary = "largest relative errors of eps: " + "; ".join(parts)
+    summary = "relative errors of eps, at most: " + "; ".join(parts)
     better = [g > SIGNIFICANT for g in gain.values()]
     return Evidence(verdict(not any(better), sum(better) <= 1), summary, numbers, "sampled")
 
@@ -219,8 +261,9 @@ def _entire_range() -> Evidence:
     loss = {label: float(errors(m, m + 3).loss.max()) for m, label in _RECOMMENDED}
     numbers = {"relative_error_at": relative, "largest_absolute_error": absolute, "largest_error_of_1-eps": loss}
     summary = (
-        f"absolutely and in 1 - eps they are ({absolute['[1/4]']:.4f} and {percent(loss['[1/4]'])} at most for [1/4], "
-        f"{absolute['[3/6]']:.5f} and {percent(loss['[3/6]'])} for [3/6]); the relative error of eps is not bounded: "
+        f"absolutely and in 1 - eps they are ({at_most(absolute['[1/4]'], 2)} and {percent_at_most(loss['[1/4]'])} at "
+        f"most for [1/4], {at_most(absolute['[3/6]'], 2)} and {percent_at_most(loss['[3/6]'])} for [3/6]); the "
+        "relative error of eps is not bounded: "
         f"{percent(relative['[1/4]']['1000'])} and {percent(relative['[3/6]']['1000'])} at v* = 1000"
     )
     bounded = all(row["1000"] < LINE_LOG for row in relative.values())
@@ -239,8 +282,8 @@ def _figure_of_truncations() -> Evidence:
         "assumed_range": "v* <= 1.5 or 2",
     }
     summary = (
-        f"on the linear axis from 0 to 1 the curves are {near['1.5']:.4f} apart at most up to v* = 1.5 and "
-        f"{near['2']:.4f} up to 2, wherever between the figure ended: one to two line widths"
+        f"on the linear axis from 0 to 1 the curves are {at_most(near['1.5'], 2)} apart at most up to v* = 1.5 and "
+        f"{at_most(near['2'], 2)} up to 2, wherever between the figure ended: one to two line widths"
     )
     return Evidence(verdict(near["2"] < ALMOST_COINCIDES), summary, numbers, "sampled")
 
@@ -248,7 +291,9 @@ def _figure_of_truncations() -> Evidence:
 def _figure_linear() -> Evidence:
     absolute = float(errors(3, 6).absolute.max())
     v = float(curve().v_star[errors(3, 6).absolute.argmax()])
-    summary = f"[3/6] is within {absolute:.5f} of eps at every v* (worst at v* = {v:.2f}): invisible on a linear axis"
+    summary = (
+        f"[3/6] is within {at_most(absolute, 2)} of eps at every v* (worst at v* = {v:.2f}): invisible on a linear axis"
+    )
     numbers = {"largest_absolute_error": absolute, "at_v_star": v, "line_width": LINE_LINEAR}
     return Evidence(verdict(absolute < LINE_LINEAR), summary, numbers, "sampled")
 
@@ -280,11 +325,17 @@ def accuracy_table() -> dict[int, dict[str, Any]]:
 
 
 def _or_less(error: float) -> str:
-    return f"{error:.1e}" if error > ROUNDING else f"less than {error:.0e}"
+    return at_most(error, 2) if error > ROUNDING else f"less than {error:.0e}"
 
 
-def _place(v_star: float | None) -> str:
-    return "infinity" if v_star is None else f"{v_star:.2f}"
+def _from(v_star: float | None) -> str:
+    """Return the beginning of a range of v*, rounded into it."""
+    return "infinity" if v_star is None else at_most(v_star)
+
+
+def _up_to(v_star: float | None) -> str:
+    """Return the end of a range of v*, rounded into it."""
+    return "infinity" if v_star is None else at_least(v_star)
 
 
 def _key(v_star: float) -> str:
@@ -300,6 +351,12 @@ CLAIMS = (
         "text after eq:padeDef",
         "[m/n] has the Maclaurin series of eps up to order m + n",
         _order_conditions,
+    ),
+    Claim(
+        "convergent-if-m-below-n",
+        "text after eq:padeDef",
+        '[m/n] behaves like a power law for large v*, "thus, convergent if m<n"',
+        _convergent,
     ),
     Claim(
         "pole-of-2-5",
@@ -327,6 +384,12 @@ CLAIMS = (
         "fig:tryingDifferentPade",
         "[3/6] and [15/18] are virtually identical",
         _virtually_identical,
+    ),
+    Claim(
+        "15-18-almost-perfect",
+        "fig:tryingDifferentPade",
+        "[15/18] agrees almost perfectly with the exact solution, also at large v*",
+        _fifteen_eighteen,
     ),
     Claim(
         "no-improvement",

@@ -11,6 +11,7 @@ from flint import arb, arb_series
 
 from viscopade import double, exact, singularity
 from viscopade.balls import ball_of, bits_for, decimal_string, working
+from viscopade.certificate import at_most
 from viscopade.claims.curve import ORDER, SERIES_DIGITS, coefficients, departure, truncated
 from viscopade.claims.evidence import Claim, Evidence, percent, verdict
 from viscopade.model import v_star
@@ -37,7 +38,7 @@ OLDER = ("1.15344", "0.79826", "0.483582", "0.285279")
 
 def _known() -> Evidence:
     h = coefficients()
-    digits = min(int(h_k.rel_accuracy_bits() * 0.30103) for h_k in h.h if not h_k.is_exact())
+    digits = min(math.floor(h_k.rel_accuracy_bits() * math.log10(2)) for h_k in h.h if not h_k.is_exact())
     numbers = {"order": h.order, "digits": digits, "h": list(h.decimals(12)[:13])}
     summary = (
         f"h_0 … h_{h.order} are enclosed to {digits} digits or more here, and nothing limits order and digits but "
@@ -99,7 +100,8 @@ def _exact_solution() -> Evidence:
     radius = radius_numbers()["radius"]
     bound = {v: (float(v) / radius) ** ORDER for v in inside}
     summary = (
-        f"S_{ORDER} is within {off['0.5']:.0e} of eps at v* = 0.5, {off['0.7']:.0e} at 0.7 and {off['0.9']:.0e} at 0.9 "
+        f"S_{ORDER} is within {at_most(off['0.5'], 1)} of eps at v* = 0.5, {at_most(off['0.7'], 1)} at 0.7 and "
+        f"{at_most(off['0.9'], 1)} at 0.9 "
         f"(below (v*/R)^{ORDER}); at v* = 1.2 it is off by {off['1.2']:.0e} times eps: the series is the solution for "
         f"v* < R = {radius:.4f} only"
     )
@@ -138,7 +140,10 @@ def _truncations_diverge() -> Evidence:
 def _order_20_at_1() -> Evidence:
     visible, gross = (departure(FIGURE_ORDERS[0], tolerance) for tolerance in (VISIBLE, GROSS))
     numbers = {"v_star_where_1_percent_off": visible, "v_star_where_10_percent_off": gross}
-    summary = f"S_20 is 1 % off from v* = {visible:.4f} on and 10 % off from v* = {gross:.4f} on: about 1"
+    summary = (
+        f"S_20 is more than 1 % off from v* = {at_most(visible, 4)} on and more than 10 % off from v* = "
+        f"{at_most(gross, 5)} on: about 1"
+    )
     return Evidence(verdict(visible > 1 - ONE_DIGIT and gross < 1 + ONE_DIGIT), summary, numbers, "sampled")
 
 

@@ -27,6 +27,7 @@ from viscopade.balls import to_mpf
 from viscopade.bench import compilers
 from viscopade.bench.compilers import BenchError
 from viscopade.bench.stated import passage
+from viscopade.certificate import at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
@@ -519,7 +520,7 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, Errors]]) -> str:
     parts = max((e.part for one, e in found if one.build.rules != "fast"), default=0.0)
     text = (
         f"{len(found)} builds by {', '.join(names)}, of up to {most} functions each. Without -ffast-math the largest "
-        f"error is {parts:.3f} of what is proven."
+        f"error is at most {at_most(parts)} of what is proven."
     )
     if lacking:
         text += f" {lacking} builds were left out: the compiler has no such flag, standard or library."
@@ -530,7 +531,7 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, Errors]]) -> str:
     asked = sum(int(np.isnan(_ANSWERS[f.kind]).sum()) for one in made_fast for f in one.functions)
     return text + (
         f" With it, results for speeds that are numbers exceed the proven errors by at most "
-        f"{max(e.excess for e in fast):.2f} ulp; of results that should be NaN, {sum(e.refused for e in fast)} of "
+        f"{at_most(max(e.excess for e in fast))} ulp; of results that should be NaN, {sum(e.refused for e in fast)} of "
         f"{asked} are: the compiler may take the test for them out, and what comes instead is a number."
     )
 

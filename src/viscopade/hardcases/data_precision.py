@@ -24,6 +24,7 @@ from flint import acb, acb_poly, arb
 
 from viscopade import double
 from viscopade.balls import ball_of, bits_for, working
+from viscopade.certificate import at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve, signed
 from viscopade.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.series import series
@@ -342,7 +343,7 @@ def _summary(found: Measured) -> str:
         f"such doublets, {kept_everywhere} are found in all the other precisions too. A true pole comes to rest "
         f"once the data have more digits than it loses, even the doublet of the exact series in [{m}/{m + 3}] at v* = "
         f"{_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative "
-        f"error of the h_k is amplified at most {near:.0f} times, at any m; but up to v* = {FAR} by "
+        f"error of the h_k is amplified at most {at_most(near, 2)} times, at any m; but up to v* = {FAR} by "
         f"10^{math.log10(far):.0f} at m = {last}. Of those "
         f"without a pole or zero at any v* > 0, nearest to the exact function on (0, {FAR}] are {optimum}."
     )

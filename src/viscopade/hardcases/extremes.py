@@ -23,6 +23,7 @@ from flint import arb
 from viscopade import double, exact, expansions
 from viscopade.arrays import FloatArray
 from viscopade.balls import ball_of, bits_for, working
+from viscopade.certificate import at_most
 from viscopade.expansions import Expansion, LogExpansion, PowerExpansion
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
 from viscopade.series import series
@@ -492,13 +493,13 @@ def _summary(comparisons: list[Comparison], falls: list[Slope], machine: list[Do
     steepest = min((s for s in measured if s.end == FAR and s.quantity == "epsilon"), key=lambda s: s.measured)
     worst = max(machine, key=lambda d: d.worst / double.ULP[d.function])
     return (
-        f"The exact function and its inverse agree with expansions derived anew for v* -> 0 and v* -> infinity in all "
-        f"digits that both have: up to {agreed[NEAR]:.0f} digits at the one end, {agreed[FAR]:.0f} at the other. "
-        f"After n terms the difference is the next term, within a factor of {max(s.worst for s in measured):.3f}, "
-        f"and over the decades its power is that of the next term within {off:.1g}: relatively, eps after "
-        f"{steepest.terms} terms is off by v*^{steepest.measured:.3f}, with v*^(-10/3) and a logarithm for each. "
-        f"Double precision from v* = 1e-300 to 1e300 comes nearest to its stated error in {worst.function}: "
-        f"{worst.worst:.2f} of {double.ULP[worst.function]:g} ulp at {worst.at:.4g}."
+        "The exact function and its inverse agree with expansions derived anew for v* -> 0 and v* -> infinity in all "
+        f"digits that both have: up to {math.floor(agreed[NEAR])} digits at the one end, {math.floor(agreed[FAR])} at "
+        "the other. After n terms the difference is the next term, within a factor of "
+        f"{at_most(max(s.worst for s in measured), 4)}, and over the decades its power is that of the next term within "
+        f"{at_most(off, 1)}: relatively, eps after {steepest.terms} terms is off by v*^{steepest.measured:.3f}, with "
+        "v*^(-10/3) and a logarithm for each. Double precision from v* = 1e-300 to 1e300 comes nearest to its stated "
+        f"error in {worst.function}: {worst.worst:.2f} of {double.ULP[worst.function]:g} ulp at {worst.at:.4g}."
     )
 
 

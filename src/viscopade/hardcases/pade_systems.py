@@ -18,6 +18,7 @@ from flint import arb, arb_mat, fmpq
 from mpmath import mp
 
 from viscopade.balls import BITS_PER_DIGIT, bits_for, exact_middle, relative_digits, working
+from viscopade.certificate import at_least, at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
 from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade
 
@@ -422,15 +423,15 @@ def _summary(losses: Sequence[Loss], refused: Sequence[int], direct_fails: bool)
     given_up = [f"{name} from m = {m} on" for name, m in first_without.items() if m is not None]
     return (
         f"The linear system of [m/m+3] can lose about {c:.2f} m {signed(d)} digits, {last.condition:.1f} at m = "
-        f"{last.m}, where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The "
-        f"narrowest reserve beyond both is {_reserve(least):.1f} digits, at m = {least.m}. {_existence(refused)} "
-        f"In floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits "
-        f"({most_lost[0]}) are lost at m = {last.m}, and at no m more than {excess:.1f} beyond the condition: the data "
-        f"decide, not the algorithm. In balls the algorithm decides: with exact data, the preconditioned solver that "
-        f"pade uses proves all but {_cell(max(x.balls['preconditioned'] or 0 for x in losses))} digits at every m, "
-        f"while the others lose at least {others:.1f} at m = {last.m}; "
-        f"no digit is left by {', '.join(given_up) or 'none of them'}. "
-        f"{_direct(direct_fails)} Fractions lose nothing, but at m = {last.m} have up to {last.fraction_digits} digits."
+        f"{last.m}, where the series is derived to {last.chosen} digits for {DIGITS} that are asked for. The narrowest "
+        f"reserve beyond both is {at_least(_reserve(least))} digits, at m = {least.m}. {_existence(refused)} In "
+        f"floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits ({most_lost[0]}) are "
+        f"lost at m = {last.m}, and at no m more than {at_most(excess, 2)} beyond the condition: the data decide, not "
+        "the algorithm. In balls the algorithm decides: with exact data, the preconditioned solver that pade uses "
+        f"proves all but {at_most(max(x.balls['preconditioned'] or 0 for x in losses), 2)} digits at every m, while "
+        f"the others lose at least {at_least(others)} at m = {last.m}; no digit is left by "
+        f"{', '.join(given_up) or 'none of them'}. {_direct(direct_fails)} Fractions lose nothing, but at m = {last.m} "
+        f"have up to {last.fraction_digits} digits."
     )
 
 

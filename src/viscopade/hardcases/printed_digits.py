@@ -25,6 +25,7 @@ from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
 
 from viscopade import exact, paper
 from viscopade.balls import ball_of, bits_for, working
+from viscopade.certificate import at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
 from viscopade.pade import Pade, Root, exact_roots, pade
 from viscopade.progress import track
@@ -292,9 +293,9 @@ def _summary(found: dict[str, dict[str, Errors]], grid: Sequence[str], roots: Se
     example = found[EXAMPLE]
     ratio = example["1"].own_epsilon / example["1"].epsilon
     return (
-        f"Printing changes eps of {_listed(usable)} by {eps:.1e} of it at most ({label} at v* = {v_star:.2g}), and "
-        f"1 - eps of all by {loss:.1e} ({other}). That is more than the approximant's own error only up to "
-        f"v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large as that by "
+        f"Printing changes eps of {_listed(usable)} by {at_most(eps, 2)} of it at most ({label} at v* = {v_star:.2g}), "
+        f"and 1 - eps of all by {at_most(loss, 2)} ({other}). That is more than the approximant's own error only up "
+        f"to v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large as that by "
         f"printing. What saves 1 - eps at small v* is that a_1 = b_1 as printed: with one unit between them 1 - eps of "
         f"{EXAMPLE} would be off by {example[grid[0]].loss_if_unequal:.2g} times itself at v* = {float(grid[0]):g}. "
         f"The zero of {zero.label} at v* = {zero.root.decimals(12)[0]} moves by {zero.by:.1e}: there its eps loses all "

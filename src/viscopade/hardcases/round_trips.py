@@ -20,6 +20,7 @@ import numpy as np
 from viscopade import double, exact, exports
 from viscopade.arrays import FloatArray
 from viscopade.balls import ball_of, bits_for, working
+from viscopade.certificate import at_most
 from viscopade.hardcases import compiled_text, double_trips, material_trips, tables_read_back
 from viscopade.hardcases.double_trips import (
     LARGEST_CONDITION,
@@ -247,14 +248,14 @@ def _summary(
     elastic, far = lost[lost < 1].max(), lost[lost > 1].min()
     ways = max(tally.worst for tally in materials.values())
     return (
-        f"In double precision every trip between v* and eps stays within what the stated errors times the condition "
-        f"allow (at most {max(t.worst for t in doubles.values()):.0%} of it). By way of eps, v* is lost below "
-        f"{elastic:.1e}, where eps rounds to 1, and above {far:.1e}, where it underflows; by way of 1 - eps small v* "
-        f"come back. {sum(h.contains for h in hulls)} of {len(hulls)} trips with proven digits contain their start. "
-        f"Trips through materials and units reach {ways:.0%} of what their counted roundings allow. "
+        "In double precision every trip between v* and eps stays within what the stated errors times the condition "
+        f"allow (at most {at_most(100 * max(t.worst for t in doubles.values()), 2)}% of it). By way of eps, v* is lost "
+        f"below {elastic:.1e}, where eps rounds to 1, and above {far:.1e}, where it underflows; by way of 1 - eps "
+        f"small v* come back. {sum(h.contains for h in hulls)} of {len(hulls)} trips with proven digits contain their "
+        f"start. Trips through materials and units reach {ways:.0%} of what their counted roundings allow. "
         f"{sum(t.cells for t in tables):,} cells of tables were written and read back, of which "
         f"{sum(t.changed for t in tables)} changed; of {code.compared:,} values of compiled C, {code.different} differ "
-        f"from those of the exported Python."
+        "from those of the exported Python."
     )
 
 

@@ -27,6 +27,7 @@ from flint import arb, arb_poly
 from viscopade import compensated, double, reference, singularity
 from viscopade.arrays import FloatArray
 from viscopade.balls import ball_of, exact_middle, working
+from viscopade.certificate import at_least, at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve
 from viscopade.pade import horner
 from viscopade.series import series
@@ -422,20 +423,21 @@ def _summary(given: Truncations, left: Leaving, fine: list[Sums]) -> str:
     turn = cmath.phase(given.v_s) / math.pi
     moved = abs(left.in_double / left.exact - 1).max()
     return (
-        f"S_k stays within 1e-3 of eps up to v* = {left.exact[20]:.4f} at k_c = 20, and up to {last.min():.4f} to "
-        f"{last.max():.4f} at the last {PERIOD} orders up to {given.order}; the best of all is k_c = {best} with "
-        f"{left.exact[best]:.4f}. {beyond or 'None'} of the {len(left.exact)} orders reaches R = {given.radius:.6f}, "
-        f"which is approached like 1/k_c: k_c (1 - v*/R) is {_slow(given, left, half):.2f} at worst around "
-        f"k_c = {half} and {_slow(given, left, given.order):.2f} around {given.order}. At R itself the last {PERIOD} "
-        f"orders are off by up to {at_radius:.0%}. Orders differ as the remainder's phase turns by {turn:.4f} pi an "
-        f"order: two more coefficients and the singularity predict where an order from {half} on leaves, to "
-        f"{distance.max():.0e}. Rounding has no part in it: in double these places move by {moved:.0e} at most. Up to "
-        f"R the sum of k_c = {given.order} loses {math.log10(up_to_radius.max()):.1f} digits, as its terms stay small "
-        f"({_largest(given, fine[-1]):.2g} at most); beyond, it is wrong, but as large as its terms, and loses few. "
-        f"All digits go only next to a zero of S_k: for k_c = {cancelled.order} at v* = {zero:.6f} Horner is off by "
-        f"{worst[0]}, compensated Horner by {worst[2]} of the polynomial with its coefficients. Of the series the "
-        f"latter is off by {_cell(float(cancelled.of_series[2].max()))}, for the coefficients are rounded, too; with "
-        f"coefficients in two doubles it is {worst[3]}"
+        f"S_k stays within 1e-3 of eps up to v* = {at_least(left.exact[20], 4)} at k_c = 20, and up to "
+        f"{at_least(last.min(), 4)} to {at_least(last.max(), 4)} at the last {PERIOD} orders up to {given.order}; the "
+        f"best of all is k_c = {best} with {at_least(left.exact[best], 4)}. {beyond or 'None'} of the "
+        f"{len(left.exact)} orders reaches R = {given.radius:.6f}, which is approached like 1/k_c: k_c (1 - v*/R) is "
+        f"{at_most(_slow(given, left, half))} at worst around k_c = {half} and "
+        f"{at_most(_slow(given, left, given.order))} around {given.order}. At R itself the last {PERIOD} orders are "
+        f"off by up to {at_most(100 * at_radius, 2)}%. Orders differ as the remainder's phase turns by {turn:.4f} pi "
+        f"an order: two more coefficients and the singularity predict where an order from {half} on leaves, to "
+        f"{at_most(distance.max(), 1)}. Rounding has no part in it: in double these places move by {at_most(moved, 1)} "
+        f"at most. Up to R the sum of k_c = {given.order} loses {at_most(math.log10(up_to_radius.max()), 2)} digits, "
+        f"as its terms stay small ({at_most(_largest(given, fine[-1]), 2)} at most); beyond, it is wrong, but as large "
+        f"as its terms, and loses few. All digits go only next to a zero of S_k: for k_c = {cancelled.order} at v* = "
+        f"{zero:.6f} Horner is off by {worst[0]}, compensated Horner by {worst[2]} of the polynomial with its "
+        f"coefficients. Of the series the latter is off by {_cell(float(cancelled.of_series[2].max()))}, for the "
+        f"coefficients are rounded, too; with coefficients in two doubles it is {worst[3]}"
     )
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from viscopade import double
+from viscopade import double, reference
+from viscopade.certificate import at_most
 from viscopade.kernels import environment, marker_line
 from viscopade.paper import CITATION
 from viscopade.report.choice import Choice, Panel, Point, choices, frontier, panel, title
@@ -69,7 +72,10 @@ def html(result: Result, pictures: Mapping[str, Sequence[str]], curves: Sequence
         speeds={s: SPEEDS_TEXT[s] for s in SPEEDS if any(row.speeds == s for row in result.rows)},
         chosen=[table for form in FORMATS if (table := _choice_table(result, form))],
         times=[table for measure in MEASURES if (table := _time_table(result, measure))],
-        notices=_notices(result),
+        alarms=_alarms(result),
+        of_root=_of_root(result),
+        steepest=at_most(reference.steepest(), 2),
+        unrated=_unrated(result),
         citation=CITATION,
     )
     return page.replace("\r", "")
@@ -92,10 +98,12 @@ def significant(value: float | None, digits: int = 4) -> str:
 
 
 def scientific(value: float | None, digits: int = 3) -> str:
-    """Return an error: 6.70e-6; a dash for None."""
+    """Return an error, rounded up: 6.70e-6; a dash for None."""
     if not value:
         return "–" if value is None else "0"
-    mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+    # The shortest decimal that is this double: what is written in a result is not rounded at all.
+    bound = Decimal(at_most(Fraction(repr(value)), digits))
+    mantissa, _, exponent = f"{bound:.{digits - 1}e}".partition("e")
     return f"{mantissa}e{int(exponent)}"
 
 
@@ -191,19 +199,33 @@ def _shown(error: Error | None) -> str:
     return scientific(None if error is None else error.value)
 
 
-def _notices(result: Result) -> list[str]:
-    """Return what a reader must know of gaps and contradictions in the result."""
-    found = [
+def _alarms(result: Result) -> list[str]:
+    """Return where a sampled error contradicts a proof."""
+    return [
         f"{error.label} ({error.format}): the sampled error {scientific(error.sampled)} is larger than the proven "
-        f"bound {error.proven}{f' ({error.note})' if error.note else ''}. The picture shows the sampled one."
+        f"bound {error.proven}{f' ({error.note})' if error.note else ''}, and than {scientific(error.allowed)}, the "
+        "most that it can be with the roundings that the proof leaves out."
         for error in result.errors
-        if error.exceeds_proof
+        if error.contradicts_proof
     ]
-    without = {
-        f"{row.label} ({row.format})": None
-        for row in result.rows
-        if row.group != "limit" and ((error := result.error(row)) is None or error.value is None)
-    }
-    if without:
-        found.append(f"Drawn as a line, because no error is known: {'; '.join(without)}.")
-    return found
+
+
+def _of_root(result: Result) -> list[str]:
+    """Return which sampled errors are larger than a bound of eps(v*), as the rounding of v* allows."""
+    return [
+        f"{error.label} ({error.format}): sampled {scientific(error.sampled)}; proven of the kernel {error.proven}, "
+        f"which is {scientific(error.bound)} or less; with the rounding of v* at most {scientific(error.allowed)}"
+        for error in result.errors
+        if error.exceeds_proof and not error.contradicts_proof
+    ]
+
+
+def _unrated(result: Result) -> list[str]:
+    """Return the methods without a known error."""
+    return list(
+        dict.fromkeys(
+            f"{row.label} ({row.format})"
+            for row in result.rows
+            if row.group != "limit" and ((error := result.error(row)) is None or error.value is None)
+        )
+    )

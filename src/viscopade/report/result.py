@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, cast
 
-from viscopade import double
+from viscopade import double, reference
+from viscopade.bench.kernel import FORMATS as TYPES
 from viscopade.document import Node
+from viscopade.evaluation import ULPS
 
 _TERM = re.compile(r"([0-9]+[.]?[0-9]*(?:[eE][+-]?[0-9]{1,3})?)( ulp)?")
 
@@ -16,6 +19,10 @@ GROUPS = ("ours", "rival", "limit")
 FORMATS = ("double", "float")
 SPEEDS = ("log-uniform", "maxwell", "equal")
 MEASURES = ("latency", "throughput", "cache", "memory")
+PROVEN_OF = ("speed", "v_star")
+
+# Sampled errors are written with four digits: the true one may be smaller by this part.
+_WRITTEN = 5e-4
 
 
 @dataclass(frozen=True)
@@ -90,6 +97,10 @@ class Error:
         A proven bound of both, as it is written: a number, a number of ulps of eps, or a sum of these.
     bound : float or None
         The same as a number, over the scene.
+    of_v_star : bool
+        The bound is one of eps(v*), and the rounding of v* is not in it.
+    allowed : float or None
+        The most that can be sampled if the bound holds: with the rounding of v*, and that of the eps compared with.
     """
 
     id: str
@@ -100,6 +111,8 @@ class Error:
     loss: float | None
     proven: str | None
     bound: float | None
+    of_v_star: bool
+    allowed: float | None
     note: str
 
     @property
@@ -109,8 +122,13 @@ class Error:
 
     @property
     def exceeds_proof(self) -> bool:
-        """Whether a sampled error is larger than the proven bound."""
+        """Whether a sampled error is larger than the proven bound, as those of eps(v*) may be."""
         return self.bound is not None and self.sampled is not None and self.sampled > self.bound
+
+    @property
+    def contradicts_proof(self) -> bool:
+        """Whether a sampled error is larger than the proof allows: then one of the two is wrong."""
+        return self.allowed is not None and self.sampled is not None and self.sampled * (1 - _WRITTEN) > self.allowed
 
     @property
     def is_proven(self) -> bool:
@@ -280,6 +298,9 @@ def _row(node: _Node) -> Row:
 
 def _error(node: _Node, scene: Scene) -> Error:
     form = node["format"].choice(FORMATS)
+    bound = node["proven"].bound(_ulp(form, scene))
+    # Results of older versions do not say it: any of their bounds may be one of eps(v*).
+    of_v_star = not node.has("proven_of") or node["proven_of"].choice(PROVEN_OF) == "v_star"
     return Error(
         id=node["id"].text(),
         label=node["label"].text(),
@@ -288,7 +309,9 @@ def _error(node: _Node, scene: Scene) -> Error:
         relative=node["relative"].optional(),
         loss=node["loss"].optional(),
         proven=None if node["proven"].value is None else node["proven"].text(),
-        bound=node["proven"].bound(_ulp(form, scene)),
+        bound=bound,
+        of_v_star=of_v_star,
+        allowed=None if bound is None else _allowed(bound, form, scene, of_v_star=of_v_star),
         note=node["note"].text(empty=True),
     )
 
@@ -299,6 +322,24 @@ def _ulp(form: str, scene: Scene) -> float:
     # Below 1/2, an ulp of eps is at most epsilon eps. From 1/2 on it is epsilon/2, and 1 - eps is least at the scene's
     # lowest speed.
     return max(epsilon, epsilon / 2 / float(double.one_minus_epsilon(scene.v_star(scene.speed_min))))
+
+
+def _allowed(bound: float, form: str, scene: Scene, *, of_v_star: bool) -> float:
+    """Return the most that a sampled error can be if a bound holds."""
+    root = of_root(form, scene) if of_v_star else 0.0
+    return (1 + bound) * (1 + root) - 1 + double.ULP["epsilon"] * _ulp("double", scene)
+
+
+def of_root(form: str, scene: Scene) -> float:
+    """Bound what v* = sqrt(beta) pow(speed, 0.1) in floating point changes eps by, relative to min(eps, 1 - eps).
+
+    sqrt and the product err by a unit roundoff each, pow by `ULPS` units in the last place, and 0.1 is not 1/10.
+    """
+    unit = TYPES[form].epsilon / 2
+    exponent = abs(Fraction(float(TYPES[form].dtype(0.1))) - Fraction(1, 10))
+    logarithm = max(abs(math.log(speed)) for speed in (scene.speed_min, scene.speed_max))
+    v_star = 2 * unit + ULPS * 2 * unit + float(exponent) * logarithm
+    return math.expm1(-float(reference.steepest()) * math.log1p(-v_star * (1 + v_star)))
 
 
 def _target(node: _Node) -> Target:
