@@ -10,16 +10,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, fmpq
-from mpmath import mp
 
-from viscopade.balls import BITS_PER_DIGIT, bits_for, exact_middle, relative_digits, working
+from viscopade.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
-from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade
+from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade, solution
 
 DIGITS = 30
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25)
@@ -128,11 +126,16 @@ def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
         ctx.prec += LU_EXTRA_BITS
 
 
-def balls_solved(algorithm: Literal["lu", "precond"], h: Sequence[arb], m: int, one: arb) -> list[arb]:
-    """Solve the linear system in balls, by FLINT's LU decomposition ("lu"), or preconditioned ("precond") as `pade`."""
+def lu_in_balls(h: Sequence[arb], m: int, one: arb) -> list[arb]:
+    """Solve the linear system in balls, by FLINT's LU decomposition."""
     n = m + 3
     entries, right = order_system(h, m, n, one - one)
-    return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm=algorithm).entries()]
+    return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm="lu").entries()]
+
+
+def preconditioned(h: Sequence[arb], m: int, one: arb) -> list[arb]:
+    """Solve the linear system as `pade` does: by mpmath, and proven in balls with a preconditioner."""
+    return list(solution(h, m, m + 3)[1])
 
 
 FLOATING: dict[str, Solver] = {
@@ -142,8 +145,8 @@ FLOATING: dict[str, Solver] = {
     "QD": quotient_difference,
 }
 BALLS: dict[str, Solver] = {
-    "preconditioned": partial(balls_solved, "precond"),
-    "LU": partial(balls_solved, "lu"),
+    "preconditioned": preconditioned,
+    "LU": lu_in_balls,
     "Euclid": euclid,
     "Berlekamp-Massey": berlekamp_massey,
     "QD": quotient_difference,
@@ -292,7 +295,7 @@ def condition_number(h: Sequence[fmpq], b: Sequence[fmpq], m: int, bits: int) ->
 
 def lost(solver: Solver, h: Sequence[fmpq], exact: Sequence[fmpq], bits: int) -> float:
     """Return the digits that an algorithm loses in floating-point numbers of so many bits, h being exact in them."""
-    ctx = _context(bits)
+    ctx = context(bits)
     b = solver([_number(ctx, h_k) for h_k in h], len(exact) - 4, ctx.mpf(1))
     return _digits_gone(_worst_error(b, exact, bits), bits)
 
@@ -304,16 +307,9 @@ def _digits_gone(error: float, bits: int) -> float:
 
 def _worst_error(b: Sequence[Any], exact: Sequence[fmpq], bits: int) -> float:
     """Return the largest relative error of the coefficients that are not zero."""
-    ctx = _context(bits + 200)
+    ctx = context(bits + 200)
     pairs = [(ctx.mpf(x), _number(ctx, y)) for x, y in zip(b, exact, strict=True) if y != 0]
     return float(max(abs(x / y - 1) for x, y in pairs))
-
-
-def _context(bits: int) -> Any:
-    """Return an mpmath context of its own."""
-    ctx = mp.clone()
-    ctx.prec = bits
-    return ctx
 
 
 def _number(ctx: Any, fraction: fmpq) -> Any:
@@ -325,9 +321,9 @@ def _low_precision(p: Pade, condition: float) -> tuple[float, float]:
     bits = bits_for(math.ceil(math.log10(condition)) + SPARE)
     h = [rounded(h_k, bits) for h_k in p.h[: 2 * p.m + 4]]
     true = [_fraction(b_i) for b_i in p.b]
-    ctx = _context(bits)
+    ctx = context(bits)
     b = lu([_number(ctx, h_k) for h_k in h], p.m, ctx.mpf(1))
-    by_rounding = _worst_error([_number(_context(4 * bits), x) for x in exact_solution(h, p.m, p.n)[1]], true, bits)
+    by_rounding = _worst_error([_number(context(4 * bits), x) for x in exact_solution(h, p.m, p.n)[1]], true, bits)
     return _digits_gone(_worst_error(b, true, bits), bits), by_rounding / (condition * 2.0**-bits)
 
 
@@ -362,7 +358,7 @@ def _ball_digits_gone(b: Sequence[arb], exact: Sequence[fmpq], bits: int) -> flo
 
 def _unit_error(p: Pade, chosen: int) -> float:
     """Return the worst relative error of the decimals of b, in units of 10^-DIGITS, by another algorithm."""
-    ctx = _context(2 * bits_for(chosen))
+    ctx = context(2 * bits_for(chosen))
     b = berlekamp_massey([_number(ctx, _fraction(h_k)) for h_k in p.h[: 2 * p.m + 4]], p.m, ctx.mpf(1))
     pairs = [(ctx.mpf(x), y) for x, y in zip(p.decimals()[1], b, strict=True) if float(x) != 0]
     return float(max(abs(x / y - 1) for x, y in pairs) * 10**DIGITS)
