@@ -10,14 +10,15 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 from flint import arb, arb_mat, fmpq
 
 from viscopade.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
-from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade, solution
+from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade
 
 DIGITS = 30
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25)
@@ -126,16 +127,14 @@ def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
         ctx.prec += LU_EXTRA_BITS
 
 
-def lu_in_balls(h: Sequence[arb], m: int, one: arb) -> list[arb]:
-    """Solve the linear system in balls, by FLINT's LU decomposition."""
+def balls_solved(algorithm: Literal["lu", "precond"], h: Sequence[arb], m: int, one: arb) -> list[arb]:
+    """Solve the linear system in balls by FLINT alone: LU decomposition ("lu"), or with a preconditioner ("precond").
+
+    `pade` proves mpmath's solution with a preconditioner, too; what its enclosures lose is what it states.
+    """
     n = m + 3
     entries, right = order_system(h, m, n, one - one)
-    return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm="lu").entries()]
-
-
-def preconditioned(h: Sequence[arb], m: int, one: arb) -> list[arb]:
-    """Solve the linear system as `pade` does: by mpmath, and proven in balls with a preconditioner."""
-    return list(solution(h, m, m + 3)[1])
+    return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm=algorithm).entries()]
 
 
 FLOATING: dict[str, Solver] = {
@@ -145,8 +144,8 @@ FLOATING: dict[str, Solver] = {
     "QD": quotient_difference,
 }
 BALLS: dict[str, Solver] = {
-    "preconditioned": preconditioned,
-    "LU": lu_in_balls,
+    "preconditioned": partial(balls_solved, "precond"),
+    "LU": partial(balls_solved, "lu"),
     "Euclid": euclid,
     "Berlekamp-Massey": berlekamp_massey,
     "QD": quotient_difference,
@@ -422,8 +421,8 @@ def _summary(losses: Sequence[Loss], refused: Sequence[int], direct_fails: bool)
         f"narrowest reserve beyond both is {_reserve(least):.1f} digits, at m = {least.m}. {_existence(refused)} "
         f"In floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits "
         f"({most_lost[0]}) are lost at m = {last.m}, and at no m more than {excess:.1f} beyond the condition: the data "
-        f"decide, not the algorithm. In balls the algorithm decides: with exact data, the preconditioned solver that "
-        f"pade uses proves all but {_cell(max(x.balls['preconditioned'] or 0 for x in losses))} digits at every m, "
+        f"decide, not the algorithm. In balls the algorithm decides: with exact data, FLINT's preconditioned solver "
+        f"proves all but {_cell(max(x.balls['preconditioned'] or 0 for x in losses))} digits at every m, "
         f"while the others lose at least {others:.1f} at m = {last.m}; "
         f"no digit is left by {', '.join(given_up) or 'none of them'}. "
         f"{_direct(direct_fails)} Fractions lose nothing, but at m = {last.m} have up to {last.fraction_digits} digits."
@@ -538,7 +537,7 @@ def _checks(losses: Sequence[Loss], different: int) -> tuple[Check, ...]:
             DIGITS,
         ),
         Check(
-            "and what the preconditioned solver loses in balls",
+            "and what FLINT's preconditioned solver loses in balls",
             min(proven),
             ">=",
             DIGITS,
