@@ -1,5 +1,8 @@
 """What the proven coefficients cost: against the straightforward way, and how the cost grows.
 
+The approximants [m/m+3] are timed against the same code with FLINT's solver in place of mpmath's, once from nothing, as
+every first call of `pade` has it, and once with the series known already.
+
 Run as `make bench`, or `python benchmarks/bench_series.py --format json`. Every time is a median of repeated runs in
 one process with all caches cleared; the two rivals are interleaved. Times depend on the machine, the ratios and the
 exponents much less.
@@ -14,16 +17,19 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import click
 import flint
 import numpy as np
+from flint import arb, arb_mat
 from rich.console import Console
 from rich.table import Table
 
+from viscopade.pade import _pade, _product_coefficient, order_system, pade
 from viscopade.series import _g_fixed_point, _series, end_series, series
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -31,6 +37,7 @@ from benchmarks import baseline
 
 ORDERS = (20, 40, 80, 160)
 DIGITS = (50, 100, 200, 400)
+PADE_DEGREES, PADE_DIGITS = range(26), 30
 
 
 def seconds(run: Callable[[], object]) -> float:
@@ -44,11 +51,16 @@ def derive(order: int, digits: int) -> Callable[[], object]:
     """Return a run that derives h_0 … h_order from nothing."""
 
     def run() -> object:
-        for cached in (_series, _g_fixed_point, end_series):
-            cached.cache_clear()
+        forget_series()
         return series(order, digits)
 
     return run
+
+
+def forget_series() -> None:
+    """Clear all caches of the series."""
+    for cached in (_series, _g_fixed_point, end_series):
+        cached.cache_clear()
 
 
 def median(run: Callable[[], object], rounds: int) -> float:
@@ -70,6 +82,42 @@ def against_baseline(order: int, digits: int, rounds: int) -> dict[str, Any]:
         "ours_s": statistics.median(p[1] for p in pairs),
         "ratio": statistics.median(ratios),
         "ratio_range": [min(ratios), max(ratios)],
+    }
+
+
+def by_flint_alone(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
+    """Return a and b of [m/n] by FLINT's solver, where `viscopade.pade.solution` has mpmath build them."""
+    entries, right = order_system(h, m, n, arb(0))
+    b = (arb(1), *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm="precond").entries())
+    return tuple(_product_coefficient(b, h, k) for k in range(m + 1)), b
+
+
+def approximant(m: int, known: bool) -> Callable[[], object]:
+    """Return a run that makes [m/m+3], with the series known already or from nothing."""
+
+    def run() -> object:
+        _pade.cache_clear()
+        if not known:
+            forget_series()
+        return pade(m, m + 3, PADE_DIGITS)
+
+    return run
+
+
+def against_flint(m: int, known: bool, rounds: int) -> dict[str, Any]:
+    """Interleave [m/m+3] by FLINT's solver and ours, by mpmath and proven, and return medians."""
+    run = approximant(m, known)
+    run()
+    pairs = []
+    for _ in range(rounds):
+        with mock.patch.object(sys.modules["viscopade.pade"], "solution", by_flint_alone):
+            theirs = seconds(run)
+        pairs.append((theirs, seconds(run)))
+    return {
+        "m": m,
+        "flint_s": statistics.median(theirs for theirs, _ in pairs),
+        "ours_s": statistics.median(ours for _, ours in pairs),
+        "ratio": statistics.median(ours / theirs for theirs, ours in pairs),
     }
 
 
@@ -98,6 +146,8 @@ def measure(rounds: int) -> dict[str, Any]:
         "reproduce_s": median(reproduce, rounds),
         "orders": growth(ORDERS, lambda order: derive(order, 50), rounds),
         "digits": growth(DIGITS, lambda digits: derive(20, digits), rounds),
+        "pade": [against_flint(m, False, rounds) for m in PADE_DEGREES],
+        "pade_series_known": [against_flint(m, True, rounds) for m in PADE_DEGREES],
     }
 
 
@@ -138,6 +188,11 @@ def show(result: dict[str, Any]) -> None:
             table.add_row(text.format(value), f"{time_:.3g}", "")
         note = f"time ~ {key[:-1] if key == 'orders' else key}^{row['exponent']:.2f}"
         table.add_row("", "", f"{note}, last doubling: ^{row['last_exponent']:.2f}")
+    for key, text in (("pade", "from nothing"), ("pade_series_known", "series known already")):
+        rows = result[key]
+        worst = max(rows, key=lambda row: float(row["ratio"]))
+        note = f"at most {worst['ratio']:.2f} times FLINT's solver alone (m = {worst['m']})"
+        table.add_row(f"[m/m+3], m up to {rows[-1]['m']}, {text}", f"up to {rows[-1]['ours_s']:.3g}", note)
     out.print(table)
 
 

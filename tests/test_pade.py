@@ -1,21 +1,34 @@
 """Padé approximants: order conditions, independent routes, degenerate cases, poles and zeros, refusals."""
 
 import sys
+from collections.abc import Sequence
 from fractions import Fraction
 from math import comb, factorial
 
 import numpy as np
 import pytest
-from flint import acb, arb, fmpq, fmpq_mat
-from mpmath import mp, mpf
+from flint import acb, arb, fmpq, fmpq_mat, fmpq_poly
+from mpmath import MPContext, mp, mpf
 
 from viscopade import pade
-from viscopade.balls import exact_middle, working
-from viscopade.pade import DegenerateError, Pade, Root, _contact, _is_real, _solved, _TooWideError, rational_pade
+from viscopade.balls import exact_middle, to_mpf, working
+from viscopade.pade import (
+    DegenerateError,
+    Pade,
+    Root,
+    _contact,
+    _is_real,
+    _pade,
+    _solved,
+    _TooWideError,
+    rational_pade,
+    solution,
+)
 from viscopade.paper import TABLE
 from viscopade.series import series
 
 PAPER_RANGE = range(26)
+MPMATH_PADE = MPContext.pade
 
 
 def check_order_conditions_exactly(p: Pade) -> None:
@@ -44,21 +57,139 @@ def test_degrees_other_than_the_paper_s(m, n):
     check_order_conditions_exactly(pade(m, n, 25))
 
 
+# --- mpmath builds, balls prove -------------------------------------------------------------------------------------
+
+
+def by_euclid(h: list[fmpq], m: int, n: int) -> list[fmpq]:
+    """Return a and b by Euclid's algorithm on v*^(m+n+1) and the series: no linear system, and no rounding."""
+    before, a = fmpq_poly([0] * (m + n + 1) + [1]), fmpq_poly(h[: m + n + 1])
+    earlier, b = fmpq_poly([0]), fmpq_poly([1])
+    while a.degree() > m:
+        quotient, rest = divmod(before, a)
+        scale = 1 / rest[rest.degree()]  # keeps the fractions short
+        before, a = a, rest * scale
+        earlier, b = b, (earlier - quotient * b) * scale
+    return [*(a[k] / b[0] for k in range(m + 1)), *(b[i] / b[0] for i in range(n + 1))]
+
+
+def rationals(order: int, digits: int) -> list[fmpq]:
+    return [fmpq(x.numerator, x.denominator) for x in map(Fraction, series(order, digits).decimals())]
+
+
+def built_by(change):
+    """Return a stand-in for `mpmath.pade` that changes what mpmath has built."""
+    return lambda own, h, m, n: change(*MPMATH_PADE(own, h, m, n))
+
+
+def shifted(place: int, by: float):
+    """Return a change of one number of a and b."""
+
+    def change(a, b):
+        c = [*a, *b]
+        c[place] += by
+        return c[: len(a)], c[len(a) :]
+
+    return change
+
+
+def encloses(h: Sequence[arb], true: Sequence[fmpq], m: int, n: int) -> bool:
+    """Whether every ball of a and b, made at 300 bits, holds the true number."""
+    with working(300):
+        a, b = solution(h, m, n)
+    with working(3000):
+        return all(ball.contains(arb(c)) for ball, c in zip(a + b, true, strict=True))
+
+
 @pytest.mark.parametrize("m", [1, 3, 10, 25])
-def test_against_lu_decomposition_in_mpmath(m):
-    """A second route: mpmath's own solver, without enclosures, with ample digits."""
+def test_against_euclid_in_fractions(m):
+    """A second route: 100 digits of the series, of which the system can spoil no 20."""
     n = m + 3
-    with mp.workdps(140):
-        h = [mpf(x) for x in series(m + n, 130).decimals()]
-        matrix = mp.matrix(n, n)
-        for j in range(n):
-            for i in range(n):
-                matrix[j, i] = h[m + j - i] if m + j >= i else 0
-        b = [mpf(1), *mp.lu_solve(matrix, mp.matrix([-h[m + j + 1] for j in range(n)]))]
-        a = [mp.fsum(b[i] * h[k - i] for i in range(min(k, n) + 1)) for k in range(m + 1)]
-        ours_a, ours_b = pade(m, n, 30).decimals()
-        for x, y in zip([*ours_a, *ours_b], [*a, *b], strict=True):
-            assert mp.almosteq(mpf(x), y, rel_eps=mpf("0.51e-29"))
+    true, p = by_euclid(rationals(m + n, 100), m, n), pade(m, n, 30)
+    with working(400):
+        assert all(ball.contains(arb(c)) for ball, c in zip(p.a + p.b, true, strict=True))
+    for text, c in zip([x for side in p.decimals() for x in side], true, strict=True):
+        c = Fraction(int(c.p), int(c.q))
+        assert abs(Fraction(text) - c) <= abs(c) * Fraction(5, 10**30)
+
+
+@pytest.mark.parametrize(("m", "n"), [(0, 3), (4, 7), (4, 0), (2, 2)])
+def test_the_numbers_are_mpmath_s(monkeypatch, m, n):
+    built = []
+    monkeypatch.setattr(MPContext, "pade", built_by(lambda a, b: built.append([*a, *b]) or (a, b)))
+    with working(300):
+        p = _solved(series(m + n + 6, 60).h, m, n, 30)
+    assert [[to_mpf(c) for c in p.a + p.b]] == built
+
+
+@pytest.mark.parametrize(("m", "n"), [(0, 1), (3, 4), (6, 2), (8, 11)])
+def test_the_exponential_is_enclosed(m, n):
+    h = [fmpq(1, factorial(k)) for k in range(m + n + 1)]
+    with working(300):
+        balls = [arb(h_k) for h_k in h]
+    assert encloses(balls, by_euclid(h, m, n), m, n)
+
+
+@pytest.mark.parametrize("m", [2, 5, 8])
+@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (1, 1, -1, -1), (-1, 0, 1)])
+def test_enclosures_hold_for_every_series_within_the_balls(m, signs):
+    n, radius = m + 3, fmpq(1, 10**12)
+    h = rationals(m + n, 40)
+    ends = [h_k + radius * signs[k % len(signs)] for k, h_k in enumerate(h)]
+    with working(300):
+        balls = [arb(arb(h_k), arb(radius)) for h_k in h]
+    assert encloses(balls, by_euclid(ends, m, n), m, n)
+
+
+@pytest.mark.parametrize("place", range(9))
+@pytest.mark.parametrize("by", [1e-5, -1e-40])
+def test_a_number_that_is_off_gets_a_ball_that_is_wide(monkeypatch, place, by):
+    """[2/5]: a_0, a_1, a_2, b_0 … b_5. All balls still hold the true numbers; b_0 = 1 is not mpmath's to choose."""
+    monkeypatch.setattr(MPContext, "pade", built_by(shifted(place, by)))
+    assert encloses(series(7, 60).h, by_euclid(rationals(7, 100), 2, 5), 2, 5)
+    with working(300):
+        a, b = solution(series(7, 60).h, 2, 5)
+    if place != 3:
+        assert abs(by) <= float((a + b)[place].rad()) <= 1.01 * abs(by)
+
+
+def test_a_false_number_is_never_proven(monkeypatch):
+    """One b_i that is off by 1e-5 is refused; off by 1e-40, it has the 30 digits that are asked for."""
+    h = series(15, 60).h
+    with working(300):
+        true = _solved(h, 3, 6, 30)
+        monkeypatch.setattr(MPContext, "pade", built_by(shifted(6, 1e-5)))
+        with pytest.raises(_TooWideError):
+            _solved(h, 3, 6, 30)
+        monkeypatch.setattr(MPContext, "pade", built_by(shifted(6, 1e-40)))
+        assert _solved(h, 3, 6, 30).decimals() == true.decimals()
+
+
+def test_without_a_good_solution_there_is_no_approximant(monkeypatch):
+    """However many digits of the series: nonsense in mpmath's place ends in a refusal."""
+    monkeypatch.setattr(MPContext, "pade", lambda own, h, m, n: ([own.one] * (m + 1), [own.one] * (n + 1)))
+    with pytest.raises(ArithmeticError, match=r"\[1/4\] is not determined"):
+        _pade.__wrapped__(1, 4, 3)
+
+
+def test_a_system_that_may_be_singular_is_not_solved():
+    """[1/1] divides by h_1: a ball about 1e-4 that holds 0, whatever mpmath makes of its middle."""
+    with working(300), pytest.raises(ZeroDivisionError):
+        solution([arb(1), arb(1e-4, 1e-3), arb(1)], 1, 1)
+
+
+def test_the_precision_of_others_is_neither_used_nor_changed():
+    h = series(15, 60).h
+    with working(300):
+        usual = _solved(h, 3, 6, 30)
+        with mp.workdps(4):
+            p = _solved(h, 3, 6, 30)
+            assert mp.dps == 4
+    assert [(to_mpf(c), to_mpf(c.rad())) for c in p.a + p.b] == [
+        (to_mpf(c), to_mpf(c.rad())) for c in usual.a + usual.b
+    ]
+
+
+# --- digits, and series that are known exactly ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("m", [0, 1, 3, 25])

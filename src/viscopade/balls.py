@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from threading import RLock
+from typing import Any
 
 from flint import arb, ctx
 from mpmath import mp
@@ -37,6 +38,13 @@ def working(bits: int, length: int | None = None) -> Iterator[None]:
             yield
         finally:
             ctx.prec, ctx.cap = saved
+
+
+def context(bits: int) -> Any:
+    """Return an mpmath context of its own, of so many bits: nobody else's precision changes."""
+    own = mp.clone()
+    own.prec = bits
+    return own
 
 
 def fixed_point(value: int, error: int, bits: int) -> arb:

@@ -2,9 +2,10 @@
 
 The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
 like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
-many digits again. It is solved in ball arithmetic, so every coefficient comes with a proven enclosure; how many digits
-the system loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as
-many more.
+many digits again. mpmath builds a and b from the middles of the h_k (`mpmath.pade`, in a context of its own), and ball
+arithmetic proves how far each of these numbers can be from the true coefficient (`solution`). How many digits the
+system loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as many
+more.
 """
 
 from __future__ import annotations
@@ -17,12 +18,21 @@ from numbers import Rational
 from typing import SupportsIndex, TypeVar, cast
 
 import numpy as np
-from flint import acb, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 from mpmath import mp
 from numpy.typing import ArrayLike, NDArray
 
 from viscopade import checks
-from viscopade.balls import bits_for, decimal_at, decimal_string, exact_middle, relative_digits, to_mpf, working
+from viscopade.balls import (
+    bits_for,
+    context,
+    decimal_at,
+    decimal_string,
+    exact_middle,
+    relative_digits,
+    to_mpf,
+    working,
+)
 from viscopade.series import _series
 
 MAX_DEGREE = 200
@@ -344,8 +354,7 @@ def exact_roots(polynomial: fmpq_poly) -> tuple[Root, ...]:
 
 def _solved(h: tuple[arb, ...], m: int, n: int, digits: int) -> Pade:
     """Return [m/n] from enclosures of the series. To be called within `working`."""
-    b = _denominator(h, m, n)
-    a = tuple(_product_coefficient(b, h, k) for k in range(m + 1))
+    a, b = solution(h, m, n)
     _demand(a + b, digits)
     lost = max(relative_digits(h) - relative_digits(a + b), 0)
     return _assembled(a, b, h, m, n, digits, _roots(a, digits), _roots(b, digits), lost, _contact(a, b, h))
@@ -370,14 +379,42 @@ def _assembled(
     return Pade(m, n, digits, a, b, h, poles, zeros, lost, *contact)
 
 
-def _denominator(h: Sequence[arb], m: int, n: int) -> tuple[arb, ...]:
-    """Solve sum_{i=1..n} b_i h_{m+j-i} = -h_{m+j}, j = 1 … n, with b_0 = 1."""
-    if n == 0:
-        return (arb(1),)
-    matrix, right = order_system(h, m, n, arb(0))
-    # Preconditioning by an approximate inverse loses the digits of the condition number and no more.
-    solution = arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="precond")
-    return (arb(1), *(solution[i, 0] for i in range(n)))
+def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
+    """Return a and b of [m/n]: mpmath's numbers, each the middle of a ball that is proven to hold the true coefficient.
+
+    To be called within `working`.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If the linear system cannot be told from a singular one.
+
+    Notes
+    -----
+    Let A b = y be the order conditions, x mpmath's b, and R nearly the inverse of A. Then (R A)(b - x) = R (y - A x).
+    FLINT solves this system by elimination in balls, which loses next to nothing, as R A is nearly the identity. The
+    elimination proves that R A is regular, and so is A: for all h_k within their balls there is one b, and b - x is
+    enclosed. Nothing is assumed of x and R; a poor x makes a wide ball.
+    """
+    numerator, denominator = _built(h, m, n)
+    b = [arb(1)]
+    if n:
+        entries, right = order_system(h, m, n, arb(0))
+        matrix, x = arb_mat(n, n, entries), denominator[1:]
+        identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+        inverse = matrix.mid().solve(identity, algorithm="approx")
+        residual = arb_mat(n, 1, right) - matrix * arb_mat(n, 1, x)
+        errors = (inverse * matrix).solve(inverse * residual, algorithm="lu").entries()
+        b += [arb(x_i, error) for x_i, error in zip(x, errors, strict=True)]
+    a = [arb(a_k, _product_coefficient(b, h, k) - a_k) for k, a_k in enumerate(numerator)]
+    return tuple(a), tuple(b)
+
+
+def _built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
+    """Return a and b of [m/n] as mpmath builds them from the middles of h_k at FLINT's precision; nothing is proven."""
+    own = context(ctx.prec)
+    a, b = own.pade([own.mpf(to_mpf(h_k)) for h_k in h], m, n)
+    return [arb(a_k) for a_k in a], [arb(b_i) for b_i in b]
 
 
 def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:

@@ -16,12 +16,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, SupportsIndex
 
-from flint import acb, arb, arb_series
+from flint import acb, arb, arb_mat, arb_series
 from mpmath import mp
 
 from viscopade import checks
 from viscopade.balls import bits_for, to_mpf, working
-from viscopade.pade import _denominator, _product_coefficient
+from viscopade.pade import _product_coefficient, order_system
 from viscopade.series import _series
 
 # Time on the creeping orbit from its arrival at z = 0 to the singular start, to 2 digits. Found by search; the other
@@ -225,7 +225,9 @@ def from_four(h: Sequence[float]) -> complex:
 
 def _pade_zero(f: Sequence[arb], n: int, guess: complex) -> mp.mpc:
     """Return the zero of [n/n] of a series that Newton's method finds from `guess`."""
-    b = _denominator(f, n, n)
+    matrix, right = order_system(f, n, n, arb(0))
+    # By FLINT alone: from order 1000 come 487 unknowns, for which mpmath's elimination takes minutes.
+    b = [arb(1), *arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="precond").entries()]
     ctx = _context(3 * len(f))
     a = [ctx.mpf(to_mpf(_product_coefficient(b, f, k).mid())) for k in range(n, -1, -1)]
     v = ctx.mpc(guess)

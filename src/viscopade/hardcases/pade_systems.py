@@ -15,9 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 from flint import arb, arb_mat, fmpq
-from mpmath import mp
 
-from viscopade.balls import BITS_PER_DIGIT, bits_for, exact_middle, relative_digits, working
+from viscopade.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
 from viscopade.certificate import at_least, at_most
 from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
 from viscopade.pade import DegenerateError, Pade, exact_solution, order_system, pade
@@ -130,7 +129,10 @@ def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
 
 
 def balls_solved(algorithm: Literal["lu", "precond"], h: Sequence[arb], m: int, one: arb) -> list[arb]:
-    """Solve the linear system in balls, by FLINT's LU decomposition ("lu"), or preconditioned ("precond") as `pade`."""
+    """Solve the linear system in balls by FLINT alone: LU decomposition ("lu"), or with a preconditioner ("precond").
+
+    `pade` proves mpmath's solution with a preconditioner, too; what its enclosures lose is what it states.
+    """
     n = m + 3
     entries, right = order_system(h, m, n, one - one)
     return [one, *arb_mat(n, n, entries).solve(arb_mat(n, 1, right), algorithm=algorithm).entries()]
@@ -293,7 +295,7 @@ def condition_number(h: Sequence[fmpq], b: Sequence[fmpq], m: int, bits: int) ->
 
 def lost(solver: Solver, h: Sequence[fmpq], exact: Sequence[fmpq], bits: int) -> float:
     """Return the digits that an algorithm loses in floating-point numbers of so many bits, h being exact in them."""
-    ctx = _context(bits)
+    ctx = context(bits)
     b = solver([_number(ctx, h_k) for h_k in h], len(exact) - 4, ctx.mpf(1))
     return _digits_gone(_worst_error(b, exact, bits), bits)
 
@@ -305,16 +307,9 @@ def _digits_gone(error: float, bits: int) -> float:
 
 def _worst_error(b: Sequence[Any], exact: Sequence[fmpq], bits: int) -> float:
     """Return the largest relative error of the coefficients that are not zero."""
-    ctx = _context(bits + 200)
+    ctx = context(bits + 200)
     pairs = [(ctx.mpf(x), _number(ctx, y)) for x, y in zip(b, exact, strict=True) if y != 0]
     return float(max(abs(x / y - 1) for x, y in pairs))
-
-
-def _context(bits: int) -> Any:
-    """Return an mpmath context of its own."""
-    ctx = mp.clone()
-    ctx.prec = bits
-    return ctx
 
 
 def _number(ctx: Any, fraction: fmpq) -> Any:
@@ -326,9 +321,9 @@ def _low_precision(p: Pade, condition: float) -> tuple[float, float]:
     bits = bits_for(math.ceil(math.log10(condition)) + SPARE)
     h = [rounded(h_k, bits) for h_k in p.h[: 2 * p.m + 4]]
     true = [_fraction(b_i) for b_i in p.b]
-    ctx = _context(bits)
+    ctx = context(bits)
     b = lu([_number(ctx, h_k) for h_k in h], p.m, ctx.mpf(1))
-    by_rounding = _worst_error([_number(_context(4 * bits), x) for x in exact_solution(h, p.m, p.n)[1]], true, bits)
+    by_rounding = _worst_error([_number(context(4 * bits), x) for x in exact_solution(h, p.m, p.n)[1]], true, bits)
     return _digits_gone(_worst_error(b, true, bits), bits), by_rounding / (condition * 2.0**-bits)
 
 
@@ -363,7 +358,7 @@ def _ball_digits_gone(b: Sequence[arb], exact: Sequence[fmpq], bits: int) -> flo
 
 def _unit_error(p: Pade, chosen: int) -> float:
     """Return the worst relative error of the decimals of b, in units of 10^-DIGITS, by another algorithm."""
-    ctx = _context(2 * bits_for(chosen))
+    ctx = context(2 * bits_for(chosen))
     b = berlekamp_massey([_number(ctx, _fraction(h_k)) for h_k in p.h[: 2 * p.m + 4]], p.m, ctx.mpf(1))
     pairs = [(ctx.mpf(x), y) for x, y in zip(p.decimals()[1], b, strict=True) if float(x) != 0]
     return float(max(abs(x / y - 1) for x, y in pairs) * 10**DIGITS)
@@ -427,7 +422,7 @@ def _summary(losses: Sequence[Loss], refused: Sequence[int], direct_fails: bool)
         f"reserve beyond both is {at_least(_reserve(least))} digits, at m = {least.m}. {_existence(refused)} In "
         f"floating point, from {least_lost[1]:.1f} ({least_lost[0]}) to {most_lost[1]:.1f} digits ({most_lost[0]}) are "
         f"lost at m = {last.m}, and at no m more than {at_most(excess, 2)} beyond the condition: the data decide, not "
-        "the algorithm. In balls the algorithm decides: with exact data, the preconditioned solver that pade uses "
+        "the algorithm. In balls the algorithm decides: with exact data, FLINT's preconditioned solver "
         f"proves all but {at_most(max(x.balls['preconditioned'] or 0 for x in losses), 2)} digits at every m, while "
         f"the others lose at least {at_least(others)} at m = {last.m}; no digit is left by "
         f"{', '.join(given_up) or 'none of them'}. {_direct(direct_fails)} Fractions lose nothing, but at m = {last.m} "
@@ -543,7 +538,7 @@ def _checks(losses: Sequence[Loss], different: int) -> tuple[Check, ...]:
             DIGITS,
         ),
         Check(
-            "and what the preconditioned solver loses in balls",
+            "and what FLINT's preconditioned solver loses in balls",
             min(proven),
             ">=",
             DIGITS,

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, cast
 
-from viscopade import double, reference
-from viscopade.bench.kernel import FORMATS as TYPES
+from viscopade import double
 from viscopade.document import Node
-from viscopade.evaluation import ULPS
+from viscopade.kernels.binary import FORMATS
+from viscopade.kernels.v_star import of_v_star as of_rounded_v_star
 
 _TERM = re.compile(r"([0-9]+[.]?[0-9]*(?:[eE][+-]?[0-9]{1,3})?)( ulp)?")
 
 GROUPS = ("ours", "rival", "limit")
-FORMATS = ("double", "float")
 SPEEDS = ("log-uniform", "maxwell", "equal")
 MEASURES = ("latency", "throughput", "cache", "memory")
 PROVEN_OF = ("speed", "v_star")
@@ -331,15 +330,8 @@ def _allowed(bound: float, form: str, scene: Scene, *, of_v_star: bool) -> float
 
 
 def of_root(form: str, scene: Scene) -> float:
-    """Bound what v* = sqrt(beta) pow(speed, 0.1) in floating point changes eps by, relative to min(eps, 1 - eps).
-
-    sqrt and the product err by a unit roundoff each, pow by `ULPS` units in the last place, and 0.1 is not 1/10.
-    """
-    unit = TYPES[form].epsilon / 2
-    exponent = abs(Fraction(float(TYPES[form].dtype(0.1))) - Fraction(1, 10))
-    logarithm = max(abs(math.log(speed)) for speed in (scene.speed_min, scene.speed_max))
-    v_star = 2 * unit + ULPS * 2 * unit + float(exponent) * logarithm
-    return math.expm1(-float(reference.steepest()) * math.log1p(-v_star * (1 + v_star)))
+    """Bound what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps, relative to min(eps, 1 - eps)."""
+    return float(of_rounded_v_star(FORMATS[form], Fraction(max(scene.speed_max, 1 / scene.speed_min))))
 
 
 def _target(node: _Node) -> Target:
