@@ -10,12 +10,13 @@ from typing import Any, cast
 
 from viscopade import double
 from viscopade.document import Node
-from viscopade.kernels.binary import FORMATS
+from viscopade.kernels.binary import FORMATS as BINARY
 from viscopade.kernels.v_star import of_v_star as of_rounded_v_star
 
 _TERM = re.compile(r"([0-9]+[.]?[0-9]*(?:[eE][+-]?[0-9]{1,3})?)( ulp)?")
 
 GROUPS = ("ours", "rival", "limit")
+FORMATS = tuple(BINARY)
 SPEEDS = ("log-uniform", "maxwell", "equal")
 MEASURES = ("latency", "throughput", "cache", "memory")
 PROVEN_OF = ("speed", "v_star")
@@ -331,7 +332,7 @@ def _allowed(bound: float, form: str, scene: Scene, *, of_v_star: bool) -> float
 
 def of_root(form: str, scene: Scene) -> float:
     """Bound what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps, relative to min(eps, 1 - eps)."""
-    return float(of_rounded_v_star(FORMATS[form], Fraction(max(scene.speed_max, 1 / scene.speed_min))))
+    return float(of_rounded_v_star(BINARY[form], Fraction(max(scene.speed_max, 1 / scene.speed_min))))
 
 
 def _target(node: _Node) -> Target:
