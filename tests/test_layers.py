@@ -51,6 +51,7 @@ ORDER = (
     "evaluation",
     "compact",
     "singularity",
+    "convergence",
     "paper",
     "claims.evidence",
     "claims.curve",
