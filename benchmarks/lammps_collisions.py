@@ -99,7 +99,7 @@ def _lmp(text: str, folder: Path) -> str:
         env={**os.environ, "OMP_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=3600,
         check=False,
     )
     failed = FAILED.search(done.stdout)

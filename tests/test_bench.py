@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.patience import HANGS
 from viscopade import bench, exact, exports
 from viscopade.bench import calls, compilers, measured, ours, rivals, stated, tables
 from viscopade.bench.compilers import BenchError
@@ -609,7 +610,7 @@ def test_a_kernel_needs_a_function_for_each_measure():
 def command(*words, **environment):
     return subprocess.run(
         [sys.executable, "-m", "viscopade", "bench", *words],
-        capture_output=True, text=True, timeout=300, env=os.environ | environment,
+        capture_output=True, text=True, timeout=HANGS, env=os.environ | environment,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import HANGS
 from viscopade import Pair, Sphere, exact, exports, pade, paper, series
 from viscopade.paper import TABLE
 
@@ -22,7 +23,7 @@ VISCOPADE = [sys.executable, "-m", "viscopade"]
 def run(*words, **options):
     environment = os.environ | options.pop("environment", {})
     return subprocess.run(
-        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=600, env=environment, **options
+        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=HANGS, env=environment, **options
     )
 
 
@@ -104,7 +105,7 @@ def test_latex_escapes_what_is_special(words, tmp_path):
     document = "\\documentclass{article}\\usepackage[T1]{fontenc}\n\\begin{document}\n" + table + "\\end{document}\n"
     (tmp_path / "table.tex").write_text(document)
     words = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"]
-    assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=60).returncode == 0
+    assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=HANGS).returncode == 0
 
 
 def test_text_in_a_pipe_never_folds_a_number():
@@ -230,7 +231,7 @@ sys.argv = ["viscopade", "reproduce", "--out", {str(tmp_path / "out")!r}]
 from viscopade.cli import main
 main()
 """
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS)
     assert result.returncode == 1
     assert "31 of 32 printed numbers agree" in result.stdout
     assert "NO" in result.stdout
@@ -261,7 +262,7 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
         if not part:
             break
         shown += part
-    process.communicate(timeout=60)
+    process.communicate(timeout=HANGS)
     os.close(master)
     assert shown_words.encode() in shown
     plain, forced = run(*arguments), run(*arguments, environment={"FORCE_COLOR": "1"})  # which Jupyter sets
@@ -290,7 +291,7 @@ def test_output_cut_off_by_the_reader():
     producer.stdout.close()
     assert producer.stderr.read() == b""
     producer.stderr.close()
-    producer.wait(timeout=120)
+    producer.wait(timeout=HANGS)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full disk")

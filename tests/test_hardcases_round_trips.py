@@ -22,7 +22,7 @@ from viscopade.model import Pair, Sphere
 from viscopade.scene.units import Scale
 
 CASE = round_trips.CASE
-moderate = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+moderate = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))
 few = settings(moderate, max_examples=4)
 many = settings(moderate, max_examples=50_000)
 
