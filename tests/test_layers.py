@@ -125,6 +125,7 @@ ORDER = (
     "scene",
     "figures_gas",
     "writer",
+    "latex",
     "console",
     "hardcases.finding",
     "hardcases.truncated_series",

@@ -17,6 +17,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from viscopade import checks
+from viscopade.latex import latex
 from viscopade.model import Pair, Sphere
 from viscopade.pade import MAX_DEGREE
 
@@ -151,22 +152,11 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     elif style == "latex":
-        lines = [" & ".join(map(_latex, row)) + r" \\" for row in ([*header], *cells)]
+        lines = [" & ".join(map(latex, row)) + r" \\" for row in ([*header], *cells)]
         body = "\n".join([lines[0], r"\hline", *lines[1:]])
         click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
     else:
         _print_table(header, cells, title)
-
-
-_LATEX_SPECIAL = str.maketrans(
-    {character: "\\" + character for character in "&%$#_{}"}
-    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-)
-
-
-def _latex(cell: str) -> str:
-    """Escape what LaTeX would take for a command; a bracket or a star after a line's end would be its argument."""
-    return ("{}" if cell.startswith(("[", "*")) else "") + cell.translate(_LATEX_SPECIAL)
 
 
 def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
