@@ -322,6 +322,36 @@ def test_other_environments(environment):
     assert "32 of 32" in result.stdout
 
 
+# --- what is not installed -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "user"),
+    [
+        (["figures"], "figures"),
+        (["report"], "report"),
+        (["report", "--from", SAMPLE], "report"),
+        (["hardcases"], "hardcases --out"),
+    ],
+    ids=["figures", "report", "report-from", "hardcases"],
+)
+def test_what_to_install_is_said_before_any_work(words, user, tmp_path):
+    code = """
+import sys
+sys.modules["matplotlib"] = None  # importing it fails, as if it were not there
+from viscopade import bench, cli, figures, hardcases, report
+bench.run = hardcases.check = figures.render = report.render = lambda *_, **__: print("computed")
+cli.main()
+"""
+    words = [sys.executable, "-c", code, *map(str, words), "--out", str(tmp_path / "new")]
+    result = subprocess.run(words, capture_output=True, text=True, timeout=HANGS)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"viscopade: {user} needs matplotlib, which is not installed")
+    assert result.stderr.endswith(f"{sys.executable} -m pip install matplotlib\n")
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 # --- what is refused ----------------------------------------------------------------------------------------------
 
 BAD = [

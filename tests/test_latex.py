@@ -32,6 +32,7 @@ FORMULA = re.compile(r"(?<!\\)\$[^$]*\$")
         ("beta in (s/cm)^(1/5)", r"$\beta$ in (s/cm)$^{1/5}$"),
         ("usable for all v* >= 0:", r"usable for all $v_*$ $\geq$ 0:"),
         ("-1.5", "$-1.5$"),
+        ("+4.16e-04", r"$+4.16\times10^{-4}$"),
         ("8e-08", r"$8\times10^{-8}$"),
         ("S_20 = -1.2e+04,", r"$S_{20}$ = $-1.2\times10^{4}$,"),
         ("1e5^2", r"1e5\textasciicircum{}2"),  # two powers are none

@@ -30,6 +30,7 @@ from viscopade.console import (
     Whole,
     keep_printing,
     material,
+    need,
     pair_of,
     show,
     tracker,
@@ -280,6 +281,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and those that it could not show."""
+    need("matplotlib", "figures")
     pictures = figures.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
@@ -351,6 +353,7 @@ def bench_command(
 )  # fmt: skip
 def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
     """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    need("matplotlib", "report")
     check([out / "report.html"], parents=True)
     if result is None:
         from viscopade import bench
@@ -447,6 +450,7 @@ def hardcases_command(
     if thorough and not wanted:
         raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
     if out is not None:
+        need("matplotlib", "hardcases --out")
         cases = [finding.name for finding in known] + [case.name for case in wanted]
         check([out / name for name in page.names(cases)], parents=True)
     fresh = hardcases.check([case.name for case in wanted], thorough=thorough)

@@ -6,8 +6,10 @@ import csv
 import io
 import json
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -138,6 +140,34 @@ def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> P
     spheres = [Sphere(radius=radius, **values) for radius in radii]
     values.pop("density")
     return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
+
+
+class Missing(click.ClickException):
+    """A package that is needed is not there; the message is one line."""
+
+    exit_code = 2
+
+
+def need(package: str, user: str) -> None:
+    """Refuse to begin what ends at an optional package that is not installed.
+
+    Parameters
+    ----------
+    package : str
+        Its name for `import` and for pip.
+    user : str
+        What needs it, for the message.
+
+    Raises
+    ------
+    Missing
+        With the command that installs it.
+    """
+    try:
+        import_module(package)
+    except ImportError as error:
+        command = f"{shlex.quote(sys.executable)} -m pip install {package}"
+        raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
 
 
 def show(

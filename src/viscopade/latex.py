@@ -26,9 +26,9 @@ _INDICES = {"max": r"\max", "eff": r"\mathrm{eff}"}
 
 _FORMULA = re.compile(
     r"(?<![\w.*^-])"
-    r"(?:(?P<factor>-?[0-9]+(?:\.[0-9]+)?)e(?P<exponent>[+-]?[0-9]+)"
+    r"(?:(?P<factor>[+-]?[0-9]+(?:\.[0-9]+)?)e(?P<exponent>[+-]?[0-9]+)"
     rf"|(?:(?P<name>{'|'.join(map(re.escape, sorted(_NAMES, key=len, reverse=True)))})"
-    rf"|(?P<base>-?[0-9]+(?:\.[0-9]+)?|{'|'.join(_GREEK)}|[A-Za-z]|(?<=\))(?=\^))(?:_(?P<index>[0-9]+|[A-Za-z]+))?)"
+    rf"|(?P<base>[+-]?[0-9]+(?:\.[0-9]+)?|{'|'.join(_GREEK)}|[A-Za-z]|(?<=\))(?=\^))(?:_(?P<index>[0-9]+|[A-Za-z]+))?)"
     r"(?:\^(?P<power>-?[0-9]+(?:\.[0-9]+)?|[a-z]|\([A-Za-z0-9/.+-]+\)))?)"
     r"(?![\w^*-]|\.[0-9])"
 )
@@ -55,7 +55,7 @@ def _formula(found: re.Match[str]) -> str:
     if factor:
         return rf"${factor}\times10^{{{int(exponent)}}}$"
     whole = found[0] == found.string  # a letter alone is a symbol, in a sentence it may be a word
-    if not (name or index or power or base in _GREEK or base.startswith("-") or (whole and base.isalpha())):
+    if not (name or index or power or base in _GREEK or base[:1] in ("+", "-") or (whole and base.isalpha())):
         return str(found[0])
     text = _NAMES[name] if name else _GREEK.get(base, base)
     text += f"_{_group(_INDICES.get(index, index))}" if index else ""

@@ -102,7 +102,7 @@ def as_text(formula: str) -> str:
     """
     text = re.sub(r"\\times10\^\{(-?\d+)\}$", r"e\1", formula.strip("$"))
     text = re.sub(r"([_^])\{(-?[0-9.]+|[A-Za-z]+)\}", r"\1\2", text.replace("v_*", "v*"))
-    if not re.fullmatch(r"[|<>]|\[m/n\]|-?[0-9.]+(e-?\d+)?|[\w*.-]+(\^[\w.-]+)?", text):
+    if not re.fullmatch(r"[|<>]|\[m/n\]|[+-]?[0-9.]+(e-?\d+)?|[\w*.-]+(\^[\w.-]+)?", text):
         raise ValueError(f"{formula!r} is no number, and no symbol with an index or a power")
     return text
 
