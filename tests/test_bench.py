@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests import terminal
 from tests.patience import HANGS
 from viscopade import bench, exact, exports
 from viscopade.bench import calls, compilers, measured, ours, rivals, stated, tables
@@ -628,6 +629,13 @@ def test_the_command_prints_and_writes(tmp_path):
     assert "type float, equal speeds" in again.stdout
     assert "targets" in again.stdout
     assert json.loads(out.read_text())["settings"]["rounds"] == 1
+
+
+@pytest.mark.parametrize("width", terminal.WIDTHS)
+def test_no_number_is_cut_on_a_terminal(quick, width, monkeypatch):
+    monkeypatch.setattr(bench, "run", lambda *_: quick)
+    shown = terminal.on_terminal(monkeypatch, ["bench"], width)
+    terminal.assert_nothing_is_cut(terminal.run(["bench"]), shown, width)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import pytest
 
 from tests.patience import HANGS
 from viscopade import Pair, Sphere, exact, exports, pade, paper, series
+from viscopade.cli import command
 from viscopade.paper import TABLE
 
 VISCOPADE = [sys.executable, "-m", "viscopade"]
@@ -78,6 +79,12 @@ def test_help_lists_the_commands_that_work_and_no_others():
         result = run(name, "--help")
         assert result.returncode == 0
         assert "Usage: viscopade" in result.stdout
+
+
+@pytest.mark.parametrize("name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators"}))
+def test_commands_that_print_numbers_have_four_formats(name):
+    (style,) = [option for option in command.commands[name].params if option.name == "style"]
+    assert style.type.choices == ("text", "json", "csv", "latex")
 
 
 def test_coefficients_json_has_the_shape_of_the_design():

@@ -8,8 +8,10 @@ import json
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import import_module
+from itertools import zip_longest
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -86,6 +88,9 @@ class Degrees(_Pair):
             self.fail(f"{value!r} are no degrees: accepted is M/N with 0 <= M, N <= {MAX_DEGREE}, such as 3/6")
         return degrees
 
+
+_ENDLESS = 1_000_000  # columns: wider than any table
+_NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
 
 ORDER = Whole("order", 0, checks.MAX_ORDER)
 DIGITS = Whole("digits", 1, checks.MAX_DIGITS)
@@ -173,7 +178,7 @@ def need(package: str, user: str) -> None:
 def show(
     style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
 ) -> None:
-    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object."""
+    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; no number is ever cut in two."""
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
         click.echo(json.dumps(whole, ensure_ascii=False))
@@ -189,19 +194,62 @@ def show(
         _print_table(header, cells, title)
 
 
-def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
+def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
+    """Print a table, if it fits at least with its heads on several lines, or else a record for each row."""
+    limit = terminal_width()
+    console = Console(width=_ENDLESS, force_terminal=limit is not None, markup=False, highlight=False)
+    width = _ENDLESS if limit is None else limit
+    longest = [max(map(len, column), default=0) for column in zip(*cells, strict=True)] or [0] * len(header)
+    stacked = ["\n".join(_wrapped(name, length)) for name, length in zip(header, longest, strict=True)]
+    for heads in (header, stacked):
+        table = _table(heads, cells, title)
+        if console.measure(table).maximum <= width:
+            with console.capture() as capture:
+                console.print(table)
+            click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+            return
+    click.echo("\n".join(_records(header, cells, title, width)))
+
+
+def _table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> Table:
     table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
     for name in header:
-        table.add_column(name, overflow="fold")  # a digit is never left out
+        table.add_column(name, no_wrap=True)
     for row in cells:
         table.add_row(*row)
-    shown = _is_terminal(sys.stdout)
-    # In a pipe a line is as long as it needs to be.
-    width = None if shown else 2 * checks.MAX_DIGITS
-    console = Console(width=width, force_terminal=shown, markup=False, highlight=False)
-    with console.capture() as capture:
-        console.print(table)
-    click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+    return table
+
+
+def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None, width: int) -> Iterator[str]:
+    """Yield the lines that stand for a table that is too wide: for each row its cells, one below the other."""
+    yield from [] if title is None else _wrapped(title, width)
+    column = max((len(name) for name in header if len(name) <= width // 2), default=0)
+    for row in cells:
+        yield ""
+        for name, cell in ((name, cell) for name, cell in zip(header, row, strict=True) if cell):
+            beside = _wrapped(cell, width - column - 4)
+            if len(name) <= column and all(len(line) <= width - column - 4 for line in beside):
+                yield from (f"  {label:{column}}  {line}" for label, line in zip_longest([name], beside, fillvalue=""))
+            else:
+                yield from (f"  {line}" for line in _wrapped(name, width - 2))
+                yield from (f"    {line}" for line in _wrapped(cell, width - 4))
+    yield ""
+
+
+def say(text: str, indent: int = 0) -> None:
+    """Print words; on a terminal, lines break at spaces only, and those that follow are indented."""
+    width = terminal_width()
+    click.echo(text if width is None else "\n".join(_wrapped(text, width, " " * indent)))
+
+
+def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """Return the lines of a text, which breaks at spaces: what is longer than a line, a number say, stays whole."""
+    return wrap(text, max(width, 1), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def terminal_width() -> int | None:
+    """Return the width of the terminal that is printed to; None in a pipe, where lines are as long as they need."""
+    return max(Console().width, _NARROWEST) if _is_terminal(sys.stdout) else None
 
 
 def _is_terminal(stream: TextIO | None) -> bool:
