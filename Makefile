@@ -48,10 +48,13 @@ simulators: $(NATIVE)
 	-$(BIN)/python -m benchmarks.liggghts_collisions
 	-$(BIN)/python -m benchmarks.yade_collisions
 
+# Files that git knows, so that a scratch file in the tree is nobody's concern; without git, all files.
+TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))
+
 lint: $(READY)
-	$(BIN)/ruff format --check --quiet .
-	$(BIN)/ruff check --quiet .
-	$(BIN)/mypy
+	@$(BIN)/ruff format --check --quiet --force-exclude $(or $(TRACKED),.)
+	@$(BIN)/ruff check --quiet --force-exclude $(or $(TRACKED),.)
+	@$(BIN)/mypy $(filter src/% benchmarks/%,$(filter-out %.ipynb,$(TRACKED)))
 
 format: $(READY)
 	$(BIN)/ruff format .

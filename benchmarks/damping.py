@@ -4,20 +4,17 @@ Wanted is the dissipative constant A for a known coefficient of restitution eps 
 and A is proportional to beta, the relative error of A is that of v*^2: the same for every material and speed. Two
 common ways, with the printed six-digit coefficients of tab:padeCoeffs: Newton's method on [3/6], and Brent's on [1/4].
 
-Run as `python benchmarks/damping.py`, or with `--format json`; part of `make bench`.
+Run as `python benchmarks/damping.py`, also with `--format json`, `csv` or `latex`; needs SciPy; part of `make bench`.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 import click
-from rich.console import Console
-from rich.table import Table
-from scipy.optimize import brentq, newton
 
 from viscopade import exact
+from viscopade.console import STYLE, need, show
 from viscopade.paper import TABLE
 
 RESTITUTIONS = ("0.9", "0.5", "0.1", "0.01")
@@ -40,12 +37,16 @@ def printed(m: int) -> Callable[[float], float]:
 
 def newton_on_3_6(epsilon: float) -> float:
     """Return v* by Newton's method on the printed [3/6], as DEM codes do."""
+    from scipy.optimize import newton
+
     approximant = printed(3)
     return float(newton(lambda v: approximant(v) - epsilon, 0.5, tol=1e-14, maxiter=200))
 
 
 def brent_on_1_4(epsilon: float) -> float:
     """Return v* by Brent's method on the printed [1/4]."""
+    from scipy.optimize import brentq
+
     approximant = printed(1)
     return float(brentq(lambda v: approximant(v) - epsilon, 1e-6, 1e6, xtol=1e-14, rtol=1e-14))
 
@@ -64,17 +65,17 @@ def errors() -> dict[str, dict[str, float]]:
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@STYLE
 def main(style: str) -> None:
     """Print the relative errors of A."""
-    rows = errors()
-    if style == "json":
-        click.echo(json.dumps(rows))
-        return
-    table = Table("eps", "v*", "A by Newton on [3/6]", "A by Brent on [1/4]", title="relative error of A")
-    for epsilon, row in rows.items():
-        table.add_row(epsilon, f"{row['v_star']:.6f}", f"{row['newton_3_6']:+.2e}", f"{row['brent_1_4']:+.2e}")
-    Console().print(table)
+    need("scipy", "damping.py")
+    whole = errors()
+    header = ("eps", "v*", "A by Newton on [3/6]", "A by Brent on [1/4]")
+    rows = (
+        (epsilon, f"{row['v_star']:.6f}", f"{row['newton_3_6']:+.2e}", f"{row['brent_1_4']:+.2e}")
+        for epsilon, row in whole.items()
+    )
+    show(style, header, rows, whole, title="relative error of A")
 
 
 if __name__ == "__main__":

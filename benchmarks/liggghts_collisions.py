@@ -75,7 +75,7 @@ def run(commands: str, text: str) -> float:
             capture_output=True,
             encoding="utf-8",
             errors="replace",  # its messages can contain anything
-            timeout=120,
+            timeout=3600,
         )
     results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
     if done.returncode or not results:

@@ -36,6 +36,7 @@ from rich.table import Table
 
 from viscopade import double, restitution
 from viscopade.arrays import FloatArray
+from viscopade.console import need
 from viscopade.model import Pair, Sphere, beta_si_from_cgs
 from viscopade.paper import BETA_ICE_CGS
 from viscopade.simulators import rebound as ours
@@ -346,10 +347,7 @@ def _cost(runs: list[tuple[float, float, int]]) -> dict[str, float]:
 
 def measure(number: int, steps: int, rounds: int) -> dict[str, Any]:
     """Return everything as JSON-able data."""
-    try:
-        program = importlib.import_module("rebound")
-    except ImportError:
-        raise click.ClickException("the package rebound is not installed: python -m pip install rebound") from None
+    program = importlib.import_module("rebound")
     box = Box(program, number)
     with tempfile.TemporaryDirectory() as directory:
         files = Files(Path(directory), program)
@@ -412,6 +410,7 @@ def _three(values: list[float], scale: float) -> str:
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
 def main(particles: int, steps: int, rounds: int, style: str) -> None:
     """Run the box of ice and print what was measured."""
+    need("rebound", "rebound_ice")
     result = measure(particles, steps, rounds)
     if style == "json":
         click.echo(json.dumps(result))

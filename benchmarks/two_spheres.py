@@ -14,7 +14,6 @@ from typing import Literal
 import click
 from rich.console import Console
 from rich.table import Table
-from scipy.integrate import solve_ivp
 
 from viscopade.model import Pair, Sphere
 from viscopade.simulators.setup import Contact, Setup
@@ -93,6 +92,8 @@ def integrated(
     Contact ends where the force vanishes on the way out, or where the compression does. A second route to what a
     program's law should give: Runge-Kutta steps in the compression itself, accurate to about 1e-7.
     """
+    from scipy.integrate import solve_ivp  # the runs in other programs do without it
+
     pair = case.contacts[0].pair
     length, time = pair.length_scale(speed), pair.time_scale(speed)
 

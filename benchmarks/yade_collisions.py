@@ -85,7 +85,7 @@ def run(script: str, files: Mapping[str, str]) -> tuple[float, ...]:
             capture_output=True,
             encoding="utf-8",
             errors="replace",
-            timeout=240,
+            timeout=3600,
         )
     results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
     if done.returncode or not results:

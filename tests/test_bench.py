@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests import terminal
+from tests.patience import HANGS
 from viscopade import bench, exact, exports
 from viscopade.bench import calls, compilers, measured, ours, rivals, stated, tables
 from viscopade.bench.compilers import BenchError
@@ -612,7 +614,7 @@ def test_a_kernel_needs_a_function_for_each_measure():
 def command(*words, **environment):
     return subprocess.run(
         [sys.executable, "-m", "viscopade", "bench", *words],
-        capture_output=True, text=True, timeout=300, env=os.environ | environment,
+        capture_output=True, text=True, timeout=HANGS, env=os.environ | environment,
     )  # fmt: skip
 
 
@@ -630,6 +632,13 @@ def test_the_command_prints_and_writes(tmp_path):
     assert "type float, equal speeds" in again.stdout
     assert "targets" in again.stdout
     assert json.loads(out.read_text())["settings"]["rounds"] == 1
+
+
+@pytest.mark.parametrize("width", terminal.WIDTHS)
+def test_no_number_is_cut_on_a_terminal(quick, width, monkeypatch):
+    monkeypatch.setattr(bench, "run", lambda *_: quick)
+    shown = terminal.on_terminal(monkeypatch, ["bench"], width)
+    terminal.assert_nothing_is_cut(terminal.run(["bench"]), shown, width)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import HANGS
 from viscopade import Pair, Sphere, exact, exports, pade, paper, series
+from viscopade.cli import command
 from viscopade.paper import TABLE
 
 VISCOPADE = [sys.executable, "-m", "viscopade"]
@@ -22,7 +24,7 @@ VISCOPADE = [sys.executable, "-m", "viscopade"]
 def run(*words, **options):
     environment = os.environ | options.pop("environment", {})
     return subprocess.run(
-        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=600, env=environment, **options
+        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=HANGS, env=environment, **options
     )
 
 
@@ -79,6 +81,12 @@ def test_help_lists_the_commands_that_work_and_no_others():
         assert "Usage: viscopade" in result.stdout
 
 
+@pytest.mark.parametrize("name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators"}))
+def test_commands_that_print_numbers_have_four_formats(name):
+    (style,) = [option for option in command.commands[name].params if option.name == "style"]
+    assert style.type.choices == ("text", "json", "csv", "latex")
+
+
 def test_coefficients_json_has_the_shape_of_the_design():
     whole = json_of("coefficients", "--order", 60, "--digits", 50)
     assert set(whole) == {"order", "digits", "h"}
@@ -91,20 +99,21 @@ def test_coefficients_csv_and_latex():
     assert rows == [["k", "h_k"], ["0", "1"], ["1", "0"], ["2", "-1.1534489"], ["3", "0"], ["4", "0.79826656"]]
     text = run("coefficients", "--order", 4, "--digits", 8, "--format", "latex").stdout
     assert text.startswith(r"\begin{tabular}{ll}")
-    assert r"2 & -1.1534489 \\" in text
+    assert r"$k$ & $h_k$ \\" in text
+    assert r"2 & $-1.1534489$ \\" in text
 
 
 @pytest.mark.parametrize("words", [["reproduce"], ["claims", "--only", "3-6-almost-perfect"], ["pade", "3", "6"]])
 def test_latex_escapes_what_is_special(words, tmp_path):
     table = run(*words, "--format", "latex").stdout
     assert not re.search(r"^\[", table, re.MULTILINE)  # it would be an argument of the line's end before
-    assert not re.search(r"(?<!\\)[%#$]|\^", table)
+    assert not re.search(r"(?<!\\)[%#$_]|\^", re.sub(r"(?<!\\)\$[^$]*\$", "", table))
     if shutil.which("pdflatex") is None:
         pytest.skip("no pdflatex to set it")
     document = "\\documentclass{article}\\usepackage[T1]{fontenc}\n\\begin{document}\n" + table + "\\end{document}\n"
     (tmp_path / "table.tex").write_text(document)
     words = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "table.tex"]
-    assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=60).returncode == 0
+    assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=HANGS).returncode == 0
 
 
 def test_text_in_a_pipe_never_folds_a_number():
@@ -230,7 +239,7 @@ sys.argv = ["viscopade", "reproduce", "--out", {str(tmp_path / "out")!r}]
 from viscopade.cli import main
 main()
 """
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS)
     assert result.returncode == 1
     assert "31 of 32 printed numbers agree" in result.stdout
     assert "NO" in result.stdout
@@ -261,7 +270,7 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
         if not part:
             break
         shown += part
-    process.communicate(timeout=60)
+    process.communicate(timeout=HANGS)
     os.close(master)
     assert shown_words.encode() in shown
     plain, forced = run(*arguments), run(*arguments, environment={"FORCE_COLOR": "1"})  # which Jupyter sets
@@ -290,7 +299,7 @@ def test_output_cut_off_by_the_reader():
     producer.stdout.close()
     assert producer.stderr.read() == b""
     producer.stderr.close()
-    producer.wait(timeout=120)
+    producer.wait(timeout=HANGS)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full disk")
@@ -318,6 +327,36 @@ def test_other_environments(environment):
     result = run("reproduce", environment=environment)
     assert result.returncode == 0, result.stderr
     assert "32 of 32" in result.stdout
+
+
+# --- what is not installed -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "user"),
+    [
+        (["figures"], "figures"),
+        (["report"], "report"),
+        (["report", "--from", SAMPLE], "report"),
+        (["hardcases"], "hardcases --out"),
+    ],
+    ids=["figures", "report", "report-from", "hardcases"],
+)
+def test_what_to_install_is_said_before_any_work(words, user, tmp_path):
+    code = """
+import sys
+sys.modules["matplotlib"] = None  # importing it fails, as if it were not there
+from viscopade import bench, cli, figures, hardcases, report
+bench.run = hardcases.check = figures.render = report.render = lambda *_, **__: print("computed")
+cli.main()
+"""
+    words = [sys.executable, "-c", code, *map(str, words), "--out", str(tmp_path / "new")]
+    result = subprocess.run(words, capture_output=True, text=True, timeout=HANGS)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"viscopade: {user} needs matplotlib, which is not installed")
+    assert result.stderr.endswith(f"{sys.executable} -m pip install matplotlib\n")
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
 
 
 # --- what is refused ----------------------------------------------------------------------------------------------

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import HANGS
+
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 RESULT = ROOT / "docs" / "bench" / "result.json"
@@ -40,7 +42,7 @@ def run(*words, **environment):
         [sys.executable, "-m", "viscopade", *map(str, words)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGS,
         env=os.environ | environment,
     )
 

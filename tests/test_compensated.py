@@ -22,7 +22,7 @@ def as_arrays(*numbers):
     return tuple(np.array([float(x)]) for x in numbers)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(MODERATE, MODERATE)
 def test_sums_and_products_with_their_errors_are_exact(x, y):
     for function, truth in ((compensated.two_sum, Fraction(x) + Fraction(y)),
@@ -32,7 +32,7 @@ def test_sums_and_products_with_their_errors_are_exact(x, y):
         assert result == float(truth)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(MODERATE)
 def test_parts_are_short_enough_for_exact_products(x):
     high, low = (float(part[0]) for part in compensated.split(*as_arrays(x)))
@@ -115,7 +115,7 @@ def test_coefficients_in_two_doubles():
     assert measured(c, x, low)[1] <= 1
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.floats(-10, 10, allow_subnormal=False, width=32), min_size=1, max_size=30), st.integers(1, 2**20))
 def test_bounds_hold_for_any_polynomial(c, place):
     plain, part, _ = measured(np.array([*c, 1.0]), np.array([place / 2**19, -place / 2**19]))

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import HANGS
+
 FILES = sorted((Path(__file__).parents[1] / "derivations").glob("[0-9]*.py"))
 
 
@@ -23,7 +25,7 @@ def test_derivation(file, tmp_path):
         env=os.environ | {"PYTHONUTF8": "1"},
         capture_output=True,
         encoding="utf-8",
-        timeout=300,
+        timeout=HANGS,
     )
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""

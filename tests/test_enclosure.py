@@ -109,14 +109,14 @@ def test_fine_enclosures_are_fine(k):
     assert all(value.rel_accuracy_bits() > FINE - 10 for value in fine(k))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(SIGNED), st.integers(2, 70))
 def test_few_bits_enclose_what_many_bits_give(k, accuracy):
     refused = holds_or_is_refused(coarse(k, accuracy))
     assert not refused or accuracy < 12
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(-(2**30), 2**30), st.integers(-60, -5), st.integers(8, 40))
 def test_few_bits_enclose_what_many_bits_give_for_any_damping(mantissa, exponent, accuracy):
     k = Dyadic(mantissa, exponent)
@@ -139,14 +139,14 @@ def wrong_coefficients(draw):
     return branch, index, with_coefficient(piece, j, draw(st.sampled_from([-1, 1])) * size)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(wrong_coefficients())
 def test_a_wrong_coefficient(wrong):
     with suppress(Astray):
         holds_or_is_refused(with_piece(*wrong))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(SIGNED), st.integers(1, 50), st.sampled_from([-1, 1]))
 def test_a_wrong_step(k, bits, sign):
     """The first polynomial runs in another time: p and its integrals are wrong by a factor."""
@@ -352,7 +352,7 @@ def test_a_start_that_is_not_the_turning_point(k, j, change):
         replace(branch, pieces=(with_coefficient(branch.pieces[0], j, change), *branch.pieces[1:]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(wrong_coefficients())
 def test_a_joint_of_u_that_is_broken(wrong):
     branch, index, piece = wrong

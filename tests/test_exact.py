@@ -108,7 +108,7 @@ def test_five_thousand_digits():
     assert len(exact.collision("0.5", 5000).decimals()["epsilon"]) == 5002
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(-12, 6).map(lambda exponent: 10**exponent))
 def test_properties_for_any_speed(v_star):
     one, other = (exact.collision(v_star * factor, 15).floats() for factor in (1, 1.01))

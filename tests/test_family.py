@@ -119,7 +119,7 @@ def test_the_origin_needs_its_own_lower_bounds():
 # --- wrong on purpose -------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     case=st.sampled_from(CASES),
     place=st.tuples(st.integers(0, 9), st.integers(2, 25), st.integers(0, DEGREE)),
@@ -151,7 +151,7 @@ def test_wrong_coefficients_of_medium_size_are_covered_not_refused(name, unloadi
     assert ends(wrong, name == "origin").error > 2.0**-size
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(case=st.sampled_from(CASES), index=st.integers(1, 9), size=st.integers(4, 50), sign=st.sampled_from((-1, 1)))
 @example(case=("one", True), index=1, size=12, sign=1)
 @example(case=("one", False), index=4, size=12, sign=-1)
@@ -181,7 +181,7 @@ def test_a_jump_of_the_speed_is_in_the_bound():
     assert ends(wrong).error > 2.0**-11
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(case=st.sampled_from(CASES), size=st.integers(2, 50), power=st.integers(0, 3), sign=st.sampled_from((-1, 1)))
 @example(case=("one", True), size=20, power=0, sign=1)
 @example(case=("huge", True), size=20, power=0, sign=1)

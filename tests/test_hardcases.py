@@ -1,5 +1,7 @@
 """The frame of the hard cases: data that checks itself, JSON there and back, the page, the figures, the command."""
 
+import csv
+import io
 import json
 import math
 import re
@@ -281,6 +283,19 @@ def test_json_is_one_object(few):
     assert [case["name"] for case in data["cases"]] == ["fake", "broken"]
 
 
+def test_csv_and_latex_have_what_must_hold(few):
+    run = invoke("--format", "csv")
+    assert run.exit_code == 1
+    assert list(csv.reader(io.StringIO(run.stdout))) == [
+        ["case", "statement", "measured", "relation", "limit", "holds"],
+        ["fake", "error stays below", "1e-16", "<=", "2e-16", "yes"],
+        ["broken", "nothing is lost", "1", "==", "0", "NO"],
+    ]
+    latex = invoke("--format", "latex").stdout
+    assert r"fake & error stays below & $1\times10^{-16}$ & $\leq$ & $2\times10^{-16}$ & yes \\" in latex
+    assert r"broken & nothing is lost & 1 & == & 0 & NO \\" in latex
+
+
 def test_the_report_is_written_and_can_be_shown_again(few, tmp_path):
     run = invoke("--only", "fake", "--out", tmp_path / "new")
     assert run.exit_code == 0
@@ -330,7 +345,7 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_run(few
     [
         (("--from", "missing.json"), "cannot read missing.json"),
         (("--from", "missing.json", "--only", "fake"), "cannot read missing.json"),
-        (("--format", "csv"), "'csv' is not one of"),
+        (("--format", "xml"), "'xml' is not one of"),
     ],
 )
 def test_bad_options_get_one_line(refusal, arguments, message):

@@ -19,7 +19,7 @@ from viscopade.hardcases import always
 from viscopade.pade import pade
 
 CASE = always.CASE
-moderate = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+moderate = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))
 few = settings(moderate, max_examples=4)
 many = settings(moderate, max_examples=50_000)
 

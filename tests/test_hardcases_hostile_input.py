@@ -2,8 +2,10 @@
 
 import json
 import os
+import selectors
 import subprocess
 import sys
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hard_case import assert_passes
+from tests.patience import HANGS
 from viscopade.document import Node
 from viscopade.hardcases import hostile_input, inputs, trial
 from viscopade.hardcases.inputs import Attempt
@@ -115,20 +118,35 @@ def test_every_fault_is_in_one_class():
     assert hostile_input._unlisted([{"faults": ["a silent NaN"]}, {"faults": ["another thing"]}]) == 1
 
 
+class Clock(selectors.DefaultSelector):
+    """A selector that waits without an end, until a file says that nothing will come any more."""
+
+    asleep: Path
+
+    def select(self, timeout=None):
+        assert timeout == hostile_input.HANGS
+        while not (ready := super().select(0.01)):
+            if self.asleep.exists() and not (ready := super().select(0)):
+                self.asleep.unlink()
+                return []
+        return ready
+
+
 def test_an_input_that_hangs_or_kills_is_counted(monkeypatch, tmp_path):
     """The stand-in for the program answers two inputs, and then is killed; another one sleeps."""
-    stand_in = tmp_path / "stand_in"
+    stand_in, Clock.asleep = tmp_path / "stand_in", tmp_path / "asleep"
     line = json.dumps({"command": "pade", "outcome": "answered", "faults": []})
     stand_in.write_text(
         f"#!{sys.executable}\nimport os, sys, time\nfirst, last = map(int, sys.argv[4:])\n"
         f"for i in range(first, last):\n"
         f"    if i == 2: os.kill(os.getpid(), 11)\n"
-        f"    if i == 4: time.sleep(60)\n"
+        f"    if i == 4: open({str(Clock.asleep)!r}, 'w').close(); time.sleep({HANGS})\n"
         f"    print({line!r}, flush=True)\n"
     )
     stand_in.chmod(0o755)
     monkeypatch.setattr(hostile_input.sys, "executable", str(stand_in))
-    found = list(hostile_input.tried(1, 6, hangs=5))
+    monkeypatch.setattr(hostile_input.selectors, "DefaultSelector", Clock)
+    found = list(hostile_input.tried(1, 6))
     assert [entry["faults"] for entry in found] == [[], [], ["ended with -11: input 2"], [], ["hangs: input 4"], []]
     assert hostile_input.assess(found).checks[0].measured == 2
 
@@ -138,7 +156,7 @@ def test_an_input_that_hangs_or_kills_is_counted(monkeypatch, tmp_path):
 
 def run(*words, **options):
     return subprocess.run(
-        [sys.executable, "-m", "viscopade", *words], capture_output=True, text=True, timeout=120, **options
+        [sys.executable, "-m", "viscopade", *words], capture_output=True, text=True, timeout=HANGS, **options
     )
 
 
@@ -193,13 +211,13 @@ def clean(text):
     assert "\n" not in line
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.integers())
 def test_changed_scenes_are_read_or_refused_by_name(seed):
     clean(inputs.scene(Random(seed)))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_refused_by_name(content):
     clean(content)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.hard_case import assert_passes
+from tests.patience import HANGS
 from viscopade import writer
 from viscopade.hardcases import interrupted_writes, interruption
 from viscopade.kernels import MARKER
@@ -125,7 +126,7 @@ with tempfile.TemporaryDirectory(dir=memory()) as top:
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGS,
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
     )
     assert run.returncode == 0, run.stderr
@@ -142,7 +143,7 @@ EXPORT = [sys.executable, "-m", "viscopade", "export", "series-json", "--order",
 def test_commands_that_write_the_same_file_at_once(tmp_path):
     target = tmp_path / "series.json"
     runs = [subprocess.Popen([*EXPORT, target], stderr=subprocess.PIPE) for _ in range(3)]
-    assert [(run.communicate(timeout=120)[1], run.returncode) for run in runs] == [(b"", 0)] * 3
+    assert [(run.communicate(timeout=HANGS)[1], run.returncode) for run in runs] == [(b"", 0)] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["series.json"]
     assert target.read_text().rstrip().endswith("}")
 
@@ -151,13 +152,13 @@ def test_a_command_that_is_killed_at_random_leaves_a_whole_file(tmp_path):
     target = tmp_path / "series.json"
     target.write_text("{" + OURS)
     old = target.read_text()
-    subprocess.run([*EXPORT, tmp_path / "new.json"], check=True, timeout=120)
+    subprocess.run([*EXPORT, tmp_path / "new.json"], check=True, timeout=HANGS)
     new = (tmp_path / "new.json").read_text()
     for delay in (0.5, 1.0):
         run = subprocess.Popen([*EXPORT, target])
         time.sleep(delay)
         run.send_signal(signal.SIGKILL)
-        run.wait(timeout=60)
+        run.wait(timeout=HANGS)
         assert target.read_text() in (old, new)
 
 
@@ -193,7 +194,7 @@ def test_a_full_standard_output_is_one_line():
         pytest.skip("there is no device that is always full")
     with open("/dev/full", "w") as full:
         words = [sys.executable, "-m", "viscopade", "coefficients", "--order", "4"]
-        run = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120)
+        run = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, timeout=HANGS)
     assert (run.returncode, run.stderr) == (1, "viscopade: cannot print: No space left on device\n")
 
 

@@ -22,7 +22,7 @@ from viscopade.model import Pair, Sphere
 from viscopade.scene.units import Scale
 
 CASE = round_trips.CASE
-moderate = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+moderate = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))
 few = settings(moderate, max_examples=4)
 many = settings(moderate, max_examples=50_000)
 
@@ -284,9 +284,9 @@ def test_the_reader_of_latex_does_what_latex_does():
 
 @pytest.mark.parametrize("without", ["{}", "\\&", "\\textbackslash{}", "\\_"])
 def test_a_missing_escape_is_seen(monkeypatch, without):
-    good = console._latex
+    good = console.latex
     plain = {"{}": "", "\\&": "&", "\\textbackslash{}": "\\", "\\_": "_"}[without]
-    monkeypatch.setattr(console, "_latex", lambda cell: good(cell).replace(without, plain, 1))
+    monkeypatch.setattr(console, "latex", lambda cell: good(cell).replace(without, plain, 1))
     found = list(tables_read_back.hostile(np.random.default_rng(1), 60))
     assert next(one for one in found if one.form == "latex").changed > 0
 

@@ -127,6 +127,7 @@ ORDER = (
     "scene",
     "figures_gas",
     "writer",
+    "latex",
     "console",
     "hardcases.finding",
     "hardcases.truncated_series",

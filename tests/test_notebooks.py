@@ -23,12 +23,13 @@ import pytest
 from jupyter_client import AsyncKernelManager
 from nbclient import NotebookClient
 
+from tests.patience import HANGS
+
 FOLDER = Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 TOUR = "01_tour.ipynb"
 
 LARGEST = 400_000  # bytes
-CELL_TIMEOUT = 120  # seconds
 NEEDS_COMPILER = "needs-c-compiler"
 NO_COMPILER = "There is no C compiler on this machine"
 ALLOWED = {"IPython", "matplotlib", "numpy", "sympy", "viscopade"} | sys.stdlib_module_names
@@ -69,7 +70,7 @@ def executed(path: Path, **environment: str):
         )
         own = {"IPYTHONDIR": str(here / "ipython"), "JUPYTER_RUNTIME_DIR": str(here / "jupyter")}
         client = NotebookClient(
-            notebook, km=kernel, timeout=CELL_TIMEOUT, resources={"metadata": {"path": str(here / "work")}}
+            notebook, km=kernel, timeout=HANGS, resources={"metadata": {"path": str(here / "work")}}
         )
         client.execute(env=os.environ | own | environment, cleanup_kc=True)
     return notebook

@@ -140,7 +140,7 @@ def test_polynomials_against_the_proven_coefficients():
 rationals = st.fractions(min_value=-2, max_value=2, max_denominator=9)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.tuples(rationals, rationals, rationals, rationals))
 def test_time_reversal(values):
     """For any odd Lambda: eps0(kappa) and eps0 at the mirror image -kappa eps0^(1/5) are reciprocal."""

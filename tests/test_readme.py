@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import viscopade
+from tests.patience import HANGS
 from viscopade.model import beta_si_from_cgs
 
 ROOT = Path(__file__).parents[1]
@@ -25,7 +26,7 @@ def followed_by_output(language):
 
 
 def output_of(words, directory):
-    run = subprocess.run(words, cwd=directory, capture_output=True, text=True, timeout=60)
+    run = subprocess.run(words, cwd=directory, capture_output=True, text=True, timeout=HANGS)
     assert run.returncode == 0, run.stderr
     return run.stdout
 

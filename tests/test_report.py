@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from tests.patience import HANGS
 from viscopade import double, report, writer
 from viscopade.report import choice, page, picture
 from viscopade.report import result as result_module
@@ -798,7 +799,7 @@ def run_browser(tmp_path, *arguments):
         [command, *quiet, *offline, profile, *arguments, page_url],
         capture_output=True,
         text=True,
-        timeout=180,
+        timeout=HANGS,
         check=True,
     )
 

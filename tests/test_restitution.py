@@ -52,7 +52,7 @@ def test_elastic_material():
     assert pair.contact_time(5.0) == pytest.approx(2.9432750 * (pair.m_eff**2 / (k**2 * 5.0)) ** 0.2, rel=1e-7)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from(list(PAIRS.values())), st.floats(-8, 3), st.floats(1e-6, 1))
 def test_calibration_gives_what_was_asked_for(pair, log_speed, epsilon):
     speed = 10**log_speed

@@ -406,7 +406,7 @@ def arrays(draw, shape, dtype):
 
 
 @needs_extension
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.data(), hnp.mutually_broadcastable_shapes(num_shapes=3, max_dims=3, max_side=5))
 def test_all_shapes_types_and_strides(data, shapes):
     speed, beta, mask = (

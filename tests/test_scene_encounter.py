@@ -110,7 +110,7 @@ def test_both_stationary_points_are_found():
         assert radii[1 - wide] == sizes[1 - wide][2]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     st.floats(0.02, 50),
     st.lists(st.floats(-3, 1), min_size=4, max_size=4),
@@ -418,7 +418,7 @@ def test_units_of_simulators():
 # --- tolerances -------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @example(0.25, 1.0, 0.01, 0.0, 1.0, 1 / 3)
 @example(0.25, 0.1, 0.01, 0.0, 1.0, 0.0)
 @example(0.75, 1.0, 0.01, 0.0, -1.0, 1.0)

@@ -697,7 +697,7 @@ def only_one_line_refusals(content):
         assert scene.pair(met).beta > 0
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(st.lists(st.tuples(st.sampled_from(list(places(FULL))), VALUES), min_size=1, max_size=2))
 def test_any_value_anywhere_is_read_or_refused_in_one_line(changes):
     scene = copy.deepcopy(FULL)
@@ -712,13 +712,13 @@ def test_any_value_anywhere_is_read_or_refused_in_one_line(changes):
     only_one_line_refusals(text(scene))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.one_of(st.binary(max_size=60), st.text(max_size=60).map(lambda t: t.encode("utf-8", "surrogatepass"))))
 def test_any_bytes_are_refused_in_one_line(content):
     only_one_line_refusals(content)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.dictionaries(st.sampled_from([*BASE, "contact", "code", "gas", "units", "x"]), VALUES, max_size=6))
 def test_any_tables_are_refused_in_one_line(scene):
     only_one_line_refusals(text(scene))

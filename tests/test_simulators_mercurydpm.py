@@ -12,6 +12,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.two_spheres import integrated, setup
+from tests.patience import HANGS
 from viscopade import Pair, Sphere
 from viscopade.simulators import mercurydpm
 from viscopade.simulators.setup import Contact, Setup
@@ -118,7 +119,7 @@ def test_the_header_compiled_with_stand_ins(tmp_path):
     names = " && ".join(f"species.{name}" for name in mercurydpm.identifiers(list(SETUP.bodies)).values())
     (tmp_path / "main.cc").write_text(MAIN.replace("NAMES", names))
     flags = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-I.")
-    subprocess.run([COMPILER, *flags, "main.cc", "-o", "main"], cwd=tmp_path, check=True, timeout=120)
+    subprocess.run([COMPILER, *flags, "main.cc", "-o", "main"], cwd=tmp_path, check=True, timeout=HANGS)
     output = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
     rows = [tuple(map(float, line.split())) for line in output.splitlines()]
     glass, rubber, mixed = Pair(GLASS, GLASS), Pair(RUBBER, RUBBER), SETUP.contacts[1].pair

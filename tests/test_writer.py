@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from viscopade import writer
@@ -55,7 +55,6 @@ def test_text_is_written_as_utf8_with_its_newlines(tmp_path: Path) -> None:
     assert (tmp_path / "table.csv").read_bytes() == text.encode("utf-8")
 
 
-@settings(deadline=None)
 @given(st.text(st.characters(exclude_characters="\r", exclude_categories=["Cs"])))
 def test_any_text_is_read_back(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "any"

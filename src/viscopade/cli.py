@@ -30,8 +30,11 @@ from viscopade.console import (
     Whole,
     keep_printing,
     material,
+    need,
     pair_of,
+    say,
     show,
+    terminal_width,
     tracker,
 )
 from viscopade.kernels.speed import FAST, SMALL, TIERS
@@ -77,9 +80,9 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     whole = {"agreeing": agreeing, "entries": [_entry_json(entry) for entry in entries]}
     show(style, header, map(_entry_row, entries), whole, title=CITATION)
     if style == "text":
-        click.echo(f"{agreeing} of {len(entries)} printed numbers agree")
+        say(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
-            click.echo(f"{approximant.label} {approximant.verdict}")
+            say(f"{approximant.label} {approximant.verdict}")
     if agreeing < len(entries):
         if out is not None:
             click.echo("viscopade: nothing is written, because of the disagreement", err=True)
@@ -88,7 +91,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         texts = exports.files()
         write_all({out / name: text for name, text in texts.items()}, parents=True)
         if style == "text":
-            click.echo(f"wrote {', '.join(texts)} to {out}")
+            say(f"wrote {', '.join(texts)} to {out}")
 
 
 @command.command()
@@ -115,12 +118,12 @@ def pade_command(m: int, n: int, digits: int, style: str) -> None:
     rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
     show(style, ("what", "i", "value or real part", "imaginary part"), rows, _pade_json(p))
     if style == "text":
-        click.echo(f"{p.label} {p.verdict}")
-        click.echo(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
-        click.echo(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
+        say(f"{p.label} {p.verdict}")
+        say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
+        say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
         for d in p.doublets():
             pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))
-            click.echo(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
+            say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
 
 
 @command.command()
@@ -260,11 +263,14 @@ def claims(names: tuple[str, ...], style: str) -> None:
     unchecked = [] if names else [entry._asdict() for entry in UNCHECKED]
     if style == "text":
         for finding in findings:
-            click.echo(f"{finding['name']}  ({finding['place']})\n  claim:    {finding['statement']}")
-            click.echo(f"  verdict:  {finding['verdict']} ({finding['kind']})\n  evidence: {finding['summary']}\n")
+            say(f"{finding['name']}  ({finding['place']})", 2)
+            say(f"  claim:    {finding['statement']}", 12)
+            say(f"  verdict:  {finding['verdict']} ({finding['kind']})", 12)
+            say(f"  evidence: {finding['summary']}", 12)
+            click.echo()
         for entry in unchecked:
-            click.echo(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}")
-        click.echo(", ".join(f"{verdict}: {number}" for verdict, number in sorted(counts.items(), reverse=True)))
+            say(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}", 2)
+        say(", ".join(f"{verdict}: {number}" for verdict, number in sorted(counts.items(), reverse=True)))
         return
     header = ("name", "place", "statement", "verdict", "kind", "summary")
     rows = ([finding[column] for column in header] for finding in findings)
@@ -280,6 +286,7 @@ def claims(names: tuple[str, ...], style: str) -> None:
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and those that it could not show."""
+    need("matplotlib", "figures")
     pictures = figures.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
@@ -332,11 +339,11 @@ def bench_command(
         show(style, tables.HEADER, tables.long(measured), whole)
         return
     for line in tables.introduction(measured):
-        click.echo(line)
+        say(line)
     for table in tables.tables(measured):
         show(style, table.header, table.rows, {}, title=table.title)
     for line in tables.notes(measured):
-        click.echo(line)
+        say(line)
 
 
 @command.command("report")
@@ -351,6 +358,7 @@ def bench_command(
 )  # fmt: skip
 def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
     """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    need("matplotlib", "report")
     check([out / "report.html"], parents=True)
     if result is None:
         from viscopade import bench
@@ -409,13 +417,13 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     if style != "text":
         show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
         return
-    click.echo(tables.summary(found))
+    say(tables.summary(found))
     show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
     show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
     for line in tables.sentences(found):
-        click.echo(line)
+        say(line)
     if verdict is not None:
-        click.echo(tables.checked(verdict))
+        say(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")
 
@@ -430,7 +438,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     type=click.Path(path_type=Path),
     help="Show the hard-cases.json that was written before; with --only, those cases are run again and replaced.",
 )
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
+@STYLE
 @click.pass_context
 def hardcases_command(
     context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
@@ -447,6 +455,7 @@ def hardcases_command(
     if thorough and not wanted:
         raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
     if out is not None:
+        need("matplotlib", "hardcases --out")
         cases = [finding.name for finding in known] + [case.name for case in wanted]
         check([out / name for name in page.names(cases)], parents=True)
     fresh = hardcases.check([case.name for case in wanted], thorough=thorough)
@@ -456,10 +465,12 @@ def hardcases_command(
         write_all({out / name: content for name, content in files.items()}, parents=True)
     if style == "json":
         click.echo(page.numbers(findings), nl=False)
-    else:
+    elif style == "text":
         _show_findings(findings)
         if out is not None:
-            click.echo(f"wrote {', '.join(files)} to {out}")
+            say(f"wrote {', '.join(files)} to {out}")
+    else:
+        show(style, page.LONG, page.long(findings, str if style == "csv" else page.number), {})
     if not all(finding.result.passes for finding in findings):
         context.exit(1)
 
@@ -468,13 +479,13 @@ def _show_findings(findings: Sequence[Finding]) -> None:
     from viscopade.hardcases import page
 
     for finding in findings:
-        click.echo(page.introduction(finding))
+        click.echo(page.introduction(finding, terminal_width()))
         for table in finding.result.tables:
             show("text", table.header, table.rows, {}, title=table.title)
         rows = page.checks(finding)
         show("text", page.CHECKS, rows, {}, title="What must hold")
     for finding in findings:
-        click.echo(f"{finding.name}: {page.verdict(finding)}")
+        say(f"{finding.name}: {page.verdict(finding)}")
 
 
 @command.command("simulators")

@@ -6,8 +6,12 @@ import csv
 import io
 import json
 import re
+import shlex
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import import_module
+from itertools import zip_longest
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -17,6 +21,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from viscopade import checks
+from viscopade.latex import latex
 from viscopade.model import Pair, Sphere
 from viscopade.pade import MAX_DEGREE
 
@@ -84,6 +89,9 @@ class Degrees(_Pair):
         return degrees
 
 
+_ENDLESS = 1_000_000  # columns: wider than any table
+_NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
+
 ORDER = Whole("order", 0, checks.MAX_ORDER)
 DIGITS = Whole("digits", 1, checks.MAX_DIGITS)
 STYLE = click.option(
@@ -139,10 +147,38 @@ def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> P
     return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
 
 
+class Missing(click.ClickException):
+    """A package that is needed is not there; the message is one line."""
+
+    exit_code = 2
+
+
+def need(package: str, user: str) -> None:
+    """Refuse to begin what ends at an optional package that is not installed.
+
+    Parameters
+    ----------
+    package : str
+        Its name for `import` and for pip.
+    user : str
+        What needs it, for the message.
+
+    Raises
+    ------
+    Missing
+        With the command that installs it.
+    """
+    try:
+        import_module(package)
+    except ImportError as error:
+        command = f"{shlex.quote(sys.executable)} -m pip install {package}"
+        raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
+
+
 def show(
     style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
 ) -> None:
-    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object."""
+    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; no number is ever cut in two."""
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
         click.echo(json.dumps(whole, ensure_ascii=False))
@@ -151,37 +187,69 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     elif style == "latex":
-        lines = [" & ".join(map(_latex, row)) + r" \\" for row in ([*header], *cells)]
+        lines = [" & ".join(map(latex, row)) + r" \\" for row in ([*header], *cells)]
         body = "\n".join([lines[0], r"\hline", *lines[1:]])
         click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
     else:
         _print_table(header, cells, title)
 
 
-_LATEX_SPECIAL = str.maketrans(
-    {character: "\\" + character for character in "&%$#_{}"}
-    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-)
+def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
+    """Print a table, if it fits at least with its heads on several lines, or else a record for each row."""
+    limit = terminal_width()
+    console = Console(width=_ENDLESS, force_terminal=limit is not None, markup=False, highlight=False)
+    width = _ENDLESS if limit is None else limit
+    longest = [max(map(len, column), default=0) for column in zip(*cells, strict=True)] or [0] * len(header)
+    stacked = ["\n".join(_wrapped(name, length)) for name, length in zip(header, longest, strict=True)]
+    for heads in (header, stacked):
+        table = _table(heads, cells, title)
+        if console.measure(table).maximum <= width:
+            with console.capture() as capture:
+                console.print(table)
+            click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+            return
+    click.echo("\n".join(_records(header, cells, title, width)))
 
 
-def _latex(cell: str) -> str:
-    """Escape what LaTeX would take for a command; a bracket or a star after a line's end would be its argument."""
-    return ("{}" if cell.startswith(("[", "*")) else "") + cell.translate(_LATEX_SPECIAL)
-
-
-def _print_table(header: Sequence[str], cells: Iterable[Sequence[str]], title: str | None) -> None:
+def _table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> Table:
     table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
     for name in header:
-        table.add_column(name, overflow="fold")  # a digit is never left out
+        table.add_column(name, no_wrap=True)
     for row in cells:
         table.add_row(*row)
-    shown = _is_terminal(sys.stdout)
-    # In a pipe a line is as long as it needs to be.
-    width = None if shown else 2 * checks.MAX_DIGITS
-    console = Console(width=width, force_terminal=shown, markup=False, highlight=False)
-    with console.capture() as capture:
-        console.print(table)
-    click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+    return table
+
+
+def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None, width: int) -> Iterator[str]:
+    """Yield the lines that stand for a table that is too wide: for each row its cells, one below the other."""
+    yield from [] if title is None else _wrapped(title, width)
+    column = max((len(name) for name in header if len(name) <= width // 2), default=0)
+    for row in cells:
+        yield ""
+        for name, cell in ((name, cell) for name, cell in zip(header, row, strict=True) if cell):
+            beside = _wrapped(cell, width - column - 4)
+            if len(name) <= column and all(len(line) <= width - column - 4 for line in beside):
+                yield from (f"  {label:{column}}  {line}" for label, line in zip_longest([name], beside, fillvalue=""))
+            else:
+                yield from (f"  {line}" for line in _wrapped(name, width - 2))
+                yield from (f"    {line}" for line in _wrapped(cell, width - 4))
+    yield ""
+
+
+def say(text: str, indent: int = 0) -> None:
+    """Print words; on a terminal, lines break at spaces only, and those that follow are indented."""
+    width = terminal_width()
+    click.echo(text if width is None else "\n".join(_wrapped(text, width, " " * indent)))
+
+
+def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """Return the lines of a text, which breaks at spaces: what is longer than a line, a number say, stays whole."""
+    return wrap(text, max(width, 1), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def terminal_width() -> int | None:
+    """Return the width of the terminal that is printed to; None in a pipe, where lines are as long as they need."""
+    return max(Console().width, _NARROWEST) if _is_terminal(sys.stdout) else None
 
 
 def _is_terminal(stream: TextIO | None) -> bool:

@@ -17,8 +17,8 @@ from viscopade.progress import track
 
 SEED = 20
 INPUTS, THOROUGH_INPUTS = 600, 100_000
-HANGS = 300.0
-"""Seconds without an answer after which an input counts as one that hangs; a right one takes less than 30."""
+HANGS = 1800
+"""Seconds without an answer after which an input counts as one that hangs; alone, a right one takes less than 30."""
 
 OUTCOMES = ("answered", "refused", "cannot", "broken")
 CLASSES: Mapping[str, Sequence[str]] = {
@@ -40,7 +40,7 @@ CLASSES: Mapping[str, Sequence[str]] = {
 """What can be wrong, by the beginnings of what `trial` says of it."""
 
 
-def tried(seed: int, count: int, hangs: float = HANGS) -> Iterator[dict[str, Any]]:
+def tried(seed: int, count: int) -> Iterator[dict[str, Any]]:
     """Yield what came of each input, in their order; a process that is killed is followed by another one."""
     done = 0
     while done < count:
@@ -48,7 +48,7 @@ def tried(seed: int, count: int, hangs: float = HANGS) -> Iterator[dict[str, Any
         with subprocess.Popen(
             words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
         ) as process:
-            for line in _lines(process, hangs):
+            for line in _lines(process):
                 yield json.loads(line)
                 done += 1
             ended = process.poll()
@@ -59,16 +59,16 @@ def tried(seed: int, count: int, hangs: float = HANGS) -> Iterator[dict[str, Any
             done += 1
 
 
-def _lines(process: subprocess.Popen[bytes], hangs: float) -> Iterator[bytes]:
+def _lines(process: subprocess.Popen[bytes]) -> Iterator[bytes]:
     """Yield what a process prints, line by line, until it ends or says nothing for too long."""
     assert process.stdout is not None
     rest = b""
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ)
-        while selector.select(hangs):
+        while selector.select(HANGS):
             part = os.read(process.stdout.fileno(), 1 << 16)
             if not part:
-                process.wait(hangs)
+                process.wait(HANGS)
                 return
             *lines, rest = (rest + part).split(b"\n")
             yield from lines

@@ -240,7 +240,8 @@ class Grammar:
         if command == "export" and random.random() < 0.3:
             return self._refused_export(random)
         if command == "hardcases" and random.random() < 0.4:  # not mutated: without --from all cases would be run
-            return [command, *random.choice([[], ["--format", "json"], ["--out", "new"]]), "--from", FINDINGS]
+            style = ["--format", random.choice(("json", "csv", "latex"))]
+            return [command, *random.choice([[], style, ["--out", "new"]]), "--from", FINDINGS]
         hostility = random.choice((0.0, 0.05, 0.1, 0.4))
         words = self._arguments(random, command, hostility)
         if len(words) < 2 or command != "simulators" or random.random() < 0.2:  # which takes a scene or options

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from textwrap import fill
 
 from viscopade.hardcases import Finding, command
@@ -14,6 +14,7 @@ from viscopade.kernels import environment, marker_line
 
 PAGE, NUMBERS = "hard-cases.md", "hard-cases.json"
 CHECKS = ("statement", "measured", "limit", "holds")
+LONG = ("case", "statement", "measured", "relation", "limit", "holds")
 WIDTH = 120  # columns of text
 DIGITS = 3  # of measured numbers in text; JSON has all of them
 WARNING = "Not all checks hold, so these words may not, either:"
@@ -77,12 +78,13 @@ def verdict(finding: Finding) -> str:
     return f"fails: {failed} of {len(outcomes)} checks do not hold" if failed else f"all {len(outcomes)} checks hold"
 
 
-def introduction(finding: Finding) -> str:
-    """Return the words before a case's tables, for a terminal."""
+def introduction(finding: Finding, width: int | None = None) -> str:
+    """Return the words before a case's tables, for a terminal of this width."""
     words = [f"{finding.name}: {finding.title}", finding.question, finding.result.summary]
     if not finding.result.passes:
         words.insert(2, WARNING)
-    return "\n\n".join(fill(text, WIDTH, break_on_hyphens=False) for text in words)
+    columns = min(width or WIDTH, WIDTH)
+    return "\n\n".join(fill(text, columns, break_on_hyphens=False, break_long_words=False) for text in words)
 
 
 def checks(finding: Finding) -> Iterator[tuple[str, str, str, str]]:
@@ -90,6 +92,14 @@ def checks(finding: Finding) -> Iterator[tuple[str, str, str, str]]:
     for check in finding.result.checks:
         holds = "yes" if check.holds else "NO"
         yield check.statement, number(check.measured), f"{check.relation} {number(check.limit)}", holds
+
+
+def long(findings: Iterable[Finding], shown: Callable[[float], str]) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of what must hold in all cases, for `LONG`, with numbers as a function shows them."""
+    for finding in findings:
+        for check in finding.result.checks:
+            numbers = shown(check.measured), check.relation, shown(check.limit)
+            yield finding.name, check.statement, *numbers, "yes" if check.holds else "NO"
 
 
 def number(value: float) -> str:

@@ -11,7 +11,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import redirect_stdout
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from itertools import chain
@@ -53,8 +53,14 @@ class ReadBack(NamedTuple):
 # --- readers ----------------------------------------------------------------------------------------------------------
 
 
-def read_latex(text: str) -> Rows:
-    """Return the cells of a tabular, as LaTeX would set them; formulas keep their dollar signs.
+def read_latex(text: str, formula: Callable[[str], str] = str) -> Rows:
+    """Return the cells of a tabular, as LaTeX would set them.
+
+    Parameters
+    ----------
+    text : str
+    formula : callable
+        What a formula is read as; by default it stays as it is, between dollar signs.
 
     Raises
     ------
@@ -78,12 +84,27 @@ def read_latex(text: str) -> Rows:
         elif token == "&":
             cells.append("")
         elif token != r"\hline":
-            cells[-1] += _character(token)
+            cells[-1] += formula(token) if len(token) > 1 and token[0] == "$" else _character(token)
     if any(map(str.strip, cells)):
         raise ValueError("the last row has no end")
     if any(len(row) != len(found[1]) for row in rows):
         raise ValueError("a row has too many or too few cells")
     return rows
+
+
+def as_text(formula: str) -> str:
+    """Return a formula as the cell was before it became one: -1.5, 2e-5, v*^2, a_10.
+
+    Raises
+    ------
+    ValueError
+        If it is none of these.
+    """
+    text = re.sub(r"\\times10\^\{(-?\d+)\}$", r"e\1", formula.strip("$"))
+    text = re.sub(r"([_^])\{(-?[0-9.]+|[A-Za-z]+)\}", r"\1\2", text.replace("v_*", "v*"))
+    if not re.fullmatch(r"[|<>]|\[m/n\]|[+-]?[0-9.]+(e-?\d+)?|[\w*.-]+(\^[\w.-]+)?", text):
+        raise ValueError(f"{formula!r} is no number, and no symbol with an index or a power")
+    return text
 
 
 def _without_comments(text: str) -> str:
@@ -191,7 +212,7 @@ def shown(style: str, rows: Sequence[Sequence[str]]) -> str:
 def read(style: str, text: str) -> Rows:
     """Return the rows of a table that `shown` printed."""
     if style == "latex":
-        return read_latex(text)
+        return read_latex(text, as_text)
     if style == "csv":
         return read_csv(text)
     whole = json.loads(text)
@@ -269,7 +290,7 @@ def from_commands(thorough: bool) -> Iterator[ReadBack]:
 
 def _guarded(latex: str, rows: Rows) -> tuple[int, int]:
     try:
-        return changed(read_latex(latex), rows)
+        return changed(read_latex(latex, as_text), rows)
     except ValueError:
         cells = sum(map(len, rows))
         return cells, cells

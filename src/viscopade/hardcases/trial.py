@@ -43,9 +43,10 @@ SAID = re.compile(
     r"requires an argument|does not take a value|unexpected (extra )?argument|cannot (read|write)|"
     r"will not replace|is missing|is not known|: no (TOML|JSON|text in UTF-8)|nested too deeply|does not exist|"
     r"also needs|must be one printable line|is empty|repeats|Invalid value for|is required|does not pass|"
-    r"for all v\* >= 0|ranges over|no curve|Option .* requires|is a directory|not a file|asked for twice"
+    r"for all v\* >= 0|ranges over|no curve|Option .* requires|is a directory|not a file|asked for twice|"
+    r"which is not installed"
 )
-LACKS = re.compile(r"there is no C compiler|Matplotlib|matplotlib|nothing is written, because of the disagreement")
+LACKS = re.compile(r"there is no C compiler|nothing is written, because of the disagreement")
 LONGEST_LINE = 5100  # characters of a refusal: a list of all names fits, a whole file does not
 
 
