@@ -150,6 +150,8 @@ ORDER = (
     "hardcases.interruption",
     "hardcases.interrupted_writes",
     "hardcases.compilers",
+    "hardcases.million",
+    "hardcases.processors",
     "hardcases.environments",
     "hardcases",
     "hardcases.picture",
