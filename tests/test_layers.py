@@ -162,7 +162,10 @@ ORDER = (
 # attack the writer and the command line.
 TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
     f"hardcases.{name}"
-    for name in ("trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "streams", "environments")
+    for name in (
+        "trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "processors", "streams",
+        "environments",
+    )  # fmt: skip
 }
 
 

@@ -154,6 +154,10 @@ class Stated:
         The same of type double.
     low, high : float
         The v* for which it is stated.
+    rounding : float
+        Relative to the smaller of eps and 1 - eps: what rounding adds to the bounds of the formula in `smaller`.
+    formula : float
+        Relative to the result: the bound of the formula, to which rounding adds `value`.
     """
 
     smaller: tuple[tuple[float, float], ...] = ()
@@ -162,6 +166,8 @@ class Stated:
     double_ulps: float = 0.0
     low: float = 0.0
     high: float = float("inf")
+    rounding: float = 0.0
+    formula: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -222,7 +228,7 @@ def stated(file: str, text: str, kind: str, name: str, form: Form) -> Stated:
             form, rf"\|formula - v\*\| / v\* <= {N}(?: in type double and {N} in type float)?", part, file
         )
         rounding = number_of(form, rf"rounding of v_star: adds at most {N} v\* in type double and {N} v\*", part, file)
-        return Stated(value=formula + rounding)
+        return Stated(value=rounding, formula=formula)
     if name.startswith("halfline"):
         scale = "eps" if kind == "epsilon" else r"\(1 - eps\)"
         bound = number_of(form, rf"min\(eps, 1 - eps\) <= {N}(?: in type double and {N} in type float)?", part, file)
@@ -248,8 +254,8 @@ def _of_lookup(file: str, part: str, form: Form) -> Stated:
     bound = number(rf"min\(eps, 1 - eps\) <= {N} in the table", part, file)
     pattern = rf"rounding of restitution: adds at most {N} min\(eps, 1 - eps\) in type double(?: and {N} min)?"
     rounding = number_of(form, pattern, part, file)
-    smaller = ((float("inf"), bound + rounding),)
-    return Stated(smaller, ulps=own if converted else own / 2, double_ulps=doubles / 2, low=low, high=high)
+    smaller, halves = ((float("inf"), bound),), own if converted else own / 2
+    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, low=low, high=high, rounding=rounding)
 
 
 def number(pattern: str, text: str, file: str) -> float:
@@ -486,7 +492,7 @@ def bound(stated: Stated, truth: Truth, ulp: Array) -> Array:
         relative = np.where(truth.v_star <= end, share, relative)
     inside = (truth.v_star >= stated.low) & (truth.v_star < stated.high)
     units = stated.ulps * ulp + stated.double_ulps * np.spacing(truth.high)
-    total = relative * truth.smaller + stated.value * truth.high + units
+    total = (relative + stated.rounding) * truth.smaller + (stated.formula + stated.value) * truth.high + units
     # The truth is known to 2^-105 of itself.
     return np.where(inside, total + 2.0**-100 * truth.high, np.inf)
 

@@ -163,11 +163,21 @@ class Claim:
         of_eps = np.where(at.epsilon < np.finfo(np.float64).tiny, _smallest("double") * self.of_eps * factor, 0)
         return found + lost + of_eps
 
+    def rounding(self, at: Exact, truth: Array) -> Array:
+        """Return what is stated of rounding alone."""
+        function = replace(self.function, stated=_of_rounding(self.function.stated))
+        elsewhere = None if self.elsewhere is None else _of_rounding(self.elsewhere)
+        return replace(self, function=function, elsewhere=elsewhere).allowed(at, truth)
+
     def plain(self, at: Exact) -> npt.NDArray[np.bool_]:
         """Tell where the function calls nothing of libm but sqrt."""
         if self.elsewhere is not None:
             return _inside(self.function.stated, at, -ENDS)
         return np.full(at.x.shape, not self.function.name.startswith(("halfline", "inverse")))
+
+
+def _of_rounding(stated: Stated) -> Stated:
+    return replace(stated, smaller=(), formula=0.0)
 
 
 def _inside(stated: Stated, at: Exact, margin: float) -> npt.NDArray[np.bool_]:
@@ -183,7 +193,7 @@ def _allowed(stated: Stated, form: Form, at: Exact, truth: Array) -> Array:
     for end, size in reversed(stated.smaller):
         share = np.where(at.v_star <= end, np.longdouble(size), share)
     units = stated.ulps * _unit(truth, form) + stated.double_ulps * _unit(truth, "double")
-    return share * at.smaller + stated.value * np.abs(truth) + units
+    return (share + stated.rounding) * at.smaller + (stated.formula + stated.value) * np.abs(truth) + units
 
 
 def _unit(truth: Array, form: Form) -> Array:
@@ -216,9 +226,10 @@ def _claims(function: Function, file: str, texts: Mapping[str, str]) -> list[Cla
     if name.startswith("halfline"):
         return [Claim(function, underflow=number(rf"underflow: adds at most {N} of", part, file))]
     if name.startswith("minimax"):
-        size = number(rf"derivative: relative error <= {N}", part, file)
-        size += number_of(form, rf"rounding adds at most {N} in type double(?: and {N} in type float)?", part, file)
-        derivative = Stated(value=size, low=float(np.finfo(TYPES[form]).tiny), high=function.stated.high)
+        formula = number(rf"derivative: relative error <= {N}", part, file)
+        size = number_of(form, rf"rounding adds at most {N} in type double(?: and {N} in type float)?", part, file)
+        tiny = float(np.finfo(TYPES[form]).tiny)
+        derivative = Stated(value=size, low=tiny, high=function.stated.high, formula=formula)
         return [Claim(function), Claim(replace(function, kind="epsilon_derivative", stated=derivative))]
     if name == "full" and form == "double":
         least = number(rf"where results are denormal: at most {N} of the smallest", texts[file], file)
@@ -245,16 +256,16 @@ def _of_lookup(function: Function, file: str, texts: Mapping[str, str]) -> list[
     else:
         kernel = _full(texts) if "viscopade_full.h elsewhere" in part else _half_line(part, file)
         of_v_star = number(rf"elsewhere {N} min\(eps, 1 - eps\), besides", part, file)
-        relative = kernel.formula + of_v_star
-        ((_, inside),) = stated.smaller
+        ((whole, formula),) = stated.smaller
         converted = stated.double_ulps and form == "float"
         own = {"ulps": 3.0} if form == "float" and not converted else {"ulps": last, "double_ulps": 3.0}
-        within = replace(stated, smaller=(), value=inside, **own)
-        beyond = Stated(double_ulps=3.0, ulps=last)
+        within = replace(stated, smaller=(), value=stated.rounding, rounding=0.0, formula=formula, **own)
+        beyond = Stated(value=of_v_star + kernel.of_eps, ulps=last, double_ulps=3.0, formula=kernel.formula)
+        eps = Stated(((whole, kernel.formula),), kernel.of_eps, ulps=last, rounding=of_v_star)
         kinds = {
-            "restitution": (stated, Stated(((float("inf"), relative),), kernel.of_eps, last)),
-            "rebound": (within, replace(beyond, value=relative + kernel.of_eps)),
-            "dissipation": (within, replace(beyond, value=relative + kernel.of_eps + kernel.of_loss)),
+            "restitution": (stated, eps),
+            "rebound": (within, beyond),
+            "dissipation": (within, replace(beyond, value=beyond.value + kernel.of_loss)),
         }
     if "half of the smallest number besides" not in part:
         raise ValueError(f"{file} does not state what underflow does")

@@ -19,7 +19,7 @@ import numpy as np
 
 from viscopade.hardcases import compilers, million
 from viscopade.hardcases.compilers import HEADERS, OVER, TYPES, Build, Form, Function, Made, Rules
-from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade.hardcases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
 from viscopade.hardcases.machine import Array, moved
 from viscopade.hardcases.million import UNKNOWN, UNKNOWN_DERIVATIVE, Claim, Exact
 from viscopade.progress import track
@@ -215,17 +215,22 @@ class Truth:
         at = self.at(claim.function)
         truth = at.of(claim.function.kind)
         unknown = UNKNOWN_DERIVATIVE if claim.function.kind == "epsilon_derivative" else UNKNOWN
-        return Limits(claim.function, at.x, truth, unknown * np.abs(truth), claim.allowed(at, truth), claim.plain(at))
+        allowed, rounding = claim.allowed(at, truth), claim.rounding(at, truth)
+        return Limits(claim.function, at.x, truth, unknown * np.abs(truth), allowed, rounding, claim.plain(at))
 
 
 class Limits(NamedTuple):
-    """What results of a function are held to, at each argument; `plain` tells where it calls nothing of libm."""
+    """What results of a function are held to, at each argument.
+
+    `allowed` is all that is stated, `rounding` what is of rounding alone; `plain` tells where libm is not called.
+    """
 
     function: Function
     x: Array
     truth: Array
     unknown: Array
     allowed: Array
+    rounding: Array
     plain: Array
 
 
@@ -244,6 +249,8 @@ class Ran(NamedTuple):
         The largest error in parts of what is stated; what is not known of the truth counts as error.
     where : str
         The function and the argument of that.
+    off : float
+        The largest difference from this machine's result, in parts of twice what is stated of rounding.
     wrong : int
         Wrong results for special arguments.
     plain, differ_plain, differ : int
@@ -258,6 +265,7 @@ class Ran(NamedTuple):
     results: int = 0
     part: float = 0.0
     where: str = ""
+    off: float = 0.0
     wrong: int = 0
     plain: int = 0
     differ_plain: int = 0
@@ -278,10 +286,8 @@ def _with(found: Ran, limit: Limits, result: Array, other: Array) -> Ran:
     special = len(ANSWERS[limit.function.kind])
     number = len(result) - special
     values, answers = result[:number], np.array(ANSWERS[limit.function.kind], dtype=result.dtype)
-    with np.errstate(invalid="ignore", over="ignore"):
-        error = np.abs(values - limit.truth[:number]) + limit.unknown[:number]
-        part = np.where(np.isfinite(limit.allowed[:number]), error / limit.allowed[:number], 0)
-    part = np.where(np.isnan(part), np.inf, part)
+    part = _part(values, limit.truth[:number], limit.unknown[:number], limit.allowed[:number])
+    off = _part(values, other[:number].astype(np.longdouble), 0.0, 2 * limit.rounding[:number])
     worst = int(part.argmax())
     wrong = ~((result[number:] == answers) | (np.isnan(result[number:]) & np.isnan(answers)))
     differ = (values != other[:number]) & ~(np.isnan(values) & np.isnan(other[:number]))
@@ -292,12 +298,20 @@ def _with(found: Ran, limit: Limits, result: Array, other: Array) -> Ran:
         found = found._replace(part=float(part[worst]), where=f"{f.kind}{many}_{f.name}{s} at {float(x):.4g}")
     plain = limit.plain[:number]
     return found._replace(
+        off=max(found.off, float(off.max())),
         results=found.results + len(result),
         wrong=found.wrong + int(wrong.sum()),
         plain=found.plain + int(plain.sum()),
         differ_plain=found.differ_plain + int((differ & plain).sum()),
         differ=found.differ + int(differ.sum()),
     )
+
+
+def _part(values: Array, truth: Array, unknown: Array | float, allowed: Array) -> Array:
+    """Return errors in parts of what is allowed; 0 where nothing is stated, infinite for NaN."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        part = np.where(np.isfinite(allowed), (np.abs(values - truth) + unknown) / allowed, 0)
+    return np.where(np.isnan(part), np.inf, part)
 
 
 QUICK = ("viscopade_full.h",)
@@ -351,10 +365,12 @@ def judge(found: Sequence[Ran]) -> Result:
     ran = [one for one in here if not one.reason]
     same = [one for one in ran if one.build.rules == "bits"]
     largest = max((one.part for one in ran), default=0.0)
+    off = max((one.off for one in ran), default=0.0)
     plain = "results without libm that differ in any bit from this machine's, where each operation is rounded once"
     checks = (
         Check("headers that a compiler refuses or warns of, over all builds", len(here) - len(ran), "==", 0),
         Check("largest error in what the headers state, on all processors", largest, "<=", 1),
+        Check("largest difference from this machine's, in twice what is stated of rounding", off, "<=", 1),
         Check("wrong results for 0, infinite and negative arguments and NaN", sum(one.wrong for one in ran), "==", 0),
         Check(plain, sum(one.differ_plain for one in same), "==", 0),
     )
@@ -416,28 +432,41 @@ def _bits(ran: Sequence[Ran]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for label, ones in _builds(ran).items():
         worst = max(ones, key=lambda one: one.part)
-        rows.append((label, *_by_libm(ones), *_without_libm(ones), worst.where))
-    header = ("processor and flags", "results by libm", "differ", "without libm", "differ", "largest error in")
-    return Table("Results that differ in any bit from this machine's", header, tuple(rows))
+        off = f"{max(one.off for one in ones):.3f}"
+        rows.append((label, off, *_by_libm(ones), *_without_libm(ones), worst.where))
+    header = (
+        "processor and flags", "largest difference / twice the stated rounding", "results by libm", "differ",
+        "without libm", "differ", "largest error in",
+    )  # fmt: skip
+    return Table("Results compared with this machine's: how far they are off, and how many differ in any bit", header,
+                 tuple(rows))  # fmt: skip
 
 
 def _charts(ran: Sequence[Ran]) -> tuple[Chart, ...]:
     builds = list(_builds(ran).values())
     rows = range(1, len(builds) + 1)
-    largest, differ = [], []
-    for name in dict.fromkeys(_group(one.header) for one in ran):
-        mine = [
-            (i, one.part) for i, ones in zip(rows, builds, strict=True) for one in ones if _group(one.header) == name
-        ]
-        largest.append(curve(name, [i for i, _ in mine], [part for _, part in mine], "points"))
-    largest.append(curve("stated bound", (1, max(2, len(builds))), (1, 1), look="bound"))
-    for name, shares in (("by libm", map(_by_libm, builds)), ("without libm", map(_without_libm, builds))):
-        differ.append(curve(name, rows, [100 * number / max(1, of) for of, number in shares], "points"))
+    differ = [
+        curve(name, rows, [100 * number / max(1, of) for of, number in map(count, builds)], "points")
+        for name, count in (("by libm", _by_libm), ("without libm", _without_libm))
+    ]
     row = "processor and flags (row of the table)"
     return (
-        Chart("Largest error of each header", row, "error / stated bound", tuple(largest), "linear", "linear"),
+        Chart("Largest error of each header", row, "error / stated bound",
+              _by_group(builds, lambda one: one.part), "linear", "linear"),
+        Chart("Difference from this machine's results", row, "difference / twice the stated rounding",
+              _by_group(builds, lambda one: one.off), "linear", "linear"),
         Chart("Results that differ in a bit", row, "per cent", tuple(differ), "linear", "linear"),
-    )
+    )  # fmt: skip
+
+
+def _by_group(builds: Sequence[Sequence[Ran]], measured: Callable[[Ran], float]) -> tuple[Curve, ...]:
+    """Return the points of each group of headers over the builds, and the limit."""
+    points = [(_group(one.header), i, measured(one)) for i, ones in enumerate(builds, 1) for one in ones]
+    curves = []
+    for name in dict.fromkeys(group for group, _, _ in points):
+        mine = [(i, y) for group, i, y in points if group == name]
+        curves.append(curve(name, [i for i, _ in mine], [y for _, y in mine], "points"))
+    return (*curves, curve("limit", (1, max(2, len(builds))), (1, 1), look="bound"))
 
 
 def _group(header: str) -> str:
