@@ -163,7 +163,13 @@ ORDER = (
 TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
     f"hardcases.{name}"
     for name in (
-        "trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "processors", "streams",
+        "trial",
+        "hostile_input",
+        "interruption",
+        "interrupted_writes",
+        "compilers",
+        "processors",
+        "streams",
         "environments",
     )  # fmt: skip
 }
