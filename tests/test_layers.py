@@ -171,7 +171,7 @@ TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
         "processors",
         "streams",
         "environments",
-    )  # fmt: skip
+    )
 }
 
 
