@@ -7,7 +7,7 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce test test-slow exhaustive hardcases matrix bench simulators lint format clean
+.PHONY: reproduce test test-slow exhaustive hardcases processors matrix bench simulators lint format clean
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
@@ -28,6 +28,11 @@ exhaustive: $(NATIVE)
 # The suite that tries to break everything, thoroughly.
 hardcases: $(NATIVE)
 	$(BIN)/viscopade hardcases --thorough --out docs/hard-cases
+
+# A part of it: the headers on other processors, emulated, at a million arguments each: about an hour. It says which
+# compilers and emulators are missing, and which of Debian's packages bring them.
+processors: $(NATIVE)
+	$(BIN)/viscopade hardcases --thorough --only processors --from docs/hard-cases/hard-cases.json --out docs/hard-cases
 
 # Oldest and newest packages with every Python that is found; needs the package index, and hours.
 matrix: $(NATIVE)

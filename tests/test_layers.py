@@ -153,6 +153,8 @@ ORDER = (
     "hardcases.interruption",
     "hardcases.interrupted_writes",
     "hardcases.compilers",
+    "hardcases.million",
+    "hardcases.processors",
     "hardcases.environments",
     "hardcases",
     "hardcases.picture",
@@ -163,7 +165,16 @@ ORDER = (
 # attack the writer and the command line.
 TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
     f"hardcases.{name}"
-    for name in ("trial", "hostile_input", "interruption", "interrupted_writes", "compilers", "streams", "environments")
+    for name in (
+        "trial",
+        "hostile_input",
+        "interruption",
+        "interrupted_writes",
+        "compilers",
+        "processors",
+        "streams",
+        "environments",
+    )
 }
 
 

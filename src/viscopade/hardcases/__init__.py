@@ -21,6 +21,7 @@ from viscopade.hardcases import (
     overflow,
     pade_systems,
     printed_digits,
+    processors,
     round_trips,
     truncated_series,
 )
@@ -57,6 +58,7 @@ CASES: tuple[Case, ...] = (
     hostile_input.CASE,
     interrupted_writes.CASE,
     compilers.CASE,
+    processors.CASE,
     environments.CASE,
 )
 

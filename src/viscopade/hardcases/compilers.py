@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ from viscopade.hardcases.finding import Case, Cell, Chart, Check, Result, Table,
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
 
-Rules = Literal["bits", "contracted", "fast"]
+Rules = Literal["bits", "contracted", "extended", "fast"]
 Array = npt.NDArray[Any]
 Form = Literal["double", "float"]
 
@@ -46,13 +46,17 @@ FAST_ULPS = 4.0
 """What -ffast-math may add, in units in the last place: a product by a reciprocal instead of a quotient (1 more), the
 sums of a compensation done in another order (1), and the estimates of reciprocals, refined once (2)."""
 
-_N = r"([0-9.]+(?:e-?[0-9]+)?)"
-_TYPES: Mapping[Form, type[np.floating[Any]]] = {"double": np.float64, "float": np.float32}
+N = r"([0-9.]+(?:e-?[0-9]+)?)"
+TYPES: Mapping[Form, type[np.floating[Any]]] = {"double": np.float64, "float": np.float32}
 _FUNCTION = re.compile(
     r"^static inline (double|float) viscopade_(epsilon|one_minus_epsilon|v_star|restitution)_"
     r"((?:pade|minimax|halfline|inverse|full|lookup)\w*?)f?\((?:double|float) \w+(?:, (?:double|float) beta)?\)$",
     re.MULTILINE,
 )
+_OVER = {
+    **dict.fromkeys(("v_star", "v_star_from_loss"), "epsilon"),
+    **dict.fromkeys(("restitution", "rebound", "dissipation"), "speed"),
+}
 _SEED = 9
 
 
@@ -151,6 +155,10 @@ class Stated:
         The same of type double.
     low, high : float
         The v* for which it is stated.
+    rounding : float
+        Relative to the smaller of eps and 1 - eps: what rounding adds to the bounds of the formula in `smaller`.
+    formula : float
+        Relative to the result: the bound of the formula, to which rounding adds `value`.
     """
 
     smaller: tuple[tuple[float, float], ...] = ()
@@ -159,6 +167,8 @@ class Stated:
     double_ulps: float = 0.0
     low: float = 0.0
     high: float = float("inf")
+    rounding: float = 0.0
+    formula: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -174,7 +184,7 @@ class Function:
     @property
     def over(self) -> str:
         """What it is a function of."""
-        return {"v_star": "epsilon", "restitution": "speed"}.get(self.kind, "v_star")
+        return _OVER.get(self.kind, "v_star")
 
     @property
     def call(self) -> str:
@@ -182,8 +192,8 @@ class Function:
         s = "f" if self.form == "float" else ""
         n, x = f"n_{self.over}{s}", f"{self.over}{s}"
         if self.arrays:
-            return f"viscopade_restitution_array_{self.name}{s}({n}, {x}, 1.0{s}, out{s});"
-        beta = f", 1.0{s}" if self.kind == "restitution" else ""
+            return f"viscopade_{self.kind}_array_{self.name}{s}({n}, {x}, 1.0{s}, out{s});"
+        beta = f", 1.0{s}" if self.over == "speed" else ""
         return f"for (i = 0; i < {n}; ++i) {{ out{s}[i] = viscopade_{self.kind}_{self.name}{s}({x}[i]{beta}); }}"
 
 
@@ -211,48 +221,59 @@ def stated(file: str, text: str, kind: str, name: str, form: Form) -> Stated:
     """
     part = passage(name, text)
     if name == "full":
-        return Stated(ulps=_number(rf"{form}, +{kind}: +at most {_N}", text, file))
+        return Stated(ulps=number(rf"{form}, +{kind}: +at most {N}", text, file))
     if name.startswith("lookup"):
         return _of_lookup(file, part, form)
     if name.startswith("inverse"):
-        formula = _of(form, rf"\|formula - v\*\| / v\* <= {_N}(?: in type double and {_N} in type float)?", part, file)
-        rounding = _of(form, rf"rounding of v_star: adds at most {_N} v\* in type double and {_N} v\*", part, file)
-        return Stated(value=formula + rounding)
+        formula = number_of(
+            form, rf"\|formula - v\*\| / v\* <= {N}(?: in type double and {N} in type float)?", part, file
+        )
+        rounding = number_of(form, rf"rounding of v_star: adds at most {N} v\* in type double and {N} v\*", part, file)
+        return Stated(value=rounding, formula=formula)
     if name.startswith("halfline"):
         scale = "eps" if kind == "epsilon" else r"\(1 - eps\)"
-        bound = _of(form, rf"min\(eps, 1 - eps\) <= {_N}(?: in type double and {_N} in type float)?", part, file)
-        pattern = rf"rounding of {kind}: adds at most {_N} {scale} in type double(?: and {_N} {scale})?"
-        return Stated(((float("inf"), bound),), _of(form, pattern, part, file))
+        bound = number_of(form, rf"min\(eps, 1 - eps\) <= {N}(?: in type double and {N} in type float)?", part, file)
+        pattern = rf"rounding of {kind}: adds at most {N} {scale} in type double(?: and {N} {scale})?"
+        return Stated(((float("inf"), bound),), number_of(form, pattern, part, file))
     proven = part[part.index("proven: ") : part.index("rounding: ")]
-    smaller = tuple((float(end), float(bound)) for bound, end in re.findall(rf"{_N} for v\* <= {_N}", proven))
-    rounding = _of(form, rf"rounding: adds at most {_N} eps in type double(?: and {_N} eps in type float)?", part, file)
+    smaller = tuple((float(end), float(bound)) for bound, end in re.findall(rf"{N} for v\* <= {N}", proven))
+    rounding = number_of(
+        form, rf"rounding: adds at most {N} eps in type double(?: and {N} eps in type float)?", part, file
+    )
     return Stated(smaller, rounding, high=max(end for end, _ in smaller))
 
 
 def _of_lookup(file: str, part: str, form: Form) -> Stated:
-    low, high = (float(end) for end in re.findall(rf"\({_N} <= v\* < {_N}\)", part)[0])
+    low, high = (float(end) for end in re.findall(rf"\({N} <= v\* < {N}\)", part)[0])
     converted = form == "float" and re.search("type float: computed in type double", part) is not None
     # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.
     own, doubles = (0.5001, 1.0) if converted else (1.0, 0.0) if form == "float" else (0.0, 1.0)
     if "off by at most" in part:
-        ulps = _number(rf"off by at most {_N} units", part, file)
-        ulps += _number(rf"beta\^5 speed does is at most {_N} ulp", part, file)
+        ulps = number(rf"off by at most {N} units", part, file)
+        ulps += number(rf"beta\^5 speed does is at most {N} ulp", part, file)
         return Stated(ulps=own if converted else own * ulps, double_ulps=doubles * ulps, low=low, high=high)
-    bound = _number(rf"min\(eps, 1 - eps\) <= {_N} in the table", part, file)
-    pattern = rf"rounding of restitution: adds at most {_N} min\(eps, 1 - eps\) in type double(?: and {_N} min)?"
-    rounding = _of(form, pattern, part, file)
-    smaller = ((float("inf"), bound + rounding),)
-    return Stated(smaller, ulps=own if converted else own / 2, double_ulps=doubles / 2, low=low, high=high)
+    bound = number(rf"min\(eps, 1 - eps\) <= {N} in the table", part, file)
+    pattern = rf"rounding of restitution: adds at most {N} min\(eps, 1 - eps\) in type double(?: and {N} min)?"
+    rounding = number_of(form, pattern, part, file)
+    smaller, halves = ((float("inf"), bound),), own if converted else own / 2
+    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, low=low, high=high, rounding=rounding)
 
 
-def _number(pattern: str, text: str, file: str) -> float:
+def number(pattern: str, text: str, file: str) -> float:
+    """Return the number that a text states by a pattern's first group.
+
+    Raises
+    ------
+    ValueError
+        If it does not.
+    """
     match = re.search(pattern, text)
     if match is None:
         raise ValueError(f"{file} states no {pattern}")
     return float(match[1])
 
 
-def _of(form: Form, pattern: str, text: str, file: str) -> float:
+def number_of(form: Form, pattern: str, text: str, file: str) -> float:
     """Return the number for a type: there is one for both, or one for each."""
     match = re.search(pattern, text)
     if match is None:
@@ -268,7 +289,7 @@ OVER = ("v_star", "speed", "epsilon")
 
 def special(over: str, form: Form) -> Array:
     """Return arguments whose results are known without computing, two subnormal numbers of the type among them."""
-    kind = _TYPES[form]
+    kind = TYPES[form]
     tiny, inf, nan = np.finfo(kind).smallest_subnormal, float("inf"), float("nan")
     if over == "epsilon":
         return np.array([1.0, 0.0, -0.0, -1.0, 2.0, inf, -inf, nan], dtype=kind)
@@ -292,6 +313,13 @@ class Truth(NamedTuple):
     smaller: Array
 
 
+class Given(Protocol):
+    """Arguments of functions."""
+
+    def given(self, over: str, form: Form) -> Array:
+        """Return arguments in a type."""
+
+
 @dataclass(frozen=True)
 class Points:
     """Arguments, numbers of type float, and what is exact there, by kind of function."""
@@ -301,7 +329,7 @@ class Points:
 
     def given(self, over: str, form: Form) -> Array:
         """Return arguments in a type, with the special ones."""
-        return np.concatenate([self.arguments[over].astype(_TYPES[form]), special(over, form)])
+        return np.concatenate([self.arguments[over].astype(TYPES[form]), special(over, form)])
 
 
 @lru_cache(maxsize=2)
@@ -358,7 +386,7 @@ int main(void)
 """
 
 
-def driver(wanted: Sequence[Function], given: Points) -> str:
+def driver(wanted: Sequence[Function], given: Given) -> str:
     """Return the program that calls all functions: from numbers to numbers."""
     arrays, reads, calls = [], [], []
     for over in OVER:
@@ -378,24 +406,42 @@ def driver(wanted: Sequence[Function], given: Points) -> str:
     )  # fmt: skip
 
 
-def make(name: str, command: str, build: Build, text: str, wanted: Sequence[Function], given: Points) -> Made:
-    """Compile all headers and run them."""
+def make(
+    name: str,
+    command: str,
+    build: Build,
+    text: str,
+    wanted: Sequence[Function],
+    given: Given,
+    start: Sequence[str] = (),
+    order: Literal["=", "<", ">"] = "=",
+    limit: int = 300,
+) -> Made:
+    """Compile headers and run them.
+
+    `start` is the command of an emulator, and `order` is the byte order of the processor that it emulates;
+    compiling, and then running, may take `limit` seconds.
+    """
     ending = ".cpp" if "++" in build.standard else ".c"
     # Tables are written in hexadecimal, which C++ has from C++17 on and GNU's C++ before; it says so if pedantic.
     warnings = [w for w in WARNINGS if w != "-Wpedantic" or not build.standard.startswith("gnu++")]
     if "clang" in name:  # it also warns where a loop becomes no vector instructions, which changes no result
         warnings.append("-Wno-pass-failed")
     words = ("{tool}", f"-std={build.standard}", *warnings, *build.flags, "{driver}", "-o", "{program}", "-lm")
-    runner = Runner((name,), ending, words, RUNNERS["c"].start)
-    numbers = b"".join(given.given(over, form).tobytes() for over in OVER for form in _TYPES)
+    runner = Runner((name,), ending, words, (*start, *RUNNERS["c"].start))
+    types = {form: np.dtype(kind).newbyteorder(order) for form, kind in TYPES.items()}
+    numbers = b"".join(given.given(over, form).astype(types[form]).tobytes() for over in OVER for form in TYPES)
     sizes = [given.given(f.over, f.form).nbytes for f in wanted]
+    file, size = ("headers.h", text), sum(sizes)
     try:
-        code = run(runner, Tool((command,), ""), driver(wanted, given), ("headers.h", text), numbers, sum(sizes))
+        code = run(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
     except BenchError as error:
         return Made(name, build, tuple(wanted), (), str(error))
     ends = np.cumsum([0, *sizes])
-    pieces = [code[start:end] for start, end in pairwise(ends)]
-    results = tuple(np.frombuffer(p, dtype=_TYPES[f.form]) for p, f in zip(pieces, wanted, strict=True))
+    pieces = [code[first:last] for first, last in pairwise(ends)]
+    results = tuple(
+        np.frombuffer(piece, dtype=types[f.form]).astype(TYPES[f.form]) for piece, f in zip(pieces, wanted, strict=True)
+    )
     return Made(name, build, tuple(wanted), results, "")
 
 
@@ -422,10 +468,10 @@ def _errors(function: Function, given: Points, result: Array, rules: Rules) -> E
     truth, at = given.truth[function.kind], len(given.arguments[function.over])
     values = result[:at].astype(np.float64)
     error = np.abs((values - truth.high) - truth.low)
-    ulp = np.abs(np.spacing(truth.high.astype(_TYPES[function.form]))).astype(np.float64)
+    ulp = np.abs(np.spacing(truth.high.astype(TYPES[function.form]))).astype(np.float64)
     allowed = bound(function.stated, truth, ulp)
     # Subnormal results may be 0 where a compiler says so, and nothing is stated beyond a formula's interval.
-    sound = (truth.high >= np.finfo(_TYPES[function.form]).tiny) & np.isfinite(allowed)
+    sound = (truth.high >= np.finfo(TYPES[function.form]).tiny) & np.isfinite(allowed)
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.where(sound, error / allowed, 0.0)
         excess = np.where(sound, (error - allowed) / ulp, 0.0)
@@ -447,7 +493,7 @@ def bound(stated: Stated, truth: Truth, ulp: Array) -> Array:
         relative = np.where(truth.v_star <= end, share, relative)
     inside = (truth.v_star >= stated.low) & (truth.v_star < stated.high)
     units = stated.ulps * ulp + stated.double_ulps * np.spacing(truth.high)
-    total = relative * truth.smaller + stated.value * truth.high + units
+    total = (relative + stated.rounding) * truth.smaller + (stated.formula + stated.value) * truth.high + units
     # The truth is known to 2^-105 of itself.
     return np.where(inside, total + 2.0**-100 * truth.high, np.inf)
 

@@ -117,7 +117,15 @@ def _version(words: Sequence[str]) -> str | None:
     return line if name.lower() in line.lower() else f"{name} {line}".strip()
 
 
-def run(runner: Runner, tool: Tool, driver: str, file: tuple[str, str], numbers: bytes, size: int) -> bytes:
+def run(
+    runner: Runner,
+    tool: Tool,
+    driver: str,
+    file: tuple[str, str],
+    numbers: bytes,
+    size: int,
+    limit: int = _TIMEOUT,
+) -> bytes:
     """Compile a driver and run it.
 
     Parameters
@@ -132,6 +140,8 @@ def run(runner: Runner, tool: Tool, driver: str, file: tuple[str, str], numbers:
         What the program reads.
     size : int
         Bytes that it must write, if it is run.
+    limit : int
+        Seconds that the tool, and then the program, may take.
 
     Returns
     -------
@@ -153,7 +163,7 @@ def run(runner: Runner, tool: Tool, driver: str, file: tuple[str, str], numbers:
             if command is runner.start:
                 (here / INPUT).write_bytes(numbers)
             if command:
-                _succeed([w for word in command for w in _filled(word, words, tool)], directory)
+                _succeed([w for word in command for w in _filled(word, words, tool)], directory, limit)
         made = here / (OUTPUT if runner.start else _PROGRAM)
         found = made.read_bytes() if made.exists() else b""
     if runner.start and len(found) != size:
@@ -165,10 +175,10 @@ def _filled(word: str, words: Mapping[str, str], tool: Tool) -> tuple[str, ...]:
     return tool.words if word == "{tool}" else (words.get(word, word),)
 
 
-def _succeed(words: Sequence[str], directory: str) -> None:
+def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
     """Run a command; report its first error."""
     name = re.split(r"[/\\]", words[0])[-1]
-    ran = _run(words, directory)
+    ran = _run(words, directory, limit)
     if ran.returncode == 0:
         return
     lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
@@ -179,14 +189,14 @@ def _succeed(words: Sequence[str], directory: str) -> None:
     raise BenchError(f"the generated code fails its check: {name}: {first[:300]}")
 
 
-def _run(words: Sequence[str], directory: str | None) -> subprocess.CompletedProcess[str]:
+def _run(words: Sequence[str], directory: str | None, limit: int = _TIMEOUT) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"LC_ALL": "C"}
     start = str(Path(directory, words[0])) if directory is not None and words[0] in _START else words[0]
     try:
         return subprocess.run(
-            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT,
+            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=limit,
             env=environment, stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
-        reason = error.strerror if isinstance(error, OSError) else f"no answer in {_TIMEOUT} s"
+        reason = error.strerror if isinstance(error, OSError) else f"no answer in {limit} s"
         raise BenchError(f"{words[0]} cannot be run: {reason}") from None
