@@ -335,23 +335,22 @@ def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable
             return arb.pos_inf()
         return size if size.is_finite() else arb.pos_inf()
 
-    found, reached = {part: known(part) for part in parts}, arb(0)
+    found, reached = [(known(part), part) for part in parts], arb(0)
     while True:
-        worst = max(found, key=found.__getitem__)
-        low, high = worst
+        place = max(range(len(found)), key=lambda i: found[i][0])
+        worst, (low, high) = found[place]
         middle = (low + high) / 2
         alone = known((middle, middle))
         reached = max(reached, alone) if alone.is_finite() else reached
-        if found[worst] <= reached * (1 + ball_of(_NEARLY)):
-            return found[worst]
+        if worst <= reached * (1 + ball_of(_NEARLY)):
+            return worst
         if len(found) >= MOST_PARTS:
             break
-        del found[worst]
-        found |= {half: known(half) for half in ((low, middle), (middle, high))}
-    if not found[worst].is_finite():
-        on(worst)
+        found[place : place + 1] = [(known(half), half) for half in ((low, middle), (middle, high))]
+    if not worst.is_finite():
+        on((low, high))
         raise ArithmeticError(f"there is no bound from {float(low):g} to {float(high):g}")
-    return found[worst]
+    return worst
 
 
 def _uniform(end: Fraction) -> Iterator[Part]:

@@ -362,6 +362,7 @@ def _narrower(one: arb, other: arb) -> arb:
     return one if one.is_finite() and one.rad() < other.rad() else other
 
 
+@lru_cache(maxsize=16)
 def _half(form: Format) -> arb:
     return ball_of(smallest(form)) / 2
 
