@@ -14,11 +14,11 @@
 #         y^15
 #     domain: all v* >= 0
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
-#     rounding of epsilon: adds at most 4.1e-14 eps in type double and 2.3e-5 eps in type float
+#     rounding of epsilon: adds at most 7.5e-15 eps in type double and 4.1e-6 eps in type float
 #         (proven)
-#     rounding of one_minus_epsilon: adds at most 2e-14 (1 - eps) in type double and 1.2e-5 (1 - eps)
-#         in type float (proven)
-#     underflow: adds at most 33 of the type's smallest numbers (proven); that is felt where results
+#     rounding of one_minus_epsilon: adds at most 6.6e-15 (1 - eps) in type double and 3.6e-6 (1 -
+#         eps) in type float (proven)
+#     underflow: adds at most 32 of the type's smallest numbers (proven); that is felt where results
 #         are subnormal
 # halfline_3p4em6
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -27,9 +27,8 @@
 #         y^4 + b6 y^6 + b8 y^8 + b15 y^15
 #     domain: all v* >= 0
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
-#     rounding of epsilon: adds at most 1.3e-14 eps in type double and 6.2e-6 eps in type float
-#         (proven)
-#     rounding of one_minus_epsilon: adds at most 1.2e-14 (1 - eps) in type double and 5.9e-6 (1 -
+#     rounding of epsilon: adds at most 7e-15 eps in type double and 3.8e-6 eps in type float (proven)
+#     rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 -
 #         eps) in type float (proven)
 #     underflow: adds at most 16 of the type's smallest numbers (proven); that is felt where results
 #         are subnormal
@@ -40,9 +39,9 @@
 #         a18 y^18 + a26 y^26, D = 1 + b6 y^6 + b8 y^8 + b9 y^9 + b10 y^10 + b22 y^22
 #     domain: all v* >= 0
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
-#     rounding of epsilon: adds at most 1.6e-14 eps in type double (proven)
-#     rounding of one_minus_epsilon: adds at most 1.6e-14 (1 - eps) in type double (proven)
-#     underflow: adds at most 37 of the type's smallest numbers (proven); that is felt where results
+#     rounding of epsilon: adds at most 8.2e-15 eps in type double (proven)
+#     rounding of one_minus_epsilon: adds at most 7.5e-15 (1 - eps) in type double (proven)
+#     underflow: adds at most 38 of the type's smallest numbers (proven); that is felt where results
 #         are subnormal
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the

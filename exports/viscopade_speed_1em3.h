@@ -92,10 +92,10 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_2p09em4 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
- * rounding of epsilon: adds at most 4.1e-14 eps in type double and 2.3e-5 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 2e-14 (1 - eps) in type double and 1.2e-5 (1 - eps) in
+ * rounding of epsilon: adds at most 7.5e-15 eps in type double and 4.1e-6 eps in type float (proven)
+ * rounding of one_minus_epsilon: adds at most 6.6e-15 (1 - eps) in type double and 3.6e-6 (1 - eps) in
  * type float (proven)
- * underflow: adds at most 33 of the type's smallest numbers (proven); that is felt where results are
+ * underflow: adds at most 32 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  */
 

@@ -92,8 +92,8 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_3p4em6 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
- * rounding of epsilon: adds at most 1.3e-14 eps in type double and 6.2e-6 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 1.2e-14 (1 - eps) in type double and 5.9e-6 (1 - eps) in
+ * rounding of epsilon: adds at most 7e-15 eps in type double and 3.8e-6 eps in type float (proven)
+ * rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 - eps) in
  * type float (proven)
  * underflow: adds at most 16 of the type's smallest numbers (proven); that is felt where results are
  * subnormal

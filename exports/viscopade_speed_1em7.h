@@ -92,9 +92,9 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_2p79em8 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
- * rounding of epsilon: adds at most 1.6e-14 eps in type double (proven)
- * rounding of one_minus_epsilon: adds at most 1.6e-14 (1 - eps) in type double (proven)
- * underflow: adds at most 37 of the type's smallest numbers (proven); that is felt where results are
+ * rounding of epsilon: adds at most 8.2e-15 eps in type double (proven)
+ * rounding of one_minus_epsilon: adds at most 7.5e-15 (1 - eps) in type double (proven)
+ * underflow: adds at most 38 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  *
  * There are no functions of type float: with coefficients of that type the error would be 7.52e-8.

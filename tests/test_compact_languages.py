@@ -23,6 +23,7 @@ import pytest
 import viscopade as vp
 from tests import compiled
 from viscopade import compact, gapped, program, proofs_gapped
+from viscopade.balls import working
 from viscopade.compact import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
 from viscopade.gapped import Powers
 from viscopade.kernels import compact as exporter
@@ -142,6 +143,36 @@ def test_bounds_hold_for_machines_as_bad_as_assumed(machine, which):
         error = np.abs(found[function] / true[function] - 1)
         for bound, part in ((bounds[function].everywhere, error), (bounds[function].common, error[common])):
             assert 0.05 * float(bound) < part.max() <= float(bound)
+
+
+@pytest.mark.parametrize("machine", [LIBRARY["double"], LIBRARY["float"], SHADER], ids=["double", "float", "shader"])
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(machine):
+    kernel = kernels()[1]
+    variant, form = kernel.variant(machine.type), machine.type
+    given = kernel.powers, variant.a, variant.b, machine
+    w = np.linspace(1 - form.largest, LARGEST[form.name], 150)
+    with working(128):
+        parts = [Fraction(2.0**e) for e in (*(w / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
+        alone = [(y**3, compact._on_part(*given, y, y)) for y in parts]
+    for function, bound in compact.bounds(*given).items():
+        everywhere = max(float(found[function]) for _, found in alone)
+        common = max(float(found[function]) for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1])
+        assert 0.85 * float(bound.everywhere) < everywhere <= float(bound.everywhere)
+        assert 0.85 * float(bound.common) < common <= float(bound.common)
+
+
+def test_common_speeds_are_covered():
+    low, high = compact._COMMON_Y
+    assert low**3 <= compact.COMMON[0]
+    assert compact.COMMON[1] <= high**3 < compact.COMMON[1] * Fraction(101, 100)
+    for form in FORMS.values():
+        for ends in (compact._COMMON_Y, compact._ends(form)):
+            parts = list(compact._parts(form, *ends))
+            assert (parts[0][0], parts[-1][1]) == ends
+            assert all(left[1] == right[0] for left, right in itertools.pairwise(parts))
+        low, high = compact._ends(form)
+        assert low**30 <= Fraction(2) ** (1 - form.largest)
+        assert high**30 >= Fraction(2) ** LARGEST[form.name]
 
 
 BAD = {

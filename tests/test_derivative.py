@@ -16,6 +16,8 @@ from viscopade.double import CENTRES, HALF_WIDTHS
 from viscopade.kernels.binary import DOUBLE, FLOAT
 
 DEGREES = [(1, 4, "5"), (3, 7, "5"), (2, 5, "1.3")]
+GROWING = [(3, 2, "0.5"), (4, 2, "0.5"), (4, 1, "0.5")]
+"""The derivatives of these go like v*^0, v*^1 and v*^2 far beyond the interval; those of the others fall."""
 
 
 def logarithms(v_star: mpf) -> tuple[mpf, mpf]:
@@ -65,9 +67,14 @@ def test_a_quotient_with_a_slope_at_0_is_refused():
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    requests = [exports.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES]
-    return compiled.build(tmp_path_factory.mktemp("derivative"), [request.render("c") for request in requests])
+def headers():
+    requests = [exports.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES + GROWING]
+    return [request.render("c") for request in requests]
+
+
+@pytest.fixture(scope="module")
+def library(headers, tmp_path_factory):
+    return compiled.build(tmp_path_factory.mktemp("derivative"), headers)
 
 
 @pytest.mark.parametrize(("m", "n", "end"), DEGREES)
@@ -93,3 +100,24 @@ def test_special_values(form, library):
     assert math.isnan(library[name](-1.0))
     assert math.isnan(library[name](math.nan))
     assert abs(library[name](1e30)) < 1e-100 or form == FLOAT
+
+
+@pytest.mark.parametrize(("m", "n", "end"), DEGREES + GROWING)
+@pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
+def test_the_far_branch_is_the_same_quotient(m, n, end, form, headers, library):
+    """Beyond 2^t code goes over to powers of 1/v*: against v* T/D^2 in exact numbers, as long as that is normal."""
+    kernel = proofs.of_minimax(m, n, end)
+    (t, b), exponent = kernel.derivative(form)
+    name = f"epsilon_derivative_{kernel.name}{form.suffix}"
+    start, compared = Fraction(2) ** exponent, 0
+    for v_star in (start * (1 + Fraction(k, 4)) * 2**i for i in range(60) for k in range(4)):
+        top, bottom = (sum(Fraction(c) * v_star**i for i, c in enumerate(values)) for values in (t, b))
+        true = v_star * top / bottom**2
+        if not Fraction(2) ** (1 - form.largest) <= abs(true) < Fraction(2) ** form.largest:
+            break
+        found = Fraction(library[name](float(v_star)))
+        assert abs(found / true - 1) < Fraction(32, 2**form.precision)
+        compared += 1
+    assert compared > 40
+    function = next(text.split(f"viscopade_{name}(")[1].split("\n}\n")[0] for text in headers if f"_{name}(" in text)
+    assert f"if (v_star > VISCOPADE_CONSTANT({form.hexadecimal(float(start))}," in function

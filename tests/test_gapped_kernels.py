@@ -19,8 +19,9 @@ from flint import arb
 
 from tests import compiled
 from viscopade import double, evaluation, exact, gapped, halfline, inverse, program, proofs_gapped
-from viscopade.balls import working
+from viscopade.balls import ball_of, working
 from viscopade.gapped import Powers
+from viscopade.hardcases import exported
 from viscopade.kernels.binary import DOUBLE, FLOAT
 from viscopade.kernels.gapped import HalfLineKernel, InverseKernel, interval_start, render_c, render_python
 from viscopade.program import PYTHON, Literal, Name, Rounded, c_language, chain, horner, powers, run, smallest, text
@@ -213,6 +214,77 @@ def test_slopes():
         result = cube * y * y / (one + two * cube)
         assert abs(result.slope - arb(22) / 5) < 1e-30
         assert result.with_error_of_y(arb(1e-3)).relative > 4.4e-3
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_slopes_of_sums_with_one_large_term_are_close_on_wide_parts(sign):
+    """y^16/(y^16 + sign) goes with 16; between 3.9 and 4.1 y^16 changes by more than a factor 2."""
+    with working(128):
+        y = Rounded(arb(4, 0.1), DOUBLE, slope=1)
+        power = y * y
+        for _ in range(3):
+            power = power * power
+        for total in (power + Rounded(arb(sign), DOUBLE), Rounded(arb(sign), DOUBLE) + power):
+            for at in (arb("3.91"), arb(4), arb("4.09")):
+                assert total.slope.contains(16 * at**16 / (at**16 + sign))
+            assert total.slope.rad() < 1e-6
+            assert total.relative < 17 * arb(2) ** -53
+            assert total.spread == 0
+
+
+def test_the_error_of_a_sum_that_nearly_vanishes_stays_absolute():
+    """On a part where a sum is from 1/1000 to 1/10, what is added to it decides how much its error counts."""
+    with working(128):
+        y = Rounded(arb("0.9495", "0.0495"), DOUBLE, relative=1e-9, slope=1)
+        small = Rounded(arb(1), DOUBLE) + Rounded(arb(-1), DOUBLE) * y
+        assert small.value.abs_lower() > 0.0009
+        total = Rounded(arb(1), DOUBLE) + small
+        assert total.spread == 0
+        assert 0.9e-9 < total.relative < 1.1e-9
+
+
+def test_the_part_with_the_largest_bound_is_halved():
+    """x (1 - x) on [0, 1], with bounds that are too large by the width of the part, and none for wide ones."""
+
+    def on(part):
+        if part[1] - part[0] > Fraction(1, 10):
+            raise ArithmeticError("too wide")
+        return part
+
+    def bound(part):
+        nearest = min(max(Fraction(1, 2), part[0]), part[1])
+        return ball_of(nearest * (1 - nearest) + part[1] - part[0])
+
+    with working(64):
+        found = evaluation.largest(on, [(Fraction(0), Fraction(1))], bound)
+        assert 0.25 <= found <= 0.25 * (1 + 1 / 16)
+
+
+def test_what_has_no_bound_is_refused(monkeypatch):
+    monkeypatch.setattr(evaluation, "MOST_PARTS", 30)
+    whole = [(Fraction(0), Fraction(1))]
+
+    def never(part):
+        raise ArithmeticError("never")
+
+    with pytest.raises(ArithmeticError, match="never"):
+        evaluation.largest(never, whole, lambda _: arb(1))
+    with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
+        evaluation.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
+
+
+@pytest.mark.parametrize("of", [exported.of_half_line, exported.of_inverse])
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(of):
+    largest = {}
+    for function in of(("1e-5",)):
+        ends = function.low, function.high
+        ends = (float(smallest(function.form)), ends[1]) if function.name == "v*(1 - eps)" and ends[0] < 0.5 else ends
+        key = function.form.name, float(function.relative)
+        found = max(function.local(x) for x in np.geomspace(*ends, 40)[1:-1].tolist() + list(ends))
+        largest[key] = max(largest.get(key, 0), float(found))
+    assert len(largest) > 1
+    for (_, bound), found in largest.items():
+        assert 0.8 * bound < found <= bound
 
 
 def test_what_underflow_does_is_counted():

@@ -29,13 +29,14 @@ def value(coefficients, v_star):
 def computed(a, b, kind, v_star):
     """Evaluate as exported: Horner's rule, each operation rounded, then a division."""
     v_star = v_star.astype(kind)
-    sums = []
-    for values in (a, b):
-        total = np.full_like(v_star, kind(float(values[-1])))
-        for c in reversed(values[:-1]):
-            total = (kind(float(c)) + (v_star * total).astype(kind)).astype(kind)
-        sums.append(total)
-    return sums[0] / sums[1]
+    return sum_of(a, kind, v_star) / sum_of(b, kind, v_star)
+
+
+def sum_of(values, kind, v_star):
+    total = np.full_like(v_star, kind(float(values[-1])))
+    for c in reversed(values[:-1]):
+        total = (kind(float(c)) + (v_star * total).astype(kind)).astype(kind)
+    return total
 
 
 def nearest(number: Fraction, form) -> Fraction:
@@ -143,6 +144,8 @@ def test_underflow_is_in_the_bound(name):
     with working(2200):
         _, error = rounding.horner([Fraction(0), Fraction(1, 2)], form, arb(tiny))
         assert error >= arb(tiny) / 2
+        # Half of it for the product and as much for the sum, and no more: nothing else is rounded here.
+        assert error < arb(tiny) * (1 + arb(2) ** -20)
     assert kind(0.5) * kind(tiny) == 0  # an error of half of it
 
 
@@ -164,6 +167,51 @@ def test_the_division_is_in_the_bound(name):
     error = abs(nearest(Fraction(1, 3), form) * 3 - 1)
     bound = rounding.quotient((Fraction(1),), (Fraction(3),), form, Fraction(0), Fraction(1))
     assert 0 < error <= Fraction(float(bound)) <= 3 * error
+
+
+def test_the_bound_of_derivatives_holds_and_is_not_vacuous():
+    """v* T/(D D), as exported: in type float against exact numbers."""
+    a, b = machine("float")
+    low, high = Fraction(1, 10), Fraction(5)
+    bound = rounding.derivative(a, b, FLOAT, low, high)
+    v_star = np.random.default_rng(3).uniform(float(low), float(high), 4000).astype(np.float32)
+    top, bottom = (sum_of(values, np.float32, v_star) for values in (a, b))
+    found = zip(map(Fraction, v_star.tolist()), map(Fraction, (v_star * top / (bottom * bottom)).tolist()), strict=True)
+    error = max(abs(y * value(b, x) ** 2 / (x * value(a, x)) - 1) for x, y in found)
+    assert error <= Fraction(float(bound)) <= LOOSE * error
+    parts = [rounding.derivative(a, b, FLOAT, *ends) for ends in ((low, low * 2), (high / 2, high))]
+    assert bound >= max(parts) > min(parts)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_two_products_and_a_quotient_are_in_the_bound_of_derivatives(name):
+    """v* 1/(1 1): the sums are exact."""
+    form, _ = FORMS[name]
+    bound = Fraction(float(rounding.derivative((Fraction(1),), (Fraction(1),), form, Fraction(0), Fraction(1))))
+    assert 3 <= bound * 2**form.precision < 3 + Fraction(1, 1000)
+
+
+@pytest.mark.parametrize(("top", "bottom"), [(B, (Fraction(1),)), ((Fraction(1),), B), (A, B)])
+def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
+    """Where v* is one number: those of N or T once, that of D once in quotients and twice in derivatives."""
+    from flint import arb
+
+    from viscopade.balls import working
+
+    low, u = Fraction(2), 2.0**-24
+    ends = low, low + Fraction(1, 2**40)
+    with working(200):
+        first, second = (
+            float(error / total) for total, error in (rounding.horner(c, FLOAT, arb(2)) for c in (top, bottom))
+        )
+    assert first + second > 2 * u
+    assert float(rounding.quotient(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + u, rel=1e-4)
+    assert float(rounding.derivative(top, bottom, FLOAT, *ends)) == pytest.approx(first + 2 * second + 3 * u, rel=1e-4)
+
+
+def test_a_derivative_that_may_vanish_is_refused():
+    with pytest.raises(ArithmeticError, match="the derivative may vanish"):
+        rounding.derivative((Fraction(-1), Fraction(1)), (Fraction(1),), FLOAT, Fraction(0), Fraction(2))
 
 
 def test_cancellation_makes_the_bound_large():

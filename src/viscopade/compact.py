@@ -18,14 +18,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
+from operator import itemgetter
 from typing import NamedTuple
 
 from flint import arb
 
 from viscopade.balls import ball_of, working
 from viscopade.certificate import rounded_up
-from viscopade.evaluation import BITS, DIGITS, ULPS, Values, constants
+from viscopade.evaluation import BITS, DIGITS, ULPS, Part, Values, constants, largest
 from viscopade.gapped import Powers
 from viscopade.halfline import DEGREES_MORE, SHIFT, check
 from viscopade.kernels.binary import DOUBLE, FLOAT, Format
@@ -53,9 +54,9 @@ LARGEST = {DOUBLE.name: 900, FLOAT.name: 120}
 COMMON = (Fraction(1, 1000), Fraction(10))
 """The v* for which bounds of type float are given, too, besides those for all: they are smaller there."""
 
-_FINE = 128  # parts of an octave of y, where |log2 y| < _NEAR
-_COARSE = {DOUBLE.name: 24, FLOAT.name: 128}  # elsewhere
-_NEAR = 2
+_COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
+_TINY = Fraction(1, 2**40)
+_PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
 _PRODUCTS = 4  # beta beta, its square, times beta, times speed
 _SECOND_ORDER = 1 + Fraction(1, 1024)  # more than what products of small errors add
 
@@ -213,12 +214,13 @@ def bounds(form: Powers, a: Values, b: Values, machine: Machine) -> dict[str, Bo
     """
     with working(BITS):
         _check_overflow(form, a, b, machine.type)
-        worst = {name: (arb(0), arb(0)) for name in FUNCTIONS}
-        for low, high in _parts(machine.type):
-            inside = COMMON[0] <= high**3 and low**3 <= COMMON[1]
-            for name, size in _on_part(form, a, b, machine, low, high).items():
-                everywhere, common = worst[name]
-                worst[name] = max(everywhere, size), max(common, size) if inside else common
+
+        @cache
+        def on(part: Part) -> Mapping[str, arb]:
+            return _on_part(form, a, b, machine, *part)
+
+        everywhere, common = (tuple(_parts(machine.type, *ends)) for ends in (_ends(machine.type), _COMMON_Y))
+        worst = {name: [largest(on, parts, itemgetter(name)) for parts in (everywhere, common)] for name in FUNCTIONS}
         return {name: Bound(*(rounded_up(size, DIGITS) for size in sizes)) for name, sizes in worst.items()}
 
 
@@ -265,14 +267,20 @@ def _plus_minus(radius: arb) -> arb:
     return arb(0, radius)
 
 
-def _parts(form: Format) -> Iterator[tuple[Fraction, Fraction]]:
-    """Yield parts that cover y from that of the smallest normal w to that of the largest, rounded outwards."""
-    low, high = (1 - form.largest) // ROOT, -(-LARGEST[form.name] // ROOT)
-    for octave in range(low, high):
-        count = _FINE if -_NEAR <= octave < _NEAR else _COARSE[form.name]
-        start = Fraction(2) ** octave
-        for i in range(count):
-            yield start * (1 + Fraction(i, count)), start * (1 + Fraction(i + 1, count))
+def _ends(form: Format) -> Part:
+    """Return the y of the smallest normal w and of the largest, rounded outwards."""
+    low, high = (Fraction(2.0 ** (e / ROOT)) for e in (1 - form.largest, LARGEST[form.name]))
+    return low * (1 - _TINY), high * (1 + _TINY)
+
+
+def _parts(form: Format, first: Fraction, last: Fraction) -> Iterator[Part]:
+    """Yield parts of octaves, from one y to another."""
+    for octave in range((1 - form.largest) // ROOT, -(-LARGEST[form.name] // ROOT) + 1):
+        start, number = Fraction(2) ** octave, _PARTS[octave >= 0]
+        for i in range(number):
+            low, high = (start * (1 + Fraction(k, number)) for k in (i, i + 1))
+            if low < last and high > first:
+                yield max(low, first), min(high, last)
 
 
 def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:

@@ -16,11 +16,11 @@ for cbrt, and for pow, are no larger.) The error of y = x^root goes into the bou
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from flint import arb
 
@@ -50,13 +50,18 @@ ULPS = 4
 """Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
 
 BITS = 128
-PARTS = (256, 1024, 4096)  # of the values of y; the more only where sums could vanish
+PARTS = 32  # of the values of y, at first
+MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
+_NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
 _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
 Values = tuple[float, ...]
+Part = tuple[Fraction, Fraction]
+Found = Mapping[str, Rounded]
+Result = TypeVar("Result")
 
 
 class Branch(NamedTuple):
@@ -188,6 +193,7 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_root = _log_error(2 * ULPS * unit)
+        of_far_root = of_root + _log_error(unit) / 3
 
         def near_inputs(y: arb) -> dict[str, Rounded]:
             return {"v_star": Rounded(y**3, kind)}
@@ -195,12 +201,12 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
         def far_inputs(u: arb) -> dict[str, Rounded]:
             return {"w": Rounded(u**3, kind, relative=unit)}
 
-        end = Fraction(1)
-        found = [
-            *_bounded(near, numbers, kind, lambda n: _uniform(end, n), near_inputs, of_root),
-            *_bounded(far, numbers, kind, lambda n: _uniform(end, n), far_inputs, of_root + _log_error(unit) / 3),
-        ]
-        return {name: _size([values[name] for values in found], kind) for name in near.results}
+        both = (
+            _on_parts(near, numbers, kind, near_inputs, lambda _: of_root),
+            _on_parts(far, numbers, kind, far_inputs, lambda _: of_far_root),
+        )
+
+        return {name: _size(both, name, kind) for name in near.results}
 
 
 @lru_cache(maxsize=256)
@@ -220,19 +226,19 @@ def inverse_sizes(
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_ratio = 2 * _log_error(unit) * ball_of(root)
-        of_root = _log_error(unit) if root == INTERVAL_ROOT else _of_pow(root, kind)
-        least = smallest(kind)
-        start = _below_root(least, root)
+
+        def of_root(y: arb) -> arb:
+            if root == INTERVAL_ROOT:
+                return of_ratio + _log_error(unit)
+            return of_ratio + _of_pow(root, kind, abs(y.log()) / ball_of(root))
+
+        start = _below_root(smallest(kind), root)
         end = _above_root(1 / epsilon_min - 1) if epsilon_min else Fraction(1)
         numbers = constants(form, a, b)
-        found = [
-            values["v_star"]
+        relative = max(
+            largest(_on_parts(branch, numbers, kind, lambda _: {}, of_root), _from(start, end), _of_v_star)
             for branch in inverse(form, root)
-            for values in _bounded(
-                branch, numbers, kind, lambda n: _from(start, end, n), lambda _: {}, of_ratio + of_root
-            )
-        ]
-        relative = max(x.relative + x.underflow / arb(x.value.abs_lower()) for x in found)
+        )
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
 
@@ -253,70 +259,118 @@ def _log_error(relative: arb) -> arb:
     return -(1 - relative).log()
 
 
-def _of_pow(exponent: Fraction, kind: Format, largest_log: arb | None = None) -> arb:
-    """Bound the error of ln pow(x, exponent), that of pow and of the exponent, for |ln x| <= largest_log.
-
-    If `largest_log` is None, the bound holds for every positive x of the type.
-    """
-    if largest_log is None:
-        largest_log = (kind.largest + kind.precision) * arb.const_log2()
+def _of_pow(exponent: Fraction, kind: Format, log: arb | None = None) -> arb:
+    """Bound the error of ln pow(x, exponent), x > 0 or |ln x| <= log: that of pow, and of the exponent."""
+    log = (kind.largest + kind.precision) * arb.const_log2() if log is None else log
     rounded = abs(Fraction(kind.nearest(exponent)) - exponent)
-    return _log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * largest_log
+    return (_log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * log).abs_upper()
 
 
-def _bounded(
+def _on_parts(
     branch: Branch,
     numbers: Mapping[str, float],
     kind: Format,
-    parts: Callable[[int], Iterator[tuple[Fraction, Fraction]]],
     inputs: Callable[[arb], dict[str, Rounded]],
-    log_error: arb,
-) -> list[dict[str, Rounded]]:
-    """Run a branch on parts of its variable and return the results' bounds on each."""
-    if not log_error < ball_of(_SLACK) / 2:
-        raise ArithmeticError("a computed root may be beyond its part")
+    log_error: Callable[[arb], arb],
+) -> Callable[[Part], Found]:
+    """Return a function from a part of the branch's variable to the results there, which raises if a sum may vanish.
+
+    `log_error` bounds the error of the variable's logarithm.
+    """
     exact = {name: Rounded(arb(c), kind) for name, c in numbers.items()}
 
     def literal(text: str) -> Rounded:
         return Rounded(arb(kind.nearest(Fraction(text))), kind)
 
-    def on(low: Fraction, high: Fraction) -> dict[str, Rounded]:
-        y = _between(low * (1 - _SLACK), high * (1 + _SLACK))
+    @cache
+    def on(part: Part) -> Found:
+        y = _between(part[0] * (1 - _SLACK), part[1] * (1 + _SLACK))
+        error = log_error(y)
+        if not error < ball_of(_SLACK) / 2:
+            raise ArithmeticError("a computed root may be beyond its part")
         given: dict[str, Any] = {**exact, **inputs(y), branch.variable: Rounded(y, kind, slope=1)}
         values = run(branch.program, given, literal)
         return {
-            name: evaluate(expression, values, literal).with_error_of_y(log_error)
+            name: evaluate(expression, values, literal).with_error_of_y(error)
             for name, expression in branch.results.items()
         }
 
-    for number in PARTS:
+    return on
+
+
+def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) -> Size:
+    """Return the bounds for all parts of [0, 1] on all branches."""
+    relative, underflow = (
+        max(largest(on, _uniform(Fraction(1)), of) for on in branches)
+        for of in (lambda found: found[name].relative, lambda found: found[name].underflow)
+    )
+    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(smallest(kind)), DIGITS))
+
+
+def _of_v_star(found: Found) -> arb:
+    v_star = found["v_star"]
+    return (v_star.relative + v_star.underflow / arb(v_star.value.abs_lower())).abs_upper()
+
+
+def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
+    """Return a bound for all parts together: the part with the largest is halved until that hardly lowers it any more.
+
+    On wide parts enclosures, those of slopes above all, exceed what they enclose by far.
+
+    Parameters
+    ----------
+    on : callable
+        From the ends of a part to what is known there. An ArithmeticError says that the part is too wide.
+    parts : iterable of (Fraction, Fraction)
+    bound : callable
+        From what is known to an upper bound.
+
+    Raises
+    ------
+    ArithmeticError
+        If there is no bound on some part, however narrow.
+    """
+
+    def known(part: Part) -> arb:
         try:
-            return [on(*part) for part in parts(number)]
-        except ArithmeticError as reason:
-            refused = reason
-    raise refused
+            size = bound(on(part))
+        except ArithmeticError:
+            return arb.pos_inf()
+        return size if size.is_finite() else arb.pos_inf()
+
+    found, reached = [(known(part), part) for part in parts], arb(0)
+    while True:
+        place = max(range(len(found)), key=lambda i: found[i][0])
+        worst, (low, high) = found[place]
+        middle = (low + high) / 2
+        alone = known((middle, middle))
+        reached = max(reached, alone) if alone.is_finite() else reached
+        if worst <= reached * (1 + ball_of(_NEARLY)):
+            return worst
+        if len(found) >= MOST_PARTS:
+            break
+        found[place : place + 1] = [(known(half), half) for half in ((low, middle), (middle, high))]
+    if not worst.is_finite():
+        on((low, high))
+        raise ArithmeticError(f"there is no bound from {float(low):g} to {float(high):g}")
+    return worst
 
 
-def _size(found: Sequence[Rounded], kind: Format) -> Size:
-    relative, absolute = max(x.relative for x in found), max(x.underflow for x in found)
-    return Size(rounded_up(relative, DIGITS), rounded_up(absolute / ball_of(smallest(kind)), DIGITS))
-
-
-def _uniform(end: Fraction, number: int) -> Iterator[tuple[Fraction, Fraction]]:
+def _uniform(end: Fraction) -> Iterator[Part]:
     """Yield the parts of [0, end], of which those beyond 1 are the longer the farther they are."""
     last = end / (1 + end)
-    marks = [last * i / number for i in range(number + 1)]
+    marks = [last * i / PARTS for i in range(PARTS + 1)]
     for low, high in pairwise(marks):
         yield low / (1 - low), high / (1 - high)
 
 
-def _from(start: Fraction, end: Fraction, number: int) -> Iterator[tuple[Fraction, Fraction]]:
+def _from(start: Fraction, end: Fraction) -> Iterator[Part]:
     """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `_uniform`."""
     low = start
     while low < _NEAR:
         yield low, low * _STEP
         low *= _STEP
-    for part in _uniform(end, number):
+    for part in _uniform(end):
         if part[1] > low:
             yield max(part[0], low), part[1]
 

@@ -244,6 +244,9 @@ def horner(exponents: Sequence[int], names: Sequence[str], variable: str) -> Exp
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
+_WIDE = 4  # where a sum varies by more, its error is not brought into relation to it: the least size says too little
+
+
 def smallest(form: Format) -> Fraction:
     """Return the smallest positive number of a type, which is subnormal."""
     return Fraction(2) ** (2 - form.largest - form.precision)
@@ -264,7 +267,7 @@ class Rounded:
     relative, underflow : flint.arb
         Bounds of the error: relative, and absolute where it comes from results that underflow.
     spread : flint.arb
-        A bound of the absolute error that a sum has which may vanish; 0 again in sums that cannot.
+        A bound of the absolute error that a sum has which may vanish, or nearly; 0 again in sums that cannot.
     change, slope : flint.arb
         Enclose d value/d ln y and d ln|value|/d ln y, where y is the number whose slope was given as 1. The slope is
         infinite where it is not known.
@@ -277,18 +280,22 @@ class Rounded:
         self.change = self.value * self.slope
 
     def __add__(self, other: Rounded) -> Rounded:
-        """Return the sum, whose error is in relation to it unless it may vanish."""
+        """Return the sum, whose error is in relation to it unless it may vanish, or nearly."""
         value, change = self.value + other.value, self.change + other.change
         spread, of_parts = self.spread + other.spread, self._error() + other._error()
-        relative, slope = arb(0), arb.pos_inf()
-        least = arb(value.abs_lower())
+        least, relative, slope = arb(value.abs_lower()), arb.pos_inf(), arb.pos_inf()
         if least > 0:
-            of_parts = of_parts / least
+            of_self, of_other = _portion(self.value, other.value), _portion(other.value, self.value)
+            relative = min(_above(of_self) * self.relative + _above(of_other) * other.relative, of_parts / least)
             if self.value >= 0 and other.value >= 0:
-                of_parts = min(of_parts, max(self.relative, other.relative))
-            relative, spread, slope = of_parts + spread / least, arb(0), change / value
+                relative = min(relative, max(self.relative, other.relative))
+            relative += spread / least
+            slope = _narrower(self.slope + (other.slope - self.slope) * of_other, change / value)
+        spread += of_parts
+        if relative * _above(value) <= _WIDE * spread:
+            spread = arb(0)
         else:
-            spread += of_parts
+            relative, slope = arb(0), arb.pos_inf()
         result = self._with(value, relative, spread, change, slope)
         return result._rounded(self.underflow + other.underflow, arb(0))
 
@@ -345,6 +352,17 @@ class Rounded:
         return result
 
 
+def _portion(part: arb, rest: arb) -> arb:
+    """Enclose part/(part + rest), and closely where one of the two is much smaller than the other."""
+    found = 1 / (1 + rest / part)
+    return found if found.is_finite() else part / (part + rest)
+
+
+def _narrower(one: arb, other: arb) -> arb:
+    return one if one.is_finite() and one.rad() < other.rad() else other
+
+
+@lru_cache(maxsize=16)
 def _half(form: Format) -> arb:
     return ball_of(smallest(form)) / 2
 

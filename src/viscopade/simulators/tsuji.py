@@ -149,8 +149,8 @@ def _g(zeta: float) -> float:
 
 
 def _overdamped(chi: float) -> float:
-    """Return 2 chi coth(chi)."""
-    return 2 * chi / math.tanh(chi) if chi else 2.0
+    """Return 2 chi coth(chi) for chi > 0: what `_bisected` tries is above 0."""
+    return 2 * chi / math.tanh(chi)
 
 
 def _bisected(function: Callable[[float], float], wanted: float, low: float, high: float) -> float:
