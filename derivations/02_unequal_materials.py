@@ -9,10 +9,10 @@
 #
 #     rho = 4/3 sqrt(R_eff)/(D_1 + D_2),    A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2).
 #
-# rho is Hertz's result. A is derived here, in the quasi-static approximation behind eq:viscoelastic: the
-# deformation is at each moment that of a static contact, and each body answers a slowly changing deformation
-# with its elastic stress plus A_i times the rate of change of that stress. To first order in A_1 and A_2 the
-# two add up as above. Other generalisations exist, see the end.
+# rho is Hertz's result. A is derived here from the power that the two bodies dissipate, in the quasi-static
+# approximation behind eq:viscoelastic: the deformation is at each moment nearly that of a static contact. What
+# happens within a body need not be known: its A_i says what it dissipates in a contact with its like. To first
+# order in A_1 and A_2 the two powers add up to the A above. Other generalisations exist, see the end.
 
 # %%
 import random
@@ -68,10 +68,62 @@ equal = rho_pair.subs({D1: (1 - nu**2) / Y, D2: (1 - nu**2) / Y})
 assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # eq:paramEl
 
 # %% [markdown]
-# ## The viscous share
+# ## The dissipated power
 #
-# Now the displacements change in time. Action equals reaction: both bodies carry the same pressure, at every
-# point and at every moment. In the quasi-static approximation
+# Now xi changes in time. The force F does work on both bodies, which store it as elastic energy U or dissipate
+# it: F dxi/dt = dU/dt + P. Two facts give both terms to first order in the A_i:
+#
+# - For given xi the static deformation makes U least. The true one differs from it by something of first order,
+#   so U differs from Hertz's energy by something of second order only: F is Hertz's force plus P/(dxi/dt).
+# - P is quadratic in the rates of strain: P = P_1 + P_2, and to first order P_i is what body i dissipates while
+#   its deformation is Hertz's.
+#
+# In the contact of body i with its like, of the same R_eff and at the same xi(t), each of the two bodies
+# dissipates half of the power of eq:viscoelastic. The radius of the contact does not depend on the materials,
+# a^2 = R_eff xi. So the pressure on body i, hence its strains and their rates, are those of that contact times
+# one number, the ratio of the peak pressures, and P_i is that power times the number's square. How the body's
+# viscous stress depends on the rates (two viscosities, in any ratio) does not matter.
+#
+# First the two peaks, and what each body dissipates in either contact.
+
+# %%
+rate = sp.Symbol("xi_dot", real=True)
+
+
+def power(A, compliances):
+    """Return what a contact dissipates by eq:viscoelastic."""
+    return sp.Rational(3, 2) * A * rho_pair.subs(D1 + D2, compliances) * sp.sqrt(xi) * rate**2
+
+
+def dissipated_by(A, D):
+    """Return what one body dissipates, from the contact with its like."""
+    magnified = sp.simplify(peak / peak.subs(D1 + D2, 2 * D))
+    return magnified**2 * power(A, 2 * D) / 2
+
+
+viscous_force = (dissipated_by(A1, D1) + dissipated_by(A2, D2)) / rate
+A_pair = sp.factor(viscous_force * rate / power(1, D1 + D2))
+print("A =", A_pair)
+assert sp.simplify(A_pair - (D1 * A1 + D2 * A2) / (D1 + D2)) == 0
+assert sp.simplify(viscous_force - sp.Rational(3, 2) * A_pair * rho_pair * sp.sqrt(xi) * rate) == 0
+
+# %% [markdown]
+# That U is stationary, in the contact at hand: let the bodies' shares u_i of w = xi - r^2/(2 R_eff) = u_1 + u_2,
+# where they touch, be off by epsilon. The pressure that holds u_i is q_i/K, q_i = u_i/D_i, and the energy is the
+# integral of u_i (q_i/K)/2. K is linear, symmetric and the same for both, so u_i q_i/2 tells what is to be known.
+# (Where they touch, they go on touching; at the edge, which may move, the pressure vanishes.)
+
+# %%
+w, epsilon = sp.symbols("w epsilon")
+energy = sum(u**2 / (2 * D) for u, D in ((D1 * w / (D1 + D2) + epsilon, D1), (D2 * w / (D1 + D2) - epsilon, D2)))
+assert sp.simplify(energy.diff(epsilon).subs(epsilon, 0)) == 0
+assert sp.simplify(energy.subs(epsilon, 0) - w**2 / (2 * (D1 + D2))) == 0
+
+# %% [markdown]
+# ## The same from one law of stress
+#
+# A check, for the special bodies whose viscous stress is A_i times the rate of change of their elastic stress.
+# Action equals reaction: both bodies carry the same pressure, at every point and at every moment. So
 #
 #     K p = (1 + A_1 d/dt) u_1/D_1 = (1 + A_2 d/dt) u_2/D_2,    u_1 + u_2 = w,
 #
@@ -79,7 +131,7 @@ assert sp.simplify(equal - 2 * Y * sp.sqrt(R) / (3 * (1 - nu**2))) == 0  # eq:pa
 # two u_i are eliminated, and what is left is expanded in the A_i, marked by lambda.
 
 # %%
-q, w, z, lam = sp.symbols("q w z lambda")
+q, z, lam = sp.symbols("q z lambda")
 u1, u2 = sp.symbols("u_1 u_2")
 laws = [sp.Eq(q, (1 + lam * A1 * z) * u1 / D1), sp.Eq(q, (1 + lam * A2 * z) * u2 / D2), sp.Eq(u1 + u2, w)]
 shares = sp.solve(laws, [u1, u2, q], dict=True)[0]
@@ -87,10 +139,8 @@ expansion = sp.series(shares[q] / w, lam, 0, 3).removeO()
 orders = [sp.factor(expansion.coeff(lam, k)) for k in range(3)]
 print("K p / w in orders of A:", *orders, sep="\n  ")
 
-A_pair = sp.simplify(orders[1] / (orders[0] * z))
-print("A =", A_pair)
 assert orders[0] == 1 / (D1 + D2)
-assert sp.simplify(A_pair - (D1 * A1 + D2 * A2) / (D1 + D2)) == 0
+assert sp.simplify(orders[1] / (orders[0] * z) - A_pair) == 0
 
 # %% [markdown]
 # To first order K p = (1 + A d/dt) w/(D_1 + D_2): the pair is a contact like Hertz's with one constant A. The
@@ -122,10 +172,10 @@ assert sp.simplify(mistake - (A1 - A2) * (D1 - D2) / (2 * (D1 + D2))) == 0
 # %% [markdown]
 # ## What is neglected
 #
-# The first term left out is of second order and proportional to (A_1 - A_2)^2: two different viscoelastic
-# bodies in series are no longer one such body. It is small where the constants differ by little compared with
-# the duration of the collision, and zero for equal constants or a rigid partner. eq:viscoelastic itself is of
-# first order in A.
+# For the special bodies, the first term left out is of second order and proportional to (A_1 - A_2)^2: two
+# different viscoelastic bodies in series are no longer one such body. It is small where the constants differ by
+# little compared with the duration of the collision, and zero for equal constants or a rigid partner.
+# eq:viscoelastic itself is of first order in A.
 
 # %%
 second = sp.factor(orders[2] / (orders[0] * z**2))

@@ -357,6 +357,18 @@ def test_the_tail_is_in_the_bound_beyond_the_panels(monkeypatch):
         assert arb(float(found.bound)) >= reference.tail(ball(reference.END)).expm1() * 0.999
 
 
+def test_the_smaller_function_shows_at_the_ends_of_a_panel():
+    """Rows of eps fall and rows of 1 - eps rise up to their errors, as the functions do: each is least at an end."""
+    for panel in range(double.PANELS):
+        points = [Fraction(z, 4) for z in range(0 if panel == 0 else -4, 5)]
+        for name, sign in (("epsilon", -1), ("one_minus_epsilon", 1)):
+            values = [sign * reference.rows()[name, panel](z) for z in points]
+            assert all(
+                first < second + 2 * Fraction(reference.ERROR) * abs(second) for first, second in pairwise(values)
+            )
+            assert certificate._may_be(panel, name) == (min(map(abs, values)) <= Fraction(1, 2) + Fraction(1, 10**6))
+
+
 # --- the independent checker ------------------------------------------------------------------------------------------
 
 

@@ -380,7 +380,10 @@ def _functions(formula: AnyFormula, panel: int, measure: AnyMeasure) -> Iterator
 
 
 def _may_be(panel: int, name: str) -> bool:
-    """Whether the function may be the smaller one of eps and 1 - eps somewhere on the panel."""
+    """Whether the function may be the smaller one of eps and 1 - eps somewhere on the panel.
+
+    Both are monotonic (docs/exact-function.md, step 5), so each is least at an end.
+    """
     row = reference.rows()[name, panel]
     return min(row(Fraction(-1)), row(Fraction(1))) <= Fraction(1, 2) + Fraction(1, 10**6)
 

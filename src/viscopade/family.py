@@ -22,11 +22,12 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
 from viscopade.balls import fixed_point, working
 from viscopade.flow import Dyadic, integrate
-from viscopade.wiener import Element, Wiener, norm
+from viscopade.wiener import Element, Wiener, norm, shifted_up
 
 SCALE_BITS = 30
 SCALE_NODES = 5
 END_IN_LAST = 0.7  # where in the last piece the end lies
+CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials
 ROUGH = 40  # bits of the times that only lay out the pieces
 SPARE_TERMS = 1.3  # coefficients of a piece, compared with those of a single branch: steps are a little longer
 
@@ -127,6 +128,11 @@ class Family:
         y = ring.element(self.end.coeffs(), 0)
         u, slope = (_value(ring, c, y) for c in (last.u, last.y))
         return ring.element((fmpz_poly([1 << self.bits]) - u.polynomial).coeffs(), u.error), slope
+
+    def roughly(self) -> tuple[arb_poly, arb_poly]:
+        """Return u_y = 2 H c p at the end and 2 H c, without a proof. To be called within `working`."""
+        _, slope = self.at_end()
+        return arb_poly(slope.polynomial) * arb(2) ** -self.bits, self.scale.poly() * (2 * self.pieces[-1].step.ball())
 
 
 def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: Element) -> Element:
@@ -490,24 +496,40 @@ def _norm(polynomial: arb_poly) -> arb:
 
 
 def _residual(family: Family, piece: Piece) -> arb:
-    """Bound |u_yy - S (2 H^2 c^2 S + H c k u_y)| for 0 <= y <= 1, |z| <= 1, from exact polynomials in two variables.
+    """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
 
-    A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker).
+    A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of
+    `Wiener`: what they are off by, in the norm, is added to that of u_yy - S V.
     """
     k = Scaled(-family.k.polynomial, family.k.exponent) if family.unloading else family.k
     elastic, viscous = _factors(k, family.scale, piece.step)
-    degree = max(c.degree() for c in piece.u)
-    stride = 4 * degree + max(elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
+    degree = max(c.degree() for c in piece.u) + CUT_BEHIND
+    stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
     u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
     r = fmpz_poly([1 << family.bits]) - u
-    s = r * r
-    # Units of the three terms: 2^-bits, 2^(-4 bits + elastic), 2^(-3 bits + viscous).
-    exponents = (-family.bits, elastic.exponent - 4 * family.bits, viscous.exponent - 3 * family.bits)
-    lowest = min(exponents)
-    terms = (second, s * s * elastic.polynomial, s * slope * viscous.polynomial)
-    first, *rest = (term * (1 << (e - lowest)) for term, e in zip(terms, exponents, strict=True))
-    return arb(norm((first - sum(rest, fmpz_poly())).coeffs())) * arb(2) ** lowest
+    length = len(piece.u) * stride
+    s, s_error = _cut(r * r, family.bits, degree, stride, length)
+    v, v_error = fmpz_poly(), 0
+    for factor, of in ((elastic, s), (viscous, slope)):
+        part, error = _cut(factor.polynomial * of, -factor.exponent, degree, stride, length)
+        v, v_error = v + part, v_error + error
+    v_error += shifted_up(norm(elastic.polynomial.coeffs()) * s_error, -elastic.exponent)
+    s_norm, v_norm = norm(s.coeffs()), norm(v.coeffs())
+    product_error = shifted_up((s_norm + s_error) * v_error + s_error * v_norm, family.bits)
+    defect = shifted_up(norm((second * (1 << family.bits) - s * v).coeffs()), family.bits)
+    return arb(defect + product_error) * arb(2) ** -family.bits
+
+
+def _cut(polynomial: fmpz_poly, shift: int, degree: int, stride: int, length: int) -> tuple[fmpz_poly, int]:
+    """Return polynomial/2^shift, rounded down and cut behind z^degree, and a bound of the norm of what is missing."""
+    coefficients = polynomial.coeffs()
+    beyond: list[fmpz] = coefficients[length:]
+    kept: list[fmpz | int] = [*coefficients[:length]]
+    for start in range(0, length, stride):
+        beyond += coefficients[start + degree + 1 : min(start + stride, length)]
+        kept[start + degree + 1 : start + stride] = [0] * (stride - degree - 1)
+    return fmpz_poly([c >> shift for c in kept]), shifted_up(norm(beyond), shift) + len(kept)
 
 
 def _packed(coefficients: Sequence[fmpz_poly], stride: int) -> fmpz_poly:

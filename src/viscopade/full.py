@@ -57,9 +57,6 @@ TINY, LIFT = -400, 200  # v* < 2^TINY is multiplied by 2^LIFT before it is squar
 DEGREES = {"double": 10, "float": 9}
 NEAR_DEGREES = {"double": 8, "float": 7}  # of the polynomial that v*^4 is multiplied by
 
-NUDGES: dict[int, int] = {}
-"""Units in the last place by which a_0 of a panel of type float is moved, so that every result rounds correctly."""
-
 _BITS = 128  # of ball arithmetic
 _PARTS = 4  # a panel is cut into, where errors are bounded
 _U = Fraction(1, 2**53)
@@ -216,14 +213,12 @@ def _step(panel: Panel) -> Fraction:
 @lru_cache(maxsize=1)
 def float_rows() -> tuple[tuple[float, ...], ...]:
     """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
-    return tuple(_float_row(index, panel) for index, panel in enumerate(panels()))
+    return tuple(map(_float_row, panels()))
 
 
-def _float_row(index: int, panel: Panel) -> tuple[float, ...]:
+def _float_row(panel: Panel) -> tuple[float, ...]:
     degree = DEGREES["float"]
-    a = list(map(DOUBLE.nearest, _coefficients(cut(panel.p, degree), panel.half, degree + 1)))
-    a[0] += NUDGES.get(index, 0) * math.ulp(a[0])
-    return tuple(a)
+    return tuple(map(DOUBLE.nearest, _coefficients(cut(panel.p, degree), panel.half, degree + 1)))
 
 
 @cache

@@ -79,7 +79,7 @@ class Worst:
 
     @property
     def roundings(self) -> float:
-        """The relative error in units of urecision, by which the rounding of one operation is bounded."""
+        """The relative error in units of u = 2^-precision, the unit roundoff."""
         return self.relative * 2.0**self.function.form.precision
 
 

@@ -1,0 +1,95 @@
+"""What docstrings and pages call by name is there."""
+
+import ast
+import re
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "viscopade"
+TREES = {path: ast.parse(path.read_text()) for path in sorted(SOURCE.rglob("*.py"))}
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PATHS = re.compile(r"\b(?:src/viscopade|tests|docs|derivations|benchmarks|examples|notebooks|exports)/[\w./-]*\w\.\w+")
+
+
+def texts(tree):
+    """Yield strings that are statements: docstrings, also those of variables."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield node.value
+
+
+def identifiers(tree):
+    """Return all names in the code, and the words of its strings (keys, columns), without docstrings."""
+    documentation, found = set(map(id, texts(tree))), set()
+    for node in ast.walk(tree):
+        named = [getattr(node, field, None) for field in ("id", "attr", "arg", "name", "module", "value")]
+        if id(node) not in documentation:
+            found.update(word for name in named if isinstance(name, str) for word in re.findall(r"\w+", name))
+    return found
+
+
+KNOWN = set().union(*map(identifiers, TREES.values()))
+MODULES = {".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__") for path in TREES}
+
+
+def quoted(text):
+    """Return the dotted names in backquotes, without arguments."""
+    spans = re.findall(r"`+([^`]+)`+", text)
+    return [found[1] for span in spans if (found := re.fullmatch(r"((?:[A-Za-z_]\w*\.)*[A-Za-z_]\w*)(\(.*\))?", span))]
+
+
+def resolves(name):
+    """Whether a dotted name is there in one of the modules that its beginning may mean, or means none of ours."""
+    parts = name.removeprefix("viscopade.").split(".")
+    meant = [module for module in MODULES if module.split(".")[-1] == parts[0]]
+    return not meant or any(found(f"viscopade.{module}", parts[1:]) for module in meant)
+
+
+def found(module, attributes):
+    thing = import_module(module)
+    for name in attributes:
+        try:
+            thing = getattr(thing, name) if hasattr(thing, name) else import_module(f"{thing.__name__}.{name}")
+        except ImportError:
+            return False
+    return True
+
+
+def documentation():
+    """Yield paths and what is to be read there."""
+    yield from ((path, text.value) for path, tree in TREES.items() for text in texts(tree))
+    yield from ((page, page.read_text()) for page in PAGES)
+
+
+def test_names_in_docstrings():
+    for path, text in documentation():
+        if path in TREES:
+            assert [(path, name) for name in quoted(text) if "." in name and not resolves(name)] == []
+            plain = [name for name in quoted(text) if "_" in name and "." not in name]
+            if path.parent.name != "simulators":  # there, names of other programs
+                assert [(path, name) for name in plain if name not in KNOWN] == []
+
+
+def test_names_on_pages():
+    """Keys of a scene look like names of modules; so each part of a name must be known, here or as a file's suffix."""
+    for path, text in documentation():
+        names = [name for name in quoted(text) if "." in name and name.split(".")[0] in MODULES]
+        assert [(path, name) for name in names if not (resolves(name) or KNOWN.issuperset(name.split(".")))] == []
+
+
+def test_files_that_are_named():
+    for path, text in documentation():
+        assert [(path, name) for name in PATHS.findall(text) if not (ROOT / name).exists()] == []
+
+
+def test_code_spans_are_on_one_line():
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+        assert [(page, line) for line in text.splitlines() if line.count("`") % 2] == []
+
+
+def test_stale_names_are_found():
+    assert all(map(resolves, ("reference.prove", "viscopade.reference.prove", "np.exp")))
+    assert not any(map(resolves, ("reference.prove_elastic", "kernels.lookup")))
+    assert {"prove", "prove_elastic"} - KNOWN == {"prove_elastic"}
