@@ -95,6 +95,7 @@ def test_nearly_elastic_collisions(end):
         assert tsuji.one_minus_epsilon(zeta, end) == pytest.approx(loss, rel=4e-15, abs=0)
     assert tsuji.damping_ratio(one_minus_epsilon=0, end=end) == 0
     assert math.copysign(1, tsuji.damping_ratio(1.0, end=end)) == 1
+    assert math.copysign(1, tsuji.damping_ratio(one_minus_epsilon=-0.0, end=end)) == 1
 
 
 def test_more_damping_means_less_eps():
