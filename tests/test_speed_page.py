@@ -41,7 +41,9 @@ def test_rows_of_exported_headers(row):
         f"static const {numbers} viscopade_table_",
     ):
         assert words in text
-    (bounds,) = re.findall(r"min\(eps, 1 - eps\) <= (\S+) in the table, (?:(\S+) elsewhere|that of viscopade_full)", text)
+    (bounds,) = re.findall(
+        r"min\(eps, 1 - eps\) <= (\S+) in the table, (?:(\S+) elsewhere|that of viscopade_full)", text
+    )
     assert error == max(filter(None, bounds), key=float)
 
 
