@@ -9,6 +9,7 @@ compiler or emulator is missing; INSTALL brings them all on Debian.
 
 from __future__ import annotations
 
+import math
 import platform
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -392,14 +393,21 @@ def _summary(ran: Sequence[Ran]) -> str:
     lacking = [f"{target.name} ({target.missing()})" for target in TARGETS if target.missing()]
     off = max(ran, key=lambda one: one.off)
     text = (
-        f"{sum(one.results for one in ran):,} results of {len(ran)} programs on {places} pairs of processor and C "
-        f"library. The largest error is {worst.part:.6f} of what its header states ({worst.where}; "
-        f"{worst.target.name}); the uncertainty of the truth counts as error. In type float viscopade_full.h states "
-        f"hardly more than the half ulp of rounding, so its largest errors are always close to that. The largest "
-        f"difference from this machine's results is {off.off:.3f} of twice the stated rounding error "
-        f"({off.target.name}, {off.header})."
+        f"{sum(one.results for one in ran):,} results of {len(ran)} programs, for {places} combinations of processor, "
+        f"C library and compiler; builds after the first of a combination get {1 / FRACTION:.0%} of the arguments. The "
+        f"largest error is {_share(worst.part)} of what its header states ({worst.where}; {worst.target.name}); the "
+        f"uncertainty of the truth counts as error. In type float viscopade_full.h states hardly more than the half "
+        f"ulp of rounding, so its largest errors are always close to that. The largest difference from this machine's "
+        f"results is {_share(off.off)} of twice the stated rounding error ({off.target.name}, {off.header}); where "
+        f"half an ulp is stated, one ulp is twice that. The headers' proofs do not hold for the x87 unit, which rounds "
+        f"twice: there the bounds are only sampled."
     )
     return text + (f" Missing here, and left out: {', '.join(lacking)}. Debian: {INSTALL}" if lacking else "")
+
+
+def _share(number: float) -> str:
+    """Return a share cut off after some digits, so that one below 1 never reads as 1."""
+    return f"{math.floor(number * 1e6) / 1e6:.6f}" if math.isfinite(number) else str(number)
 
 
 def _label(target: Target, build: Build) -> str:
@@ -430,19 +438,16 @@ def _errors(found: Sequence[Ran]) -> Table:
 def _cell(one: Ran) -> str:
     if one.reason:
         return "not known here" if missing(one) else one.reason[:60]
-    return f"{one.part:.5f}"
+    return _share(one.part)
 
 
 def _bits(ran: Sequence[Ran]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for label, ones in _builds(ran).items():
-        worst = max(ones, key=lambda one: one.part)
-        off = f"{max(one.off for one in ones):.3f}"
-        rows.append((label, off, *_by_libm(ones), *_without_libm(ones), worst.where))
-    header = (
-        "processor and flags", "largest difference / twice the stated rounding", "results by libm", "differ",
-        "without libm", "differ", "largest error in",
-    )  # fmt: skip
+        off = _share(max(one.off for one in ones))
+        rows.append((label, off, *_by_libm(ones), *_without_libm(ones)))
+    compared = "largest difference / twice the stated rounding"
+    header = ("processor and flags", compared, "results by libm", "differ", "without libm", "differ")
     return Table("Results compared with this machine's: how far they are off, and how many differ in any bit", header,
                  tuple(rows))  # fmt: skip
 
