@@ -242,7 +242,7 @@ def _of_lookup(function: Function, file: str, texts: Mapping[str, str]) -> list[
     part, form, stated = passage(function.name, texts[file]), function.form, function.stated
     last = CONVERTED if form == "float" else 0.0  # beyond the table type float is computed in type double
     if "ulp in all" in part:
-        outside = number(rf"at most {N} ulp in all", part, file)
+        outside = number(rf"and {N} ulp for every other speed", part, file)
         pattern = rf"relative errors of at most {N} in the table, besides what the rounding of w does, at most {N}"
         inside = sum(map(float, re.findall(pattern, part)[0]))
         kinds = {
@@ -255,7 +255,7 @@ def _of_lookup(function: Function, file: str, texts: Mapping[str, str]) -> list[
         kernel = _full(texts)
     else:
         kernel = _full(texts) if "viscopade_full.h elsewhere" in part else _half_line(part, file)
-        of_v_star = number(rf"elsewhere {N} min\(eps, 1 - eps\), besides", part, file)
+        of_v_star = number(rf"and {N} min\(eps, 1 - eps\) for every other speed", part, file)
         ((whole, formula),) = stated.smaller
         converted = stated.double_ulps and form == "float"
         own = {"ulps": 3.0} if form == "float" and not converted else {"ulps": last, "double_ulps": 3.0}
