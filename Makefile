@@ -21,9 +21,9 @@ test-slow: $(NATIVE)
 
 # All 2^31 non-negative floats, and 360 million doubles: about half an hour; then all floats through the kernels of speed.
 exhaustive: $(NATIVE)
-	$(BIN)/python benchmarks/exhaustive_float.py
-	$(BIN)/python benchmarks/ulp_double.py
-	$(BIN)/python benchmarks/exhaustive_speed_float.py
+	$(BIN)/python -m viscopade_lab.exhaustive.floats
+	$(BIN)/python -m viscopade_lab.exhaustive.doubles
+	$(BIN)/python -m viscopade_lab.exhaustive.speed_floats
 
 # The suite that tries to break everything, thoroughly.
 hardcases: $(NATIVE)
@@ -36,22 +36,22 @@ processors: $(NATIVE)
 
 # Oldest and newest packages with every Python that is found; needs the package index, and hours.
 matrix: $(NATIVE)
-	$(BIN)/python -m benchmarks.environment_matrix
+	$(BIN)/python -m tools.environment_matrix
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports
-	$(BIN)/python benchmarks/bench_series.py
-	$(BIN)/python benchmarks/bench_exact.py
-	$(BIN)/python benchmarks/bench_double.py
-	$(BIN)/python benchmarks/damping.py
-	$(BIN)/python -m benchmarks.gas_cost
+	$(BIN)/python -m viscopade_lab.studies.series
+	$(BIN)/python -m viscopade_lab.studies.exact
+	$(BIN)/python -m viscopade_lab.studies.double
+	$(BIN)/python -m viscopade_lab.studies.damping
+	$(BIN)/python -m viscopade_lab.studies.gas_cost
 
 # Two spheres, and a box of ice, in the simulators that are installed; each says so if its program is missing.
 simulators: $(NATIVE)
-	-$(BIN)/python -m benchmarks.lammps_collisions
-	-$(BIN)/python -m benchmarks.rebound_ice
-	-$(BIN)/python -m benchmarks.liggghts_collisions
-	-$(BIN)/python -m benchmarks.yade_collisions
+	-$(BIN)/python -m viscopade_lab.programs.lammps_collisions
+	-$(BIN)/python -m viscopade_lab.programs.rebound_ice
+	-$(BIN)/python -m viscopade_lab.programs.liggghts_collisions
+	-$(BIN)/python -m viscopade_lab.programs.yade_collisions
 
 # Files that git knows, so that a scratch file in the tree is nobody's concern; without git, all files.
 TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))
@@ -59,7 +59,7 @@ TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))
 lint: $(READY)
 	@$(BIN)/ruff format --check --quiet --force-exclude $(or $(TRACKED),.)
 	@$(BIN)/ruff check --quiet --force-exclude $(or $(TRACKED),.)
-	@$(BIN)/mypy $(filter src/% benchmarks/%,$(filter-out %.ipynb,$(TRACKED)))
+	@$(BIN)/mypy $(filter src/% tools/%,$(filter-out %.ipynb,$(TRACKED)))
 
 format: $(READY)
 	$(BIN)/ruff format .
@@ -76,10 +76,10 @@ $(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@touch $@
 
 # The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.
-$(NATIVE): $(READY) src/viscopade/_native.c exports/viscopade_speed_full.h
-	rm -f src/viscopade/_native.*.so
+$(NATIVE): $(READY) src/viscopade/arrays/_native.c exports/viscopade_speed_full.h
+	rm -f src/viscopade/arrays/_native.*.so
 	$(BIN)/python setup.py --quiet build_ext --inplace --force
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/arrays/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis

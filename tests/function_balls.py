@@ -5,7 +5,7 @@ from fractions import Fraction
 from flint import fmpq_poly
 from hypothesis import strategies as st
 
-from viscopade.wiener import Element, Wiener
+from viscopade.arithmetic.function_balls import Element, Wiener
 
 BITS, TERMS = 40, 8
 ALGEBRA = Wiener(BITS, TERMS)

@@ -11,7 +11,7 @@ The table and the bounds are read from the header's text. Nothing is known of ho
   from one row to the next is computed exactly, for all rows.
 
 The JSON file has a list of {"w": …, "epsilon": …, "one_minus_epsilon": …}: w a fraction, the others correctly rounded
-decimals (`viscopade.exact` or an integration with mpmath).
+decimals (`viscopade.collision.exact` or an integration with mpmath).
 """
 
 from __future__ import annotations

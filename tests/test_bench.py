@@ -14,15 +14,17 @@ import pytest
 
 from tests import terminal
 from tests.patience import HANGS
-from viscopade import bench, exact, exports
-from viscopade.bench import calls, compilers, measured, ours, rivals, stated, tables
-from viscopade.bench.compilers import BenchError
-from viscopade.bench.harness import RUNS, Harness, Sizes, Task, in_rounds
-from viscopade.bench.kernel import ARRAY, DOUBLE, FLOAT, MEASURES, SCALAR, Kernel
-from viscopade.bench.measured import CALL, Key
-from viscopade.bench.scene import SPEEDS, Scene
-from viscopade.bench.scene import exact as exact_at
-from viscopade.bench.targets import judged
+from viscopade.arrays.double import exact as exact_at
+from viscopade.collision import exact
+from viscopade.kernels import requests, toolchain
+from viscopade.kernels.toolchain import BenchError
+from viscopade_lab import bench
+from viscopade_lab.bench import calls, measured, ours, rivals, stated, tables
+from viscopade_lab.bench.harness import RUNS, Harness, Sizes, Task, in_rounds
+from viscopade_lab.bench.kernel import ARRAY, DOUBLE, FLOAT, MEASURES, SCALAR, Kernel
+from viscopade_lab.bench.measured import CALL, Key
+from viscopade_lab.bench.scene import SPEEDS, Scene
+from viscopade_lab.bench.targets import judged
 
 EXPORTS = Path(__file__).parents[1] / "exports"
 TINY = Sizes(memory=1 << 12, cache=256, scalar=256, duration=1.0, sampled=1 << 10)
@@ -34,11 +36,11 @@ needs_compiler = pytest.mark.skipif(
 
 
 def of_exports(name):
-    return compilers.read_from(EXPORTS, name)
+    return toolchain.read_from(EXPORTS, name)
 
 
 def harness_of(*kernels, scene=ICE, headers=None):
-    return Harness(kernels, headers or {}, compilers.find(), scene, TINY)
+    return Harness(kernels, headers or {}, toolchain.find(), scene, TINY)
 
 
 def rival(ident, scene=ICE):
@@ -211,7 +213,7 @@ def largest(proven, form):
 
 
 def test_the_headers_are_exported():
-    assert set(ours.FILES.values()) <= set(exports.NAMES)
+    assert set(ours.FILES.values()) <= set(requests.NAMES)
 
 
 def test_minimax_kernels_are_left_out_where_they_are_not_meant_for():
@@ -391,7 +393,7 @@ def test_the_fastest_of_some_runs_counts():
 def test_without_a_compiler_there_is_one_clear_line(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(BenchError, match=r"^there is no C compiler 'no-such-compiler': accepted is"):
-        compilers.find()
+        toolchain.find()
 
 
 @needs_compiler
@@ -413,9 +415,9 @@ def test_missing_functions_are_told():
 @needs_compiler
 def test_a_compiler_with_arguments_may_be_named():
     words = os.environ.get("CC", "cc")
-    assert compilers.find(f"{words} -DVISCOPADE_TEST").words[-1] == "-DVISCOPADE_TEST"
+    assert toolchain.find(f"{words} -DVISCOPADE_TEST").words[-1] == "-DVISCOPADE_TEST"
     with pytest.raises(BenchError, match=r"fails: .*no_such_header"):
-        compilers.find(f"{words} -include no_such_header.h")
+        toolchain.find(f"{words} -include no_such_header.h")
 
 
 @needs_compiler
@@ -432,13 +434,13 @@ def test_the_scalar_loop_is_not_made_of_vector_instructions(tmp_path):
     """What would be a vector loop otherwise (the array is one, at -O3) stays a loop over single speeds."""
     if np.dtype(np.intp).itemsize != 8 or "x86" not in os.uname().machine:
         pytest.skip("the instructions looked for are those of x86")
-    from viscopade.bench.sources import frame, unit
+    from viscopade_lab.bench.sources import frame, unit
 
     (tmp_path / "bench.h").write_text(frame())
     code = {}
     for library in ("scalar", "array"):
         (tmp_path / "unit.c").write_text(unit(rival("copy"), library))
-        command = [*compilers.find().words, "-O3", "-S", "-o", "-", "unit.c"]
+        command = [*toolchain.find().words, "-O3", "-S", "-o", "-", "unit.c"]
         code[library] = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert "mulpd" in code["array"]
     assert "mulpd" not in code["scalar"]
@@ -573,7 +575,7 @@ def test_an_unknown_part_of_a_known_name_is_refused():
 
 def test_missing_headers_are_told(tmp_path):
     with pytest.raises(ValueError, match=r"cannot read .*viscopade_full.h: No such file or directory; accepted is"):
-        bench.run(bench.Settings(quick=True, only=("full",)), read=lambda name: compilers.read_from(tmp_path, name))
+        bench.run(bench.Settings(quick=True, only=("full",)), read=lambda name: toolchain.read_from(tmp_path, name))
 
 
 @needs_compiler

@@ -41,6 +41,6 @@ def test_a_script_says_what_to_install(name, package):
 
 def test_damping_runs_as_a_script():
     pytest.importorskip("scipy")
-    words = [sys.executable, "benchmarks/damping.py", "--format", "csv"]
+    words = [sys.executable, "src/viscopade_lab/studies/damping.py", "--format", "csv"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS, check=True)
     assert [line.split(",")[0] for line in done.stdout.splitlines()] == ["eps", "0.9", "0.5", "0.1", "0.01"]

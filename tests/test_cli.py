@@ -14,9 +14,12 @@ from pathlib import Path
 import pytest
 
 from tests.patience import HANGS
-from viscopade import Pair, Sphere, exact, exports, pade, paper, series
-from viscopade.cli import command
-from viscopade.paper import TABLE
+from viscopade import Pair, Sphere
+from viscopade.cli.main import command
+from viscopade.collision import exact
+from viscopade.kernels import requests
+from viscopade.theory import pade, paper, series
+from viscopade.theory.paper import TABLE
 
 VISCOPADE = [sys.executable, "-m", "viscopade"]
 
@@ -203,7 +206,7 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
     written = run(*words, "-o", target)
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
-    assert target.read_text() == run(*words).stdout == exports.render("c", [(3, 6), (1, 4)])
+    assert target.read_text() == run(*words).stdout == requests.render("c", [(3, 6), (1, 4)])
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
 
 

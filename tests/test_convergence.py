@@ -11,9 +11,20 @@ import pytest
 from flint import acb, acb_poly, arb
 from mpmath import mp
 
-from viscopade import convergence, exact, pade, series, singularity
-from viscopade.balls import working
-from viscopade.convergence import ORDER, TERMS, Element, Square, agree, panels, prove, starts_elastically, theorem
+from viscopade.arithmetic.balls import working
+from viscopade.collision import exact
+from viscopade.theory import convergence, pade, series, singularity
+from viscopade.theory.convergence import (
+    ORDER,
+    TERMS,
+    Element,
+    Square,
+    agree,
+    panels,
+    prove,
+    starts_elastically,
+    theorem,
+)
 
 SINGULAR = complex(singularity.from_flow(10).v_star)
 ROOT = Path(__file__).parents[1]

@@ -12,17 +12,18 @@ from click.testing import CliRunner
 from mpmath import mp, mpf
 
 from tests import compiled
-from viscopade import exports, pade, series
-from viscopade.cli import command
-from viscopade.exports import NAMES, PAPER_DEGREES
-from viscopade.proofs import of_pade
+from viscopade.cli.main import command
+from viscopade.kernels import requests
+from viscopade.kernels.prove_rational import of_pade
+from viscopade.kernels.requests import NAMES, PAPER_DEGREES
+from viscopade.theory import pade, series
 
 DIRECTORY = Path(__file__).parents[1] / "exports"
 
 
 @cache
 def made(name: str) -> str:
-    return exports.file(name)
+    return requests.file(name)
 
 
 def test_the_directory_holds_these_files_and_no_others():
@@ -80,18 +81,18 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
 
 def test_unknown_target():
     with pytest.raises(ValueError, match="accepted are c, python, csv, json, latex, certificates, cuda, glsl"):
-        exports.render("cobol")
+        requests.render("cobol")
 
 
 def test_a_target_of_another_kind():
     with pytest.raises(ValueError, match="accepted for quotients of polynomials is c, python"):
-        exports.render("fortran")
+        requests.render("fortran")
 
 
 @pytest.mark.parametrize(("m", "n"), [*PAPER_DEGREES, (15, 18), (25, 28), (40, 43)])
 def test_compiled_header_against_mpmath_from_zero_to_a_million(tmp_path, m, n):
     """The whole way: equation of motion -> h_k -> [m/n] -> C -> compiler, against mpmath at 60 digits."""
-    functions = compiled.build(tmp_path, [exports.render("c", [(m, n)])])
+    functions = compiled.build(tmp_path, [requests.render("c", [(m, n)])])
     function = functions[f"epsilon_pade_{m}_{n}"]
     with mp.workdps(60):
         a, b = ([mpf(x) for x in c[::-1]] for c in pade(m, n, 40).decimals())

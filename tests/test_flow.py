@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from viscopade import flow
-from viscopade.balls import exact_middle, working
-from viscopade.flow import Dyadic, integrate
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.collision import flow
+from viscopade.collision.flow import Dyadic, integrate
 
 BITS = 400
 ONE = 1 << BITS

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.hard_case import assert_passes
-from viscopade import double
-from viscopade.hardcases import compilers
-from viscopade.hardcases.compilers import Build, Stated
-from viscopade.paper import TABLE
-from viscopade.series import series
+from viscopade.arrays import double
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
+from viscopade_lab.hard_cases import compilers
+from viscopade_lab.hard_cases.compilers import Build, Stated
 
 NEEDS_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
 PADE = "viscopade_pade.h"

@@ -7,9 +7,9 @@ import pytest
 
 import viscopade as vp
 from tests.hard_case import assert_passes
-from viscopade.hardcases import environments, streams
-from viscopade.hardcases.environments import COMMANDS, PROGRAM, Environment, compared, in_environment, numbers
-from viscopade.hardcases.streams import Ran
+from viscopade_lab.hard_cases import environments, streams
+from viscopade_lab.hard_cases.environments import COMMANDS, PROGRAM, Environment, compared, in_environment, numbers
+from viscopade_lab.hard_cases.streams import Ran
 
 HELLO = Ran(b"one\n2.50\n", b"", 0)
 
@@ -117,6 +117,6 @@ def test_console_needs_no_generic_parameters_of_click():
         "class Plain(click.ParamType):\n"
         "    __class_getitem__ = None\n"
         "click.ParamType = Plain\n"
-        "import viscopade.console"
+        "import viscopade.cli.console"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).stderr == b""

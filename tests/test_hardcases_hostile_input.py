@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from tests.hard_case import assert_passes
 from tests.patience import HANGS
-from viscopade.document import Node
-from viscopade.hardcases import hostile_input, inputs, trial
-from viscopade.hardcases.inputs import Attempt
-from viscopade.hardcases.trial import Answer
-from viscopade.scene import from_toml
+from viscopade.records import Node
+from viscopade.scene.read import from_toml
+from viscopade_lab.hard_cases import hostile_input, inputs, trial
+from viscopade_lab.hard_cases.inputs import Attempt
+from viscopade_lab.hard_cases.trial import Answer
 
 
 @pytest.fixture(scope="module")

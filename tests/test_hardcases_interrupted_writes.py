@@ -14,9 +14,9 @@ import pytest
 
 from tests.hard_case import assert_passes
 from tests.patience import HANGS
-from viscopade import writer
-from viscopade.hardcases import interrupted_writes, interruption
-from viscopade.kernels import MARKER
+from viscopade.cli import writer
+from viscopade.generated import MARKER
+from viscopade_lab.hard_cases import interrupted_writes, interruption
 
 OURS = f"# {MARKER} 0: x\n"
 

@@ -27,8 +27,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests import compiled
-from viscopade.kernels import END_CONDITION, MARKER, Kernel, c, horner, python, tables
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format, exact
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, exact
+from viscopade.generated import END_CONDITION, MARKER
+from viscopade.kernels.forms.quotient import Kernel
+from viscopade.kernels.targets import c, python, tables
+from viscopade.kernels.targets.wording import horner
 
 COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
 SOURCE = "Müller and Pöschel 2011, eq:padeDef"
@@ -288,7 +291,7 @@ def test_wrong_types_are_refused(changes: dict[str, object]) -> None:
 
 def test_importing_kernels_loads_no_heavy_package() -> None:
     code = (
-        "import sys, viscopade.writer; from viscopade.kernels import c, python, tables; "
+        "import sys, viscopade.cli.writer; from viscopade.kernels.forms.quotient import c, python, tables; "
         "assert not {'sympy', 'matplotlib', 'jinja2'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

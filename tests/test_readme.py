@@ -13,7 +13,7 @@ import pytest
 
 import viscopade
 from tests.patience import HANGS
-from viscopade.model import beta_si_from_cgs
+from viscopade.collision.spheres import beta_si_from_cgs
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()

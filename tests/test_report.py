@@ -20,13 +20,15 @@ import pytest
 from matplotlib.image import imread
 
 from tests.patience import HANGS
-from viscopade import double, report, writer
-from viscopade.report import choice, page, picture
-from viscopade.report import result as result_module
-from viscopade.report.choice import Point, choices, frontier, panel, panels
-from viscopade.report.labels import Box, place, shortened
-from viscopade.report.picture import NARROW, WIDE, drawn_curves, drawn_panels
-from viscopade.report.result import FORMATS, MEASURES, SPEEDS, Row, checked
+from viscopade.arrays import double
+from viscopade.cli import writer
+from viscopade_lab.report import choice, page, picture
+from viscopade_lab.report import render as report
+from viscopade_lab.report import result as result_module
+from viscopade_lab.report.choice import Point, choices, frontier, panel, panels
+from viscopade_lab.report.labels import Box, place, shortened
+from viscopade_lab.report.picture import NARROW, WIDE, drawn_curves, drawn_panels
+from viscopade_lab.report.result import FORMATS, MEASURES, SPEEDS, Row, checked
 
 SAMPLE = Path(__file__).parent / "data" / "bench_result.json"
 LAYOUTS = {"wide": WIDE, "narrow": NARROW}
@@ -34,7 +36,7 @@ LAYOUTS = {"wide": WIDE, "narrow": NARROW}
 
 @pytest.fixture(scope="module")
 def data():
-    return report.from_json(SAMPLE.read_text(), "sample.json")
+    return result_module.from_json(SAMPLE.read_text(), "sample.json")
 
 
 @pytest.fixture(scope="module")
@@ -637,7 +639,7 @@ def test_the_result_is_left_alone(data):
 
 
 def test_importing_loads_neither_matplotlib_nor_jinja():
-    code = "import sys, viscopade.report\nprint(*sys.modules)"
+    code = "import sys, viscopade_lab.report\nprint(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert not {"matplotlib", "jinja2", "scipy", "click"} & set(run.stdout.split())
 
@@ -710,7 +712,7 @@ def test_wrong_results_are_refused_in_one_line(data, message):
     changed = copy.deepcopy(data)
     MALFORMED[message](changed)
     with pytest.raises(ValueError) as caught:
-        report.from_json(json.dumps(changed), "my/result.json")
+        result_module.from_json(json.dumps(changed), "my/result.json")
     text = str(caught.value)
     assert text.startswith(f"my/result.json: {message}")
     assert "\n" not in text
@@ -722,7 +724,7 @@ def test_wrong_results_are_refused_in_one_line(data, message):
 @pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "no", '{"command": 1e999999}', "\ufeff{}", b"\xff{}", b"\0"])
 def test_what_is_no_json_is_refused_in_one_line(text):
     with pytest.raises(ValueError, match=r"\Aresult\.json: [^\n]*\Z"):
-        report.from_json(text, "result.json")
+        result_module.from_json(text, "result.json")
 
 
 def test_huge_integers_are_refused(data):

@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 
 from tests.compiled import build
-from viscopade import double, exact, minimax, tabulated
-from viscopade.catalogue import entries
+from viscopade.approximation import cheapest, minimax
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.kernels import registry_arrays
+from viscopade.kernels.registry import entries
 from viscopade.scene import candidate
 from viscopade.scene.candidate import Constant, Polynomial, Ready, in_format, interval, uncovered
 from viscopade.scene.choice import AS_CHEAP, Choice, choose
@@ -151,7 +154,7 @@ def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
     low, high = interval(met, asked.code)
     price = minimax.cost(found.kernel.m, found.kernel.n)
     for measure in ("both", "relative"):
-        fit = minimax.most_accurate(price - 1, high, low, measure)
+        fit = cheapest.most_accurate(price - 1, high, low, measure)
         v_star = np.linspace(float(met[0].v_star[0]), float(met[0].v_star[1]), 3001)
         a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (fit.a, fit.b))
         eps = np.asarray(double.epsilon(v_star))
@@ -432,7 +435,7 @@ def test_formulas_are_as_far_off_as_the_catalogue_says(entry) -> None:
     """Largest errors of what shows where a kernel fails: at most the bound, and not far below."""
     v_star = np.geomspace(0.05, 8.0, 20001)
     eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-    off = (np.abs(tabulated.epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
+    off = (np.abs(registry_arrays.epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
     bound = float(entry.error(Fraction(1, 20), Fraction(8)))
     assert off <= bound + 1e-14
     if bound > 1e-13:
@@ -444,7 +447,7 @@ def test_formulas_hold_beyond_the_tables(tier: str) -> None:
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     v_star = np.array([1e-9, 1e-4, 1e2, 1e6])
     eps = np.asarray(double.epsilon(v_star))
-    assert np.abs(tabulated.epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
+    assert np.abs(registry_arrays.epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
 
 
 # --- costs ------------------------------------------------------------------------------------------------------------

@@ -445,7 +445,7 @@ def test_errors_of_a_bound_hold(eps, width, both, relative, off, where):
 
 
 def met_in(path):
-    return encounter.encounters(read.scene(path.read_bytes(), path.name))
+    return encounter.encounters(read.from_toml(path.read_bytes(), path.name))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -464,7 +464,7 @@ def test_readme_of_the_examples(path):
 
 def test_ice_is_that_of_the_paper():
     """v* = 1 at 0.262 cm/s, for the ball that was measured."""
-    scene = read.scene((ROOT / "examples" / "ice_rings.toml").read_bytes(), "ice_rings.toml")
+    scene = read.from_toml((ROOT / "examples" / "ice_rings.toml").read_bytes(), "ice_rings.toml")
     ice = scene.materials["ice"]
     pair = Pair(ice.sphere(0.0275), ice.wall())
     assert pair.speed(1.0) == pytest.approx(0.00262, rel=0.2)
@@ -473,7 +473,7 @@ def test_ice_is_that_of_the_paper():
 
 def test_rubber_is_warned_of_and_glass_is_not():
     for stem, expected in (("rubber", True), ("glass_beads", False)):
-        scene = read.scene((ROOT / "examples" / f"{stem}.toml").read_bytes(), stem)
+        scene = read.from_toml((ROOT / "examples" / f"{stem}.toml").read_bytes(), stem)
         texts = [text for e in encounter.encounters(scene) for text in sense.warnings(scene, e)]
         assert bool(texts) is expected
         assert any(DEPTH in text for text in texts) is expected

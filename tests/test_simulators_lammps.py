@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import lammps_collisions as validation
-from viscopade import Pair, Sphere, simulators
-from viscopade.simulators import lammps
-from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade import Pair, Sphere
+from viscopade.simulators import TARGETS, lammps
+from viscopade.simulators.render import render
+from viscopade.simulators.setup import Contact, Setup, Units, of_pair
+from viscopade_lab.programs import lammps_collisions as validation
 
 COMMAND = "viscopade simulators lammps scene.toml"
 STEEL = Sphere(radius=0.005, density=7800, young_modulus=2e9, poisson_ratio=0.28, dissipative_constant=1e-5)
@@ -456,7 +457,7 @@ def test_an_eps_that_is_no_normal_number_is_refused(dissipative_constant):
         poisson_ratio=0.3,
         dissipative_constant=dissipative_constant,
     )
-    setup = simulators.of_pair(Pair(ball, ball), 1e-3)
-    for target in simulators.TARGETS:
+    setup = of_pair(Pair(ball, ball), 1e-3)
+    for target in TARGETS:
         with pytest.raises(ValueError, match="eps is too small for double precision at the fastest impact"):
-            simulators.render(target, setup, "viscopade simulators")
+            render(target, setup, "viscopade simulators")

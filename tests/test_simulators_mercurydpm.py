@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.two_spheres import integrated, setup
 from tests.patience import HANGS
 from viscopade import Pair, Sphere
 from viscopade.simulators import mercurydpm
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs.two_spheres import integrated, setup
 
 COMMAND = "viscopade simulators mercurydpm scene.toml"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")

@@ -6,10 +6,10 @@ import math
 import mpmath
 import pytest
 
-from benchmarks.two_spheres import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.simulators import liggghts, mercurydpm, stated, tsuji, yade
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs.two_spheres import integrated, setup
 
 ENDS = ("force", "position")
 

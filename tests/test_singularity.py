@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from viscopade import series, singularity
+from viscopade.theory import series, singularity
 
 FLOW = singularity.from_flow()
 COEFFICIENTS = singularity.from_coefficients()

@@ -9,11 +9,11 @@ from functools import cache
 import pytest
 from flint import arb
 
-from viscopade import exact
-from viscopade.balls import exact_middle, working
-from viscopade.enclosure import ends
-from viscopade.exact import _AtK, _Restitution, _Speed
-from viscopade.flow import Dyadic
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.collision import exact
+from viscopade.collision.exact import _AtK, _Restitution, _Speed
+from viscopade.collision.flow import Dyadic
+from viscopade.collision.validation import ends
 
 ACCURACY = 120
 WORKING = 250

@@ -4,7 +4,7 @@
     python tests/fuzz/fuzz_cli.py -max_len=400 -max_total_time=600 CORPUS
 
 The fuzzer's bytes are the dice that the grammar throws: it learns which choices lead to new code. A crash is any fault
-that `viscopade.hardcases.trial` knows.
+that `viscopade_lab.hard_cases.trial` knows.
 """
 
 import os
@@ -14,10 +14,18 @@ import tempfile
 
 import atheris
 
-INSTRUMENTED = ["viscopade.cli", "viscopade.console", "viscopade.checks", "viscopade.document", "viscopade.exports"]
+INSTRUMENTED = [
+    "viscopade.cli.main",
+    "viscopade.cli.console",
+    "viscopade.arguments",
+    "viscopade.records",
+    "viscopade.kernels.requests",
+]
 
-with atheris.instrument_imports(include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.model"]):
-    from viscopade.hardcases import trial
+with atheris.instrument_imports(
+    include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.collision.spheres"]
+):
+    from viscopade_lab.hard_cases import trial
 
 
 class Dice(random.Random):

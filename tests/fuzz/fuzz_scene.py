@@ -14,11 +14,11 @@ import sys
 
 import atheris
 
-INSTRUMENTED = ["viscopade.scene", "viscopade.document", "viscopade.report.result", "tomllib"]
+INSTRUMENTED = ["viscopade.scene", "viscopade.records", "viscopade_lab.report.result", "tomllib"]
 
 with atheris.instrument_imports(include=INSTRUMENTED):
-    from viscopade.report.result import from_json
     from viscopade.scene.read import scene
+    from viscopade_lab.report.result import from_json
 
 SOURCE = "scene.toml"
 

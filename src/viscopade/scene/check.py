@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from viscopade import double
-from viscopade.arrays import FloatArray
-from viscopade.bench.compilers import BenchError
-from viscopade.bench.scene import exact
-from viscopade.kernels import MARKER, template
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.arrays.double import exact
+from viscopade.generated import MARKER, template
+from viscopade.kernels.toolchain import BenchError
 from viscopade.scene import runners, shaders
 from viscopade.scene.candidate import Constant
 from viscopade.scene.choice import WORDS, Choice
@@ -146,7 +146,7 @@ def _driver(choice: Choice, text: str, size: int, ending: str = "") -> str:
     scene, code = choice.scene, choice.scene.code
     given = layout(choice)
     ending = ending or {"h": "c"}.get(given["dialect"], given["dialect"])
-    return template(f"check.{ending}.jinja").render(
+    return template(__name__, f"check.{ending}.jinja").render(
         marker=MARKER,
         text=text,
         file=file_name(scene),

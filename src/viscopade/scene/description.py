@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators.setup import SI, Units
 
 Language = Literal["c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"]

@@ -10,8 +10,8 @@ from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
-from viscopade.document import Node
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.records import Node
 from viscopade.scene.description import (
     Argument,
     Body,
@@ -46,7 +46,7 @@ T = TypeVar("T")
 _TOP = ("name", "title", "material", "body", "contact", "speed", "tolerance", "code", "gas", "units")
 
 
-def scene(content: bytes | str, source: str) -> Scene:
+def from_toml(content: bytes | str, source: str) -> Scene:
     """Return the scene in a TOML file.
 
     Parameters

@@ -11,10 +11,10 @@ from math import sqrt
 from textwrap import wrap
 from typing import Any
 
-from viscopade.certificate import at_most
-from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.binary import FORMATS
-from viscopade.kernels.compact import TARGETS, shortest
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.targets.table_free import TARGETS, shortest
 from viscopade.scene.candidate import Candidate, Constant, Ready
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
@@ -79,7 +79,7 @@ def render(choice: Choice, command: str) -> str:
     scene, request = choice.scene, choice.chosen.candidate.request()
     language = scene.code.language
     pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
-    return template("scene.jinja").render(
+    return template(__name__, "scene.jinja").render(
         **layout(choice),
         head=_comment(language, _head(choice, command)),
         kernel="" if request is None else _kernel(choice, request.render(language)),

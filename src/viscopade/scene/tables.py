@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from viscopade.certificate import at_most
+from viscopade.arithmetic.decimals import at_most
 from viscopade.scene.check import Check
 from viscopade.scene.choice import WORDS, Choice, Offer
 from viscopade.scene.encounter import Encounter, mean_free_time

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from viscopade.kernels import one_line
-from viscopade.model import Pair
+from viscopade.collision.spheres import Pair
+from viscopade.generated import one_line
 from viscopade.simulators.lammps import timestep_error
 from viscopade.simulators.setup import Contact, Setup, Units
 

@@ -30,10 +30,9 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.double import epsilon as exact_epsilon
-from viscopade.kernels import environment, marker_line
-from viscopade.model import Pair
-from viscopade.paper import TABLE
+from viscopade.arrays.double import epsilon as exact_epsilon
+from viscopade.collision.spheres import Pair
+from viscopade.generated import marker_line, template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
@@ -49,6 +48,7 @@ from viscopade.simulators.stated import (
     short,
     shortest_contact,
 )
+from viscopade.theory.paper import TABLE
 
 
 @dataclass(frozen=True)
@@ -126,17 +126,13 @@ def render(setup: Setup, command: str) -> str:
         If a name or the title is not one printable line.
     """
     timestep = shortest_contact(setup) / STEPS
-    return (
-        environment("viscopade")
-        .get_template("yade.py.jinja")
-        .render(
-            marker=marker_line(command),
-            title=heading(setup),
-            setup=setup,
-            contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
-            timestep=short(timestep),
-            step_error=f"{largest_step_error(setup, timestep):.1e}",
-            steps=STEPS,
-            full=full,
-        )
+    return template(__name__, "yade.py.jinja").render(
+        marker=marker_line(command),
+        title=heading(setup),
+        setup=setup,
+        contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
+        timestep=short(timestep),
+        step_error=f"{largest_step_error(setup, timestep):.1e}",
+        steps=STEPS,
+        full=full,
     )

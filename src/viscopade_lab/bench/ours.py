@@ -1,0 +1,145 @@
+"""The kernels that viscopade exports, as they stand in its headers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.arrays.double import exact
+from viscopade_lab.bench import stated
+from viscopade_lab.bench.kernel import ARRAY, DOUBLE, FLOAT, Format, Kernel
+from viscopade_lab.bench.scene import PAIRS, Scene
+from viscopade_lab.bench.sources import render
+
+TIERS = {
+    "1e-3": "viscopade_speed_1em3.h",
+    "1e-5": "viscopade_speed_1em5.h",
+    "1e-7": "viscopade_speed_1em7.h",
+    "1e-10": "viscopade_speed_1em10.h",
+    "full": "viscopade_speed_full.h",
+}
+WITH_PAIRS = "1e-5"  # the tier whose functions with a table of pairs and with one beta per element are measured, too
+_BY_ROOT = {"half-line": "viscopade_half_line.h", "minimax": "viscopade_minimax.h"}
+_FULL = "viscopade_full.h"
+MINIMAX_END = 5.0
+
+_NAME = re.compile(r"\bdouble viscopade_restitution_(\w+)\(double speed, double beta\)")
+_LOOKUP = "lookup_"
+
+
+def tier_id(tier: str) -> str:
+    """Return the id of a kernel from speed to eps."""
+    return f"speed-{tier}"
+
+
+FILES = {tier_id(tier): name for tier, name in TIERS.items()} | _BY_ROOT | {"full": _FULL}
+"""By id, or the beginning of it, the header."""
+
+
+def kernels(texts: Mapping[str, str], scene: Scene) -> list[Kernel]:
+    """Return the kernels of some headers that are meant for a scene.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        By name, the headers.
+    scene : Scene
+    """
+    found: list[Kernel] = []
+    for tier, file in TIERS.items():
+        if file in texts:
+            found.extend(_of_tier(tier, file, texts[file], scene))
+    for kind, file in _BY_ROOT.items():
+        if file in texts and (kind != "minimax" or scene.v_star_max <= MINIMAX_END):
+            found += (_by_root(kind, name, file, texts[file]) for name in _names(texts[file]))
+    if _FULL in texts:
+        found.append(_full(texts[_FULL]))
+    return found
+
+
+def _names(text: str) -> list[str]:
+    return list(dict.fromkeys(_NAME.findall(text)))
+
+
+def _formats(text: str, function: str) -> tuple[Format, ...]:
+    """Return the types that a function exists in."""
+    return tuple(form for form in (DOUBLE, FLOAT) if f"{form.name} {function}{form.suffix}(" in text)
+
+
+def _eps(speed: FloatArray, beta: FloatArray) -> FloatArray:
+    return exact(speed, beta)[0]
+
+
+def _of_tier(tier: str, file: str, text: str, scene: Scene) -> list[Kernel]:
+    """Return a kernel from speed to eps, and the functions with several betas of one tier."""
+    (name,) = (name for name in _names(text) if name.startswith(_LOOKUP))
+    scalar, array = f"viscopade_restitution_{name}", f"viscopade_restitution_array_{name}"
+    formats = _formats(text, scalar)
+    label = f"speed to eps, {tier if tier == 'full' else 'to ' + tier}"
+
+    main = Kernel(
+        tier_id(tier),
+        label,
+        "ours",
+        _eps,
+        headers=(file,),
+        scalar=scalar,
+        array=array,
+        formats=formats,
+        bound=stated.bound(name, text),
+        slack=8,
+        floor=0,
+        proven={form.name: stated.lookup(name, text, form, scene.v_star_max) for form in formats},
+    )
+    if tier != WITH_PAIRS:
+        return [main]
+    pair, each = (f"viscopade_restitution_{how}_{name}" for how in ("by_pair", "each"))
+    arrays = replace(main, scalar="", measures=ARRAY)
+    return [
+        main,
+        replace(arrays, id=f"{main.id}-by-pair", label=f"{label}, beta of {PAIRS} pairs", array=pair, beta="pair"),
+        replace(arrays, id=f"{main.id}-each", label=f"{label}, beta of each", array=each, beta="each"),
+    ]
+
+
+def _by_root(kind: str, name: str, file: str, text: str) -> Kernel:
+    """Return a kernel of v*, for which pow makes v*."""
+    scalar = f"viscopade_restitution_{name}"
+    formats = _formats(text, scalar)
+    bound = stated.bound(name, text)
+    return Kernel(
+        f"{kind}-{stated.named(name)}",
+        f"pow + {kind} kernel, {stated.named(name)}",
+        "ours",
+        _eps,
+        headers=(file,),
+        scalar=scalar,
+        formats=formats,
+        bound=bound,
+        slack=300,
+        proven={form.name: stated.by_root(name, text, form) for form in formats},
+        proven_of="v_star",
+        note="proven of eps(v*); what pow adds is not in it" + (", for v* <= 5" if kind == "minimax" else ""),
+    )
+
+
+def _full(text: str) -> Kernel:
+    """Return the kernel of full accuracy of v*."""
+    source = render("full.c.jinja", formats=(DOUBLE, FLOAT))
+    return Kernel(
+        "full",
+        "pow + full kernel",
+        "ours",
+        _eps,
+        source,
+        headers=(_FULL,),
+        scalar="ours_full",
+        takes_root=True,
+        slack=16,
+        floor=0,
+        proven={form.name: stated.full(text, form) for form in (DOUBLE, FLOAT)},
+        proven_of="v_star",
+        note="proven of eps(v*); what pow adds is not in it",
+    )
