@@ -93,7 +93,7 @@ assert sp.simplify(nu_of_V.subs(parts) / (c * K * sp.exp(E / 5))) == 1
 # ## lambda_k in terms of the G_n
 #
 # Straightforwardly: expand ln V = ln(1 + G_1 K + G_2 K^2 + …), split it, and determine lambda_1, lambda_3, …
-# one after the other so that Lambda(nu(K)) = 2 O(K). `perturbation.lambda_from_G` takes a shorter way, by
+# one after the other so that Lambda(nu(K)) = 2 O(K). `symbolic.lambda_from_G` takes a shorter way, by
 # Lagrange's inversion.
 
 # %%

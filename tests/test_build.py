@@ -123,7 +123,7 @@ def test_the_users_flags_do_not_change_results(source, tmp_path):
     assert shown(tmp_path) == "compiled"
     code = """
 import numpy as np
-from viscopade import native
+from viscopade.arrays import native
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))
 """

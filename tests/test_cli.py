@@ -349,7 +349,10 @@ def test_what_to_install_is_said_before_any_work(words, user, tmp_path):
     code = """
 import sys
 sys.modules["matplotlib"] = None  # importing it fails, as if it were not there
-from viscopade import bench, cli, figures, hardcases, report
+from viscopade.cli import main as cli
+from viscopade_lab import bench, hard_cases as hardcases
+from viscopade_lab.figures import paper as figures
+from viscopade_lab.report import render as report
 bench.run = hardcases.check = figures.render = report.render = lambda *_, **__: print("computed")
 cli.main()
 """

@@ -48,7 +48,7 @@ def test_the_command_in_the_file_makes_the_file(name):
 @pytest.mark.parametrize("name", ["viscopade_half_line.h", "viscopade_minimax.h"])
 def test_files_do_not_depend_on_the_processor(name):
     """NumPy's last digits do: here without its faster instructions, and with another BLAS kernel."""
-    code = f"from viscopade import exports; print(exports.file({name!r}), end='')"
+    code = f"from viscopade.kernels import requests; print(requests.file({name!r}), end='')"
     old = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX2 FMA3", "OPENBLAS_CORETYPE": "Nehalem"}
     words = [sys.executable, "-W", "ignore", "-c", code]
     run = subprocess.run(words, env={**os.environ, **old}, check=True, capture_output=True, text=True)

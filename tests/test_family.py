@@ -1,6 +1,6 @@
 """Families of collisions: what is proven for all z holds at every z tried, for polynomials wrong on purpose as well.
 
-The truth at single z comes from `enclosure`, with many more bits.
+The truth at single z comes from `validation`, with many more bits.
 """
 
 from contextlib import suppress

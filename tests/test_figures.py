@@ -457,7 +457,7 @@ def test_svg_has_every_curve_once_and_the_labels_of_the_axes(files, sheets, name
 
 CODE = f"""
 import hashlib, sys
-from viscopade.figures import FORMATS, render
+from viscopade_lab.figures.paper import FORMATS, render
 assert "matplotlib" not in sys.modules
 files = render(["{NAME}"], FORMATS)
 assert "matplotlib.pyplot" not in sys.modules

@@ -1,4 +1,4 @@
-"""The pieces of a branch: Taylor coefficients, steps and the end. Nothing here is proven; `enclosure` does that."""
+"""The pieces of a branch: Taylor coefficients, steps and the end. Nothing here is proven; `validation` does that."""
 
 from fractions import Fraction
 from itertools import pairwise

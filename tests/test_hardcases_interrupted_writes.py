@@ -106,9 +106,9 @@ def test_a_broken_writer_is_caught(name):
     stride = 1 if name == "in place" else 5
     code = f"""
 import itertools, json
-from viscopade import writer
-from viscopade.hardcases import interruption
-from viscopade.hardcases.streams import memory
+from viscopade.cli import writer
+from viscopade_lab.hard_cases import interruption
+from viscopade_lab.hard_cases.streams import memory
 {MUTANTS[name]}
 import os, signal, tempfile
 with tempfile.TemporaryDirectory(dir=memory()) as top:

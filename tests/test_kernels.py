@@ -291,7 +291,7 @@ def test_wrong_types_are_refused(changes: dict[str, object]) -> None:
 
 def test_importing_kernels_loads_no_heavy_package() -> None:
     code = (
-        "import sys, viscopade.cli.writer; from viscopade.kernels.forms.quotient import c, python, tables; "
+        "import sys, viscopade.cli.writer; from viscopade.kernels.targets import c, python, tables; "
         "assert not {'sympy', 'matplotlib', 'jinja2'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

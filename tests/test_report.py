@@ -607,7 +607,7 @@ def test_files_are_named_and_known_as_ours(files, tmp_path):
 
 def test_bytes_are_the_same_whatever_the_hash_seed(tmp_path):
     code = (
-        "import json, sys, hashlib\nfrom viscopade import report\n"
+        "import json, sys, hashlib\nfrom viscopade_lab.report import render as report, result as result_module\n"
         "data = json.load(open(sys.argv[1]))\n"
         "data['rows'] = [r for r in data['rows'] if r['format'] == 'float' and r['measure'] == 'memory']\n"
         "files = report.render(data)\n"

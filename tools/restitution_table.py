@@ -1,7 +1,7 @@
 """Write the tables of `fallback`:  python -m tools.restitution_table > src/viscopade/data/restitution.txt .
 
 They are those of the exported kernels: of exports/viscopade_speed_full.h (`lookup_full`), and of viscopade_full.h
-(`full`), which serves where w = beta^5 v is outside the first. The same on every machine, to the byte.
+(`last_place`), which serves where w = beta^5 v is outside the first. The same on every machine, to the byte.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ import atheris
 INSTRUMENTED = ["viscopade.scene", "viscopade.records", "viscopade_lab.report.result", "tomllib"]
 
 with atheris.instrument_imports(include=INSTRUMENTED):
-    from viscopade.scene.read import scene
+    from viscopade.scene.read import from_toml
     from viscopade_lab.report.result import from_json
 
 SOURCE = "scene.toml"
@@ -25,7 +25,7 @@ SOURCE = "scene.toml"
 
 def read_scene(data: bytes) -> None:
     """Read a scene, and see that the numbers that the rest works with are finite."""
-    found = scene(data, SOURCE)
+    found = from_toml(data, SOURCE)
     for meeting in found.meetings:
         pair = found.pair(meeting)
         assert 0 < pair.beta < float("inf"), pair

@@ -119,7 +119,7 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
 
     The cost is that of `minimax.cost`; among equally cheap ones, the most accurate is returned. Between two numbers of
     `GRID` the larger one stands for v_star_max (the record says which): there may be cheaper degrees for the shorter
-    interval, as `minimax.choose` finds them.
+    interval, as `cheapest.choose` finds them.
 
     Parameters
     ----------

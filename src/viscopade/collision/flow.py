@@ -9,7 +9,7 @@ This is loading, backwards in time, until r = 0, where p = F. With -k for k it i
 r^2 = k p, where p = m. Both are entire pieces of the same polynomial flow: no root, no singular point, not stiff.
 
 A `Branch` is a chain of polynomials u(z), 0 <= z <= 1, s = s_0 + h z, with integer coefficients in units of 2^-bits.
-They may come from anywhere: `enclosure` proves how far they are off, from the residual of the equation alone.
+They may come from anywhere: `validation` proves how far they are off, from the residual of the equation alone.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def _horner(coefficients: Sequence[int | fmpz], z: int, bits: int) -> int:
 def integrate(k: Dyadic, accuracy: int) -> Branch:
     """Integrate from the turning point to the end of loading (k >= 0) or of unloading (k < 0).
 
-    `accuracy` is about the number of bits that p has, relatively, at the end; `enclosure.ends` tells what it has. In
+    `accuracy` is about the number of bits that p has, relatively, at the end; `validation.ends` tells what it has. In
     unloading r^2 - |k| p, whose zero is the end, has about as many, although it is of order 1/k^2 long before.
     """
     size = max(k.size, 0)

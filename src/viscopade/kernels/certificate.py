@@ -1,6 +1,6 @@
 r"""Proof of a kernel's error: a bound of |R(v*) - eps(v*)| in a measure, for every v* of an interval.
 
-The exact function is known on panels as polynomials with a proven error (`reference`). Each panel is cut into equal
+The exact function is known on panels as polynomials with a proven error (`panel_proof`). Each panel is cut into equal
 parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed for the whole
 part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the bound is as
 small as wanted. Beyond the panels the kernel's limit is compared with that of eps.

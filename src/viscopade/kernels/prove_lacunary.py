@@ -75,7 +75,7 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
 
 @lru_cache(maxsize=64)
 def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
-    """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `halfline.fit`."""
+    """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit`."""
     fit = half_line.fit(powers, measure)
     formula = _Formula(
         lambda q: certificate.prove_to_infinity(HalfLineFormula(q.top, q.bottom), measure),

@@ -1,6 +1,6 @@
 r"""Asymptotic expansions of eps, x_max, tau_c and of v*(eps) at both ends: v* -> 0 and v* -> infinity.
 
-They use nothing of what finds the exact function (`flow`, `enclosure`, `exact`) or the series (`series`), so that they
+They use nothing of what finds the exact function (`flow`, `validation`, `exact`) or the series (`series`), so that they
 can check it. `derivations/14_expansions.py` derives every recursion.
 
 v* -> 0 (`elastic`): power series in v*. With the perturbation series g = sum K^n g_n of section 2.2, G_n = g_n(0) and

@@ -24,7 +24,7 @@ EXPONENT_TOLERANCE = 0.05
 # Two lines closer than this coincide on the logarithmic axis of a column-wide figure.
 LINE_WIDTH = 0.05
 FAR = 1e6
-FIRST_BOUNDED = 5.0  # of `SPEEDS`: `reference.tail` holds from v* = 4 on
+FIRST_BOUNDED = 5.0  # of `SPEEDS`: `panel_proof.tail` holds from v* = 4 on
 SPEEDS = (2.0, 5.0, 10.0, 100.0, 1000.0)
 FITTED = (2.0, 20.0)
 

@@ -94,7 +94,7 @@ class Function:
     formula : callable
         From x to the formula's value in ball arithmetic: written down apart from the program.
     roots : bool
-        Whether it takes a root that the header assumes to be within `evaluation.ULPS` units in the last place.
+        Whether it takes a root that the header assumes to be within `lacunary_rounding.ULPS` units in the last place.
     local : callable or None
         From x to what `relative` would be for this x alone, by the same proof.
     """
@@ -394,7 +394,7 @@ RootAt = Callable[[arb, Format], tuple[dict[str, Rounded], arb, arb]]
 
 
 def _bounded(function: Function, size: Size, variable: str, at: RootAt) -> Function:
-    """Return the function with its bounds, and that for one argument: the program run with `program.Rounded`."""
+    """Return the function with its bounds, and that for one argument: the program run with `expressions.Rounded`."""
     form = function.form
 
     def literal(text: str) -> Rounded:
@@ -419,7 +419,7 @@ def _log_error(relative: arb) -> arb:
 
 
 def _of_root(form: Format) -> arb:
-    """Bound the error of the logarithm of a root that is within `evaluation.ULPS` units in the last place."""
+    """Bound the error of the logarithm of a root that is within `lacunary_rounding.ULPS` units in the last place."""
     return _log_error(2 * lacunary_rounding.ULPS * arb(2) ** -form.precision)
 
 
@@ -652,7 +652,7 @@ class FullFunction:
         return np.array([last_place.evaluate(self.form.name, self.name, v) for v in x.tolist()], x.dtype)
 
     def exact(self, x: float) -> arb:
-        """Enclose the true function by the polynomials of `reference`; to be called within `balls.working`."""
+        """Enclose the true function by the polynomials of `panel_proof`; to be called within `balls.working`."""
         return true_value(self.name, arb(x) if self.power == 1 else arb(x).root(self.power))
 
     def allowed(self, exact: float) -> float:

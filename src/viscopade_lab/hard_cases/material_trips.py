@@ -62,7 +62,7 @@ def calibrated(pair: Pair, speed: float, *, epsilon: float | None = None, loss: 
 
 
 def by_restitution(speed: float, epsilon: float) -> Step:
-    """Go from eps to beta, and back by `restitution`, whose error is proven (`catalogue`)."""
+    """Go from eps to beta, and back by `restitution`, whose error is proven (`registry`)."""
     beta = spheres.beta_from_restitution(speed, epsilon)
     v_star = spheres.v_star(speed, beta)
     low, high = Fraction(v_star) * Fraction(999, 1000), Fraction(v_star) * Fraction(1001, 1000)

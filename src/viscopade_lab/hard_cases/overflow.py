@@ -186,7 +186,7 @@ def allowed_far(kernel: Kernel) -> float:
     """Bound the relative error far out, where polynomials in 1/v* are their first terms, but for less than u/2 each.
 
     Rounded are 1/v*, which counts for each of the powers, products with it, two sums (by 3/2 u each) and the quotient;
-    a half-line kernel has a cube root instead, which with w^3 u is counted by `evaluation.ULPS`.
+    a half-line kernel has a cube root instead, which with w^3 u is counted by `lacunary_rounding.ULPS`.
     """
     power = math.ceil(abs(kernel.degrees[0] - kernel.degrees[1]))
     roots = 2 * lacunary_rounding.ULPS if kernel.near.roots else 0

@@ -12,7 +12,7 @@ coefficients reach from above, mostly to a few per cent; "levelled" ones from Re
 
 Run as `python -m viscopade_lab.studies.half_line_search --out FILE.csv`: 1 to 2 minutes, the same each time. `--deep 6`
 adds a local search of so many seconds for each split of 6 and more coefficients (6 minutes in all, not the same each
-time). It finds some of the powers that `halfline` and `inverse` recommend; the others come from runs that were longer.
+time). It finds some of the powers that `half_line` and `inverse` recommend; the others come from runs that were longer.
 """
 
 from __future__ import annotations

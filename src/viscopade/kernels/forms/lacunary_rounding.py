@@ -1,6 +1,6 @@
 r"""How exported code evaluates quotients with gaps, as straight-line programs, and bounds of its rounding errors.
 
-Half-line kernels (`halfline`), with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
+Half-line kernels (`half_line`), with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
 
     v* <= 1:    eps = D(y)/(D(y) + v*^2 N(y)),           1 - eps = v*^2 N(y)/(…)
     v* > 1:     eps = w^3 u D^(u)/(w^3 u D^(u) + N^(u)),  1 - eps = N^(u)/(…)

@@ -43,7 +43,7 @@ FUNCTIONS = ("epsilon", "one_minus_epsilon")
 TABLE_ERROR = Fraction(panel_proof.ERROR)
 """Proven bound of the relative error of the polynomials of `double` for eps and 1 - eps."""
 FOLD_ERROR = Fraction(1, 2**59)
-"""Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s), s >= 2^FOLD: twice `reference.tail` there is less."""
+"""Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s), s >= 2^FOLD: twice `panel_proof.tail` there is less."""
 
 PERIOD = 3  # octaves
 SPLIT = COARSE + 1  # 2^SPLIT panels to an octave

@@ -9,7 +9,7 @@ the smaller of eps and 1 - eps, so that its relative error is what counts (secti
 
     1 - eps^2 = (1 - base) - p (2 base + p)
 
-loses no digits either. What is approximated are the rows of `reference`, as functions of m; the polynomials meet them
+loses no digits either. What is approximated are the rows of `panel_proof`, as functions of m; the polynomials meet them
 at Chebyshev's points. `Table` also bounds, row by row and exactly or in ball arithmetic: the error of the polynomials
 with their machine coefficients, what rounding adds in the sequence of operations of the exported code, what an error of
 w does, and by how much eps may increase with v. (docs/speed.md)
@@ -241,7 +241,7 @@ class Table(Layout):
 def of_w(form: Format) -> Fraction:
     """Return a bound of what the rounding of w = beta^5 v does to eps and 1 - eps, relative to each of them.
 
-    A w that is rounded across a border is in the domain of another row, or panel of `reference`; that adds the errors
+    A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
     of its rows twice.
     """
     change = gamma(ROUNDINGS_OF_W, form)
@@ -277,7 +277,7 @@ def value(row: Sequence[float], m: Fraction) -> Fraction:
 
 @lru_cache(maxsize=1)
 def _edges() -> tuple[Fraction, ...]:
-    """Return where the panels of `reference` end, in w."""
+    """Return where the panels of `panel_proof` end, in w."""
     return tuple((Fraction(float(CENTRES[i])) + Fraction(float(HALF_WIDTHS[i]))) ** 10 for i in range(PANELS))
 
 
@@ -291,7 +291,7 @@ def _panel_at(exponent: int, m: Fraction) -> int:
 
 
 def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[Piece]:
-    """Yield p on [low, high], cut where the panels of `reference` end."""
+    """Yield p on [low, high], cut where the panels of `panel_proof` end."""
     scale = Fraction(2) ** exponent
     first, last = _panel_at(exponent, low), _panel_at(exponent, high)
     for panel in range(first, last + 1):
@@ -311,7 +311,7 @@ def _smaller_at(w: Fraction, base: int) -> Fraction:
 
 
 def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> Piece:
-    """Return p on low <= m <= high from one panel of `reference`, a Taylor polynomial whose remainder is enclosed."""
+    """Return p on low <= m <= high from one panel of `panel_proof`, a Taylor polynomial whose remainder is enclosed."""
     centre, half = (low + high) / 2, (high - low) / 2
     order = degree + _MORE
     with working(_BITS, order + 1):

@@ -1,4 +1,4 @@
-r"""From w = beta^5 v to eps to the last place of type double: a table as in `lookup`, and a bound in ulp.
+r"""From w = beta^5 v to eps to the last place of type double: a table as in `speed_table`, and a bound in ulp.
 
 With t = m - centre, which is exact,
 

@@ -1,6 +1,6 @@
 r"""Kernels from speed to eps without tables: a root by log2 and exp2, then a quotient with gaps; for GPUs and shaders.
 
-With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D of `halfline`:
+With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D of `half_line`:
 
     elastic = D(y),    lost = v*^2 N(y) = y^6 N(y),    eps = elastic/(elastic + lost),
     1 - eps^2 = (1 - eps)(1 + eps),    1 - eps = lost/(elastic + lost),
@@ -9,7 +9,7 @@ the last without cancellation. There are no branches: w is cut off at 2^120 in t
 no power of y overflows, and eps is below 2e-12 and 2e-90.
 
 Of the arithmetic a `Machine` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times
-delta, which `program.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is
+delta, which `expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is
 good to an absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
 """
 

@@ -1,4 +1,4 @@
-"""Kernels from speed to eps, in C: the tables of `lookup`, and where they end a kernel of v*. C99, also C++17."""
+"""Kernels from speed to eps, in C: the tables of `speed_table`, and where they end a kernel of v*. C99, also C++17."""
 
 from __future__ import annotations
 
