@@ -5,8 +5,9 @@ tests/test_double.py). What underflows becomes a denormal number, then 0, with a
 So between neighbouring numbers a function that falls may rise by a unit: eps does at v* = 0.06045712713593428.
 
 [0, 2^FOLD) is cut into panels: one below 2^FIRST, then 2^SPLIT of them to each octave. On every panel each function is
-a polynomial in z = (v* - centre)/(half width), which is exact; `tools.double_table` makes them from proven values. Beyond,
-the leading terms for large v* (section 2.5) are exact to double precision. They are self-similar: with v* = 8^n s,
+a polynomial in z = (v* - centre)/(half width), which is exact; `tools.double_table` makes them from proven values.
+Beyond, the leading terms for large v* (section 2.5) are exact to double precision. They are self-similar: with v* = 8^n
+s,
 
     eps(v*) = 2^(-10 n) eps(s),    x_max(v*) = 2^(-4 n) x_max(s),    tau_c(v*) = 2^(-4 n) (tau_c(s) + n L x_max(s)),
 

@@ -5,8 +5,8 @@ For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece
     u(y; z) = sum_j u_j(z) y^j,    0 <= y <= 1,    s = s_0 + H c(z) y,
     u_yy = S (2 H^2 c^2 S + H c k u_y),    S = (1 - u)^2,
 
-exactly as in `flow` for every single z, with the step h = H c(z). So the theorem of `validation` holds for every z; here
-its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
+exactly as in `flow` for every single z, with the step h = H c(z). So the theorem of `validation` holds for every z;
+here its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
 (docs/exact-function.md, step 7). How the polynomials were found is again of no importance.
 """
 

@@ -9,8 +9,8 @@ the last without cancellation. There are no branches: w is cut off at 2^120 in t
 no power of y overflows, and eps is below 2e-12 and 2e-90.
 
 Of the arithmetic a `Machine` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times
-delta, which `expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is
-good to an absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
+delta, which `expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that
+is good to an absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
 """
 
 from __future__ import annotations
