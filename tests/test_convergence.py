@@ -13,7 +13,7 @@ from mpmath import mp
 
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
-from viscopade.theory import convergence, pade, series, singularity
+from viscopade.theory import convergence, singularity
 from viscopade.theory.convergence import (
     ORDER,
     TERMS,
@@ -25,6 +25,8 @@ from viscopade.theory.convergence import (
     starts_elastically,
     theorem,
 )
+from viscopade.theory.pade import pade
+from viscopade.theory.series import series
 
 SINGULAR = complex(singularity.from_flow(10).v_star)
 ROOT = Path(__file__).parents[1]
