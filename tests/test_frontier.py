@@ -29,7 +29,7 @@ from viscopade.frontier import (
 )
 from viscopade.pade import DegenerateError
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "frontier.md"
+DOCUMENT = Path(__file__).parents[1] / "docs" / "results" / "frontier.md"
 RECORDS = {(record.v_star_max, record.m, record.n): record for record in table()}
 FITS = [key for key in RECORDS if key[1] <= minimax.MAX_M]
 TEXT = pkgutil.get_data("viscopade", DATA).decode()

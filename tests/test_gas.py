@@ -391,7 +391,7 @@ def written():
     notebook = nbformat.read(ROOT / "notebooks" / "06_granular_gas.ipynb", as_version=4)
     cells = [cell.source for cell in notebook.cells]
     shown = [output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", [])]
-    return (ROOT / "docs" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
+    return (ROOT / "docs" / "results" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
 
 
 def test_documented_numbers_are_those_of_the_notebook():

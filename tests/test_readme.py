@@ -71,7 +71,7 @@ def test_measured_ratios_are_those_of_the_result():
 
 def test_the_table_of_lammps_is_that_of_its_page():
     rows = [line for line in README.splitlines() if line.startswith("| v* = ")]
-    page = (ROOT / "docs" / "simulators-lammps.md").read_text().splitlines()
+    page = (ROOT / "docs" / "usage" / "simulators-lammps.md").read_text().splitlines()
     assert len(rows) == 10
     assert [row for row in rows if row not in page] == []
 

@@ -480,7 +480,7 @@ def test_rubber_is_warned_of_and_glass_is_not():
 
 
 def test_document_has_the_limits():
-    text = (ROOT / "docs" / "scenes.md").read_text("utf-8")
+    text = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| ([^|]+) \| ([<>] [\d.]+) \|", text, re.MULTILINE))
     assert rows == {
         "contact time / mean free time": f"> {sense.LONGEST_CONTACT:g}",
@@ -493,7 +493,7 @@ def test_document_has_the_limits():
 
 
 def test_document_on_tails():
-    text = (ROOT / "docs" / "scenes.md").read_text("utf-8")
+    text = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
     s = math.sqrt(2)
     slowest, _, fastest = Temperature(1.0, 1e-6).of(wall=False)
     assert f"with 1e-6 from {slowest / s:.2g} s to {fastest / s:.2g} s" in text

@@ -391,7 +391,7 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
 def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
     """Find the cheapest kernel that is good enough for the scene in a TOML file, and generate it.
 
-    The keys of the file are described in docs/scenes.md; examples/ has ready scenes.
+    The keys of the file are described in docs/usage/scenes.md; examples/ has ready scenes.
     """
     from viscopade.bench import compilers
     from viscopade.report.result import checked
@@ -565,7 +565,7 @@ def read_scene(file: Path) -> Scene:
     """Return the scene in a file."""
     from viscopade.scene import from_toml
 
-    return from_toml(read_file(file, "a scene in TOML (docs/scenes.md)"), str(file))
+    return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
 
 
 def read_file(file: Path, accepted: str) -> bytes:
