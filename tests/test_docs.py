@@ -80,7 +80,7 @@ def test_the_readme_fits_on_a_page_and_leads_to_the_index():
 
 
 DISPLAYED = re.compile(r"^ *\$\$(.+?)\$\$$", re.MULTILINE | re.DOTALL)
-INLINE = re.compile(r"(?<![^\s(\[|\"“])\$(?=\S)([^$]+?)(?<=\S)\$(?![\w$])")  # after a space or a bracket
+INLINE = re.compile(r"(?<![^\s(\[|])\$(?=\S)([^$]+?)(?<=\S)\$(?![\w$])")  # after a space or a bracket
 EATEN = re.compile(r"\\[^A-Za-z]|\|")  # by Markdown: a backslash before punctuation, and the ends of a table's cells
 HTML = re.compile(r"<(?! )|(?<! )>")
 ASCII = re.compile(r"[\w)*]\^[\w(-]|\b[A-Za-z]_[\w{]|\bsqrt\(|\bint_")
