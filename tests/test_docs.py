@@ -17,10 +17,10 @@ WRITTEN = [page for page in PAGES if not page.read_text("utf-8").startswith("<!-
 COMMANDS = set(
     re.findall(
         r"\w+",
-        """alpha beta delta Delta eta gamma kappa lambda mu nu phi pi rho sigma tau theta varepsilon varphi xi zeta
-        arccos arccosh cos deg dots exp int ln max min Re Im sin sqrt sum approx ast cdot circ ddot dot frac ge hat langle log rangle
-        in infty le left lVert lvert mathrm ne overline pm propto qquad quad right rVert rvert sim tag text tfrac tilde
-        times to widehat""",
+        """alpha approx arccos arccosh ast beta cdot circ cos ddot deg delta Delta dot dots eta exp frac
+        gamma ge hat Im in infty int kappa lambda langle le left ln log lvert lVert mathrm max min mu ne nu
+        overline phi pi pm propto qquad quad rangle Re rho right rVert rvert sigma sim sin sqrt sum tag tau
+        text tfrac theta tilde times to varepsilon varphi widehat xi zeta""",
     )
 )
 

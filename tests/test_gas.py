@@ -428,5 +428,5 @@ def test_a_kernel_that_is_good_in_epsilon_only_is_not_good_for_a_slow_gas():
         found = gas.maxwellian(lambda v, kernel=kernel: np.minimum(kernel.epsilon(v_star(v, BETA)), 1), late)
         errors[measure] = float(np.abs(found / gas.maxwellian(exact, late) - 1)[0])
     assert f"{errors['relative']:.0e}" == "4e-03"
-    assert "4e-3 at t = 1e10" in written()[0]
+    assert "4e-3 at $t$ = 1e10" in written()[0]
     assert errors["both"] < 1e-3
