@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from mpmath import mp, mpf
 
 from tests import compiled
+from tests.command_line import called
 from viscopade import exports, pade, series
 from viscopade.cli import command
 from viscopade.exports import NAMES, PAPER_DEGREES
@@ -20,9 +21,24 @@ from viscopade.proofs import of_pade
 DIRECTORY = Path(__file__).parents[1] / "exports"
 
 
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory):
+    """What `viscopade reproduce` says, and the folder that it writes."""
+    folder = tmp_path_factory.mktemp("reproduced") / "new" / "exports"
+    return called("reproduce", "--out", folder), folder
+
+
 @cache
 def made(name: str) -> str:
     return exports.file(name)
+
+
+def test_reproduce_writes_everything(reproduced):
+    result, folder = reproduced
+    assert result.returncode == 0
+    assert "32 of 32 printed numbers agree" in result.stdout
+    made = {p.name: p.read_text() for p in folder.iterdir()}
+    assert made == {p.name: p.read_text() for p in DIRECTORY.iterdir()}
 
 
 def test_the_directory_holds_these_files_and_no_others():
