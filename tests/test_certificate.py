@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from tests import certificate_checker
 from tests.certificate_checker import Checker, Wrong, check_file
-from viscopade import certificate, double, exact, proofs, reference
+from viscopade import certificate, double, exact, minimax, proofs, reference
 from viscopade.balls import ball_of, working
 from viscopade.certificate import (
     Part,
@@ -31,9 +31,10 @@ from viscopade.certificate import (
     speeds,
 )
 from viscopade.double import CENTRES, HALF_WIDTHS
+from viscopade.kernels.binary import DOUBLE
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
-A, B = (tuple(map(Fraction, values)) for values in (lambda v: (v.a, v.b))(proofs.of_minimax(1, 4, 5).variants[0]))
+A, B = minimax.machine(minimax.fit(1, 4, 5), DOUBLE).exact
 FORMULA = Rational(A, B)
 INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
 CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]
