@@ -1,15 +1,14 @@
 """The rows of the table that kernels are compared with: their proof finds wrong rows out, and agrees with `exact`."""
 
 import math
-import os
 import random
-from datetime import date
 from fractions import Fraction
 from functools import cache
 
 import pytest
 from flint import arb, arb_poly, fmpz_poly
 
+from tests import daily
 from viscopade import exact, reference
 from viscopade.balls import working
 from viscopade.double import CENTRES, HALF_WIDTHS, PANELS
@@ -78,21 +77,20 @@ def test_a_panel_is_proven(index):
         assert float(bound) < 2.0**-62
 
 
-# Which tenth of the panels is proven again: another one every day, or that of the environment variable.
-TENTH = int(os.environ.get("VISCOPADE_TENTH", date.today().toordinal())) % 10
+DAYS = 30  # after which all panels have been proven again
 
 
 def proven_again(index):
     """Prove a panel; the record has the same bounds but for what another libm may change."""
-    print(f"panel {index} of the tenth {index % 10}")
+    print(f"panel {index} of VISCOPADE_DAY={index % DAYS}")
     for found, recorded in zip(reference.prove(index).recorded(), reference.proven()[index], strict=True):
         assert 0.99 * found < recorded < 1.01 * found + 1
         assert found * 2.0**-RECORD_BITS < ERROR / 2
 
 
-@pytest.mark.parametrize("place", range(-(-PANELS // 10)))
-def test_a_tenth_of_the_panels_is_proven_again(place):
-    index = 10 * place + TENTH
+@pytest.mark.parametrize("number", range(-(-PANELS // DAYS)))
+def test_a_share_of_the_panels_is_proven_again(number):
+    index = daily.place(number, DAYS)
     if index < PANELS:
         proven_again(index)
 
