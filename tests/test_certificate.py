@@ -17,8 +17,10 @@ from hypothesis import strategies as st
 
 from tests import certificate_checker
 from tests.certificate_checker import Checker, Wrong, check_file
+from viscopade.approximation import machine_coefficients, minimax
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_least, at_most, rounded_up
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double, panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
 from viscopade.collision import exact, panel_proof
@@ -26,9 +28,7 @@ from viscopade.kernels import certificate, prove_rational
 from viscopade.kernels.certificate import Part, Rational, parts_of, prove, prove_to_infinity, speeds
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
-A, B = (
-    tuple(map(Fraction, values)) for values in (lambda v: (v.a, v.b))(prove_rational.of_minimax(1, 4, 5).variants[0])
-)
+A, B = machine_coefficients.machine(minimax.fit(1, 4, 5), DOUBLE).exact
 FORMULA = Rational(A, B)
 INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
 CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]

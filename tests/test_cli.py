@@ -1,4 +1,7 @@
-"""The command line as a user meets it: output shapes, exit codes, one-line errors, nothing half-written."""
+"""The command line as a user meets it: output shapes, exit codes, one-line errors, nothing half-written.
+
+Most commands are called in this process; those whose streams, environment or imports matter get one of their own.
+"""
 
 import csv
 import io
@@ -13,28 +16,20 @@ from pathlib import Path
 
 import pytest
 
+from tests.commands import VISCOPADE, called, started
 from tests.patience import HANGS
-from viscopade import Pair, Sphere
+from viscopade import Pair, Sphere, pade, series
 from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.kernels import requests
-from viscopade.theory import paper
-from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
-from viscopade.theory.series import series
-
-VISCOPADE = [sys.executable, "-m", "viscopade"]
-
-
-def run(*words, **options):
-    environment = os.environ | options.pop("environment", {})
-    return subprocess.run(
-        [*VISCOPADE, *map(str, words)], capture_output=True, text=True, timeout=HANGS, env=environment, **options
-    )
+from viscopade_lab import bench, hard_cases
+from viscopade_lab.figures import paper
+from viscopade_lab.report import render
 
 
 def json_of(*words):
-    result = run(*words, "--format", "json")
+    result = called(*words, "--format", "json")
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     return json.loads(result.stdout)
@@ -62,7 +57,7 @@ SAMPLE = Path(__file__).parent / "data" / "bench_result.json"
 
 
 def test_report_is_written_from_a_result(tmp_path):
-    result = run("report", "--from", SAMPLE, "--out", tmp_path / "new", "--format", "svg")
+    result = called("report", "--from", SAMPLE, "--out", tmp_path / "new", "--format", "svg")
     assert result.returncode == 0
     names = {"report.html", "speed_against_error.svg", "speed_against_error_float.svg"}
     assert {path.name for path in (tmp_path / "new").iterdir()} == names
@@ -71,17 +66,17 @@ def test_report_is_written_from_a_result(tmp_path):
 def test_report_names_file_and_key_of_a_wrong_result(tmp_path):
     wrong = tmp_path / "wrong.json"
     wrong.write_text('{"command": "x", "machine": {}}')
-    result = run("report", "--from", wrong, "--out", tmp_path)
+    result = called("report", "--from", wrong, "--out", tmp_path)
     assert result.returncode == 2
     assert result.stderr == f"viscopade: {wrong}: rows is missing\n"
 
 
 def test_help_lists_the_commands_that_work_and_no_others():
-    listed = run("--help").stdout.partition("Commands:")[2].split("\n")
+    listed = called("--help").stdout.partition("Commands:")[2].split("\n")
     names = {line.split()[0] for line in listed if line.strip()}
     assert names == set(COMMANDS)
     for name in names:
-        result = run(name, "--help")
+        result = called(name, "--help")
         assert result.returncode == 0
         assert "Usage: viscopade" in result.stdout
 
@@ -100,9 +95,9 @@ def test_coefficients_json_has_the_shape_of_the_design():
 
 
 def test_coefficients_csv_and_latex():
-    rows = list(csv.reader(io.StringIO(run("coefficients", "--order", 4, "--digits", 8, "--format", "csv").stdout)))
+    rows = list(csv.reader(io.StringIO(called("coefficients", "--order", 4, "--digits", 8, "--format", "csv").stdout)))
     assert rows == [["k", "h_k"], ["0", "1"], ["1", "0"], ["2", "-1.1534489"], ["3", "0"], ["4", "0.79826656"]]
-    text = run("coefficients", "--order", 4, "--digits", 8, "--format", "latex").stdout
+    text = called("coefficients", "--order", 4, "--digits", 8, "--format", "latex").stdout
     assert text.startswith(r"\begin{tabular}{ll}")
     assert r"$k$ & $h_k$ \\" in text
     assert r"2 & $-1.1534489$ \\" in text
@@ -110,7 +105,7 @@ def test_coefficients_csv_and_latex():
 
 @pytest.mark.parametrize("words", [["reproduce"], ["claims", "--only", "3-6-almost-perfect"], ["pade", "3", "6"]])
 def test_latex_escapes_what_is_special(words, tmp_path):
-    table = run(*words, "--format", "latex").stdout
+    table = called(*words, "--format", "latex").stdout
     assert not re.search(r"^\[", table, re.MULTILINE)  # it would be an argument of the line's end before
     assert not re.search(r"(?<!\\)[%#$_]|\^", re.sub(r"(?<!\\)\$[^$]*\$", "", table))
     if shutil.which("pdflatex") is None:
@@ -122,7 +117,7 @@ def test_latex_escapes_what_is_special(words, tmp_path):
 
 
 def test_text_in_a_pipe_never_folds_a_number():
-    assert series(2, 300).decimals()[2] in run("coefficients", "--order", 2, "--digits", 300).stdout
+    assert series(2, 300).decimals()[2] in called("coefficients", "--order", 2, "--digits", 300).stdout
 
 
 def test_pade_json_has_the_shape_of_the_design():
@@ -138,8 +133,8 @@ def test_pade_json_has_the_shape_of_the_design():
 
 
 def test_pade_text_says_what_it_is_good_for():
-    assert "[3/6] usable for all v* >= 0" in run("pade", 3, 6).stdout
-    text = run("pade", 7, 10, "--digits", 15).stdout
+    assert "[3/6] usable for all v* >= 0" in called("pade", 3, 6).stdout
+    text = called("pade", 7, 10, "--digits", 15).stdout
     assert "a zero at v* = 0.279952 and a pole at v* = 0.279952" in text
     assert "Froissart doublet" in text
 
@@ -186,7 +181,7 @@ def test_claims():
     whole = json_of("claims", "--only", "twenty-terms", "--only", "no-linear-term")
     assert [claim["name"] for claim in whole["claims"]] == ["twenty-terms", "no-linear-term"]
     assert whole["verdicts"] == {"holds": 2}
-    text = run("claims", "--only", "twenty-terms").stdout
+    text = called("claims", "--only", "twenty-terms").stdout
     assert "verdict:  holds (proven)" in text
     assert text.endswith("\nholds: 1\n")
 
@@ -194,11 +189,11 @@ def test_claims():
 def test_figures_are_written_and_replaced(tmp_path):
     words = ("figures", "--out", tmp_path / "new", "--only", "localSlope", "--format", "svg", "--format", "png")
     for _ in range(2):
-        result = run(*words)
+        result = called(*words)
         assert (result.returncode, result.stderr) == (0, "")
     assert {path.name for path in (tmp_path / "new").iterdir()} == {"localSlope.svg", "localSlope.png"}
     (tmp_path / "new" / "localSlope.png").write_bytes(b"somebody's picture")
-    result = run(*words)
+    result = called(*words)
     assert result.returncode == 2
     assert "was not generated by viscopade" in result.stderr
 
@@ -206,24 +201,15 @@ def test_figures_are_written_and_replaced(tmp_path):
 def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     target = tmp_path / "eps.h"
     words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
-    written = run(*words, "-o", target)
+    written = called(*words, "-o", target)
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
-    assert target.read_text() == run(*words).stdout == requests.render("c", [(3, 6), (1, 4)])
+    assert target.read_text() == called(*words).stdout == requests.render("c", [(3, 6), (1, 4)])
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
-
-
-def test_reproduce_writes_everything(tmp_path):
-    result = run("reproduce", "--out", tmp_path / "new" / "exports")
-    assert result.returncode == 0
-    assert "32 of 32 printed numbers agree" in result.stdout
-    committed = Path(__file__).parents[1] / "exports"  # tests/test_exports.py compares them with what the code makes
-    made = {p.name: p.read_text() for p in (tmp_path / "new" / "exports").iterdir()}
-    assert made == {p.name: p.read_text() for p in committed.iterdir()}
 
 
 def test_a_generated_file_is_replaced(tmp_path):
     for _ in range(2):
-        assert run("export", "c", "-o", tmp_path / "eps.h").returncode == 0
+        assert called("export", "c", "-o", tmp_path / "eps.h").returncode == 0
     assert [p.name for p in tmp_path.iterdir()] == ["eps.h"]
 
 
@@ -232,25 +218,16 @@ def test_reproduce_as_json():
     assert whole["agreeing"] == len(whole["entries"]) == 32
 
 
-def test_reproduce_fails_on_a_mismatch_and_writes_nothing(tmp_path):
+def test_reproduce_fails_on_a_mismatch_and_writes_nothing(tmp_path, monkeypatch):
     """The comparison can fail: with a digit of the printed table changed, it does."""
-    code = f"""
-import viscopade.paper as paper
-a, b = paper.TABLE[3, 6]
-paper.TABLE[3, 6] = (a, (*b[:-1], "0.235586"))
-import sys
-from pathlib import Path
-sys.argv = ["viscopade", "reproduce", "--out", {str(tmp_path / "out")!r}]
-from viscopade.cli import main
-main()
-"""
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS)
+    a, b = TABLE[3, 6]
+    monkeypatch.setitem(TABLE, (3, 6), (a, (*b[:-1], "0.235586")))
+    result = called("reproduce", "--out", tmp_path / "out")
     assert result.returncode == 1
     assert "31 of 32 printed numbers agree" in result.stdout
     assert "NO" in result.stdout
     assert result.stderr == "viscopade: nothing is written, because of the disagreement\n"
     assert not (tmp_path / "out").exists()
-    assert paper.TABLE is TABLE
 
 
 @pytest.mark.parametrize(
@@ -278,14 +255,14 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
     process.communicate(timeout=HANGS)
     os.close(master)
     assert shown_words.encode() in shown
-    plain, forced = run(*arguments), run(*arguments, environment={"FORCE_COLOR": "1"})  # which Jupyter sets
+    plain, forced = called(*arguments), started(*arguments, environment={"FORCE_COLOR": "1"})  # which Jupyter sets
     assert plain.stderr == forced.stderr == ""
     assert plain.stdout == forced.stdout
 
 
 def test_a_home_that_cannot_be_written_to_is_not_mentioned(tmp_path):
     nowhere = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/proc/nowhere")
-    result = run(
+    result = started(
         "figures", "--out", tmp_path / "new", "--only", "localSlope", environment=nowhere | {"MPLCONFIGDIR": ""}
     )
     assert (result.returncode, result.stderr) == (0, "")
@@ -329,7 +306,7 @@ def test_output_to_a_full_disk(arguments, to, status, said):
 
 @pytest.mark.parametrize("environment", [{"LC_ALL": "C"}, {"PYTHONIOENCODING": "ascii"}, {"COLUMNS": "20"}])
 def test_other_environments(environment):
-    result = run("reproduce", environment=environment)
+    result = started("reproduce", environment=environment)
     assert result.returncode == 0, result.stderr
     assert "32 of 32" in result.stdout
 
@@ -347,19 +324,11 @@ def test_other_environments(environment):
     ],
     ids=["figures", "report", "report-from", "hardcases"],
 )
-def test_what_to_install_is_said_before_any_work(words, user, tmp_path):
-    code = """
-import sys
-sys.modules["matplotlib"] = None  # importing it fails, as if it were not there
-from viscopade.cli import main as cli
-from viscopade_lab import bench, hard_cases as hardcases
-from viscopade_lab.figures import paper as figures
-from viscopade_lab.report import render as report
-bench.run = hardcases.check = figures.render = report.render = lambda *_, **__: print("computed")
-cli.main()
-"""
-    words = [sys.executable, "-c", code, *map(str, words), "--out", str(tmp_path / "new")]
-    result = subprocess.run(words, capture_output=True, text=True, timeout=HANGS)
+def test_what_to_install_is_said_before_any_work(words, user, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)  # importing it fails, as if it were not there
+    for module, work in ((bench, "run"), (hard_cases, "check"), (paper, "render"), (render, "render")):
+        monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
+    result = called(*words, "--out", tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr.startswith(f"viscopade: {user} needs matplotlib, which is not installed")
     assert result.stderr.endswith(f"{sys.executable} -m pip install matplotlib\n")
@@ -465,7 +434,7 @@ BAD = [
     ("words", "message"), BAD, ids=lambda x: " ".join(map(str, x))[:60] if isinstance(x, list) else ""
 )
 def test_bad_input_is_one_line_and_status_two(words, message):
-    result = run(*words)
+    result = called(*words)
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr.startswith("viscopade: ")
@@ -474,8 +443,16 @@ def test_bad_input_is_one_line_and_status_two(words, message):
     assert len(result.stderr) < 5300
 
 
+@pytest.mark.parametrize(
+    "words", [(), ("--help",), ("pade", "1", "4"), ("pade", "1", "3"), ("epsilon", "--v-star", "1,5")]
+)
+def test_a_process_of_its_own_prints_the_same(words):
+    here, there = called(*words, environment={"COLUMNS": "80"}), started(*words, environment={"COLUMNS": "80"})
+    assert (here.returncode, here.stdout, here.stderr) == (there.returncode, there.stdout, there.stderr)
+
+
 def test_no_command_shows_the_help():
-    result = run()
+    result = called()
     assert result.returncode == 2
     assert "Commands:" in result.stdout + result.stderr
 
@@ -483,7 +460,7 @@ def test_no_command_shows_the_help():
 def test_a_file_that_is_not_ours_is_left_alone(tmp_path):
     for words in (["export", "c", "-o", tmp_path / "viscopade_pade.h"], ["reproduce", "--out", tmp_path]):
         (tmp_path / "viscopade_pade.h").write_text("somebody's work\n")
-        result = run(*words)
+        result = called(*words)
         assert result.returncode == 2
         assert "was not generated by viscopade" in result.stderr
         assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {"viscopade_pade.h": "somebody's work\n"}
@@ -492,11 +469,11 @@ def test_a_file_that_is_not_ours_is_left_alone(tmp_path):
 def test_where_nothing_can_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     for target in (tmp_path, tmp_path / "missing" / "x.h", tmp_path / "file" / "x.h", "/proc/nowhere/x.h"):
-        result = run("export", "c", "-o", target)
+        result = called("export", "c", "-o", target)
         assert result.returncode == 2
         assert result.stderr.count("\n") == 1
         assert result.stderr.startswith("viscopade: ")
-    result = run("reproduce", "--out", tmp_path / "file")
+    result = called("reproduce", "--out", tmp_path / "file")
     assert result.returncode == 2
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
@@ -504,6 +481,6 @@ def test_where_nothing_can_be_written(tmp_path):
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_unwritable_directory(tmp_path):
     tmp_path.chmod(0o500)
-    result = run("export", "c", "-o", tmp_path / "x.h")
+    result = called("export", "c", "-o", tmp_path / "x.h")
     assert result.returncode == 2
     assert list(tmp_path.iterdir()) == []

@@ -3,16 +3,13 @@
 import csv
 import io
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.patience import HANGS
+from tests.commands import called
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -37,26 +34,16 @@ absolute = 0.1
 """
 
 
-def run(*words, **environment):
-    return subprocess.run(
-        [sys.executable, "-m", "viscopade", *map(str, words)],
-        capture_output=True,
-        text=True,
-        timeout=HANGS,
-        env=os.environ | environment,
-    )
-
-
 def good(*words):
-    result = run(*words)
+    result = called(*words)
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     return result.stdout
 
 
-def refused(*words, **environment):
+def refused(*words):
     """Run what must be refused, and return the one line that says why."""
-    result = run(*words, **environment)
+    result = called(*words)
     assert (result.returncode, result.stdout) == (2, "")
     assert re.fullmatch(r"viscopade: [^\n]+\n", result.stderr)
     return result.stderr
@@ -164,7 +151,7 @@ def test_what_is_no_scene_is_refused(tmp_path, small):
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 def test_without_a_compiler_it_says_how_to_go_on(small, tmp_path):
-    result = run("scene", small, "--out", tmp_path / "new", "--cc", "no-such-compiler")
+    result = called("scene", small, "--out", tmp_path / "new", "--cc", "no-such-compiler")
     assert result.returncode != 0
     assert "no-such-compiler" in result.stderr
     assert not (tmp_path / "new").exists()

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -28,8 +29,17 @@ from viscopade.theory.convergence import (
 from viscopade.theory.pade import pade
 from viscopade.theory.series import series
 
-SINGULAR = complex(singularity.from_flow(10).v_star)
 ROOT = Path(__file__).parents[1]
+
+
+@cache
+def singular() -> complex:
+    return complex(singularity.from_flow(10).v_star)
+
+
+@cache
+def approximants():
+    return [pade(m, m + 3, 60) for m in (30, 28)]
 
 
 def square_around(v: complex, level: int) -> Square:
@@ -49,7 +59,7 @@ def centre():
 @pytest.fixture(scope="module")
 def hardest():
     """A panel near the rim of the disc, and as near to the singularity."""
-    return prove(square_around(SINGULAR * 1.04 / abs(SINGULAR), 10))
+    return prove(square_around(singular() * 1.04 / abs(singular()), 10))
 
 
 def epsilon(panel, v: complex) -> tuple[complex, float]:
@@ -61,11 +71,8 @@ def epsilon(panel, v: complex) -> tuple[complex, float]:
 
 def continued(v: complex) -> tuple[complex, float]:
     """eps at v by Padé approximants of the series, and what their order changes."""
-    values = [complex(mp.polyval(p.mpf()[0][::-1], v) / mp.polyval(p.mpf()[1][::-1], v)) for p in PADE]
+    values = [complex(mp.polyval(p.mpf()[0][::-1], v) / mp.polyval(p.mpf()[1][::-1], v)) for p in approximants()]
     return values[0], abs(values[0] - values[1])
-
-
-PADE = [pade(m, m + 3, 60) for m in (30, 28)]
 
 
 # --- what it says is true ---------------------------------------------------------------------------------------------
@@ -139,7 +146,7 @@ def test_a_neighbour_of_another_size_agrees(centre):
 @pytest.mark.parametrize("level", [4, 9, 12])
 def test_eps_is_not_proven_to_be_analytic_where_it_is_not(level):
     """Squares that hold the singularity; on another sheet it is none, and a panel of another sheet may be proven."""
-    square = square_around(SINGULAR, level)
+    square = square_around(singular(), level)
     try:
         panel = prove(square)
     except ArithmeticError:
@@ -165,9 +172,9 @@ def test_nor_if_the_draft_has_no_doubts(monkeypatch, shift, level):
     """The draft's own test is switched off, and the singularity is inside the circle that the draft is made on."""
     monkeypatch.setattr(convergence, "LAST_IN_Z", np.inf)
     half = Fraction(1, 2**level)
-    centre = SINGULAR - shift * float(half) * SINGULAR / abs(SINGULAR)
+    centre = singular() - shift * float(half) * singular() / abs(singular())
     square = Square(*(Fraction(round(c * 2**20), 2**20) for c in (centre.real, centre.imag)), half)
-    assert abs(square.centre - SINGULAR) < float(square.radius)
+    assert abs(square.centre - singular()) < float(square.radius)
     with pytest.raises(ArithmeticError):
         prove(square)
 
@@ -175,7 +182,7 @@ def test_nor_if_the_draft_has_no_doubts(monkeypatch, shift, level):
 def test_a_disc_that_holds_the_singularity_is_not_covered(monkeypatch):
     monkeypatch.setattr(convergence, "SMALLEST", Fraction(1, 2**9))
     with pytest.raises(ArithmeticError):
-        list(panels(Fraction(21, 20), [square_around(SINGULAR, 9)]))
+        list(panels(Fraction(21, 20), [square_around(singular(), 9)]))
 
 
 def test_paths_that_are_too_far_apart_do_not_agree(centre):
@@ -295,7 +302,7 @@ def test_the_series_converges_for_the_radius_that_the_page_states():
         r"v_\\ast \\rvert \\le ([0-9.]+)\$\. There \$\\lvert \\varepsilon \\rvert \\le ([0-9.]+)\$", page
     )
     assert stated
-    assert Fraction(stated[1]) == radius < abs(SINGULAR)
+    assert Fraction(stated[1]) == radius < abs(singular())
     assert bound < arb(stated[2])
     assert len(found) > 50
     h = series(120, 60).h

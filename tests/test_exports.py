@@ -12,19 +12,34 @@ from click.testing import CliRunner
 from mpmath import mp, mpf
 
 from tests import compiled
+from tests.commands import called
+from viscopade import pade, series
 from viscopade.cli.main import command
 from viscopade.kernels import requests
 from viscopade.kernels.prove_rational import of_pade
 from viscopade.kernels.requests import NAMES, PAPER_DEGREES
-from viscopade.theory.pade import pade
-from viscopade.theory.series import series
 
 DIRECTORY = Path(__file__).parents[1] / "exports"
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory):
+    """What `viscopade reproduce` says, and the folder that it writes."""
+    folder = tmp_path_factory.mktemp("reproduced") / "new" / "exports"
+    return called("reproduce", "--out", folder), folder
 
 
 @cache
 def made(name: str) -> str:
     return requests.file(name)
+
+
+def test_reproduce_writes_everything(reproduced):
+    result, folder = reproduced
+    assert result.returncode == 0
+    assert "32 of 32 printed numbers agree" in result.stdout
+    made = {p.name: p.read_text() for p in folder.iterdir()}
+    assert made == {p.name: p.read_text() for p in DIRECTORY.iterdir()}
 
 
 def test_the_directory_holds_these_files_and_no_others():

@@ -2,14 +2,21 @@
 
 import ast
 import re
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "viscopade"
-TREES = {path: ast.parse(path.read_text()) for path in sorted(SOURCE.rglob("*.py"))}
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-PATHS = re.compile(r"\b(?:src/viscopade(?:_lab)?|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+")
+PATHS = re.compile(
+    r"\b(?:src/viscopade(?:_lab)?|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+"
+)
+
+
+@cache
+def trees():
+    return {path: ast.parse(path.read_text()) for path in sorted(SOURCE.rglob("*.py"))}
 
 
 def texts(tree):
@@ -29,8 +36,14 @@ def identifiers(tree):
     return found
 
 
-KNOWN = set().union(*map(identifiers, TREES.values()))
-MODULES = {".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__") for path in TREES}
+@cache
+def known():
+    return set().union(*map(identifiers, trees().values()))
+
+
+@cache
+def modules():
+    return {".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__") for path in trees()}
 
 
 def quoted(text):
@@ -42,7 +55,7 @@ def quoted(text):
 def resolves(name):
     """Whether a dotted name is there in one of the modules that its beginning may mean, or means none of ours."""
     parts = name.removeprefix("viscopade.").split(".")
-    meant = [module for module in MODULES if module.split(".")[-1] == parts[0]]
+    meant = [module for module in modules() if module.split(".")[-1] == parts[0]]
     return not meant or any(found(f"viscopade.{module}", parts[1:]) for module in meant)
 
 
@@ -58,24 +71,24 @@ def found(module, attributes):
 
 def documentation():
     """Yield paths and what is to be read there."""
-    yield from ((path, text.value) for path, tree in TREES.items() for text in texts(tree))
+    yield from ((path, text.value) for path, tree in trees().items() for text in texts(tree))
     yield from ((page, page.read_text()) for page in PAGES)
 
 
 def test_names_in_docstrings():
     for path, text in documentation():
-        if path in TREES:
+        if path in trees():
             assert [(path, name) for name in quoted(text) if "." in name and not resolves(name)] == []
             plain = [name for name in quoted(text) if "_" in name and "." not in name]
             if path.parent.name != "simulators":  # there, names of other programs
-                assert [(path, name) for name in plain if name not in KNOWN] == []
+                assert [(path, name) for name in plain if name not in known()] == []
 
 
 def test_names_on_pages():
     """Keys of a scene look like names of modules; so each part of a name must be known, here or as a file's suffix."""
     for path, text in documentation():
-        names = [name for name in quoted(text) if "." in name and name.split(".")[0] in MODULES]
-        assert [(path, name) for name in names if not (resolves(name) or KNOWN.issuperset(name.split(".")))] == []
+        names = [name for name in quoted(text) if "." in name and name.split(".")[0] in modules()]
+        assert [(path, name) for name in names if not (resolves(name) or known().issuperset(name.split(".")))] == []
 
 
 def test_files_that_are_named():
@@ -90,6 +103,6 @@ def test_code_spans_are_on_one_line():
 
 
 def test_stale_names_are_found():
-    assert all(map(resolves, ("reference.prove", "viscopade.collision.panel_proof.prove", "np.exp")))
+    assert all(map(resolves, ("panel_proof.prove", "viscopade.collision.panel_proof.prove", "np.exp")))
     assert not any(map(resolves, ("panel_proof.prove_elastic", "kernels.lookup")))
-    assert {"prove", "prove_elastic"} - KNOWN == {"prove_elastic"}
+    assert {"prove", "prove_elastic"} - known() == {"prove_elastic"}

@@ -1,16 +1,16 @@
 """The rows of the table that kernels are compared with: their proof finds wrong rows out, and agrees with `exact`."""
 
 import math
-import os
 import random
-from datetime import date
 from fractions import Fraction
 from functools import cache
 
 import pytest
 from flint import arb, arb_poly, fmpz_poly
 
+from tests import daily
 from viscopade.arithmetic.balls import working
+from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import exact, panel_proof
 from viscopade.collision.exact import Collision
@@ -78,21 +78,20 @@ def test_a_panel_is_proven(index):
         assert float(bound) < 2.0**-62
 
 
-# Which tenth of the panels is proven again: another one every day, or that of the environment variable.
-TENTH = int(os.environ.get("VISCOPADE_TENTH", date.today().toordinal())) % 10
+DAYS = 30  # after which all panels have been proven again
 
 
 def proven_again(index):
     """Prove a panel; the record has the same bounds but for what another libm may change."""
-    print(f"panel {index} of the tenth {index % 10}")
+    print(f"panel {index} of VISCOPADE_DAY={index % DAYS}")
     for found, recorded in zip(panel_proof.prove(index).recorded(), panel_proof.proven()[index], strict=True):
         assert 0.99 * found < recorded < 1.01 * found + 1
         assert found * 2.0**-RECORD_BITS < ERROR / 2
 
 
-@pytest.mark.parametrize("place", range(-(-PANELS // 10)))
-def test_a_tenth_of_the_panels_is_proven_again(place):
-    index = 10 * place + TENTH
+@pytest.mark.parametrize("number", range(-(-PANELS // DAYS)))
+def test_a_share_of_the_panels_is_proven_again(number):
+    index = daily.place(number, DAYS)
     if index < PANELS:
         proven_again(index)
 
@@ -204,7 +203,7 @@ def test_the_error_is_a_power_of_2_that_leaves_a_bit():
 @pytest.fixture
 def files(monkeypatch):
     """Put other texts into the place of the package's."""
-    texts = {name: panel_proof._text(name) for name in (panel_proof.DATA, panel_proof.RECORD)}
+    texts = {name: panel_proof._text(name) for name in (panels.DATA, panel_proof.RECORD)}
     monkeypatch.setattr(panel_proof, "_text", texts.__getitem__)
     panel_proof.proven.cache_clear()
     yield texts
@@ -216,7 +215,7 @@ def test_a_worse_panel_is_a_larger_error(files):
     assert panel_proof.ERROR > ERROR
 
 
-@pytest.mark.parametrize("name", [panel_proof.DATA, panel_proof.RECORD])
+@pytest.mark.parametrize("name", [panels.DATA, panel_proof.RECORD])
 def test_a_record_of_another_table_is_refused(files, name):
     files[name] = "\n".join(files[name].splitlines()[:-1])
     with pytest.raises(OSError, match=r"python -m viscopade\.reference"):

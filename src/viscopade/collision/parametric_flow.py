@@ -238,19 +238,20 @@ class _Growth:
     def _coefficients(self, start: fmpz_poly, slope: fmpz_poly, step: Dyadic) -> list[fmpz_poly]:
         """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}, V = 2 H^2 c^2 S + H c k u_y."""
         elastic, viscous = _factors(self.k, self.scale, step)
+        kept = self.degree + 1  # coefficients: `_floor` drops the others
         u, r = [start, slope], [(1 << self.bits) - start, -slope]
         s: list[fmpz_poly] = []
         v: list[fmpz_poly] = []
         for j in range(self.terms - 2):
-            square = 2 * sum((r[i] * r[j - i] for i in range((j + 1) // 2)), fmpz_poly())
+            square = 2 * sum((r[i].mul_low(r[j - i], kept) for i in range((j + 1) // 2)), fmpz_poly())
             if j % 2 == 0:
-                square += r[j // 2] * r[j // 2]
+                square += r[j // 2].mul_low(r[j // 2], kept)
             s.append(self._floor(square, self.bits))
             v.append(
                 self._floor(elastic.polynomial * s[j], -elastic.exponent)
                 + self._floor(viscous.polynomial * u[j + 1] * (j + 1), -viscous.exponent)
             )
-            total = sum((s[i] * v[j - i] for i in range(j + 1)), fmpz_poly())
+            total = sum((s[i].mul_low(v[j - i], kept) for i in range(j + 1)), fmpz_poly())
             divisor = (j + 1) * (j + 2)
             u.append(fmpz_poly([c // divisor for c in self._floor(total, self.bits).coeffs()]))
             r.append(-u[-1])
