@@ -77,13 +77,17 @@ writer._STALE = -1
 write = interruption.write_all
 """,
     "one name for all temporary files": """
+import time
 writer.secrets = type("secrets", (), {"token_hex": lambda n: "0" * 16})
+writer._synchronise = lambda _: time.sleep(0.01)  # long enough for another run to be there, on a busy machine too
 write = interruption.write_all
 """,
     "directories made without looking": """
-def make(directory, undo, real=writer._make_directory):
+import time
+def make(directory, undo):
     if not directory.is_dir():
         make(directory.parent, undo)
+        time.sleep(0.02)  # long enough for another run to be there, on a busy machine too
         directory.mkdir()
 writer._make_directory = make
 write = interruption.write_all

@@ -32,6 +32,7 @@ def tree(tmp_path):
     for tool in ("ruff", "mypy"):
         (tmp_path / ".venv" / "bin" / tool).symlink_to(TOOLS / tool)
     (tmp_path / ".venv" / ".ready").touch()
+    (tmp_path / ".venv" / ".tools").touch()
     return tmp_path
 
 

@@ -77,7 +77,7 @@ def succeed(words: Sequence[str], directory: Path) -> str:
 def bounds(names: Iterable[str]) -> dict[str, str]:
     """Return the lower bounds that pyproject.toml states for these packages."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    stated = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
+    stated = sum(project["optional-dependencies"].values(), project["dependencies"])
     found = dict(line.split(">=") for line in stated if ">=" in line)
     return {name: str(found[name]) for name in names if name in found}
 
