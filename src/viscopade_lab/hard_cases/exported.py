@@ -669,7 +669,7 @@ def true_value(name: str, v_star: arb) -> arb:
     """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
     at = int(np.searchsorted(_EDGES, float(v_star), side="right"))
     z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
-    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.ERROR)
+    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
 
 
 _EDGES = panels.CENTRES + panels.HALF_WIDTHS

@@ -9,7 +9,7 @@ from viscopade.arithmetic.decimals import above, below
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.quotient import Values, proven, threshold
+from viscopade.kernels.forms.quotient import Values, proven_errors, threshold
 
 
 @dataclass(frozen=True)
@@ -145,22 +145,19 @@ class MinimaxKernel:
     @property
     def facts(self) -> tuple[str, ...]:
         """Source, domain and error."""
-        rounding = [(v.form.name, v.rounding) for v in self.variants]
-        return (
-            f"source: {self.source}",
-            f"domain: {self.domain}",
-            *proven(self.bounds, rounding),
-            *self._derivative_facts,
-        )
+        return (f"source: {self.source}", f"domain: {self.domain}", *self.proven)
 
     @property
-    def _derivative_facts(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven, of the derivative too."""
+        of_eps = proven_errors(self.bounds, [(v.form.name, v.rounding) for v in self.variants])
         slopes = [(v.form.name, v.derivative) for v in self.variants if v.derivative is not None]
         if not slopes:
-            return ()
+            return of_eps
         worst = max((slope.certificate.bound for _, slope in slopes), key=Fraction)
         added = " and ".join(f"{slope.rounding} in type {name}" for name, slope in slopes)
         return (
+            *of_eps,
             f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven, where nothing is "
             "subnormal)",
         )

@@ -88,6 +88,10 @@ class Quotient(Protocol):
     def facts(self) -> tuple[str, ...]:
         """Sentences on the formula for the preamble."""
 
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Those of them that say what is proven."""
+
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
 
@@ -201,8 +205,13 @@ class Kernel:
             f"source: {self.source}",
             f"domain: {self.domain}",
             f"error: {self.error}",
-            *proven(self.bounds, self.rounding),
+            *self.proven,
         )
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven."""
+        return proven_errors(self.bounds, self.rounding)
 
     def derivative(self, form: Format) -> None:
         """Return nothing: the derivative is not exported."""
@@ -331,7 +340,7 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
     return t
 
 
-def proven(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     """Return sentences on what is proven of an error; none if nothing is."""
     if not bounds:
         return ()

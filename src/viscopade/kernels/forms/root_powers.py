@@ -135,8 +135,17 @@ class Gapped(ABC):
 
     @property
     @abstractmethod
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """Sentences on what is proven."""
+
+    @property
+    def powers_text(self) -> str:
+        """N and D, as the end of the formula's text."""
+        top, bottom = (
+            " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
+            for letter, constant, exponents in (("a", "a0", self.powers.top), ("b", "1", self.powers.bottom))
+        )
+        return f"N = {top}, D = {bottom}"
 
     @property
     def label(self) -> str:
@@ -152,7 +161,7 @@ class Gapped(ABC):
     def facts(self) -> tuple[str, ...]:
         """Source, formula, domain and error."""
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
-        return (*head, *self.errors)
+        return (*head, *self.proven)
 
     def variant(self, form: Format) -> Variant:
         """Return the variant of a format.
@@ -258,7 +267,7 @@ class HalfLineKernel(Gapped):
     @property
     def formula(self) -> str:
         """The formula as text."""
-        return f"eps = D/(D + v*^2 N), y = v*^(1/3), {_polynomials(self.powers)}"
+        return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
 
     @property
     def branches(self) -> tuple[Branch, ...]:
@@ -271,7 +280,7 @@ class HalfLineKernel(Gapped):
         return ("epsilon", "one_minus_epsilon") if self.bound.measure == "both" else ("epsilon",)
 
     @property
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """What is proven of the error, of rounding, and where results are subnormal."""
         both = self.bound.measure == "both"
         of_loss = "(1 - eps)" if both else "of the formula's 1 - eps"
@@ -341,7 +350,7 @@ class InverseKernel(Gapped):
     def formula(self) -> str:
         """The formula as text."""
         shift = int(Fraction(1, 2) / self.root)
-        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {_polynomials(self.powers)}"
+        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
     def branches(self) -> tuple[Branch, ...]:
@@ -358,7 +367,7 @@ class InverseKernel(Gapped):
         return {**super()._head(), **ends}
 
     @property
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """What is proven of the error and of rounding."""
         of_beta = self.bound_of_beta
         return (
@@ -395,14 +404,6 @@ def scientific(bound: str) -> str:
 
 def _identifier(number: str) -> str:
     return number.replace(".", "p").replace("-", "m").replace("+", "")
-
-
-def _polynomials(powers: Powers) -> str:
-    top, bottom = (
-        " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
-        for letter, constant, exponents in (("a", "a0", powers.top), ("b", "1", powers.bottom))
-    )
-    return f"N = {top}, D = {bottom}"
 
 
 def _power(exponent: int) -> str:

@@ -12,7 +12,6 @@ from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import distinct, horner, preamble
 from viscopade.kernels.v_star import speed_note
 
-PROVEN = ("proven", "rounding", "derivative")
 NAMES = (
     "NAME is pade_M_N for the Pade approximant [M/N].",
     "NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
@@ -61,7 +60,7 @@ def _block(kernel: Quotient) -> dict[str, Any]:
             reasons += wrap(f"There are no functions of type {form.name}: {error}.", WIDTH)
     return {
         "kernel": kernel,
-        "proven": [line for fact in kernel.facts if fact.startswith(PROVEN) for line in wrap(fact, WIDTH)],
+        "proven": [line for fact in kernel.proven for line in wrap(fact, WIDTH)],
         "guard": f"VISCOPADE_{kernel.name.upper()}",
         "variants": variants,
         "missing": "\n * ".join(reasons),
