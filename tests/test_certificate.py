@@ -359,7 +359,8 @@ def test_the_smaller_function_shows_at_the_ends_of_a_panel():
         for name, sign in (("epsilon", -1), ("one_minus_epsilon", 1)):
             values = [sign * panel_proof.rows()[name, panel](z) for z in points]
             assert all(
-                first < second + 2 * Fraction(panel_proof.proven_error()) * abs(second) for first, second in pairwise(values)
+                first < second + 2 * Fraction(panel_proof.proven_error()) * abs(second)
+                for first, second in pairwise(values)
             )
             assert certificate._may_be(panel, name) == (min(map(abs, values)) <= Fraction(1, 2) + Fraction(1, 10**6))
 

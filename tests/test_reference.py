@@ -199,7 +199,7 @@ def test_row_as_value_and_as_polynomial():
 
 def test_the_error_is_a_power_of_2_that_leaves_a_bit():
     worst = max(map(max, panel_proof.proven().values()))
-    assert ERROR == 2.0 ** round(math.log2(ERROR))
+    assert math.frexp(ERROR)[0] == 0.5
     assert 2 * worst <= ERROR * 2**RECORD_BITS < 4 * worst
 
 

@@ -96,9 +96,7 @@ def proven() -> dict[int, list[int]]:
     digest, *lines = [line for line in _text(RECORD).splitlines() if not line.startswith("#")]
     recorded = {panel: bounds for panel, *bounds in (map(int, line.split()) for line in lines)}
     if digest != digest_of_rows() or list(recorded) != list(range(PANELS)):
-        raise OSError(
-            f"{RECORD} does not belong to {DATA}: run python -m tools.panel_bounds > src/viscopade/{RECORD}"
-        )
+        raise OSError(f"{RECORD} does not belong to {DATA}: run python -m tools.panel_bounds > src/viscopade/{RECORD}")
     return recorded
 
 

@@ -23,6 +23,7 @@ PAPER_DEGREES = tuple(TABLE)
 
 Degrees = Sequence[tuple[int, int]]
 
+
 @dataclass(frozen=True)
 class Request:
     """What `viscopade export` is asked for, each kernel in the words of its option.

@@ -9,7 +9,7 @@ from viscopade.arithmetic.decimals import above, below
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.quotient import Values, proven_errors, threshold
+from viscopade.kernels.forms.quotient import Values, proven_errors, threshold, without_leading_zeros
 
 
 @dataclass(frozen=True)
@@ -163,14 +163,14 @@ class MinimaxKernel:
         )
 
     @property
-    def a(self) -> tuple[str, ...]:
-        """Coefficients of the numerator in the first type, as decimal strings that are rounded to the same numbers."""
-        return tuple(map(repr, self.variants[0].a))
+    def a(self) -> tuple[float, ...]:
+        """Coefficients of the numerator in the first type."""
+        return self.variants[0].a
 
     @property
-    def b(self) -> tuple[str, ...]:
+    def b(self) -> tuple[float, ...]:
         """Coefficients of the denominator, likewise."""
-        return tuple(map(repr, self.variants[0].b))
+        return self.variants[0].b
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
@@ -238,14 +238,14 @@ class MinimaxKernel:
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b of a format, without leading ones that are zero."""
         variant = self.variant(form)
-        return _without_leading_zeros(variant.a), _without_leading_zeros(variant.b)
+        return without_leading_zeros(variant.a), without_leading_zeros(variant.b)
 
     def derivative(self, form: Format) -> tuple[Values, int] | None:
         """Return the coefficients of T and D of a format, and t such that nothing can overflow for v* <= 2^t."""
         variant = self.variant(form)
         if variant.derivative is None:
             return None
-        t, b = _without_leading_zeros(variant.derivative.t), _without_leading_zeros(variant.b)
+        t, b = without_leading_zeros(variant.derivative.t), without_leading_zeros(variant.b)
         squared = [Fraction(0)] * (2 * len(b) - 1)
         for i, x in enumerate(b):
             for j, y in enumerate(b):
@@ -261,10 +261,3 @@ class MinimaxKernel:
 def _identifier(text: str) -> str:
     """Return a number as a part of a name: "." becomes p, "-" m."""
     return text.replace(".", "p").replace("-", "m").replace("+", "")
-
-
-def _without_leading_zeros(ascending: tuple[float, ...]) -> tuple[float, ...]:
-    size = len(ascending)
-    while size > 1 and not ascending[size - 1]:
-        size -= 1
-    return ascending[:size]
