@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from viscopade.approximation.measure import Measure
 from viscopade.kernels import prove_lacunary, prove_rational
@@ -94,13 +94,11 @@ class Request:
         """Return the command line."""
         words = ["viscopade export", target]
         for option in fields(self):
-            name, value = f"--{option.name.replace('_', '-')}", getattr(self, option.name)
-            if value is True:
-                words.append(name)
-            elif isinstance(value, str) and value != option.default:
-                words.append(f"{name} {value}")
-            elif value and not isinstance(value, str):
-                words += (f"{name} {item if isinstance(item, str) else '/'.join(map(str, item))}" for item in value)
+            value = getattr(self, option.name)
+            if value != option.default:
+                given = [""] if value is True else [value] if isinstance(value, str) else value
+                texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
+                words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
         return " ".join(words)
 
     def quotients(self) -> list[Quotient]:
@@ -147,20 +145,10 @@ def _by_name(kernels: Iterable[Named]) -> list[Named]:
     return list({kernel.name: kernel for kernel in kernels}.values())
 
 
-@dataclass(frozen=True)
-class Kind:
-    """Kernels that may stand in one file.
+class Kind(NamedTuple):
+    """Kernels that may stand in one file: their name, and whether a request asks for such.
 
-    Attributes
-    ----------
-    name : str
-        In messages.
-    wanted : callable
-        Whether a request asks for such.
-    kernels : callable
-        What a request asks for, with the proofs.
-    renderers : mapping of str to callable
-        By target, from these kernels and the command line to the file's text.
+    `kernels` gives what it asks for, with the proofs; `renderers` make the file's text of that and the command line.
     """
 
     name: str
@@ -172,39 +160,29 @@ class Kind:
 KINDS = (
     Kind(
         "quotients of polynomials",
-        lambda request: request.pade or request.minimax or (request.accuracy and request.v_star_max is not None),
+        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
         Request.quotients,
-        {
-            "c": c.render,
-            "python": python.render,
-            "csv": tables.csv,
-            "json": tables.json,
-            "latex": tables.latex,
-            "certificates": tables.certificates,
-        },
+        {"c": c.render, "python": python.render, "csv": tables.csv, "json": tables.json, "latex": tables.latex}
+        | {"certificates": tables.certificates},
     ),
     Kind(
         "kernels in powers of a root",
-        lambda request: request.inverse or (request.accuracy and request.v_star_max is None),
+        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
-        {
-            "c": root_powers.render_c,
-            "python": root_powers.render_python,
-            "json": tables.records,
-            "certificates": tables.certificates,
-            **{target: partial(table_free.render, target) for target in table_free.TARGETS},
-        },
+        {"c": root_powers.render_c, "python": root_powers.render_python, "json": tables.records}
+        | {"certificates": tables.certificates}
+        | {target: partial(table_free.render, target) for target in table_free.TARGETS},
     ),
     Kind(
         "kernels of full accuracy",
-        lambda request: request.full,
-        lambda request: None,
+        lambda asked: asked.full,
+        lambda asked: None,
         {"c": lambda _, command: last_place.render(command)},
     ),
     Kind(
         "kernels of speed",
-        lambda request: request.from_speed,
-        lambda request: prove_lacunary.speed_kernel(request.from_speed[0], request.size),
+        lambda asked: asked.from_speed,
+        lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
         {"c": speed.render},
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.arithmetic.decimals import above, below
+from viscopade.arithmetic.decimals import above, below, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -119,7 +119,7 @@ class MinimaxKernel:
         low, high = self.interval
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
         kind = "" if self.bounds[0].measure == "both" else "_relative"
-        return f"minimax_{self.m}_{self.n}_v{_identifier(ends)}_{_identifier(self.bounds[0].bound)}{kind}"
+        return f"minimax_{self.m}_{self.n}_v{identifier(ends)}_{identifier(self.bounds[0].bound)}{kind}"
 
     @property
     def pattern(self) -> str:
@@ -256,8 +256,3 @@ class MinimaxKernel:
         """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t."""
         a, b = (tuple(map(Fraction, values)) for values in self.rounded(form))
         return threshold(self.label, a, b, form)
-
-
-def _identifier(text: str) -> str:
-    """Return a number as a part of a name: "." becomes p, "-" m."""
-    return text.replace(".", "p").replace("-", "m").replace("+", "")

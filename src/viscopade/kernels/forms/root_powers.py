@@ -11,7 +11,7 @@ from fractions import Fraction
 from viscopade.approximation import half_line
 from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.approximation.lacunary import Powers
-from viscopade.arithmetic.decimals import above, at_most
+from viscopade.arithmetic.decimals import above, at_most, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -333,7 +333,7 @@ class InverseKernel(Gapped):
     @property
     def name(self) -> str:
         """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
-        interval = f"e{_identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
+        interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
         return f"{INVERSE}_{interval}{scientific(self.bound.bound)}"
 
     @property
@@ -399,11 +399,7 @@ def _sizes(variant: Variant) -> dict[str, dict[str, str]]:
 
 def scientific(bound: str) -> str:
     """Return a bound as a part of a name, always with an exponent: 0.00157 as 1p57em3."""
-    return _identifier(f"{Decimal(bound).normalize():e}")
-
-
-def _identifier(number: str) -> str:
-    return number.replace(".", "p").replace("-", "m").replace("+", "")
+    return identifier(f"{Decimal(bound).normalize():e}")
 
 
 def _power(exponent: int) -> str:
