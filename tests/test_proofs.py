@@ -1,6 +1,7 @@
 """Kernels with their proofs, and the compiled code against the exact function: what a header says is true."""
 
 import json
+import math
 import re
 from decimal import Decimal
 from fractions import Fraction
@@ -170,6 +171,13 @@ def test_poles_and_zeros_are_those_that_theory_proves(m, n):
     record = kernel.record()
     assert record["zero"] == (kernel.zero and repr(float(kernel.zero)))
     assert (record["a"], record["b"]) == tuple(map(list, approximant.decimals(prove_rational.DIGITS)))
+
+
+@pytest.mark.parametrize(("m", "n"), [(2, 5), (4, 2), (5, 6)])
+def test_python_ends_at_the_last_double_before_the_zero(m, n):
+    kernel = prove_rational.of_pade(m, n)
+    end = float(re.search(r"if value >= (\S+):", python.render([kernel], "viscopade export python"))[1])
+    assert Decimal(end) <= kernel.zero < Decimal(math.nextafter(end, math.inf))
 
 
 def test_types_whose_range_is_too_small_have_no_rounding_bound():
