@@ -45,6 +45,7 @@ bench: $(NATIVE)
 	$(BIN)/python -m viscopade_lab.studies.double
 	$(BIN)/python -m viscopade_lab.studies.damping
 	$(BIN)/python -m viscopade_lab.studies.gas_cost
+	$(BIN)/python -m viscopade_lab.studies.start
 
 # Two spheres, and a box of ice, in the simulators that are installed; each says so if its program is missing.
 simulators: $(NATIVE)

@@ -4,7 +4,7 @@
 # `viscopade.collision.exact` integrates a polynomial flow without roots or singular points, and covers the difference
 # between the parameter it found and the one it wanted with bounds of derivatives. The flow, the formulas for
 # kappa, eps, x_max and tau_c, the balance of energy and the equations behind those bounds are derived here from
-# the scaled equation of motion. The proofs that use them are in docs/exact-function.md, whose numbers (1) to (3)
+# the scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, whose numbers (1) to (3)
 # and steps are quoted. Contact ends where the force vanishes (eq:tEndAdvanced).
 
 # %%

@@ -18,8 +18,10 @@ from viscopade import Pair, Sphere
 from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.kernels import requests
-from viscopade.theory import pade, paper, series
+from viscopade.theory import paper
+from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
 
 VISCOPADE = [sys.executable, "-m", "viscopade"]
 

@@ -34,7 +34,7 @@ from viscopade.kernels.targets import table_free as exporter
 from viscopade.kernels.targets.table_free import TARGETS, name_of, render, shortest
 
 COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
-BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "cuda" / "bench.cu"
+BENCHMARK = Path(__file__).parents[1] / "src" / "viscopade_lab" / "cuda" / "bench.cu"
 FORMS = {"double": DOUBLE, "float": FLOAT}
 TYPES = {"double": np.float64, "float": np.float32}
 BITS = {"double": np.uint64, "float": np.uint32}

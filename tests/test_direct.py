@@ -8,8 +8,7 @@ import pytest
 from mpmath import mp, mpf
 
 from viscopade.arithmetic.balls import to_mpf
-from viscopade.theory import series
-from viscopade.theory.series import lambda_coefficients
+from viscopade.theory.series import lambda_coefficients, series
 from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon, scipy_epsilon
 
 QUANTITIES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c", "x_c")

@@ -16,7 +16,8 @@ from viscopade.cli.main import command
 from viscopade.kernels import requests
 from viscopade.kernels.prove_rational import of_pade
 from viscopade.kernels.requests import NAMES, PAPER_DEGREES
-from viscopade.theory import pade, series
+from viscopade.theory.pade import pade
+from viscopade.theory.series import series
 
 DIRECTORY = Path(__file__).parents[1] / "exports"
 

@@ -20,8 +20,9 @@ from viscopade.approximation import minimax
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.generated import MARKER, marker_line
-from viscopade.theory import pade, series
+from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade.theory.series import series
 from viscopade_lab.figures import paper
 from viscopade_lab.figures.cooling import FIGURES
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render

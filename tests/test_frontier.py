@@ -21,7 +21,7 @@ from viscopade.approximation import frontier, minimax
 from viscopade.approximation.frontier import ACCURACIES, DATA, GRID, PADE_MAX_M, Record, cheapest, smallest, table
 from viscopade.theory.pade import DegenerateError
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "frontier.md"
+DOCUMENT = Path(__file__).parents[1] / "docs" / "results" / "frontier.md"
 RECORDS = {(record.v_star_max, record.m, record.n): record for record in table()}
 FITS = [key for key in RECORDS if key[1] <= minimax.MAX_M]
 TEXT = pkgutil.get_data("viscopade", DATA).decode()
@@ -234,7 +234,7 @@ def test_the_documents_figures_are_there():
     text = DOCUMENT.read_text()
     for name in ("frontier", "minimaxErrors"):
         assert f"figures/{name}.svg" in text
-        assert (DOCUMENT.parent / "figures" / f"{name}.svg").exists()
+        assert (DOCUMENT.parents[1] / "figures" / f"{name}.svg").exists()
 
 
 def test_queries_run_no_fit():

@@ -21,7 +21,7 @@ from viscopade.arrays import panels
 from viscopade.generated import END_CONDITION
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.targets import last_place as header
-from viscopade.theory import series
+from viscopade.theory.series import series
 from viscopade_lab import exhaustive
 from viscopade_lab.exhaustive import doubles, floats
 

@@ -393,7 +393,7 @@ def written():
     notebook = nbformat.read(ROOT / "notebooks" / "06_granular_gas.ipynb", as_version=4)
     cells = [cell.source for cell in notebook.cells]
     shown = [output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", [])]
-    return (ROOT / "docs" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
+    return (ROOT / "docs" / "results" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
 
 
 def test_documented_numbers_are_those_of_the_notebook():
@@ -430,5 +430,5 @@ def test_a_kernel_that_is_good_in_epsilon_only_is_not_good_for_a_slow_gas():
         found = gas.maxwellian(lambda v, kernel=kernel: np.minimum(kernel.epsilon(v_star(v, BETA)), 1), late)
         errors[measure] = float(np.abs(found / gas.maxwellian(exact, late) - 1)[0])
     assert f"{errors['relative']:.0e}" == "4e-03"
-    assert "4e-3 at t = 1e10" in written()[0]
+    assert "4e-3 at $t$ = 1e10" in written()[0]
     assert errors["both"] < 1e-3

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import viscopade
+
 SOURCE = Path(__file__).parents[1] / "src"
 
 # Design section 3, from the ground up. The first four are files; a wing imports from those before it.
@@ -115,8 +117,35 @@ def loaded_after(statement):
 HEAVY = {"pint", "sympy", "matplotlib", "jinja2", "click", "rich", "scipy"}
 
 
-def test_importing_the_package_loads_nothing_heavy():
-    assert not loaded_after("import viscopade") & HEAVY
+def test_importing_the_package_loads_nothing():
+    assert not loaded_after("import viscopade") & {*HEAVY, "numpy", "flint", "mpmath"}
+
+
+def test_public_names_load_nothing_heavy():
+    names = "[getattr(viscopade, name) for name in viscopade.__all__]"
+    assert not loaded_after(f"import viscopade\n{names}") & HEAVY
+
+
+def test_public_names_are_where_type_checkers_find_them():
+    for node in ast.walk(ast.parse((SOURCE / "viscopade" / "__init__.py").read_text())):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("viscopade."):
+            for alias in node.names:
+                here = getattr(viscopade, alias.name)
+                assert here is getattr(import_module(node.module), alias.name, here)
+                assert alias.name in viscopade.__all__
+
+
+def test_help_loads_nothing_heavy():
+    """Each command's, that of the laboratory's commands as well, in one process."""
+    code = """
+import contextlib, io
+from viscopade.cli.main import command
+import click
+with contextlib.redirect_stdout(io.StringIO()):
+    for words in ((), *((name,) for name in command.list_commands(click.Context(command)))):
+        command.main([*words, "--help"], standalone_mode=False)
+"""
+    assert not loaded_after(code) & {*HEAVY - {"click"}, "numpy", "flint", "mpmath"}
 
 
 def test_deriving_coefficients_needs_no_sympy():

@@ -11,7 +11,6 @@ from flint import acb, arb, fmpq, fmpq_mat, fmpq_poly
 from mpmath import MPContext, mp, mpf
 
 from viscopade.arithmetic.balls import exact_middle, to_mpf, working
-from viscopade.theory import pade
 from viscopade.theory.pade import (
     DegenerateError,
     Pade,
@@ -21,6 +20,7 @@ from viscopade.theory.pade import (
     _pade,
     _solved,
     _TooWideError,
+    pade,
     rational_pade,
     solution,
 )

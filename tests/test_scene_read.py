@@ -656,7 +656,7 @@ LEAVES = st.one_of(
     st.sampled_from(["glass", "steel", "bead", "floor", "c", "glsl", "float", "v_star", "batch"]),
 )
 KEYS = st.one_of(
-    st.sampled_from(re.findall(r"(\w+)`", (ROOT / "docs" / "scenes.md").read_text("utf-8"))),
+    st.sampled_from(re.findall(r"(\w+)`", (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8"))),
     st.text(TEXT, max_size=5),
 )
 VALUES = st.recursive(
@@ -751,7 +751,7 @@ def test_examples_exercise_what_there_is():
     assert any(scene.scale != (1.0, 1.0, 1.0) for scene in scenes)
 
 
-DOCUMENT = (ROOT / "docs" / "scenes.md").read_text("utf-8")
+DOCUMENT = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
 TABLE = re.findall(r"^\| (`.*?`) \|", DOCUMENT, re.MULTILINE)
 
 

@@ -12,8 +12,8 @@ from flint import arb, arb_series, ctx
 from mpmath import mp, mpf
 
 from viscopade import arguments
+from viscopade import series as exported
 from viscopade.arithmetic.balls import bits_for, exact_middle, working
-from viscopade.theory import series as exported
 from viscopade.theory.series import (
     Effort,
     Series,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from viscopade.theory import series, singularity
+from viscopade.theory import singularity
+from viscopade.theory.series import series
 
 FLOW = singularity.from_flow()
 COEFFICIENTS = singularity.from_coefficients()

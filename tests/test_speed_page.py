@@ -1,4 +1,4 @@
-"""The numbers of docs/speed.md are those of the code and of the exported headers."""
+"""The numbers of docs/reference/speed.md are those of the code and of the exported headers."""
 
 import csv
 import re
@@ -13,7 +13,7 @@ from viscopade.kernels.forms import speed_table_last_place
 from viscopade.kernels.targets import speed
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "speed.md").read_text()
+PAGE = (ROOT / "docs" / "reference" / "speed.md").read_text()
 WORDS = " ".join(PAGE.split())
 ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")]
@@ -66,17 +66,17 @@ def catalogue_lines():
 
 
 def test_step_7_has_the_bounds_of_full_accuracy():
-    sentence = r"within ([\d.]+) ulp where w is .*? the roundings of w do up to ([\d.]+) ulp"
+    sentence = r"is within ([\d.]+) ulp of its value at .*? The roundings of \$w\$ itself cost up to ([\d.]+) ulp"
     of_table, of_w = re.search(sentence, WORDS).groups()
     assert of_w == at_most(speed_table_last_place.ulp_of_w())
     text = header("viscopade_speed_full.h")
     assert f"off by at most {of_table} units in the last place (ulp) of eps(w)" in text
     assert f"what the rounding of w = beta^5 speed does is at most {of_w} ulp" in text
-    assert [row[5] for row in ROWS if "speed_full" in row[0]] == [f"{of_table} ulp of eps(w)"]
+    assert [row[5] for row in ROWS if "speed_full" in row[0]] == [rf"{of_table} ulp of $\varepsilon(w)$"]
 
 
 def test_step_4_has_the_steepest_slope():
-    (slope,) = re.findall(r"are at most ([\d.]+) for the polynomials of `reference`", WORDS)
+    (slope,) = re.findall(r"are at most ([\d.]+) for the proven polynomials", WORDS)
     assert slope == at_most(panel_proof.steepest() / 10)
 
 

@@ -1,4 +1,4 @@
-"""Step 5 of docs/exact-function.md: what is found at one k encloses what is true at another.
+"""Step 5 of docs/theory/exact-function.md: what is found at one k encloses what is true at another.
 
 The bounds of the derivatives are compared with differences, and results are enclosed from a k that is wrong on purpose.
 """

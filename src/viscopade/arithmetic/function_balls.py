@@ -8,7 +8,7 @@ The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j
 the polynomial's coefficients being integers. What a product has beyond degree `terms` is cut off, and the norm of
 the cut, taken exactly, is added to the error; so is rounding, one unit a coefficient. No estimate of how fast the
 true coefficients decay is needed anywhere: every bound is a sum over integers that are there.
-See docs/error-bounds.md for the proofs.
+See docs/theory/error-bounds.md for the proofs.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Wiener:
         """Return f = sqrt(square), f(0) > 0, and 1/(2 f), for a polynomial without a zero in |y| <= 1.
 
         The polynomials come from unproven floating-point series; only the residuals f^2 - square and 1 - 2 f w,
-        computed exactly, enter the bounds (a Newton-Kantorovich argument: docs/error-bounds.md, step 1).
+        computed exactly, enter the bounds (a Newton-Kantorovich argument: docs/theory/error-bounds.md, step 1).
         """
         one = 1 << self.bits
         f, w = self._approximate_root(square)

@@ -103,7 +103,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
     """Find the cheapest kernel that is good enough for the scene in a TOML file, and generate it.
 
-    The keys of the file are described in docs/scenes.md; examples/ has ready scenes.
+    The keys of the file are described in docs/usage/scenes.md; examples/ has ready scenes.
     """
     from viscopade.kernels import toolchain
     from viscopade.scene import check as run
@@ -219,7 +219,7 @@ def read_scene(file: Path) -> Scene:
     """Return the scene in a file."""
     from viscopade.scene.read import from_toml
 
-    return from_toml(read_file(file, "a scene in TOML (docs/scenes.md)"), str(file))
+    return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
 
 
 COMMANDS = (export, scene_command, simulators_command)

@@ -9,7 +9,7 @@ m (unloading), and with them, kappa = v*^2,
 T and W being integrals over both branches of positive functions: 1 - eps loses no digits however small v* is. Newton's
 method, with the derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one; what it found is then
 enclosed (`validation`), and the difference that remains is covered by bounds of the derivatives with respect to ln k
-which hold for every k. docs/exact-function.md has the proofs.
+which hold for every k. docs/theory/exact-function.md has the proofs.
 
 End of contact is eq:tEndAdvanced, where the force vanishes.
 """

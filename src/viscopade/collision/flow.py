@@ -1,4 +1,4 @@
-r"""One collision as a polynomial flow, integrated by Taylor pieces with a proven error (docs/exact-function.md).
+r"""One collision as a polynomial flow, integrated by Taylor pieces with a proven error (docs/theory/exact-function.md).
 
 Measured from the turning point, with r = sqrt(x/x_max) and p = |x'|/(2 x_max^(5/4)) (which is g/sqrt(5) of
 section 2.2), the only parameter is k = sqrt(5) K. In the regularised time s, d tau = 2 (2F)^(1/5) r ds,

@@ -7,7 +7,7 @@ For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece
 
 exactly as in `flow` for every single z, with the step h = H c(z). So the theorem of `validation` holds for every z;
 here its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
-(docs/exact-function.md, step 7). How the polynomials were found is again of no importance.
+(docs/theory/exact-function.md, step 7). How the polynomials were found is again of no importance.
 """
 
 from __future__ import annotations
@@ -346,7 +346,7 @@ def ends(family: Family, origin: bool = False) -> Ends:
 
 
 class _Proof:
-    """The steps of docs/exact-function.md, in order; numbers are bounds for all z."""
+    """The steps of docs/theory/exact-function.md, in order; numbers are bounds for all z."""
 
     def __init__(self, family: Family, origin: bool) -> None:
         self.family, self.origin = family, origin

@@ -359,7 +359,7 @@ def _functions(formula: AnyFormula, panel: int, measure: AnyMeasure) -> Iterator
 def _may_be(panel: int, name: str) -> bool:
     """Whether the function may be the smaller one of eps and 1 - eps somewhere on the panel.
 
-    Both are monotonic (docs/exact-function.md, step 5), so each is least at an end.
+    Both are monotonic (docs/theory/exact-function.md, step 5), so each is least at an end.
     """
     row = panel_proof.rows()[name, panel]
     return min(row(Fraction(-1)), row(Fraction(1))) <= Fraction(1, 2) + Fraction(1, 10**6)
@@ -397,7 +397,7 @@ def _slope_ratio(panel: int, v_star: arb_series) -> arb_series:
 
 @lru_cache(maxsize=PANELS)
 def _slope_error(panel: int) -> arb:
-    """Bound the relative error of `_slope_ratio` (docs/exact-function.md, step 9).
+    """Bound the relative error of `_slope_ratio` (docs/theory/exact-function.md, step 9).
 
     With x = ln v*, g = ln(true/row) has |g| <= G = 2^-60 and |g''| <= M, so |g'| <= 2 sqrt(G M) (Landau).
     """

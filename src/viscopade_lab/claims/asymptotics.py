@@ -39,7 +39,7 @@ def _asymptotic_law() -> Evidence:
         "limit_exponent": TRUE_EXPONENT,
         "limit_prefactor": prefactor,
         "limit_prefactor_theory": PREFACTOR,
-        "proof": "docs/exact-function.md, step 8, as viscopade.collision.panel_proof.tail",
+        "proof": "docs/theory/exact-function.md, step 8, as viscopade.collision.panel_proof.tail",
         "bound_of_ln(eps v_star^(10/3)/limit)_beyond": _keyed(distance),
         "v_star_where_slope_is_-3.2": crossing,
         "relative_error_of_the_law": _keyed(law),

@@ -425,7 +425,7 @@ class Bound(NamedTuple):
 def bounds(form: str, function: str) -> tuple[Bound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 
-    Those from 2^FOLD on hold for all larger v*, too. The bounds are proven (docs/full-kernels.md).
+    Those from 2^FOLD on hold for all larger v*, too. The bounds are proven (docs/reference/full-kernels.md).
     """
     _check(form, function)
     loss = function == "one_minus_epsilon"

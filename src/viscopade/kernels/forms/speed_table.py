@@ -12,7 +12,7 @@ the smaller of eps and 1 - eps, so that its relative error is what counts (secti
 loses no digits either. What is approximated are the rows of `panel_proof`, as functions of m; the polynomials meet them
 at Chebyshev's points. `Table` also bounds, row by row and exactly or in ball arithmetic: the error of the polynomials
 with their machine coefficients, what rounding adds in the sequence of operations of the exported code, what an error of
-w does, and by how much eps may increase with v. (docs/speed.md)
+w does, and by how much eps may increase with v. (docs/reference/speed.md)
 
 The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)).
 """

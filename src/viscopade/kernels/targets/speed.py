@@ -267,7 +267,7 @@ def rounding_of(table: Table, form: Format) -> Fraction:
 
 
 def main() -> None:
-    """Print the tables' sizes and bounds, as docs/speed.md has them."""
+    """Print the tables' sizes and bounds, as docs/reference/speed.md has them."""
     for tier, size in [*TABLES, (FULL, FAST)]:
         given = speed_kernel(tier, size)
         table = given.table
