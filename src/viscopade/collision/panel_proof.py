@@ -1,7 +1,8 @@
 r"""The exact eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with a proven error, to compare kernels with.
 
 The polynomials are the rows of `double`'s table. Nothing is assumed of where they come from: `prove` compares them, on
-a whole panel at once, with a `parametric_flow` of collisions whose error is proven (docs/theory/exact-function.md, step 7).
+a whole panel at once, with a `parametric_flow` of collisions whose error is proven (docs/theory/exact-function.md,
+step 7).
 
 `data/proven.txt` records what was proven of each panel, with the digest of the table that it was proven of;
 `proven_error` is read from there.
