@@ -150,10 +150,10 @@ def test_the_error_of_the_reference_is_in_the_bound(monkeypatch, measure):
     """R = q (1 + g) and q = eps (1 + d): both may have the same sign; also for d as small as it is."""
     part = Part(40, Fraction(0), Fraction(1, 10))
     wrong = Rational((Fraction(3),), (Fraction(1), Fraction(1)))
-    for error in (2.0**-3, panel_proof.ERROR):
-        monkeypatch.setattr(panel_proof, "ERROR", 0.0)
+    for error in (2.0**-3, panel_proof.proven_error()):
+        monkeypatch.setattr(panel_proof, "proven_error", lambda: 0.0)
         bare = certificate.deviation(wrong, part, measure)
-        monkeypatch.setattr(panel_proof, "ERROR", error)
+        monkeypatch.setattr(panel_proof, "proven_error", lambda error=error: error)
         with working(certificate.BITS):
             assert certificate.deviation(wrong, part, measure) >= (1 + bare) * (1 + arb(error)) - 1
             assert bare > 0.1
@@ -306,7 +306,7 @@ def test_record_is_what_was_proven():
     assert (Fraction(record["v_star_min"]), Fraction(record["v_star_max"])) == (found.low, found.high)
     assert record["measure"] == "both"
     assert record["bound"] == found.bound
-    assert float.fromhex(record["reference_error"]) == panel_proof.ERROR == 2.0**-60
+    assert float.fromhex(record["reference_error"]) == panel_proof.proven_error() == 2.0**-60
     assert [tuple(p) for p in record["parts"]] == list(found.parts)
     assert [p for p, _ in found.parts] == [p for p, _, _ in certificate.panels_of(found.low, found.high)]
 
@@ -359,7 +359,8 @@ def test_the_smaller_function_shows_at_the_ends_of_a_panel():
         for name, sign in (("epsilon", -1), ("one_minus_epsilon", 1)):
             values = [sign * panel_proof.rows()[name, panel](z) for z in points]
             assert all(
-                first < second + 2 * Fraction(panel_proof.ERROR) * abs(second) for first, second in pairwise(values)
+                first < second + 2 * Fraction(panel_proof.proven_error()) * abs(second)
+                for first, second in pairwise(values)
             )
             assert certificate._may_be(panel, name) == (min(map(abs, values)) <= Fraction(1, 2) + Fraction(1, 10**6))
 

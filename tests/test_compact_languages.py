@@ -227,6 +227,16 @@ def test_requests_that_are_refused():
         render("rust", [kernels()[0], kernels()[0]], COMMAND)
 
 
+def test_a_module_of_another_name_in_fortran():
+    text = render("fortran", kernels(), COMMAND.replace("TARGET", "fortran"), "of_a_scene")
+    renamed = ("\nmodule viscopade\n", "\nmodule of_a_scene\n"), ("use viscopade\n", "use of_a_scene\n")
+    expected = made("fortran")
+    for old, new in renamed:
+        assert expected.count(old) == 1
+        expected = expected.replace(old, new)
+    assert text == expected
+
+
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_file_says_what_it_is(target):
     text = " ".join(line.strip(" *!#/") for line in made(target).split("\n\n")[0].splitlines()[:120])

@@ -92,7 +92,7 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
         h = series(m + n + 3, 180).decimals()
         a, b = (mp.polyval([mpf(x) for x in c[::-1]], v) for c in pade(m, n, 180).decimals())
         deviation = (a / b - mp.polyval([mpf(x) for x in h[::-1]], v)) / v ** (m + n + 1)
-        assert mp.almosteq(deviation, mpf(k.next_term), rel_eps=mpf("1e-9"))
+        assert mp.almosteq(deviation, mpf(str(k.next_term)), rel_eps=mpf("1e-9"))
 
 
 def test_unknown_target():

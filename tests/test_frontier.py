@@ -64,6 +64,12 @@ def test_a_row_whose_errors_a_double_does_not_show():
     assert record.error < 1e-18
 
 
+def test_only_an_error_of_100_percent_counts_as_infinite():
+    assert maker.best_error(2, 0, 5) == math.inf
+    with pytest.raises(ValueError, match=r"the degrees are \[1/1\]"):
+        maker.best_error(1, 1, 5)
+
+
 @pytest.mark.slow
 def test_whole_table_again():
     assert maker.text() == TEXT

@@ -264,4 +264,4 @@ def test_greatest_sees_the_whole_interval():
 def test_sizes_in_memory():
     assert Table(6, -96, 1, FLOAT).bytes == 65536
     assert Table(4, -96, 3, DOUBLE).bytes == 65536
-    assert panel_proof.ERROR == E
+    assert panel_proof.proven_error() == E

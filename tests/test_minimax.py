@@ -357,7 +357,7 @@ def test_types_that_are_no_numbers(arguments):
 
 
 def test_useless_fits_are_refused():
-    with pytest.raises(ValueError, match=r"the best \[2/0\] on \[0, 5\] is off by 23.6"):
+    with pytest.raises(minimax.TooCoarse, match=r"the best \[2/0\] on \[0, 5\] is off by 23.6"):
         fit(2, 0, 5)
 
 

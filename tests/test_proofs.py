@@ -1,7 +1,9 @@
 """Kernels with their proofs, and the compiled code against the exact function: what a header says is true."""
 
 import json
+import math
 import re
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
@@ -12,7 +14,6 @@ from tests.certificate_checker import Checker
 from tests.compiled import build
 from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.arithmetic.formats import exact as fraction
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import prove_rational, rounding
@@ -130,7 +131,7 @@ def test_pade_bounds_are_those_of_the_exact_formula():
     kernel = prove_rational.of_pade(3, 6)
     assert [bound.high for bound in kernel.bounds] == [Fraction(1, 2), 1, 2, 5]
     assert all((bound.low, bound.measure) == (0, "both") for bound in kernel.bounds)
-    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    a, b = kernel.exact
     assert kernel.bounds[1].bound == prove(Rational(a, b), Fraction(0), Fraction(1)).bound
     bounds = [Fraction(bound.bound) for bound in kernel.bounds]
     assert bounds == sorted(bounds)
@@ -140,7 +141,7 @@ def test_pade_bounds_are_those_of_the_exact_formula():
 def test_pade_rounding_covers_that_of_the_coefficients():
     kernel = prove_rational.of_pade(3, 6)
     assert [name for name, _ in kernel.rounding] == ["double", "float"]
-    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    a, b = kernel.exact
     for form, (_, size) in zip((DOUBLE, FLOAT), kernel.rounding, strict=True):
         without = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5)))
         with_them = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5), coefficients=True))
@@ -151,23 +152,42 @@ def test_pade_rounding_covers_that_of_the_coefficients():
 def test_pade_bounds_end_before_the_first_pole_or_zero():
     kernel = prove_rational.of_pade(5, 6)
     full = prove_rational.without_proof(pade(5, 6, prove_rational.DIGITS))
-    assert (kernel.a, kernel.b, kernel.pole) == (full.a, full.b, full.pole)
+    assert (kernel.a, kernel.b, kernel.end) == (full.a, full.b, full.end)
     if kernel.end is not None:
-        assert all(bound.high < fraction(kernel.end[1]) for bound in kernel.bounds)
+        assert all(bound.high < Fraction(kernel.end[1]) for bound in kernel.bounds)
     poles = prove_rational.of_pade(3, 5)
     assert float(poles.end[1]) < 0.5
     assert poles.bounds == poles.rounding == ()
-    assert not any(fact.startswith("proven") for fact in poles.facts)
+    assert poles.proven == ()
+
+
+@pytest.mark.parametrize(("m", "n"), [(2, 5), (3, 5), (4, 2), (3, 6)])
+def test_poles_and_zeros_are_those_that_theory_proves(m, n):
+    approximant, kernel = pade(m, n, prove_rational.DIGITS), prove_rational.of_pade(m, n)
+    ends = {"pole": kernel.pole, "zero": kernel.zero}
+    for kind, roots in (("pole", approximant.poles), ("zero", approximant.zeros)):
+        positive = [Decimal(root.decimals(prove_rational.DIGITS)[0]) for root in roots if root.positive]
+        assert ends[kind] == min(positive, default=None)
+    assert (kernel.end is None) == (approximant.domain_end is None)
+    record = kernel.record()
+    assert record["zero"] == (kernel.zero and repr(float(kernel.zero)))
+    assert (record["a"], record["b"]) == tuple(map(list, approximant.decimals(prove_rational.DIGITS)))
+
+
+@pytest.mark.parametrize(("m", "n"), [(2, 5), (4, 2), (5, 6)])
+def test_python_ends_at_the_last_double_before_the_zero(m, n):
+    kernel = prove_rational.of_pade(m, n)
+    end = float(re.search(r"if value >= (\S+):", python.render([kernel], "viscopade export python"))[1])
+    assert Decimal(end) <= kernel.zero < Decimal(math.nextafter(end, math.inf))
 
 
 def test_types_whose_range_is_too_small_have_no_rounding_bound():
     """[30/60] in float changes to powers of 1/v* at v* = 4, before 5: nothing is proven of that."""
     kernel = prove_rational.of_pade(3, 6)
-    exact = tuple(map(Fraction, kernel.a)), tuple(map(Fraction, kernel.b))
     assert 2 ** kernel.threshold(FLOAT) > 5
-    prove_rational._require_horner(kernel.label, *exact, FLOAT, Fraction(5))
+    prove_rational._require_horner(kernel.label, *kernel.exact, FLOAT, Fraction(5))
     with pytest.raises(ValueError, match="float"):
-        prove_rational._require_horner(kernel.label, *exact, FLOAT, Fraction(2 ** (kernel.threshold(FLOAT) + 1)))
+        prove_rational._require_horner(kernel.label, *kernel.exact, FLOAT, Fraction(2 ** (kernel.threshold(FLOAT) + 1)))
 
 
 # --- minimax ----------------------------------------------------------------------------------------------------------

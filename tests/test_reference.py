@@ -9,15 +9,17 @@ import pytest
 from flint import arb, arb_poly, fmpz_poly
 
 from tests import daily
+from tools import panel_bounds
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import exact, panel_proof
 from viscopade.collision.exact import Collision
-from viscopade.collision.panel_proof import END, ERROR, RECORD_BITS, Bounds, Row, rows
+from viscopade.collision.panel_proof import END, RECORD_BITS, Bounds, Row, rows
 from viscopade.theory.series import series
 
 CHEAP = (5, 30)  # a few seconds each
+ERROR = panel_proof.proven_error()
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
 WRONG = Fraction(1, 2**55)
 
@@ -196,7 +198,7 @@ def test_row_as_value_and_as_polynomial():
 
 def test_the_error_is_a_power_of_2_that_leaves_a_bit():
     worst = max(map(max, panel_proof.proven().values()))
-    assert ERROR == panel_proof.proven_error() == 2.0 ** round(math.log2(ERROR))
+    assert math.frexp(ERROR)[0] == 0.5
     assert 2 * worst <= ERROR * 2**RECORD_BITS < 4 * worst
 
 
@@ -205,28 +207,29 @@ def files(monkeypatch):
     """Put other texts into the place of the package's."""
     texts = {name: panel_proof._text(name) for name in (panels.DATA, panel_proof.RECORD)}
     monkeypatch.setattr(panel_proof, "_text", texts.__getitem__)
-    panel_proof.proven.cache_clear()
+    panel_proof.proven_error.cache_clear()
     yield texts
-    panel_proof.proven.cache_clear()
+    panel_proof.proven_error.cache_clear()
 
 
 def test_a_worse_panel_is_a_larger_error(files):
     files[panel_proof.RECORD] = files[panel_proof.RECORD].replace("\n73 ", f"\n73 {2**21}", 1)
-    assert panel_proof.ERROR > ERROR
+    assert panel_proof.proven_error() > ERROR
 
 
 @pytest.mark.parametrize("name", [panels.DATA, panel_proof.RECORD])
 def test_a_record_of_another_table_is_refused(files, name):
     files[name] = "\n".join(files[name].splitlines()[:-1])
-    with pytest.raises(OSError, match=r"python -m viscopade\.reference"):
-        _ = panel_proof.ERROR
+    with pytest.raises(OSError, match=r"python -m tools\.panel_bounds"):
+        panel_proof.proven_error()
 
 
 def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
-    monkeypatch.setattr(panel_proof, "prove", lambda index: Bounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
-    files[panel_proof.RECORD] = "\n".join(panel_proof.record())
+    monkeypatch.setattr(panel_bounds, "prove", lambda index: Bounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
+    files[panel_proof.RECORD] = "of another table"
+    files[panel_proof.RECORD] = "\n".join(panel_bounds.record())
     assert set(map(tuple, panel_proof.proven().values())) == {(2**18, 2**19 + 1)}
-    assert panel_proof.ERROR == 2.0**-59
+    assert panel_proof.proven_error() == 2.0**-59
 
 
 def test_no_panel_is_proven_with_less_than_a_bit_of_margin():

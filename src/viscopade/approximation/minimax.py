@@ -46,6 +46,10 @@ _DEGREES = "accepted are degrees of which the larger one is at least 2 (else a_1
 _ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
 
 
+class TooCoarse(ValueError):
+    """The best approximant is off by 100 % or more."""
+
+
 @dataclass(frozen=True)
 class Fit:
     """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_1 = b_1.
@@ -164,7 +168,8 @@ def fit(
     TypeError
         If something is not of the type stated.
     ValueError
-        If something is out of range, the error is not below 100 %, or there is no best approximant: one line.
+        If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
+        line.
     """
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
@@ -228,7 +233,7 @@ def _finished(
     m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, found: remez.Approximation
 ) -> Fit:
     if not found.error < 1:
-        raise ValueError(
+        raise TooCoarse(
             f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
             "and intervals with an error below 1 (n = m + 3 suits long intervals)"
         )

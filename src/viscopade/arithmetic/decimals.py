@@ -49,3 +49,8 @@ def _short(number: Fraction | float, digits: int, rounding: str) -> str:
     exact, context = Fraction(number), Context(prec=digits, rounding=rounding)
     decimal = context.divide(Decimal(exact.numerator), Decimal(exact.denominator)).normalize(context)
     return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
+
+
+def identifier(number: str) -> str:
+    """Return a decimal number as a part of a name: "." becomes p, "-" m."""
+    return number.replace(".", "p").replace("-", "m").replace("+", "")

@@ -196,7 +196,7 @@ class Certificate:
             "v_star_max": None if self.high is None else str(self.high),
             "bound": self.bound,
             "reference": DATA,
-            "reference_error": panel_proof.ERROR.hex(),
+            "reference_error": panel_proof.proven_error().hex(),
             **({"slope_errors": slopes} if slopes else {}),
             "parts": self.parts,
         }
@@ -333,7 +333,7 @@ def deviation(formula: AnyFormula, part: Part, measure: AnyMeasure) -> arb:
         error = (
             ball_of(Fraction(rounded_up(_slope_error(part.panel))))
             if measure == "derivative"
-            else arb(panel_proof.ERROR)
+            else arb(panel_proof.proven_error())
         )
         return ((max(bounds) + error) / (1 - error)).abs_upper()
 
@@ -411,14 +411,14 @@ def _slope_error(panel: int) -> arb:
         v = v_star.coeffs()[0]
         slope = power + v * ratio[1]
         own = v * (ratio[1] + v * (2 * ratio[2] - ratio[1] ** 2))
-        error = arb(panel_proof.ERROR)
+        error = arb(panel_proof.proven_error())
         uncertain = 2 * (arb(1.01) * error * (panel_proof.CURVATURE + abs(own))).sqrt()
         return (error + uncertain * (1 + error) / abs(slope).lower()).abs_upper()
 
 
 def _odds_ratio(panel: int, v_star: arb_series) -> arb_series:
     """Enclose ((1 - eps)/eps)/v*^2: the true value at every v*, as it is within the rows' errors."""
-    uncertain = arb(1, arb(3 * panel_proof.ERROR))
+    uncertain = arb(1, arb(3 * panel_proof.proven_error()))
     return _loss_ratio(panel, v_star) / _row("epsilon", panel, v_star) * uncertain
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from typing import SupportsIndex
@@ -16,15 +17,12 @@ from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.balls import known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arithmetic.formats import exact as fraction
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, rounding
 from viscopade.kernels.certificate import Certificate, Rational, RationalDerivative
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, Variant
 from viscopade.kernels.forms.quotient import Kernel, threshold
-from viscopade.theory.pade import Pade, pade
-
-Coefficients = tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))  # v* up to which errors of Padé approximants are stated
@@ -52,21 +50,19 @@ def of_pade(m: int, n: int) -> Kernel:
     """
     approximant = pade(m, n, DIGITS)
     bare = without_proof(approximant)
-    exact = tuple(map(fraction, bare.a)), tuple(map(fraction, bare.b))
-    ends = [v for v in USEFUL if bare.end is None or v < fraction(bare.end[1]) * Fraction(9, 10)]
+    ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
     bounds: list[Certificate] = []
     for end in ends:
         try:
-            bounds.append(certificate.prove(Rational(*exact), Fraction(0), end))
+            bounds.append(certificate.prove(Rational(*bare.exact), Fraction(0), end))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
-    return _with_bounds(bare, tuple(bounds), exact) if bounds else bare
+    return _with_bounds(bare, tuple(bounds)) if bounds else bare
 
 
 def without_proof(approximant: Pade) -> Kernel:
     """Return the kernel of a Padé approximant, with `DIGITS` digits."""
-    a, b = approximant.decimals(DIGITS)
-    pole = approximant.positive_pole
+    a, b = (tuple(map(Decimal, values)) for values in approximant.decimals(DIGITS))
     # The exporters state [m/n] - eps at order m + n + 1, whether or not the approximant does better.
     better = approximant.contact_order > approximant.m + approximant.n
     return Kernel(
@@ -74,23 +70,30 @@ def without_proof(approximant: Pade) -> Kernel:
         n=approximant.n,
         a=a,
         b=b,
-        next_term="0" if better else known_decimal(-approximant.next_term, 10),
-        pole=None if pole is None else pole.decimals(DIGITS)[0],
+        next_term=Decimal(0 if better else known_decimal(-approximant.next_term, 10)),
+        pole=_first_positive(approximant.poles),
+        zero=_first_positive(approximant.zeros),
         source=PADE_SOURCE,
     )
 
 
-def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...], exact: Coefficients) -> Kernel:
+def _first_positive(roots: Sequence[Root]) -> Decimal | None:
+    """Return the first of the roots, ordered by size, that is proven to be real and positive."""
+    root = next((root for root in roots if root.positive), None)
+    return None if root is None else Decimal(root.decimals(DIGITS)[0])
+
+
+def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...]) -> Kernel:
     """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
     sizes = []
     for form in FORMATS.values():
         end = bounds[-1].high or Fraction(0)
         try:
             bare.rounded(form)
-            _require_horner(bare.label, *exact, form, end)
+            _require_horner(bare.label, *bare.exact, form, end)
         except ValueError:
             continue
-        size = rounding.quotient(*exact, form, Fraction(0), end, coefficients=True)
+        size = rounding.quotient(*bare.exact, form, Fraction(0), end, coefficients=True)
         sizes.append((form.name, _relative_to_eps(size, max(Fraction(bound.bound) for bound in bounds))))
     return replace(bare, bounds=bounds, rounding=tuple(sizes))
 

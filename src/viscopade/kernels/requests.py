@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import partial
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from viscopade.approximation.measure import Measure
 from viscopade.kernels import prove_lacunary, prove_rational
@@ -23,24 +23,6 @@ PAPER_DEGREES = tuple(TABLE)
 
 Degrees = Sequence[tuple[int, int]]
 
-RENDERERS: Mapping[str, Callable[[Sequence[Quotient], str], str]] = {
-    "c": c.render,
-    "python": python.render,
-    "csv": tables.csv,
-    "json": tables.json,
-    "latex": tables.latex,
-    "certificates": tables.certificates,
-}
-
-
-GAPPED_RENDERERS: Mapping[str, Callable[[Sequence[HalfLineKernel | InverseKernel], str], str]] = {
-    "c": root_powers.render_c,
-    "python": root_powers.render_python,
-    "json": tables.records,
-    "certificates": tables.certificates,
-    **{target: partial(table_free.render, target) for target in table_free.TARGETS},
-}
-
 
 @dataclass(frozen=True)
 class Request:
@@ -52,37 +34,37 @@ class Request:
 
     Attributes
     ----------
+    full : bool
+        The kernels of full accuracy, in C.
     pade, minimax : sequence of (m, n)
         Degrees of Padé and of best approximants.
     accuracy : sequence of str
         Proven errors: the cheapest best approximant on the interval, or the smallest kernel for all v* >= 0.
-    v_star_max, v_star_min : str or None
-        Interval of the best approximants.
-    measure : "both" or "relative"
-        Of their error.
     inverse : sequence of str
         Proven relative errors of v*(eps).
-    epsilon_min : str
-        Where the inverse ends; "0" for all of (0, 1].
-    full : bool
-        The kernels of full accuracy, in C.
     from_speed : sequence of str
         At most one of `names.TIERS`: a kernel that needs no root, in C.
     size : "fast" or "small"
         Of its table.
+    v_star_min, v_star_max : str or None
+        Interval of the best approximants.
+    epsilon_min : str
+        Where the inverse ends; "0" for all of (0, 1].
+    measure : "both" or "relative"
+        Of the error of best approximants.
     """
 
+    full: bool = False
     pade: Degrees = ()
     minimax: Degrees = ()
     accuracy: Sequence[str] = ()
-    v_star_max: str | None = None
-    v_star_min: str = "0"
-    measure: Measure = "both"
     inverse: Sequence[str] = ()
-    epsilon_min: str = "0"
-    full: bool = False
     from_speed: Sequence[str] = ()
     size: str = FAST
+    v_star_min: str = "0"
+    v_star_max: str | None = None
+    epsilon_min: str = "0"
+    measure: Measure = "both"
 
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
@@ -100,33 +82,23 @@ class Request:
         if len(self.from_speed) > 1:
             raise ValueError(f"from_speed is {', '.join(self.from_speed)}: accepted is one kernel to a file")
         if len(self._kinds) > 1:
-            raise ValueError(f"{' and '.join(self._kinds)} are of different kinds: accepted is one kind to a file")
+            kinds = " and ".join(kind.name for kind in self._kinds)
+            raise ValueError(f"{kinds} are of different kinds: accepted is one kind to a file")
 
     @property
-    def _kinds(self) -> list[str]:
+    def _kinds(self) -> list[Kind]:
         """The kinds of kernels asked for."""
-        on_interval = self.v_star_max is not None
-        asked = {
-            "quotients of polynomials": self.pade or self.minimax or (self.accuracy and on_interval),
-            "kernels in powers of a root": self.inverse or (self.accuracy and not on_interval),
-            "kernels of full accuracy": self.full,
-            "kernels of speed": self.from_speed,
-        }
-        return [kind for kind, wanted in asked.items() if wanted]
+        return [kind for kind in KINDS if kind.wanted(self)]
 
     def command(self, target: str) -> str:
         """Return the command line."""
-        words = ["viscopade export", target, *(["--full"] if self.full else [])]
-        words += (f"--pade {m}/{n}" for m, n in self.pade)
-        words += (f"--minimax {m}/{n}" for m, n in self.minimax)
-        words += (f"--accuracy {accuracy}" for accuracy in self.accuracy)
-        words += (f"--inverse {accuracy}" for accuracy in self.inverse)
-        words += (f"--from-speed {tier}" for tier in self.from_speed)
-        words += [f"--size {self.size}"] if self.size != FAST else []
-        words += [f"--v-star-min {self.v_star_min}"] if self.v_star_min != "0" else []
-        words += [f"--v-star-max {self.v_star_max}"] if self.v_star_max is not None else []
-        words += [f"--epsilon-min {self.epsilon_min}"] if self.epsilon_min != "0" else []
-        words += [f"--measure {self.measure}"] if self.measure != "both" else []
+        words = ["viscopade export", target]
+        for option in fields(self):
+            value = getattr(self, option.name)
+            if value != option.default:
+                given = [""] if value is True else [value] if isinstance(value, str) else value
+                texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
+                words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
         return " ".join(words)
 
     def quotients(self) -> list[Quotient]:
@@ -159,18 +131,10 @@ class Request:
         """
         if target not in TARGETS:
             raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
-        command, kind = self.command(target), (self._kinds or [""])[0]
-        if kind == "kernels of full accuracy":
-            _require(target, ["c"], kind)
-            return last_place.render(command)
-        if kind == "kernels of speed":
-            _require(target, ["c"], kind)
-            return speed.render(prove_lacunary.speed_kernel(self.from_speed[0], self.size), command)
-        if kind == "kernels in powers of a root":
-            _require(target, GAPPED_RENDERERS, kind)
-            return GAPPED_RENDERERS[target](self.in_powers_of_a_root(), command)
-        _require(target, RENDERERS, kind)
-        return RENDERERS[target](self.quotients(), command)
+        kind = (self._kinds or KINDS)[0]
+        if target not in kind.renderers:
+            raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.renderers)}")
+        return kind.renderers[target](kind.kernels(self), self.command(target))
 
 
 Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
@@ -181,10 +145,47 @@ def _by_name(kernels: Iterable[Named]) -> list[Named]:
     return list({kernel.name: kernel for kernel in kernels}.values())
 
 
-def _require(target: str, accepted: Collection[str], kind: str) -> None:
-    if target not in accepted:
-        raise ValueError(f"target is {target!r}: accepted for {kind} is {', '.join(accepted)}")
+class Kind(NamedTuple):
+    """Kernels that may stand in one file: their name, and whether a request asks for such.
 
+    `kernels` gives what it asks for, with the proofs; `renderers` make the file's text of that and the command line.
+    """
+
+    name: str
+    wanted: Callable[[Request], object]
+    kernels: Callable[[Request], Any]
+    renderers: Mapping[str, Callable[[Any, str], str]]
+
+
+KINDS = (
+    Kind(
+        "quotients of polynomials",
+        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
+        Request.quotients,
+        {"c": c.render, "python": python.render, "csv": tables.csv, "json": tables.json, "latex": tables.latex}
+        | {"certificates": tables.certificates},
+    ),
+    Kind(
+        "kernels in powers of a root",
+        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
+        Request.in_powers_of_a_root,
+        {"c": root_powers.render_c, "python": root_powers.render_python, "json": tables.records}
+        | {"certificates": tables.certificates}
+        | {target: partial(table_free.render, target) for target in table_free.TARGETS},
+    ),
+    Kind(
+        "kernels of full accuracy",
+        lambda asked: asked.full,
+        lambda asked: None,
+        {"c": lambda _, command: last_place.render(command)},
+    ),
+    Kind(
+        "kernels of speed",
+        lambda asked: asked.from_speed,
+        lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
+        {"c": speed.render},
+    ),
+)
 
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")

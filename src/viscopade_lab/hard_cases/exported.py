@@ -22,7 +22,6 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.lacunary import Quotient as Gaps
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arithmetic.formats import exact as fraction
 from viscopade.arrays import panels
 from viscopade.arrays.fallback import restitution as native_restitution
 from viscopade.collision import panel_proof
@@ -227,7 +226,7 @@ def _v_star(x: Any) -> dict[str, Any]:
 
 def _pade_end(kernel: Quotient) -> Fraction:
     """Return the largest v* for which a header states an error."""
-    return max(v for v in prove_rational.USEFUL if kernel.end is None or v < fraction(kernel.end[1]) * Fraction(9, 10))
+    return max(v for v in prove_rational.USEFUL if kernel.end is None or v < Fraction(kernel.end[1]) * Fraction(9, 10))
 
 
 @lru_cache(maxsize=8)
@@ -241,7 +240,7 @@ def of_pade() -> Iterator[Function]:
     for m, n in TABLE:
         kernel = pade_kernel(m, n)
         end = _pade_end(kernel)
-        digits = tuple(fraction(c) for c in kernel.a), tuple(fraction(c) for c in kernel.b)
+        digits = tuple(map(Fraction, kernel.a)), tuple(map(Fraction, kernel.b))
         for form in FORMATS.values():
             a, b = kernel.rounded(form)
             machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
@@ -669,7 +668,7 @@ def true_value(name: str, v_star: arb) -> arb:
     """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
     at = int(np.searchsorted(_EDGES, float(v_star), side="right"))
     z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
-    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.ERROR)
+    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
 
 
 _EDGES = panels.CENTRES + panels.HALF_WIDTHS

@@ -1,7 +1,7 @@
 """Exact values at a million arguments at a time, in long double, and what the headers allow there.
 
-The polynomials are the rows of `double`'s table, whose relative error is proven (`panel_proof.ERROR`). Long double must
-have 64 bits, as on x86 and, with more of them, on aarch64: `enough` tells.
+The polynomials are the rows of `double`'s table, whose relative error is proven (`panel_proof.proven_error`). Long
+double must have 64 bits, as on x86 and, with more of them, on aarch64: `enough` tells.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from viscopade_lab.hard_cases.compilers import functions as of_headers
 from viscopade_lab.hard_cases.machine import Array
 
 UNKNOWN = 2.0**-59
-"""Of exact values, relatively: `panel_proof.ERROR`, and some roundings of 2^-64."""
+"""Of exact values, relatively: `panel_proof.proven_error`, and some roundings of 2^-64."""
 UNKNOWN_DERIVATIVE = 1e-11
 """The same of d eps/d v*: `double.slope` is good to 12 digits."""
 CONVERTED = 0.5001

@@ -144,7 +144,8 @@ def unlimited(case: Case) -> float:
 
 def mixed(case: Case) -> float:
     """Return eps of LAMMPS if the line of two unlike types is left out, so that LAMMPS takes means of the others'."""
-    include = re.sub(r"^pair_coeff 1 2 .*$", "", lammps.render(case.setup, COMMAND), flags=re.MULTILINE)
+    line = lammps.pair_coeff(case.setup, case.contact.first, case.contact.second)
+    include = lammps.render(case.setup, COMMAND).replace(line, "")
     timestep = float(case.pair.contact_time(SPEED)) / UNLIMITED_STEPS
     return run(include, lammps.collision(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep))[0]
 

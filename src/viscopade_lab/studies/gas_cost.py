@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ctypes
 import json
-import re
 import sys
 import time
 from collections.abc import Mapping
@@ -28,8 +27,9 @@ from rich.table import Table
 import viscopade as vp
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import v_star
-from viscopade.kernels import toolchain
+from viscopade.kernels import registry, toolchain
 from viscopade.kernels.forms.speed_kernel import file_of
+from viscopade.kernels.names import FAST
 from viscopade.simulators import gas
 from viscopade_lab.figures import cooling as figure
 
@@ -78,24 +78,18 @@ def in_c() -> dict[str, gas.Restitution]:
         compiler = toolchain.find()
     except toolchain.BenchError:
         return {}
-    files = {f"kernel {tier}, C": file_of(tier) for tier in TIERS}
-    headers = {name: (EXPORTS / name).read_text() for name in (*files.values(), "viscopade_pade.h")}
-    names = {label: _array_function(headers[file]) for label, file in files.items()}
-    loops = {label: _ARRAY.format(i=i, name=name) for i, (label, name) in enumerate(names.items())}
+    headers = {name: (EXPORTS / name).read_text() for name in (*map(file_of, TIERS), "viscopade_pade.h")}
+    names = {entry.tier: entry.name for entry in registry.entries() if (entry.kind, entry.size) == ("speed", FAST)}
+    loops = {
+        f"kernel {tier}, C": _ARRAY.format(i=i, name=f"viscopade_restitution_array_{names[tier]}")
+        for i, tier in enumerate(TIERS)
+    }
     for label, degrees in (("[1/4], C", "1_4"), ("[3/6], C", "3_6")):
         loops[label] = _LOOP.format(i=len(loops), name=f"viscopade_restitution_pade_{degrees}")
     includes = "\n".join(f'#include "{name}"' for name in headers)
     source = _C.format(includes=includes, loops="".join(loops.values()))
     library = toolchain.build(compiler, {"array": {"gas.c": source}}, headers)["array"]
     return {label: _call(library, i) for i, label in enumerate(loops)}
-
-
-def _array_function(header: str) -> str:
-    """Return the name of a header's function of arrays of doubles."""
-    found = re.search(r"viscopade_restitution_array_\w+(?=\(size_t n, const double)", header)
-    if found is None:
-        raise ValueError("a header of exports/ has no viscopade_restitution_array_…: accepted is one from speed to eps")
-    return found[0]
 
 
 def _call(library: ctypes.CDLL, index: int) -> gas.Restitution:

@@ -40,7 +40,7 @@ from viscopade.progress import track
 
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
 
-TABLE_ERROR = Fraction(panel_proof.ERROR)
+TABLE_ERROR = Fraction(panel_proof.proven_error())
 """Proven bound of the relative error of the polynomials of `double` for eps and 1 - eps."""
 FOLD_ERROR = Fraction(1, 2**59)
 """Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s), s >= 2^FOLD: twice `panel_proof.tail` there is less."""

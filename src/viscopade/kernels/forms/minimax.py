@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.arithmetic.decimals import above, below
+from viscopade.arithmetic.decimals import above, below, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.quotient import Values, proven, threshold
+from viscopade.kernels.forms.quotient import Values, proven_errors, threshold, without_leading_zeros
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class MinimaxKernel:
         low, high = self.interval
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
         kind = "" if self.bounds[0].measure == "both" else "_relative"
-        return f"minimax_{self.m}_{self.n}_v{_identifier(ends)}_{_identifier(self.bounds[0].bound)}{kind}"
+        return f"minimax_{self.m}_{self.n}_v{identifier(ends)}_{identifier(self.bounds[0].bound)}{kind}"
 
     @property
     def pattern(self) -> str:
@@ -145,35 +145,32 @@ class MinimaxKernel:
     @property
     def facts(self) -> tuple[str, ...]:
         """Source, domain and error."""
-        rounding = [(v.form.name, v.rounding) for v in self.variants]
-        return (
-            f"source: {self.source}",
-            f"domain: {self.domain}",
-            *proven(self.bounds, rounding),
-            *self._derivative_facts,
-        )
+        return (f"source: {self.source}", f"domain: {self.domain}", *self.proven)
 
     @property
-    def _derivative_facts(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven, of the derivative too."""
+        of_eps = proven_errors(self.bounds, [(v.form.name, v.rounding) for v in self.variants])
         slopes = [(v.form.name, v.derivative) for v in self.variants if v.derivative is not None]
         if not slopes:
-            return ()
+            return of_eps
         worst = max((slope.certificate.bound for _, slope in slopes), key=Fraction)
         added = " and ".join(f"{slope.rounding} in type {name}" for name, slope in slopes)
         return (
+            *of_eps,
             f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven, where nothing is "
             "subnormal)",
         )
 
     @property
-    def a(self) -> tuple[str, ...]:
-        """Coefficients of the numerator in the first type, as decimal strings that are rounded to the same numbers."""
-        return tuple(map(repr, self.variants[0].a))
+    def a(self) -> tuple[float, ...]:
+        """Coefficients of the numerator in the first type."""
+        return self.variants[0].a
 
     @property
-    def b(self) -> tuple[str, ...]:
+    def b(self) -> tuple[float, ...]:
         """Coefficients of the denominator, likewise."""
-        return tuple(map(repr, self.variants[0].b))
+        return self.variants[0].b
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
@@ -241,14 +238,14 @@ class MinimaxKernel:
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b of a format, without leading ones that are zero."""
         variant = self.variant(form)
-        return _without_leading_zeros(variant.a), _without_leading_zeros(variant.b)
+        return without_leading_zeros(variant.a), without_leading_zeros(variant.b)
 
     def derivative(self, form: Format) -> tuple[Values, int] | None:
         """Return the coefficients of T and D of a format, and t such that nothing can overflow for v* <= 2^t."""
         variant = self.variant(form)
         if variant.derivative is None:
             return None
-        t, b = _without_leading_zeros(variant.derivative.t), _without_leading_zeros(variant.b)
+        t, b = without_leading_zeros(variant.derivative.t), without_leading_zeros(variant.b)
         squared = [Fraction(0)] * (2 * len(b) - 1)
         for i, x in enumerate(b):
             for j, y in enumerate(b):
@@ -259,15 +256,3 @@ class MinimaxKernel:
         """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t."""
         a, b = (tuple(map(Fraction, values)) for values in self.rounded(form))
         return threshold(self.label, a, b, form)
-
-
-def _identifier(text: str) -> str:
-    """Return a number as a part of a name: "." becomes p, "-" m."""
-    return text.replace(".", "p").replace("-", "m").replace("+", "")
-
-
-def _without_leading_zeros(ascending: tuple[float, ...]) -> tuple[float, ...]:
-    size = len(ascending)
-    while size > 1 and not ascending[size - 1]:
-        size -= 1
-    return ascending[:size]

@@ -9,31 +9,24 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import ROUND_FLOOR, Context
+from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import lcm
-from typing import TYPE_CHECKING, Protocol, cast
-
-from flint import fmpz_poly
+from typing import Protocol, TypeVar
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.decimals import above, below
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, exact, float_text
+from viscopade.arithmetic.formats import Format, float_text
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-
-if TYPE_CHECKING:
-    from flint import acb
-
 
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
 # and keeps the quotient of two such sums a normal number.
 _HEADROOM = 8
 
-_POLE_TOLERANCE = 1e-9  # relative; the given pole may come from coefficients of more digits
+_ROOT_TOLERANCE = Fraction(1, 10**12)  # of what is left of the terms; the root may come from more digits, or fewer
 
+Number = TypeVar("Number", float, Fraction)
 Values = tuple[tuple[float, ...], tuple[float, ...]]
 
 
@@ -61,15 +54,15 @@ class Quotient(Protocol):
         """The values of v* for which the formula is made; None if for all in the domain."""
 
     @property
-    def end(self) -> tuple[str, str] | None:
+    def end(self) -> tuple[str, Decimal] | None:
         """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
 
     @property
-    def a(self) -> tuple[str, ...]:
-        """Coefficients of the numerator, ascending, as decimal strings."""
+    def a(self) -> tuple[Decimal | float, ...]:
+        """Coefficients of the numerator, ascending, for tables."""
 
     @property
-    def b(self) -> tuple[str, ...]:
+    def b(self) -> tuple[Decimal | float, ...]:
         """Coefficients of the denominator."""
 
     @property
@@ -87,6 +80,10 @@ class Quotient(Protocol):
     @property
     def facts(self) -> tuple[str, ...]:
         """Sentences on the formula for the preamble."""
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Those of them that say what is proven."""
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
@@ -116,12 +113,12 @@ class Kernel:
     ----------
     m, n : int
         Degrees of numerator and denominator (leading coefficients may be zero).
-    a, b : tuple of str, lengths m + 1 and n + 1
-        Coefficients in ascending order, as decimal strings; a_0 = b_0 = 1.
-    next_term : str
-        c in [m/n](v*) - eps(v*) = c v*^(m+n+1) + …, as a decimal string.
-    pole : str or None
-        The smallest positive pole; None if there is none.
+    a, b : tuple of Decimal, lengths m + 1 and n + 1
+        Coefficients in ascending order; a_0 = b_0 = 1.
+    next_term : Decimal
+        c in [m/n](v*) - eps(v*) = c v*^(m+n+1) + … .
+    pole, zero : Decimal or None
+        The smallest positive ones; None if there are none.
     source : str
         One line: where the formula comes from.
     bounds : tuple of Certificate
@@ -132,17 +129,19 @@ class Kernel:
     Raises
     ------
     ValueError
-        If lengths, a_0, b_0 or `pole` contradict the rest, or a string is not a finite decimal number.
+        If lengths, a_0, b_0, `pole` or `zero` contradict the rest, or a number is not finite. (That there is no smaller
+        pole or zero is not looked into: `theory.pade` proves it.)
     TypeError
         If something is not of the type stated.
     """
 
     m: int
     n: int
-    a: tuple[str, ...]
-    b: tuple[str, ...]
-    next_term: str
-    pole: str | None
+    a: tuple[Decimal, ...]
+    b: tuple[Decimal, ...]
+    next_term: Decimal
+    pole: Decimal | None
+    zero: Decimal | None
     source: str
     bounds: tuple[Certificate, ...] = ()
     rounding: tuple[tuple[str, str], ...] = ()
@@ -152,27 +151,34 @@ class Kernel:
             arguments.integer(name, degree, 0, arguments.MAX_ORDER)
         for name, degree, values in (("a", self.m, self.a), ("b", self.n, self.b)):
             if not isinstance(values, tuple):
-                raise TypeError(f"{self.label}: {name} must be a tuple of decimal strings")
+                raise TypeError(f"{self.label}: {name} must be a tuple of decimals")
             if len(values) != degree + 1:
                 raise ValueError(f"{self.label} has {degree + 1} coefficients {name}_i, not {len(values)}")
-            if exact(values[0]) != 1:
+            if values[0] != 1:
                 raise ValueError(f"{self.label}: {name}_0 is {values[0]}, it must be 1")
-            for value in values:
-                exact(value)
-        exact(self.next_term)
+        for number in (*self.a, *self.b, self.next_term):
+            if not isinstance(number, Decimal):
+                raise TypeError(f"{self.label}: {number!r} is not a decimal")
+            if not number.is_finite():
+                raise ValueError(f"{self.label}: {number} is not a finite number")
         one_line("source", self.source)
-        self._check_pole()
+        for kind, at, side in zip(("zero", "pole"), (self.zero, self.pole), self.reduced, strict=True):
+            self._check_end(kind, at, side)
 
-    def _check_pole(self) -> None:
-        """Compare the pole with the denominator's smallest positive root."""
-        root = _smallest_positive_root(self.b)
-        if root is None and self.pole is None:
+    def _check_end(self, kind: str, at: Decimal | None, values: Sequence[Fraction]) -> None:
+        """Raise if a polynomial that is 1 at 0 does not vanish at its root, or is negative for large v* without one."""
+        if at is None:
+            if values[-1] < 0:
+                raise ValueError(f"{self.label} has a positive {kind}, but {kind} is None")
             return
-        if root is None or self.pole is None:
-            found = "no positive pole" if root is None else f"a pole at v* = {root:.10g}"
-            raise ValueError(f"{self.label} has {found}, but pole is {self.pole}")
-        if abs(exact(self.pole) / Fraction(root) - 1) > _POLE_TOLERANCE:
-            raise ValueError(f"{self.label} has its first positive pole at v* = {root:.10g}, not at {self.pole}")
+        terms = [c * Fraction(at) ** i for i, c in enumerate(values)]
+        if at <= 0 or abs(sum(terms, Fraction(0))) > _ROOT_TOLERANCE * sum(map(abs, terms), Fraction(0)):
+            raise ValueError(f"{self.label} has no positive {kind} at v* = {at}")
+
+    @cached_property
+    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The coefficients a and b as fractions."""
+        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
 
     @property
     def name(self) -> str:
@@ -197,12 +203,12 @@ class Kernel:
     @property
     def facts(self) -> tuple[str, ...]:
         """Source, domain and error."""
-        return (
-            f"source: {self.source}",
-            f"domain: {self.domain}",
-            f"error: {self.error}",
-            *proven(self.bounds, self.rounding),
-        )
+        return (f"source: {self.source}", f"domain: {self.domain}", f"error: {self.error}", *self.proven)
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven."""
+        return proven_errors(self.bounds, self.rounding)
 
     def derivative(self, form: Format) -> None:
         """Return nothing: the derivative is not exported."""
@@ -212,34 +218,31 @@ class Kernel:
         return {
             "m": self.m,
             "n": self.n,
-            "a": self.a,
-            "b": self.b,
+            **self._texts,
             "domain": self.domain,
-            "pole": self.pole,
-            "zero": self.zero,
-            "next_term": self.next_term,
+            "pole": None if self.pole is None else decimal_text(self.pole),
+            "zero": None if self.zero is None else repr(float(self.zero)),
+            "next_term": decimal_text(self.next_term),
             "error": self.error,
             "proven": [{"v_star_max": below(c.high or Fraction(0)), "bound": c.bound} for c in self.bounds],
             "rounding": dict(self.rounding),
             "source": self.source,
         }
 
+    @property
+    def _texts(self) -> dict[str, list[str]]:
+        return {"a": list(map(decimal_text, self.a)), "b": list(map(decimal_text, self.b))}
+
     def certificates(self) -> list[dict[str, object]]:
         """Return what is needed to check the proofs, as JSON-able data."""
-        formula = {"name": self.name, "type": "exact", "a": self.a, "b": self.b}
+        formula = {"name": self.name, "type": "exact", **self._texts}
         return [{**formula, **bound.record()} for bound in self.bounds]
 
-    @cached_property
-    def zero(self) -> str | None:
-        """The numerator's smallest positive root (as a double's decimal string); None if there is none."""
-        root = _smallest_positive_root(self.a)
-        return None if root is None else repr(root)
-
     @property
-    def end(self) -> tuple[str, str] | None:
+    def end(self) -> tuple[str, Decimal] | None:
         """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
         bounds = [(kind, at) for kind, at in (("pole", self.pole), ("zero", self.zero)) if at is not None]
-        return min(bounds, key=lambda bound: exact(bound[1]), default=None)
+        return min(bounds, key=lambda bound: bound[1], default=None)
 
     @property
     def domain(self) -> str:
@@ -256,26 +259,17 @@ class Kernel:
     def error(self) -> str:
         """What the Padé property says about the error, as a sentence's part."""
         order = self.m + self.n + 1
-        deviation = exact(self.next_term)
+        deviation = Fraction(self.next_term)
         if not deviation:
             return f"{self.label} = eps + O(v*^{order + 1}) as v* -> 0 (agreement to order v*^{order})"
         size = f"{'-' if deviation < 0 else '+'} {float_text(abs(deviation))} v*^{order}"
         return f"{self.label} = eps {size} + ... as v* -> 0 (agreement to order v*^{order - 1})"
 
     @property
-    def reduced(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The coefficients a and b without leading ones that are exactly zero ([0/3] has b_3 = 0)."""
-        return _without_leading_zeros(self.a), _without_leading_zeros(self.b)
-
-    @property
-    def doubles(self) -> Values:
-        """The reduced coefficients as the nearest doubles."""
-        return self.rounded(DOUBLE)
-
-    @property
-    def floats(self) -> Values:
-        """The reduced coefficients as the nearest values of binary32."""
-        return self.rounded(FLOAT)
+    def reduced(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The exact a and b without leading ones that are zero ([0/3] has b_3 = 0)."""
+        a, b = map(without_leading_zeros, self.exact)
+        return a, b
 
     def rounded(self, form: Format) -> Values:
         """Return the reduced coefficients a and b, each rounded once to the nearest value of a binary format.
@@ -286,8 +280,8 @@ class Kernel:
             If one is neither zero nor a normal number of the format.
         """
         a, b = (
-            tuple(self._nearest(f"{name}_{i}", exact(text), form) for i, text in enumerate(texts))
-            for name, texts in zip("ab", self.reduced, strict=True)
+            tuple(self._nearest(f"{name}_{i}", c, form) for i, c in enumerate(values))
+            for name, values in zip("ab", self.reduced, strict=True)
         )
         return a, b
 
@@ -307,7 +301,7 @@ class Kernel:
         ValueError
             If there is no such t >= 0, or the leading coefficients' quotient is not a normal number.
         """
-        a, b = ([exact(text) for text in texts] for texts in self.reduced)
+        a, b = self.reduced
         self._nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)
         return threshold(self.label, a, b, form)
 
@@ -331,7 +325,7 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
     return t
 
 
-def proven(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     """Return sentences on what is proven of an error; none if nothing is."""
     if not bounds:
         return ()
@@ -351,23 +345,14 @@ def span(low: Fraction, high: Fraction | None) -> str:
     return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
 
 
-def _without_leading_zeros(ascending: tuple[str, ...]) -> tuple[str, ...]:
+def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
     """Drop the highest coefficients that are exactly zero."""
     size = len(ascending)
-    while not exact(ascending[size - 1]):
+    while size > 1 and not ascending[size - 1]:
         size -= 1
-    return ascending[:size]
+    return tuple(ascending[:size])
 
 
-def _smallest_positive_root(ascending: tuple[str, ...]) -> float | None:
-    """Return the smallest positive root of a polynomial, or None.
-
-    FLINT isolates all roots, and proves which are real: those have an imaginary part of exactly zero.
-    """
-    numbers = [exact(text) for text in ascending]
-    scale = lcm(*(number.denominator for number in numbers))
-    with working(64):
-        roots = cast(  # the stub forgets the multiplicities
-            "list[tuple[acb, int]]", fmpz_poly([int(number * scale) for number in numbers]).complex_roots()
-        )
-    return min((float(root.real.mid()) for root, _ in roots if root.imag == 0 and root.real > 0), default=None)
+def decimal_text(number: Decimal | float) -> str:
+    """Return a coefficient as tables have it: all digits of a decimal, the shortest decimal of a double."""
+    return str(number).lower()

@@ -11,7 +11,7 @@ from fractions import Fraction
 from viscopade.approximation import half_line
 from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.approximation.lacunary import Powers
-from viscopade.arithmetic.decimals import above, at_most
+from viscopade.arithmetic.decimals import above, at_most, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -135,8 +135,17 @@ class Gapped(ABC):
 
     @property
     @abstractmethod
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """Sentences on what is proven."""
+
+    @property
+    def powers_text(self) -> str:
+        """N and D, as the end of the formula's text."""
+        top, bottom = (
+            " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
+            for letter, constant, exponents in (("a", "a0", self.powers.top), ("b", "1", self.powers.bottom))
+        )
+        return f"N = {top}, D = {bottom}"
 
     @property
     def label(self) -> str:
@@ -152,7 +161,7 @@ class Gapped(ABC):
     def facts(self) -> tuple[str, ...]:
         """Source, formula, domain and error."""
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
-        return (*head, *self.errors)
+        return (*head, *self.proven)
 
     def variant(self, form: Format) -> Variant:
         """Return the variant of a format.
@@ -258,7 +267,7 @@ class HalfLineKernel(Gapped):
     @property
     def formula(self) -> str:
         """The formula as text."""
-        return f"eps = D/(D + v*^2 N), y = v*^(1/3), {_polynomials(self.powers)}"
+        return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
 
     @property
     def branches(self) -> tuple[Branch, ...]:
@@ -271,7 +280,7 @@ class HalfLineKernel(Gapped):
         return ("epsilon", "one_minus_epsilon") if self.bound.measure == "both" else ("epsilon",)
 
     @property
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """What is proven of the error, of rounding, and where results are subnormal."""
         both = self.bound.measure == "both"
         of_loss = "(1 - eps)" if both else "of the formula's 1 - eps"
@@ -324,7 +333,7 @@ class InverseKernel(Gapped):
     @property
     def name(self) -> str:
         """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
-        interval = f"e{_identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
+        interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
         return f"{INVERSE}_{interval}{scientific(self.bound.bound)}"
 
     @property
@@ -341,7 +350,7 @@ class InverseKernel(Gapped):
     def formula(self) -> str:
         """The formula as text."""
         shift = int(Fraction(1, 2) / self.root)
-        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {_polynomials(self.powers)}"
+        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
     def branches(self) -> tuple[Branch, ...]:
@@ -358,7 +367,7 @@ class InverseKernel(Gapped):
         return {**super()._head(), **ends}
 
     @property
-    def errors(self) -> tuple[str, ...]:
+    def proven(self) -> tuple[str, ...]:
         """What is proven of the error and of rounding."""
         of_beta = self.bound_of_beta
         return (
@@ -390,19 +399,7 @@ def _sizes(variant: Variant) -> dict[str, dict[str, str]]:
 
 def scientific(bound: str) -> str:
     """Return a bound as a part of a name, always with an exponent: 0.00157 as 1p57em3."""
-    return _identifier(f"{Decimal(bound).normalize():e}")
-
-
-def _identifier(number: str) -> str:
-    return number.replace(".", "p").replace("-", "m").replace("+", "")
-
-
-def _polynomials(powers: Powers) -> str:
-    top, bottom = (
-        " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
-        for letter, constant, exponents in (("a", "a0", powers.top), ("b", "1", powers.bottom))
-    )
-    return f"N = {top}, D = {bottom}"
+    return identifier(f"{Decimal(bound).normalize():e}")
 
 
 def _power(exponent: int) -> str:

@@ -245,7 +245,7 @@ def of_w(form: Format) -> Fraction:
     of its rows twice.
     """
     change = gamma(ROUNDINGS_OF_W, form)
-    return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.ERROR)
+    return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
 
 
 def bytes_of(form: Format) -> int:
@@ -330,7 +330,7 @@ def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int
             raise ArithmeticError("a Taylor polynomial lost terms")
         own = sum((c.rad() for c in coefficients), arb(0)).abs_upper()
         p = fmpq_poly([_middle(c) for c in coefficients])
-        enclosed, relative = to_fraction(_middle(own)), Fraction(panel_proof.ERROR)
+        enclosed, relative = to_fraction(_middle(own)), Fraction(panel_proof.proven_error())
         error = enclosed + relative / (1 - relative) * (greatest(p) + enclosed)
     return Piece(centre, half, p, error)
 

@@ -12,12 +12,12 @@ from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import distinct, horner, preamble
 from viscopade.kernels.v_star import speed_note
 
-PROVEN = ("proven", "rounding", "derivative")
-NAMES = (
-    "NAME is pade_M_N for the Pade approximant [M/N].",
-    "NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
+NAMES = {
+    "pade_M_N": "for the Pade approximant [M/N].",
+    "minimax_M_N_vV_B": "for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
     "(p stands for the decimal point, m for the minus of an exponent).",
-)
+}
+"""By the form of the functions' names, what they stand for."""
 
 
 def render(kernels: Sequence[Quotient], command: str) -> str:
@@ -43,7 +43,8 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     lines = [*preamble(kernels, command), *speed_note(kernels, [f for f in FORMATS.values() if f.name in types])]
     head = "\n".join(f" * {line}".rstrip() for line in lines)
     has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
-    names = [line for text in NAMES if any(k.pattern in text for k in kernels) for line in wrap(text, WIDTH)]
+    patterns = {kernel.pattern for kernel in kernels}
+    names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
     return template(__name__, "header.h.jinja").render(
         head=head, blocks=blocks, names=names, has_derivative=has_derivative
     )
@@ -61,7 +62,7 @@ def _block(kernel: Quotient) -> dict[str, Any]:
             reasons += wrap(f"There are no functions of type {form.name}: {error}.", WIDTH)
     return {
         "kernel": kernel,
-        "proven": [line for fact in kernel.facts if fact.startswith(PROVEN) for line in wrap(fact, WIDTH)],
+        "proven": [line for fact in kernel.proven for line in wrap(fact, WIDTH)],
         "guard": f"VISCOPADE_{kernel.name.upper()}",
         "variants": variants,
         "missing": "\n * ".join(reasons),

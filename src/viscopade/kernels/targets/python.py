@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from viscopade.arithmetic.formats import DOUBLE, exact
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import template
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import distinct, preamble
@@ -37,7 +37,7 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
 def _block(kernel: Quotient) -> dict[str, object]:
     """Return what the template needs of one kernel."""
     a, b = kernel.rounded(DOUBLE)
-    end = None if kernel.end is None else (kernel.end[0], _not_above(exact(kernel.end[1])))
+    end = None if kernel.end is None else (kernel.end[0], _not_above(Fraction(kernel.end[1])))
     interval = None if kernel.interval is None else tuple(map(_inside, kernel.interval, (1, -1)))
     found = kernel.derivative(DOUBLE)
     return {

@@ -109,7 +109,7 @@ def _c_block(kernel: Kernel) -> dict[str, object]:
     return {
         "kernel": kernel,
         "guard": f"VISCOPADE_{kernel.name.upper()}",
-        "facts": [line for fact in kernel.errors for line in wrap(fact, WIDTH)],
+        "facts": [line for fact in kernel.proven for line in wrap(fact, WIDTH)],
         "variants": [_c_variant(kernel, kernel.variant(v.form)) for v in kernel.variants],
         "missing": [line for text in missing for line in wrap(text, WIDTH)],
     }

@@ -182,7 +182,9 @@ TARGETS: Mapping[str, Target] = {
 }  # fmt: skip
 
 
-def render(target: str, kernels: Sequence[HalfLineKernel | InverseKernel], command: str) -> str:
+def render(
+    target: str, kernels: Sequence[HalfLineKernel | InverseKernel], command: str, module: str = "viscopade"
+) -> str:
     """Return the text of a file with the functions restitution, rebound and dissipation of all kernels.
 
     Parameters
@@ -193,6 +195,8 @@ def render(target: str, kernels: Sequence[HalfLineKernel | InverseKernel], comma
         At least one, no two of the same name.
     command : str
         The command line that makes the file.
+    module : str
+        The name of the module, in Fortran.
 
     Raises
     ------
@@ -216,6 +220,7 @@ def render(target: str, kernels: Sequence[HalfLineKernel | InverseKernel], comma
         head="\n".join(f"{language.comment} {line}".rstrip() for line in head),
         kernels=[_block(language, kernel) for kernel in written],
         example=name_of(written[-1]),
+        module=module,
         w=_statements(table_free.w_program(), language.dialects[0].language, language),
         types=[_type(dialect) for dialect in language.dialects],
         table=SPECIAL if SHADER not in [machine for _, machine in language.dialects[0].machines] else None,
@@ -322,8 +327,7 @@ def _left_out(kernel: HalfLineKernel) -> str:
 
 
 def _formula(kernel: HalfLineKernel) -> str:
-    tail = kernel.formula.split("y = v*^(1/3), ", 1)[1]
-    return f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {tail}"
+    return f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {kernel.powers_text}"
 
 
 def _domain(target: Target) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from decimal import Context
+from decimal import Context, Decimal
 from itertools import zip_longest
 from json import dumps
 from textwrap import wrap
@@ -12,7 +12,7 @@ from typing import Protocol
 from viscopade import arguments
 from viscopade.arithmetic.formats import exact
 from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line, one_line, template
-from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.quotient import Quotient, decimal_text
 from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, preamble
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
@@ -42,7 +42,7 @@ SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated s
 def csv(kernels: Sequence[Quotient], command: str) -> str:
     """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
     rows = (
-        (kernel.m, kernel.n, symbol, index, value)
+        (kernel.m, kernel.n, symbol, index, decimal_text(value))
         for kernel in distinct(kernels)
         for symbol, values in (("a", kernel.a), ("b", kernel.b))
         for index, value in enumerate(values)
@@ -133,10 +133,10 @@ def _latex_rows(kernel: Quotient, digits: int) -> list[str]:
     return [" & ".join([*(mn or ("", "")), *(cell or "" for cell in cells)]) for mn, *cells in columns]
 
 
-def _latex_number(text: str, digits: int) -> str:
-    """Return a number in LaTeX, correctly rounded to significant digits."""
+def _latex_number(value: Decimal | float, digits: int) -> str:
+    """Return a number in LaTeX, correctly rounded to significant digits (a double from its shortest decimal)."""
     context = Context(prec=digits)
-    number = context.create_decimal(text)
+    number = context.create_decimal(value if isinstance(value, Decimal) else repr(value))
     if not number:
         return "0"
     if -6 < number.adjusted() < digits:
