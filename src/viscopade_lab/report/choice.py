@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from viscopade_lab.report.result import SPEEDS, Result, Row
+from viscopade_lab.bench.result import Result, Row
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS
 
 # What each panel of the picture shows: the first that was measured.
 PANELS = (("throughput", "latency"), ("memory", "cache"))
@@ -46,9 +47,9 @@ class Choice:
 
 
 def panel(result: Result, form: str, measure: str) -> Panel | None:
-    """Return the points of one format and measure, for the first of `SPEEDS` that was measured, the fastest first."""
+    """Return the points of one format and measure, for the first distribution that was measured, the fastest first."""
     measured = [row for row in result.rows if (row.format, row.measure) == (form, measure)]
-    speeds = next((s for s in SPEEDS if any(row.speeds == s for row in measured)), None)
+    speeds = next((s for s in DISTRIBUTIONS if any(row.speeds == s for row in measured)), None)
     if speeds is None:
         return None
     points = []
@@ -69,7 +70,7 @@ def panels(result: Result, form: str) -> list[Panel]:
 
 def title(result: Result, measure: str) -> str:
     """Return a measure's name as a title."""
-    settings = result.settings
+    settings = result.conditions
     return {
         "latency": "One collision after another",
         "throughput": "One call per collision",

@@ -22,11 +22,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from viscopade.collision import spheres
 from viscopade.generated import marker_line
+from viscopade_lab.bench.result import ErrorCurve
+from viscopade_lab.bench.speed_range import SpeedRange
 from viscopade_lab.figures.paper import PNG_DPI
 from viscopade_lab.report.choice import Panel, Point, frontier
 from viscopade_lab.report.labels import Box, Segment, place, shortened
-from viscopade_lab.report.result import Curve, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,10 +121,10 @@ def drawn_panels(panels: Sequence[Panel], layout: Layout) -> Iterator[Sheet]:
 
 
 @contextmanager
-def drawn_curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Iterator[Sheet]:
+def drawn_curves(curves: Sequence[ErrorCurve], speeds: SpeedRange, layout: Layout) -> Iterator[Sheet]:
     """Draw error over v*, likewise."""
     with _style(layout):
-        yield _curves(curves, scene, layout)
+        yield _curves(curves, speeds, layout)
 
 
 def content(sheet: Sheet, kind: str, title: str) -> bytes:
@@ -398,7 +400,7 @@ def _legend(sheet: Sheet, panels: Sequence[Panel], layout: Layout) -> None:
 # --- error over v* ----------------------------------------------------------------------------------------------------
 
 
-def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
+def _curves(curves: Sequence[ErrorCurve], speeds: SpeedRange, layout: Layout) -> Sheet:
     sheet, (axes,) = _sheet(1, layout.panel - 0.6, layout, top=0.55)
     names = _names(axes, curves, layout)
     room = (max(float(name.get_window_extent().width) for name in names) + 14) / _POINT / layout.width
@@ -408,7 +410,7 @@ def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
     errors = [error for curve in curves for error in curve.error if error > 0]
     _error_axis(axes, max(min(errors, default=1e-16), _FLOOR) / 3, max(errors, default=1) * 3)
     axes.set_ylabel("relative error of ε")
-    _speed_axis(axes, scene)
+    _speed_axis(axes, speeds)
     sheet.draw_without_rendering()
     heights = []
     for i, curve in enumerate(curves):
@@ -422,7 +424,7 @@ def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
     return sheet
 
 
-def _thinned(curve: Curve) -> tuple[Floats, Floats]:
+def _thinned(curve: ErrorCurve) -> tuple[Floats, Floats]:
     """Return v* and error of a curve, sorted; of too many points the largest error in each strip."""
     order = np.argsort(curve.v_star, kind="stable")
     v_star, error = np.array(curve.v_star)[order], np.array(curve.error)[order]
@@ -433,7 +435,7 @@ def _thinned(curve: Curve) -> tuple[Floats, Floats]:
     return v_star[largest], error[largest]
 
 
-def _v_star_axis(axes: Axes, curves: Sequence[Curve]) -> None:
+def _v_star_axis(axes: Axes, curves: Sequence[ErrorCurve]) -> None:
     low, high = min(x for c in curves for x in c.v_star), max(x for c in curves for x in c.v_star)
     low, high = (low, high) if low < high else (low / 2, high * 2)
     axes.set(xscale="log", xlim=(low, high), xlabel="v*")
@@ -461,27 +463,23 @@ def _end(error: Floats) -> float:
     return float(np.exp(np.mean(np.log(last)))) if last.size else _FLOOR
 
 
-def _speed_axis(axes: Axes, scene: Scene) -> None:
-    """Show the scene's speeds above, and shade the v* that they make."""
-
-    def v_star(speed: Any) -> Any:
-        return math.sqrt(scene.beta) * speed**0.1
-
+def _speed_axis(axes: Axes, speeds: SpeedRange) -> None:
+    """Show the speeds above, and shade the v* that they make."""
     low, high = axes.get_xlim()
-    axes.axvspan(v_star(scene.speed_min), v_star(scene.speed_max), color=BAND, zorder=0, linewidth=0)
+    axes.axvspan(speeds.v_star(speeds.speed_min), speeds.v_star(speeds.speed_max), color=BAND, zorder=0, linewidth=0)
     axes.set_xlim(low, high)
     above = axes.twiny()
     above.set(xscale="log", xlim=(low, high), facecolor="none")
     above.spines["top"].set_visible(True)
-    first, last = (math.log10((x / math.sqrt(scene.beta)) ** 10) for x in (low, high))
+    first, last = (math.log10(spheres.speed_from_v_star(x, speeds.beta)) for x in (low, high))
     step = max(1, math.ceil((last - first) / 7))
     powers = [n for n in range(math.ceil(first), math.floor(last) + 1) if n % step == 0]
-    above.set_xticks([v_star(10.0**n) for n in powers], [rf"$10^{{{n}}}$" for n in powers], parse_math=True)
+    above.set_xticks([speeds.v_star(10.0**n) for n in powers], [rf"$10^{{{n}}}$" for n in powers], parse_math=True)
     above.set_xticks([], minor=True)
-    above.set_xlabel(f"speed in {scene.unit}, for beta = {scene.beta:g}")
+    above.set_xlabel(f"speed in {speeds.unit}, for beta = {speeds.beta:g}")
 
 
-def _names(axes: Axes, curves: Sequence[Curve], layout: Layout) -> list[Text]:
+def _names(axes: Axes, curves: Sequence[ErrorCurve], layout: Layout) -> list[Text]:
     """Write the curves' names, for now anywhere."""
     sheet = axes.get_figure(root=True)
     assert sheet is not None
