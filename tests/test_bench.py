@@ -23,13 +23,13 @@ from viscopade_lab import bench
 from viscopade_lab.bench import calls, ours, rivals, stated, tables
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender
 from viscopade_lab.bench.goals import judged
-from viscopade_lab.bench.harness import RUNS, Harness, Sizes, Task, in_rounds
+from viscopade_lab.bench.harness import RUNS, ArraySizes, Harness, Task, in_rounds
 from viscopade_lab.bench.result import CALL, Key, _digits
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
 from viscopade_lab.bench.times import rows as statistics
 
 EXPORTS = Path(__file__).parents[1] / "exports"
-TINY = Sizes(memory=1 << 12, cache=256, scalar=256, duration=1.0, sampled=1 << 10)
+TINY = ArraySizes(memory=1 << 12, cache=256, scalar=256, duration=1.0, sampled=1 << 10)
 ICE = SpeedRange()
 
 needs_compiler = pytest.mark.skipif(

@@ -158,7 +158,9 @@ def test_programs_are_the_formulas():
     for kernel in kernels():
         variant = kernel.variants[0]
         numbers = {k: Fraction(c) for k, c in lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items()}
-        quotient = lacunary.Quotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
         for branch in kernel.branches:
             at = y if branch.variable == "y" else 1 / y
             given = {**numbers, branch.variable: y, "v_star": at**3}

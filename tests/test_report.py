@@ -25,7 +25,7 @@ from viscopade.arrays import double
 from viscopade.cli import writer
 from viscopade_lab.bench import result as result_module
 from viscopade_lab.bench.contender import MEASURES
-from viscopade_lab.bench.result import Result, Row
+from viscopade_lab.bench.result import Result, Timing
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
 from viscopade_lab.report import choice, page, picture
 from viscopade_lab.report import render as report
@@ -341,7 +341,7 @@ def test_errors_are_in_scientific_notation(value, text):
 
 
 def point(time, error, name="k"):
-    row = Row(name, name, "ours", "double", "log-uniform", "memory", time, time, 0.1, None, None)
+    row = Timing(name, name, "ours", "double", "log-uniform", "memory", time, time, 0.1, None, None)
     return Point(row, time, error, True)
 
 
@@ -367,7 +367,7 @@ def test_frontier_is_what_nothing_dominates(seed):
 @pytest.mark.parametrize("seed", range(20))
 def test_the_fastest_that_is_accurate_enough_is_chosen(seed):
     given = random_points(12, seed)
-    shown = choice.Panel("memory", "log-uniform", "", given)
+    shown = choice.PicturePanel("memory", "log-uniform", "", given)
     for chosen in choices([shown]):
         need = 4 * min(p.error for p in given if p.error is not None) if chosen.need is None else chosen.need
         enough = [p for p in given if p.error is not None and p.error <= need]
@@ -379,7 +379,7 @@ def test_the_fastest_that_is_accurate_enough_is_chosen(seed):
 
 
 def test_a_bound_counts_as_small_as_a_sample_within_a_factor_of_4():
-    shown = choice.Panel("memory", "log-uniform", "", [point(1, 4.1e-16), point(2, 4e-16), point(9, 1e-16)])
+    shown = choice.PicturePanel("memory", "log-uniform", "", [point(1, 4.1e-16), point(2, 4e-16), point(9, 1e-16)])
     assert choices([shown])[-1].fastest[0].time == 2
 
 

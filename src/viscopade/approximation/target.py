@@ -52,7 +52,7 @@ class _Panel:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ExactCurve:
     """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
     Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
@@ -102,7 +102,7 @@ class Curve:
         return _table_panels()[_table_index(float(scaled))], scaled, folds
 
 
-def curve(digits: SupportsIndex = TABLE_DIGITS) -> Curve:
+def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
     """Return the function to a number of digits, from 1; panels that were made are kept.
 
     Raises
@@ -110,7 +110,7 @@ def curve(digits: SupportsIndex = TABLE_DIGITS) -> Curve:
     TypeError, ValueError
         If digits is not an integer, or out of range.
     """
-    return Curve(max(arguments.digits(digits), TABLE_DIGITS))
+    return ExactCurve(max(arguments.digits(digits), TABLE_DIGITS))
 
 
 # --- the table of `double` --------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from viscopade.arrays import checked, double
-from viscopade.arrays.checked import FloatArray, Range, Values
+from viscopade.arrays.checked import Accepted, FloatArray, Values
 from viscopade.arrays.panels import CENTRES, DATA, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
 
 # Largest error in units in the last place, sampled at more than 10,000 points that include the hard ends.
@@ -43,8 +43,8 @@ _NEWTON_STEPS = 3
 _FAR = 300.0
 _TINY = 2.0**-500
 
-_SPEEDS = Range("a number >= 0, or inf", lambda x: x >= 0)
-_PORTIONS = Range("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
+_PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
 
 def epsilon(v_star: Values) -> Values:
@@ -239,7 +239,7 @@ def _newton(v_star: FloatArray, wanted: FloatArray, elastic: npt.NDArray[np.bool
 # --- arrays -----------------------------------------------------------------------------------------------------------
 
 
-def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Range) -> Values:
+def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` block by block to checked values: a number gives a float, an array an array."""
     return checked.elementwise(lambda array: _in_blocks(function, array), name, values, accepted)
 

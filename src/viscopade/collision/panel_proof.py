@@ -48,7 +48,7 @@ END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 """Where the panels end; beyond, see `tail`."""
 
 
-class Row(NamedTuple):
+class PanelRow(NamedTuple):
     """2^exponent (a_0 + a_1 z + …), a function on a panel, z = (v* - centre)/(half width)."""
 
     exponent: int
@@ -68,13 +68,13 @@ def _text(name: str) -> str:
 
 
 @lru_cache(maxsize=1)
-def rows() -> dict[tuple[str, int], Row]:
+def rows() -> dict[tuple[str, int], PanelRow]:
     """Return all rows of the table, by function and panel."""
     lines = [line.split() for line in _text(DATA).splitlines() if not line.startswith("#")]
-    return {(name, int(panel)): Row(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
+    return {(name, int(panel)): PanelRow(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
 
 
-class Bounds(NamedTuple):
+class PanelBounds(NamedTuple):
     """Bounds of the relative errors of a panel's rows."""
 
     epsilon: arb
@@ -140,7 +140,7 @@ def record() -> Iterator[str]:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-def prove(index: int) -> Bounds:
+def prove(index: int) -> PanelBounds:
     """Bound the relative errors of a panel's rows for eps and 1 - eps, on the whole panel.
 
     Raises
@@ -155,7 +155,7 @@ def prove(index: int) -> Bounds:
     bounds = _Panel(index).bounds()
     if max(bounds) > WANTED:
         bounds = _Panel(index, MORE_ACCURACY, MORE_DEGREE).bounds()
-    return Bounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
+    return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
 
 
 class _Panel:
@@ -176,7 +176,7 @@ class _Panel:
         centre, half = _ball(CENTRES[self.index]), _ball(HALF_WIDTHS[self.index])
         return arb_poly([half] if self.power else [centre, half])
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> PanelBounds:
         """Integrate and compare."""
         k = self._k()
         loading, unloading = (ends(self._integrated(k, half), self.power > 0) for half in (False, True))
@@ -214,7 +214,7 @@ class _Panel:
         branch = integrate(k.at(0), self.accuracy)
         return branch.sensitivity().mid()
 
-    def _compared(self, k: Scaled, loading: Ends, unloading: Ends) -> Bounds:
+    def _compared(self, k: Scaled, loading: Ends, unloading: Ends) -> PanelBounds:
         """Return how far the rows are from the true functions.
 
         F = slope/step of loading, m likewise; kappa^5 = k^5 F/16 = v*^10 up to a factor e^(5 delta).
@@ -227,7 +227,7 @@ class _Panel:
         epsilon = rows()["epsilon", self.index].poly()
         loss = rows()["one_minus_epsilon", self.index].poly()
         from_ends = 2 * (loading.error + unloading.error)
-        return Bounds(
+        return PanelBounds(
             _small(self._relative(epsilon * f - m, m) + from_ends + 3 * delta),
             _small(self._loss_error(loss, f, m, from_ends) + 4 * delta),
         )
@@ -293,7 +293,7 @@ def _least(polynomial: arb_poly) -> arb:
     return bound
 
 
-def elastic_error() -> Bounds:
+def elastic_error() -> PanelBounds:
     """Bound the relative errors of the rows of panel 0 for v* <= ELASTIC, where 1 - eps is about lambda_1 v*^2."""
     with working(256):
         z = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])
@@ -308,7 +308,7 @@ def elastic_error() -> Bounds:
         row = rows()["epsilon", 0].poly().coeffs()
         change = abs(row[0] - 1) + sum((abs(c) * z**i for i, c in enumerate(row) if i > 0), arb(0))
         loss_at_end = 2 * lambda_1() * v_star**2
-        return Bounds(_small((change + loss_at_end) / (1 - loss_at_end)), _small(one_minus_epsilon))
+        return PanelBounds(_small((change + loss_at_end) / (1 - loss_at_end)), _small(one_minus_epsilon))
 
 
 def lambda_1() -> arb:

@@ -37,8 +37,8 @@ from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
-    Errors,
+    ConstantEpsilon,
+    ProgramErrors,
     constant,
     errors,
     facts,
@@ -57,22 +57,22 @@ class Parameters:
 
     Attributes
     ----------
-    constant : Constant
+    constant : ConstantEpsilon
         The constant eps of `betan`, which is exact at the typical speed, and its errors.
     betan, balanced : float
         For that eps, and for the one with the smallest largest error.
     en, vn : float
         For the viscoelastic law, where the program has it.
-    errors : Errors
+    errors : ProgramErrors
         Of that law: none for the pair itself, some for other sizes.
     """
 
-    constant: Constant
+    constant: ConstantEpsilon
     betan: float
     balanced: float
     en: float
     vn: float
-    errors: Errors
+    errors: ProgramErrors
 
 
 def betan(epsilon: float) -> float:

@@ -18,7 +18,7 @@ from viscopade.progress import track
 from viscopade.scene.cost import PADE
 from viscopade_lab.bench import calls, goals, ours, rivals
 from viscopade_lab.bench.contender import Contender
-from viscopade_lab.bench.harness import Harness, Sizes, in_rounds
+from viscopade_lab.bench.harness import ArraySizes, Harness, in_rounds
 from viscopade_lab.bench.result import Conditions, Error, Machine, Result
 from viscopade_lab.bench.rivals import COPY
 from viscopade_lab.bench.sources import COMMAND
@@ -33,7 +33,7 @@ LEAST_ELEMENTS, MOST_ELEMENTS = 1 << 10, 1 << 28
 
 Reader = Callable[[str], str]
 
-_QUICK = Sizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 10)
+_QUICK = ArraySizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 10)
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,12 @@ class Settings:
                 _require(name, any(_related(name, ident) for ident in known), known)
 
     @property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> ArraySizes:
         """How much is measured at once."""
-        sizes = _QUICK if self.quick else Sizes()
+        sizes = _QUICK if self.quick else ArraySizes()
         if self.memory_elements is None:
             return sizes
-        return Sizes(self.memory_elements, sizes.cache, sizes.scalar, sizes.duration, sizes.sampled)
+        return ArraySizes(self.memory_elements, sizes.cache, sizes.scalar, sizes.duration, sizes.sampled)
 
     @property
     def number_of_rounds(self) -> int:

@@ -50,7 +50,7 @@ class _Work(ctypes.Structure):
 
 
 @dataclass(frozen=True)
-class Sizes:
+class ArraySizes:
     """How much is measured at once.
 
     Attributes
@@ -116,7 +116,7 @@ class Harness:
         The exported headers that they include.
     compiler : Compiler
     speeds : SpeedRange
-    sizes : Sizes
+    sizes : ArraySizes
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Harness:
         headers: Mapping[str, str],
         compiler: Compiler,
         speeds: SpeedRange,
-        sizes: Sizes,
+        sizes: ArraySizes,
     ) -> None:
         self.contenders, self.range, self.sizes = contenders, speeds, sizes
         self._libraries = _build(contenders, headers, compiler)

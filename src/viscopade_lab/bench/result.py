@@ -83,7 +83,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Row:
+class Timing:
     """The times of a contender in nanoseconds per collision.
 
     Attributes
@@ -127,7 +127,7 @@ class Row:
         }
 
     @classmethod
-    def from_json(cls, node: Node) -> Row:
+    def from_json(cls, node: Node) -> Timing:
         """Return what a file holds, checked."""
         ns = node["ns"]
         if ns["min"].number(positive=True) > ns["median"].number(positive=True):
@@ -305,12 +305,12 @@ class Result:
     command: str
     machine: Machine
     conditions: Conditions
-    rows: tuple[Row, ...]
+    rows: tuple[Timing, ...]
     errors: tuple[Error, ...]
     goals: tuple[Goal, ...]
     curves: tuple[ErrorCurve, ...]
 
-    def error(self, row: Row) -> Error | None:
+    def error(self, row: Timing) -> Error | None:
         """Return the errors of a row's contender; None if the result has none."""
         return next((e for e in self.errors if (e.id, e.format) == (row.id, row.format)), None)
 
@@ -341,7 +341,7 @@ class Result:
             command=whole["command"].text(),
             machine=Machine.from_json(whole["machine"]),
             conditions=conditions,
-            rows=tuple(map(Row.from_json, whole["rows"].items())),
+            rows=tuple(map(Timing.from_json, whole["rows"].items())),
             errors=tuple(Error.from_json(node, conditions.range) for node in whole["errors"].items()),
             goals=tuple(map(Goal.from_json, whole["targets"].items())),
             curves=tuple(map(ErrorCurve.from_json, whole["curves"].items())) if whole.has("curves") else (),

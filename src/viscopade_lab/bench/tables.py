@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FORMATS
 from viscopade_lab.bench.contender import MEASURES, Measure
-from viscopade_lab.bench.result import Error, Goal, Key, Result, Row
+from viscopade_lab.bench.result import Error, Goal, Key, Result, Timing
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution
 
 HEADER = (
@@ -35,7 +35,7 @@ _COLUMNS: dict[Measure, str] = {
 }
 
 
-class Table(NamedTuple):
+class TitledTable(NamedTuple):
     """A table with a title."""
 
     title: str
@@ -49,7 +49,7 @@ def long(result: Result) -> list[Sequence[str]]:
     return [_line(row, errors[row.id, row.format]) for row in result.rows]
 
 
-def tables(result: Result) -> Iterator[Table]:
+def tables(result: Result) -> Iterator[TitledTable]:
     """Return tables of all times with the errors beside them, and one of the targets."""
     rows = {row.key: row for row in result.rows}
     for form in FORMATS:
@@ -84,7 +84,7 @@ def notes(result: Result) -> list[str]:
     return [f"{', '.join(ids)}: {note}" for note, ids in remarks.items()]
 
 
-def _times(result: Result, rows: dict[Key, Row], form: str, speeds: Distribution) -> Table:
+def _times(result: Result, rows: dict[Key, Timing], form: str, speeds: Distribution) -> TitledTable:
     header = ["id", "kernel", *_COLUMNS.values(), "throughput/[3/6]", "latency/[3/6]", "memory/copy", *HEADER[-3:]]
     lines: list[Sequence[str]] = []
     for error in result.errors:
@@ -99,16 +99,16 @@ def _times(result: Result, rows: dict[Key, Row], form: str, speeds: Distribution
         ]
         times = [_time(found[measure]) for measure in MEASURES]
         lines.append([error.id, error.label, *times, *ratios, *_errors(error)])
-    return Table(f"type {form}, {speeds} speeds", header, lines)
+    return TitledTable(f"type {form}, {speeds} speeds", header, lines)
 
 
-def _goals(found: Sequence[Goal]) -> Table:
+def _goals(found: Sequence[Goal]) -> TitledTable:
     words = {True: "yes", False: "NO", None: _NONE}
     lines = [(t.what, t.target, _measured(t), words[t.reached], t.note) for t in found]
-    return Table("targets", ("what", "target", "measured", "reached", "note"), list(lines))
+    return TitledTable("targets", ("what", "target", "measured", "reached", "note"), list(lines))
 
 
-def _line(row: Row, error: Error) -> Sequence[str]:
+def _line(row: Timing, error: Error) -> Sequence[str]:
     times = (_number(row.min), _number(row.median), f"{row.spread:.3f}")
     ratios = (_number(row.ratio_to_3_6), _number(row.ratio_to_copy))
     return (row.id, row.group, row.format, row.speeds, row.measure, *times, *ratios, *_errors(error))
@@ -118,7 +118,7 @@ def _errors(error: Error) -> tuple[str, str, str]:
     return _scientific(error.relative), _scientific(error.loss), error.proven or _NONE
 
 
-def _time(row: Row | None) -> str:
+def _time(row: Timing | None) -> str:
     return _NONE if row is None else f"{_number(row.median)}/{_number(row.min)} ±{100 * row.spread:.0f}%"
 
 

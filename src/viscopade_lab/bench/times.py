@@ -8,7 +8,7 @@ import numpy as np
 
 from viscopade.arrays.checked import FloatArray
 from viscopade_lab.bench.contender import Group
-from viscopade_lab.bench.result import CALL, Key, Row
+from viscopade_lab.bench.result import CALL, Key, Timing
 
 Times = Mapping[Key, FloatArray]
 """Nanoseconds per collision, one number for each round."""
@@ -20,7 +20,7 @@ def ratio(times: Times, key: Key, other: str) -> float | None:
     return None if reference is None or key not in times else float(np.median(times[key] / reference))
 
 
-def rows(times: Times, names: Mapping[str, tuple[str, Group]], reference: str, copy: str) -> Iterator[Row]:
+def rows(times: Times, names: Mapping[str, tuple[str, Group]], reference: str, copy: str) -> Iterator[Timing]:
     """Return the statistics of all times.
 
     Parameters
@@ -38,4 +38,4 @@ def rows(times: Times, names: Mapping[str, tuple[str, Group]], reference: str, c
         label, group = names[key.id]
         ratios = ratio(times, key, reference), ratio(times, key, copy)
         least, spread = float(values.min()), (high - low) / median
-        yield Row(key.id, label, group, key.format, key.speeds, key.measure, least, median, spread, *ratios)
+        yield Timing(key.id, label, group, key.format, key.speeds, key.measure, least, median, spread, *ratios)

@@ -33,7 +33,7 @@ from viscopade.collision import panel_proof
 from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 
 TOLERANCE = 1e-3
 ORDER = {False: 80, True: 160}
@@ -330,7 +330,7 @@ def near(place: float, step: int) -> list[float]:
 # --- the finding ------------------------------------------------------------------------------------------------------
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Find where all orders leave, and evaluate all of them in double."""
     given = truncations(ORDER[thorough])
     left = leaving(given)
@@ -345,7 +345,7 @@ def run(thorough: bool) -> Result:
         sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in near(z, 2))]) for k in shown
     ]
     worst = _worst([*coarse, *fine])
-    return Result(
+    return Outcome(
         _summary(given, left, fine),
         (_leaving_table(given, left), _sums_table(given, fine)),
         (_leaving_chart(given, left), _sums_chart(given, _most_cancelled(fine).order), _horner_chart(fine)),

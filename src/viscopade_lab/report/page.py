@@ -15,14 +15,14 @@ from viscopade.collision import panel_proof
 from viscopade.generated import environment, marker_line
 from viscopade.theory.paper import CITATION
 from viscopade_lab.bench.contender import ARRAY, MEASURES
-from viscopade_lab.bench.result import Error, Result, Row
+from viscopade_lab.bench.result import Error, Result, Timing
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
-from viscopade_lab.report.choice import Choice, Panel, Point, choices, frontier, panel, title
+from viscopade_lab.report.choice import PicturePanel, Point, Recommendation, choices, frontier, panel, title
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-Table = dict[str, Any]
+PageTable = dict[str, Any]
 
 MARKS = {"ours": "●", "rival": "◆", "limit": "▲"}
 GROUPS = {"ours": "this package", "rival": "another method", "limit": "a limit"}
@@ -124,7 +124,7 @@ def unbroken(text: str) -> Markup:
     return Markup(" ").join(Markup('<span class="word">{}</span>').format(w) if "-" in w else w for w in words)
 
 
-def titles(panels: Sequence[Panel]) -> dict[str, str]:
+def titles(panels: Sequence[PicturePanel]) -> dict[str, str]:
     """Return what the marks of a picture show when the pointer rests on them."""
     return {
         f"point-{number}-{i}": f"{point.row.label}: {significant(point.time)} ns{_error_text(point)}"
@@ -146,7 +146,7 @@ def _ends(speeds: SpeedRange) -> dict[str, Any]:
     return {"v_star": [significant(v, 3) for v in ends], "epsilon": [significant(e, 3) for e in epsilon]}
 
 
-def _choice_table(result: Result, form: str) -> Table:
+def _choice_table(result: Result, form: str) -> PageTable:
     """Return which kernel to take, for one format; nothing if none was measured."""
     found = [each for measure in MEASURES if (each := panel(result, form, measure)) is not None]
     chosen = choices(found)
@@ -158,7 +158,7 @@ def _choice_table(result: Result, form: str) -> Table:
     return {"format": form, "columns": columns, "rows": rows, "frontier": best}
 
 
-def _need(choice: Choice) -> str:
+def _need(choice: Recommendation) -> str:
     return "about the smallest" if choice.need is None else scientific(choice.need, 1)
 
 
@@ -173,7 +173,7 @@ def _cell(point: Point | None) -> dict[str, Any] | None:
     }
 
 
-def _beside(row: Row) -> str:
+def _beside(row: Timing) -> str:
     """Return how a time compares: arrays with a copy, the rest with pow + [3/6]."""
     if row.measure in ARRAY:
         return "" if row.ratio_to_copy is None else f"{significant(row.ratio_to_copy, 3)} times a copy"
@@ -185,7 +185,7 @@ def _beside(row: Row) -> str:
     return f"{words} pow\N{NO-BREAK SPACE}+\N{NO-BREAK SPACE}[3/6]"
 
 
-def _time_table(result: Result, measure: str) -> Table:
+def _time_table(result: Result, measure: str) -> PageTable:
     """Return all times of one measure, the fastest first; nothing if there are none."""
     bodies = []
     for form in FORMATS:

@@ -8,7 +8,7 @@ from viscopade.arithmetic.formats import FORMATS as NUMBERS
 from viscopade.progress import track
 from viscopade_lab.bench.result import Result
 from viscopade_lab.report import FORMATS
-from viscopade_lab.report.choice import Panel, panels
+from viscopade_lab.report.choice import PicturePanel, panels
 from viscopade_lab.report.page import html, titles
 from viscopade_lab.report.picture import NARROW, WIDE, content, drawn_curves, drawn_panels, inline
 
@@ -55,7 +55,9 @@ def render(result: Result, formats: Iterable[str] = FORMATS) -> dict[str, str | 
     return {"report.html": html(result, pictures, curves), **files}
 
 
-def _picture(form: str, shown: list[Panel], name: str, formats: list[str], files: dict[str, str | bytes]) -> list[str]:
+def _picture(
+    form: str, shown: list[PicturePanel], name: str, formats: list[str], files: dict[str, str | bytes]
+) -> list[str]:
     """Draw time against error: add it to `files`, and return it for the page, one for each layout."""
     title = f"Time against error of eps(v), {form} precision"
     alternative = f"{title}. The tables below hold its numbers."
