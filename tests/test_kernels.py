@@ -31,7 +31,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, exact
 from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.targets import c, python, tables
-from viscopade.kernels.targets.wording import horner
+from viscopade.kernels.targets.wording import horner_text
 
 COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
 SOURCE = "Müller and Pöschel 2011, eq:padeDef"
@@ -359,9 +359,9 @@ def test_literals_of_floats_read_back(x: float) -> None:
 
 
 def test_horner() -> None:
-    assert horner(["a0"], "x") == "a0"
-    assert horner(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
-    assert horner(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
+    assert horner_text(["a0"], "x") == "a0"
+    assert horner_text(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
+    assert horner_text(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 from flint import arb, arb_poly, arb_series, fmpz_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision.flow import integrate
 from viscopade.collision.parametric_flow import Ends, Family, Scaled, ends, integrated
@@ -70,8 +71,7 @@ def _text(name: str) -> str:
 @lru_cache(maxsize=1)
 def rows() -> dict[tuple[str, int], PanelRow]:
     """Return all rows of the table, by function and panel."""
-    lines = [line.split() for line in _text(DATA).splitlines() if not line.startswith("#")]
-    return {(name, int(panel)): PanelRow(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
+    return {place: PanelRow(*row) for place, row in panels.rows().items()}
 
 
 class PanelBounds(NamedTuple):

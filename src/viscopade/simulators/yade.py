@@ -98,7 +98,7 @@ def parameters(contact: Contact) -> Parameters:
     pair = contact.pair
 
     def same_beta(size: Pair, speed: float) -> float:
-        return exact_epsilon(math.sqrt(pair.beta) * speed**0.1) if size is not pair else size.epsilon(speed)
+        return exact_epsilon(pair.v_star(speed)) if size is not pair else size.epsilon(speed)
 
     return Parameters(
         found,

@@ -14,7 +14,8 @@ import numpy as np
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact
-from viscopade.kernels.targets.wording import horner
+from viscopade.collision import spheres
+from viscopade.kernels.targets.wording import horner_text
 from viscopade.scene.cost import PADE
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
@@ -77,15 +78,11 @@ def _power(form: Format, exponent: str) -> str:
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
     """Return Horner's rule with the coefficients as constants; those that are zero are left out."""
-    return horner([form.literal(c) if float(c) else None for c in coefficients], "v_star")
+    return horner_text([form.literal(c) if float(c) else None for c in coefficients], "v_star")
 
 
 def _value(coefficients: Sequence[str], x: FloatArray) -> FloatArray:
     return np.asarray(np.polynomial.polynomial.polyval(x, [float(c) for c in coefficients]))
-
-
-def _v_star(speed: FloatArray, beta: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(beta) * speed**0.1)
 
 
 def _truncated_series() -> Contender:
@@ -94,7 +91,7 @@ def _truncated_series() -> Contender:
         f"pow+series{TERMS}",
         f"pow + truncated series, k_c = {TERMS}",
         lambda form: _polynomial(form, h),
-        lambda speed, beta: _value(h, _v_star(speed, beta)),
+        lambda speed, beta: _value(h, spheres.v_star(speed, beta)),
         v_star=True,
         slack=1e4,  # large terms of both signs cancel
         note="the series converges for v* < 1.047 only",
@@ -108,7 +105,7 @@ def _quotient(degrees: tuple[int, int], ident: str, *, fast_math: bool = False) 
         ident,
         label + (", -ffast-math" if fast_math else ", 6 digits"),
         lambda form: f"({_polynomial(form, a)}) / ({_polynomial(form, b)})",
-        lambda speed, beta: _value(a, _v_star(speed, beta)) / _value(b, _v_star(speed, beta)),
+        lambda speed, beta: _value(a, spheres.v_star(speed, beta)) / _value(b, spheres.v_star(speed, beta)),
         v_star=True,
         fast_math=fast_math,
         measures=ARRAY if fast_math else MEASURES,

@@ -13,6 +13,7 @@ import numpy as np
 
 from viscopade.arrays import native
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import spheres
 from viscopade.kernels import registry_arrays
 from viscopade.kernels.registry import entries
 from viscopade.simulators import gas
@@ -55,8 +56,7 @@ STEPS_NODES = 600  # of quadrature over a table, which jumps from row to row
 
 
 def _v_star(speed: FloatArray) -> FloatArray:
-    value: FloatArray = np.sqrt(BETA) * speed**0.1
-    return value
+    return spheres.v_star(speed, BETA)
 
 
 def exact(speed: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arrays import double, native
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import ULP
-from viscopade.collision import exact
+from viscopade.collision import exact, spheres
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, speeds
@@ -525,7 +525,7 @@ def run(thorough: bool) -> Outcome:
 def _kernel_out_of_range(generator: np.random.Generator, number: int) -> int:
     """Return how many eps of speed and beta are out of range, with v* anywhere in double's range."""
     beta, speed = log_uniform(generator, 1e-300, 1e300, number), log_uniform(generator, 1e-300, 1e300, number)
-    return out_of_range(native.restitution(speed, beta), np.sqrt(beta) * speed**0.1)
+    return out_of_range(native.restitution(speed, beta), spheres.v_star(speed, beta))
 
 
 def _random_scaled(generator: np.random.Generator) -> tuple[float, float, float]:

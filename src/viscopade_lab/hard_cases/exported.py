@@ -35,7 +35,7 @@ from viscopade.kernels.expressions import (
     Rounded,
     Statement,
     evaluate,
-    horner,
+    horner_expression,
     run,
     smallest,
 )
@@ -196,7 +196,7 @@ def upper(ball: arb) -> Fraction:
 def _polynomials(a: Sequence[float], b: Sequence[float]) -> tuple[Program, dict[str, float]]:
     """Return Horner's rule for numerator and denominator, as headers have it, and the constants."""
     program = tuple(
-        Statement(name, horner(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
+        Statement(name, horner_expression(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
         for name, letter, c in (("numerator", "a", a), ("denominator", "b", b))
     )
     return program, {f"{letter}{i}": x for letter, c in (("a", a), ("b", b)) for i, x in enumerate(c)}
@@ -670,12 +670,9 @@ def unit_of(number: float, form: Format) -> float:
 
 def true_value(name: str, v_star: arb) -> arb:
     """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
-    at = int(np.searchsorted(_EDGES, float(v_star), side="right"))
+    at, _ = panels.index_of(float(v_star))
     z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
     return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.ERROR)
-
-
-_EDGES = panels.CENTRES + panels.HALF_WIDTHS
 
 
 def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:

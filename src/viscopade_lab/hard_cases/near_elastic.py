@@ -18,7 +18,7 @@ import numpy as np
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arithmetic.formats import exact as fraction
 from viscopade.arrays import double
-from viscopade.collision import exact
+from viscopade.collision import exact, spheres
 from viscopade.kernels import names, registry
 from viscopade.kernels.expressions import smallest
 from viscopade.kernels.forms import last_place, speed_kernel
@@ -177,7 +177,7 @@ def _speed(tier: str, form: Format) -> Loss:
         loss, epsilon = _full(DOUBLE, "one_minus_epsilon"), _full(DOUBLE, "epsilon")
 
     def of(beta: float) -> float:
-        v_star = math.sqrt(beta) * math.pow(1.0, 0.1)
+        v_star = spheres.v_star(1.0, beta)
         eps = epsilon(v_star)
         return float(type_of(form)(1.0 - eps * eps if eps < 0.5 else loss(v_star) * (1.0 + eps)))
 

@@ -267,7 +267,14 @@ def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
     v = np.array(sorted(set(v_star)))
     with working(BITS):
         low = np.array([float((exact - arb(near)).mid()) for exact, near in zip(h, c.tolist(), strict=True)])
-        computed = np.array([horner(c, v), _terms(c, v), compensated.horner(c, v), compensated.horner(c, v, low)])
+        computed = np.array(
+            [
+                horner(c, v),
+                _terms(c, v),
+                compensated.compensated_horner(c, v),
+                compensated.compensated_horner(c, v, low),
+            ]
+        )
         rows = [_row(h, c, float(v[i]), computed[:, i]) for i in range(len(v))]
     value, largest, condition, errors, bounds, of_series = (np.array(part) for part in zip(*rows, strict=True))
     return Sums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)

@@ -19,7 +19,6 @@ that sequence of operations, in ball arithmetic.
 from __future__ import annotations
 
 import math
-import pkgutil
 import struct
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -78,20 +77,9 @@ class SmallerOnPanel(NamedTuple):
     p: fmpq_poly
 
 
-@lru_cache(maxsize=1)
-def _rows() -> dict[tuple[str, int], PanelRow]:
-    """Return the rows of the table of `double` for eps and 1 - eps, by name and panel."""
-    text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
-    lines = [line.split() for line in text.splitlines() if not line.startswith("#")]
-    rows = {(name, int(at)): PanelRow(int(e), tuple(map(int, a))) for name, at, e, *a in lines if name in FUNCTIONS}
-    if len(rows) != len(FUNCTIONS) * PANELS:
-        raise OSError(f"{DATA} has {len(rows)} lines of {len(FUNCTIONS) * PANELS}")
-    return rows
-
-
 def table_row(function: str, index: int) -> PanelRow:
     """Return the row of the table of `double` for one of `FUNCTIONS` on one of its panels."""
-    return _rows()[function, index]
+    return panel_proof.rows()[function, index]
 
 
 def _polynomial(name: str, index: int) -> fmpq_poly:

@@ -39,7 +39,7 @@ from viscopade.kernels.expressions import (
     Statement,
     evaluate,
     gaps,
-    horner,
+    horner_expression,
     powers,
     run,
 )
@@ -175,7 +175,7 @@ def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str
     check(form)
     elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
     top, bottom = (
-        horner(exponents, [f"{letter}{k}" for k in exponents], "y")
+        horner_expression(exponents, [f"{letter}{k}" for k in exponents], "y")
         for letter, exponents in (("a", form.top), ("b", form.bottom))
     )
     common = (
