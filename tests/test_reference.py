@@ -219,7 +219,7 @@ def test_a_worse_panel_is_a_larger_error(files):
 @pytest.mark.parametrize("name", [panel_proof.DATA, panel_proof.RECORD])
 def test_a_record_of_another_table_is_refused(files, name):
     files[name] = "\n".join(files[name].splitlines()[:-1])
-    with pytest.raises(OSError, match=r"python -m viscopade\.reference"):
+    with pytest.raises(OSError, match=r"python -m viscopade\.collision\.panel_proof"):
         _ = panel_proof.ERROR
 
 
