@@ -799,7 +799,7 @@ def wrong_table(patch):
 def no_errors(patch):
     def errors(m, n):
         zero = np.zeros_like(approximants.curve().v_star)
-        return approximants.Errors(zero, zero, zero)
+        return approximants.ApproximantErrors(zero, zero, zero)
 
     for module in (pade, physics):
         patch.setattr(module, "errors", errors)
@@ -809,7 +809,7 @@ def no_errors(patch):
 def large_errors(patch):
     def errors(m, n):
         one = np.ones_like(approximants.curve().v_star)
-        return approximants.Errors(one, one, one)
+        return approximants.ApproximantErrors(one, one, one)
 
     for module in (pade, physics):
         patch.setattr(module, "errors", errors)

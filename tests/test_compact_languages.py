@@ -69,7 +69,9 @@ def test_the_program_is_the_formula():
     y, speed = Fraction(3, 5), Fraction(7, 2)
     for kernel in kernels():
         variant = kernel.variants[0]
-        quotient = lacunary.Quotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
         n, d = (sum(c * y**k for k, c in part) for part in (quotient.top, quotient.bottom))
         eps = d / (d + y**6 * n)
         own = table_free.kernel(kernel.powers)

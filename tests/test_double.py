@@ -1,6 +1,7 @@
 """Double precision against the proven values, in units in the last place; and the manners of the functions."""
 
 import math
+import pkgutil
 import random
 from decimal import Decimal
 from fractions import Fraction
@@ -288,7 +289,7 @@ def test_the_inverse_takes_exactly_one_argument(portions):
 
 
 def committed() -> str:
-    return double.pkgutil.get_data("viscopade", panels.DATA).decode()
+    return pkgutil.get_data("viscopade", panels.DATA).decode()
 
 
 @pytest.mark.parametrize("index", [0, *random.Random(1).sample(range(1, PANELS), 2)])

@@ -15,7 +15,7 @@ import pytest
 
 import viscopade as vp
 from tools import frontier as maker
-from tools.frontier import DEGREES, rounded_up
+from tools.frontier import DEGREES, error_cell
 from viscopade.approximation import cheapest as choice
 from viscopade.approximation import frontier, minimax
 from viscopade.approximation.frontier import ACCURACIES, DATA, GRID, PADE_MAX_M, Record, cheapest, smallest, table
@@ -30,7 +30,7 @@ TEXT = pkgutil.get_data("viscopade", DATA).decode()
 def again(v_star_max: float, m: int, n: int) -> Record:
     """Return the record made anew."""
     errors = maker.best_error(m, n, v_star_max), maker.pade_error(m, n, v_star_max)
-    return Record(v_star_max, m, n, *(float(rounded_up(error) or "inf") for error in errors))
+    return Record(v_star_max, m, n, *(float(error_cell(error) or "inf") for error in errors))
 
 
 # --- the table --------------------------------------------------------------------------------------------------------
@@ -134,7 +134,7 @@ def test_the_best_are_better_than_pade():
     [(0.25, "2.500e-1"), (0.25000000001, "2.501e-1"), (9.9999e-8, "1.000e-7"), (1234.1, "1.235e+3"), (math.inf, "")],
 )
 def test_rounded_up(number, text):
-    assert rounded_up(number) == text
+    assert error_cell(number) == text
 
 
 # --- queries ----------------------------------------------------------------------------------------------------------

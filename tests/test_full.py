@@ -338,9 +338,9 @@ def test_bounds_of_rounding_errors_hold():
         exactly = sum(Fraction(c) * Fraction(t) ** n for n, c in enumerate(a))
         with working(128):
             rounded = (
-                last_place._pairs(a, x := last_place.Rounded.between(low, high), x * x)
+                last_place._pairs(a, x := last_place.RoundedDouble.between(low, high), x * x)
                 if len(a) > 1
-                else last_place.Rounded(a[0])
+                else last_place.RoundedDouble(a[0])
             )
             error = Fraction(last_place.exact_middle(last_place._above(rounded.error)))
         found = abs(Fraction(last_place._pairs(a, t, t * t)) - exactly)

@@ -32,7 +32,7 @@ from viscopade.kernels.expressions import (
     Rounded,
     c_language,
     chain,
-    horner,
+    horner_expression,
     powers,
     run,
     smallest,
@@ -146,8 +146,8 @@ def test_text_keeps_the_order_of_evaluation():
 
 
 def test_horner_with_gaps():
-    assert text(horner((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
-    assert text(horner((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
+    assert text(horner_expression((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
+    assert text(horner_expression((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
     values = run(powers("y", {3, 5}), {"y": Fraction(2)}, Fraction)
     assert (values["y3"], values["y5"]) == (8, 32)
 
@@ -158,7 +158,9 @@ def test_programs_are_the_formulas():
     for kernel in kernels():
         variant = kernel.variants[0]
         numbers = {k: Fraction(c) for k, c in lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items()}
-        quotient = lacunary.Quotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
         for branch in kernel.branches:
             at = y if branch.variable == "y" else 1 / y
             given = {**numbers, branch.variable: y, "v_star": at**3}
@@ -181,7 +183,7 @@ def random_float(generator, low, high):
 def test_bounds_of_rounding_errors_hold():
     """Random programs of type float: no error beyond the bound, and some not far below."""
     generator, closest = random.Random(3), 0.0
-    program_ = (*powers("y", {2, 5}), expressions.Statement("sum", horner((0, 2, 7), ("a", "b", "c"), "y")))
+    program_ = (*powers("y", {2, 5}), expressions.Statement("sum", horner_expression((0, 2, 7), ("a", "b", "c"), "y")))
     result = Name("sum") / (Name("a") + Name("y5") * Name("y2"))
     for _ in range(400):
         low = generator.uniform(0, 1)

@@ -9,7 +9,7 @@ import pytest
 from flint import arb
 
 from viscopade.approximation import half_line, lacunary
-from viscopade.approximation.lacunary import Powers, Quotient, Sample
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers, Sample
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 from viscopade.collision import exact
@@ -151,8 +151,11 @@ def test_the_same_twice():
         (lambda: half_line.kernel(1e-3, "absolute"), "accepted is one of relative, both"),
         (lambda: Powers((0, 4, 4), (0, 4)), "ascending exponents that begin with 0"),
         (lambda: Powers((1, 4), (0, 4)), "ascending exponents that begin with 0"),
-        (lambda: Quotient(Powers((0, 4), (0,)), (Fraction(1),), (Fraction(1),)), "other numbers of coefficients"),
-        (lambda: Quotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
+        (
+            lambda: LacunaryQuotient(Powers((0, 4), (0,)), (Fraction(1),), (Fraction(1),)),
+            "other numbers of coefficients",
+        ),
+        (lambda: LacunaryQuotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
         (lambda: half_line.fit(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
     ],
 )
@@ -163,7 +166,7 @@ def test_bad_input(call, message):
 
 def test_a_kernel_with_the_wrong_limit_cannot_be_made():
     found = half_line.fit(*RECOMMENDED[0])
-    wrong = Quotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
+    wrong = LacunaryQuotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
     with pytest.raises(ValueError, match="deg N"):
         dataclasses.replace(found, quotient=wrong)
 

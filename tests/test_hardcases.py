@@ -15,7 +15,7 @@ import pytest
 
 from viscopade.cli import main
 from viscopade_lab import hard_cases
-from viscopade_lab.hard_cases import Case, Chart, Check, Curve, Finding, Result, Table, page, picture
+from viscopade_lab.hard_cases import Case, Chart, ChartCurve, Check, Finding, Outcome, Table, page, picture
 from viscopade_lab.hard_cases.finding import curve
 
 REPORT = Path(__file__).parents[1] / "docs" / "hard-cases"
@@ -30,7 +30,7 @@ def result(*checks, **changes):
         (curve("Horner", X, X * 1e-16), curve("bound", X, 2e-16 * X, "bound"), curve("found", X, X * 1e-17, "points")),
     )
     table = Table("Sizes | of a*b_c", ("order", "v*"), ((20, 0.5), (40, "0.7 | <b>")))
-    whole = Result(
+    whole = Outcome(
         "It went well: 1.5*.", (table,), (chart,), checks or (Check("error stays below", 1e-16, "<=", 2e-16),)
     )
     return replace(whole, **changes)
@@ -94,10 +94,10 @@ def test_a_check_compares_what_was_measured(measured, relation, limit, holds):
         lambda: Check("so", 1, "<=", math.inf),
         lambda: Check("so", 1, "<=", math.nan),
         lambda: Table("t", ("a", "b"), ((1,),)),
-        lambda: Curve("c", (1.0,), (1.0, 2.0)),
-        lambda: Curve("c", (), ()),
-        lambda: Curve("c", (1.0,), (math.nan,)),
-        lambda: Curve("c", (1.0,), (1.0,), "dots"),
+        lambda: ChartCurve("c", (1.0,), (1.0, 2.0)),
+        lambda: ChartCurve("c", (), ()),
+        lambda: ChartCurve("c", (1.0,), (math.nan,)),
+        lambda: ChartCurve("c", (1.0,), (1.0,), "dots"),
         lambda: result(charts=()),
         lambda: replace(result(), checks=()),
     ],
@@ -108,7 +108,7 @@ def test_inconsistent_data_is_refused(make):
 
 
 def test_a_curve_leaves_out_what_is_not_finite():
-    assert curve("c", [1, 2, 3], [1, math.nan, 3]) == Curve("c", (1.0, 3.0), (1.0, 3.0))
+    assert curve("c", [1, 2, 3], [1, math.nan, 3]) == ChartCurve("c", (1.0, 3.0), (1.0, 3.0))
 
 
 def test_one_failing_check_fails_the_case():

@@ -347,7 +347,7 @@ def test_a_search_in_another_precision_is_noticed(functions, monkeypatch):
         def computed(self, x, steps=0, contracted=False):
             return self.given_function.computed(x.astype(float), steps, contracted)
 
-        exact, allowed = exported.Function.exact, exported.Function.allowed
+        exact, allowed = exported.ExportedFunction.exact, exported.ExportedFunction.allowed
 
     assert case.worst(InDouble(function), case.SEPARATE, 300, 2, generator()).roundings < 1
 

@@ -31,9 +31,9 @@ from tests import compiled
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, exact
 from viscopade.generated import END_CONDITION, MARKER
-from viscopade.kernels.forms.quotient import Kernel
+from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.targets import c, python, tables
-from viscopade.kernels.targets.wording import horner
+from viscopade.kernels.targets.wording import horner_text
 from viscopade.theory.pade import exact_roots
 
 COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
@@ -58,11 +58,11 @@ def first_root(values: tuple[Decimal, ...]) -> Decimal | None:
     return Decimal(repr(float(positive[0].value.real.mid()))) if positive else None
 
 
-def kernel(a: str, b: str, next_term: str = "-0.0125") -> Kernel:
+def kernel(a: str, b: str, next_term: str = "-0.0125") -> PadeKernel:
     numerator, denominator = decimals_of(a.split()), decimals_of(b.split())
     degrees = len(numerator) - 1, len(denominator) - 1
     ends = first_root(denominator), first_root(numerator)
-    return Kernel(*degrees, numerator, denominator, Decimal(next_term), *ends, SOURCE)
+    return PadeKernel(*degrees, numerator, denominator, Decimal(next_term), *ends, SOURCE)
 
 
 def product(numbers: Iterator[Fraction]) -> str:
@@ -73,7 +73,7 @@ def product(numbers: Iterator[Fraction]) -> str:
     return " ".join(map(digits40, coefficients))
 
 
-def exp_pade(m: int, n: int) -> Kernel:
+def exp_pade(m: int, n: int) -> PadeKernel:
     """Return the Padé approximant of exp(-x), exactly known; its high coefficients are tiny."""
     a = [Fraction(math.comb(m, i) * math.factorial(m + n - i), math.factorial(m + n)) for i in range(m + 1)]
     b = [Fraction(math.comb(n, i) * math.factorial(m + n - i), math.factorial(m + n)) for i in range(n + 1)]
@@ -123,7 +123,7 @@ each_kernel = pytest.mark.parametrize("sample", KERNELS, ids=IDS)
 each_form = pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
 
 
-def header(*kernels: Kernel) -> str:
+def header(*kernels: PadeKernel) -> str:
     return c.render(kernels, COMMAND)
 
 
@@ -132,7 +132,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> compiled.Library:
     return compiled.build(tmp_path_factory.mktemp("kernels"), [header(*KERNELS)])
 
 
-def execute(*kernels: Kernel) -> SimpleNamespace:
+def execute(*kernels: PadeKernel) -> SimpleNamespace:
     names: dict[str, object] = {"__name__": "generated"}
     exec(python.render(kernels, COMMAND), names)
     return SimpleNamespace(**names)
@@ -162,7 +162,7 @@ def terms(values: tuple[Fraction, ...], x: mpmath.mpf) -> list[mpmath.mpf]:
     return [coefficient * power for coefficient, power in zip(numbers(values), powers, strict=True)]
 
 
-def value_and_bound(sample: Kernel, x: mpmath.mpf, form: Format) -> tuple[mpmath.mpf, mpmath.mpf] | None:
+def value_and_bound(sample: PadeKernel, x: mpmath.mpf, form: Format) -> tuple[mpmath.mpf, mpmath.mpf] | None:
     """Return the true value and a bound of |computed - true| from a running error analysis.
 
     Each term c_i x^i is rounded once in c_i, twice a step in Horner's rule, and once a power in 1/x; then
@@ -201,7 +201,7 @@ def greatest(form: Format) -> float:
     return math.ldexp(2.0 - 2.0 ** (1 - form.precision), form.largest)
 
 
-def deviation(sample: Kernel, x: float, computed: float, form: Format) -> str:
+def deviation(sample: PadeKernel, x: float, computed: float, form: Format) -> str:
     """Return what is wrong with a computed value, "" if nothing is."""
     known = value_and_bound(sample, x, form)
     if known is None:
@@ -215,7 +215,7 @@ def deviation(sample: Kernel, x: float, computed: float, form: Format) -> str:
     return "" if error <= margin else f"{computed!r} at {x!r}: {float(error / margin):.3g} times the bound"
 
 
-def grid(sample: Kernel, form: Format) -> list[float]:
+def grid(sample: PadeKernel, form: Format) -> list[float]:
     """Return 0 to 1e6, extremes and the neighbourhood of the threshold, as values of the format."""
     points = [i / 16 for i in range(160)] + [10 ** (i / 19) for i in range(-5 * 19, 6 * 19 + 1)]
     points += [1e-300, 1e-40, 1e-30, 1e10, 1e30, 1e60, 1e105, 1e150, 1e300, 1e307, 1.7e308, 3.4e38, 2e37]
@@ -226,7 +226,7 @@ def grid(sample: Kernel, form: Format) -> list[float]:
     return [0.0, smallest(form), *(form.nearest(Fraction(x)) for x in inside)]
 
 
-def faults(sample: Kernel, function: Callable[[float], float], form: Format) -> list[str]:
+def faults(sample: PadeKernel, function: Callable[[float], float], form: Format) -> list[str]:
     """Return all that is wrong with a function of v* on the grid and at special values."""
     wrong = [text for x in grid(sample, form) if (text := deviation(sample, x, function(x), form))]
     for x in (0.0, -0.0, smallest(form), 1e-320 if form is DOUBLE else 1e-40):
@@ -240,7 +240,7 @@ def faults(sample: Kernel, function: Callable[[float], float], form: Format) -> 
     return wrong
 
 
-def limit(sample: Kernel) -> float:
+def limit(sample: PadeKernel) -> float:
     a, b = sample.reduced
     quotient = float(a[-1] / b[-1])
     if len(a) == len(b):
@@ -383,9 +383,9 @@ def test_literals_of_floats_read_back(x: float) -> None:
 
 
 def test_horner() -> None:
-    assert horner(["a0"], "x") == "a0"
-    assert horner(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
-    assert horner(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
+    assert horner_text(["a0"], "x") == "a0"
+    assert horner_text(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
+    assert horner_text(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
 
 
 @pytest.mark.parametrize(
@@ -393,14 +393,14 @@ def test_horner() -> None:
     [(sample, DOUBLE) for sample in KERNELS] + [(sample, FLOAT) for sample in KERNELS[:-1]],
     ids=[*(f"{label}-double" for label in IDS), *(f"{label}-float" for label in IDS[:-1])],
 )
-def test_threshold_is_the_largest_that_is_safe(sample: Kernel, form: Format) -> None:
+def test_threshold_is_the_largest_that_is_safe(sample: PadeKernel, form: Format) -> None:
     t = sample.threshold(form)
     limit = Fraction(2) ** (form.largest - 8)
     assert largest_sum(sample, Fraction(2) ** t) <= limit
     assert largest_sum(sample, Fraction(2) ** (t + 1)) > limit or t == form.largest
 
 
-def largest_sum(sample: Kernel, x: Fraction) -> Fraction:
+def largest_sum(sample: PadeKernel, x: Fraction) -> Fraction:
     return max(sum(abs(c) * x**i for i, c in enumerate(values)) for values in sample.reduced)
 
 
@@ -421,12 +421,12 @@ def test_every_standard_gives_the_same_numbers(standard: str, library: compiled.
 
 
 @each_kernel
-def test_double_functions(sample: Kernel, library: compiled.Library) -> None:
+def test_double_functions(sample: PadeKernel, library: compiled.Library) -> None:
     assert not faults(sample, library[f"epsilon_{sample.name}"], DOUBLE)
 
 
 @each_kernel
-def test_float_functions(sample: Kernel, library: compiled.Library) -> None:
+def test_float_functions(sample: PadeKernel, library: compiled.Library) -> None:
     if f"epsilon_{sample.name}f" not in library:
         assert sample is KERNELS[-1]
         return
@@ -452,7 +452,7 @@ def v_star_and_margin(speed: float, beta: float, form: Format) -> tuple[mpmath.m
         return v_star, exponent * abs(mpmath.log(speed)) + 6 * mpmath.mpf(2) ** -form.precision
 
 
-def restitution_deviation(sample: Kernel, speed: float, beta: float, computed: float, form: Format) -> float:
+def restitution_deviation(sample: PadeKernel, speed: float, beta: float, computed: float, form: Format) -> float:
     """Return |computed - exact|, in units of what the rounding of v* and of the formula explain."""
     with mpmath.workdps(50):
         v_star, margin = v_star_and_margin(speed, beta, form)
@@ -468,7 +468,7 @@ def restitution_deviation(sample: Kernel, speed: float, beta: float, computed: f
 
 @pytest.mark.parametrize("sample", [PAPER[0], PAPER[1], PAPER[3], ARTIFICIAL[4]], ids=lambda sample: sample.label)
 @each_form
-def test_restitution(sample: Kernel, form: Format, library: compiled.Library, module: SimpleNamespace) -> None:
+def test_restitution(sample: PadeKernel, form: Format, library: compiled.Library, module: SimpleNamespace) -> None:
     functions = [library[f"restitution_{sample.name}{form.suffix}"]]
     if form is DOUBLE:
         functions.append(getattr(module, f"restitution_{sample.name}"))
@@ -530,7 +530,7 @@ def literals(text: str) -> dict[tuple[str, str], list[tuple[str, str]]]:
     return found
 
 
-def wrong_literals(text: str, sample: Kernel) -> list[str]:
+def wrong_literals(text: str, sample: PadeKernel) -> list[str]:
     """Return the constants of a header that are not the nearest to the kernel's decimals."""
     wrong = []
     found = literals(text)
@@ -549,7 +549,7 @@ def wrong_literals(text: str, sample: Kernel) -> list[str]:
 
 
 @pytest.mark.parametrize("sample", KERNELS[:-1], ids=IDS[:-1])
-def test_literals_are_the_nearest_to_the_decimals(sample: Kernel) -> None:
+def test_literals_are_the_nearest_to_the_decimals(sample: PadeKernel) -> None:
     assert not wrong_literals(header(sample), sample)
 
 
@@ -603,7 +603,7 @@ def with_nan_for_errors(function: Callable[[float], float]) -> Callable[[float],
 
 
 @each_kernel
-def test_python_functions(sample: Kernel, module: SimpleNamespace, library: compiled.Library) -> None:
+def test_python_functions(sample: PadeKernel, module: SimpleNamespace, library: compiled.Library) -> None:
     function, same = getattr(module, f"epsilon_{sample.name}"), library[f"epsilon_{sample.name}"]
     if sample.end is None:
         assert not faults(sample, with_nan_for_errors(function), DOUBLE)
@@ -701,7 +701,7 @@ def test_json_reads_back() -> None:
     text = json.loads(tables.json(KERNELS, COMMAND))
     assert (text["command"], text["source"], text["end_condition"]) == (COMMAND, SOURCE, END_CONDITION)
     kernels = [
-        Kernel(
+        PadeKernel(
             *(each[key] for key in ("m", "n")),
             *(decimals_of(each[key]) for key in "ab"),
             Decimal(each["next_term"]),
@@ -798,7 +798,7 @@ def test_series_tables_read_back() -> None:
 
 # What all files have in common
 
-TARGETS: dict[str, Callable[[tuple[Kernel, ...], str], str]] = {
+TARGETS: dict[str, Callable[[tuple[PadeKernel, ...], str], str]] = {
     "c": c.render,
     "python": python.render,
     "csv": tables.csv,
@@ -809,7 +809,7 @@ each_target = pytest.mark.parametrize("render", TARGETS.values(), ids=TARGETS)
 
 
 @each_target
-def test_files_begin_with_what_they_are(render: Callable[[tuple[Kernel, ...], str], str]) -> None:
+def test_files_begin_with_what_they_are(render: Callable[[tuple[PadeKernel, ...], str], str]) -> None:
     text = render(PAPER, COMMAND)
     words = " ".join(re.sub(r"^ ?[*#%]", "", line) for line in text.splitlines())
     words = " ".join(words.split())
@@ -832,7 +832,7 @@ def test_files_begin_with_what_they_are(render: Callable[[tuple[Kernel, ...], st
 
 
 @each_target
-def test_bad_requests_are_refused(render: Callable[[tuple[Kernel, ...], str], str]) -> None:
+def test_bad_requests_are_refused(render: Callable[[tuple[PadeKernel, ...], str], str]) -> None:
     with pytest.raises(ValueError, match="no approximant"):
         render((), COMMAND)
     with pytest.raises(ValueError, match="pade_3_6 is asked for twice"):

@@ -11,7 +11,7 @@ from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels.forms import speed_table, speed_table_last_place
-from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, Piece, Table, gamma
+from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, MantissaPiece, Table, gamma
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
 from viscopade.kernels.targets import speed
 
@@ -40,7 +40,7 @@ def with_rows(table, changes):
 
 
 def test_least_and_most_count_the_polynomial_and_its_error():
-    piece = Piece(Fraction(1), Fraction(1, 2), fmpq_poly([1, 0, to_fmpq(Fraction(1, 8))]), Fraction(1, 100))
+    piece = MantissaPiece(Fraction(1), Fraction(1, 2), fmpq_poly([1, 0, to_fmpq(Fraction(1, 8))]), Fraction(1, 100))
     assert piece.least == 1 - Fraction(1, 8) - Fraction(1, 100)
     assert piece.most == 1 + Fraction(1, 8) + Fraction(1, 100)
     negative = piece._replace(p=-piece.p)

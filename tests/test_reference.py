@@ -15,7 +15,7 @@ from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import exact, panel_proof
 from viscopade.collision.exact import Collision
-from viscopade.collision.panel_proof import END, RECORD_BITS, Bounds, Row, rows
+from viscopade.collision.panel_proof import END, RECORD_BITS, PanelBounds, PanelRow, rows
 from viscopade.theory.series import series
 
 CHEAP = (5, 30)  # a few seconds each
@@ -61,7 +61,7 @@ def change(monkeypatch, name, index, power, factor=1 + WRONG, add=Fraction(0)):
     row = rows()[name, index]
     fine = [c << 80 for c in row.a]
     fine[power] = int(fine[power] * factor + add * fine[0 if index else 2])
-    wrong = {**rows(), (name, index): Row(row.exponent - 80, tuple(fine))}
+    wrong = {**rows(), (name, index): PanelRow(row.exponent - 80, tuple(fine))}
     monkeypatch.setattr(panel_proof, "rows", lambda: wrong)
 
 
@@ -187,7 +187,7 @@ def test_panels_are_exact_and_without_gaps():
 
 
 def test_row_as_value_and_as_polynomial():
-    row = Row(-3, (8, 4, -2))
+    row = PanelRow(-3, (8, 4, -2))
     assert row(Fraction(1, 2)) == Fraction(19, 16)
     with working(64):
         assert row.poly().coeffs() == [1, arb(1) / 2, -arb(1) / 4]
@@ -225,7 +225,7 @@ def test_a_record_of_another_table_is_refused(files, name):
 
 
 def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
-    monkeypatch.setattr(panel_bounds, "prove", lambda index: Bounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
+    monkeypatch.setattr(panel_bounds, "prove", lambda index: PanelBounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
     files[panel_proof.RECORD] = "of another table"
     files[panel_proof.RECORD] = "\n".join(panel_bounds.record())
     assert set(map(tuple, panel_proof.proven().values())) == {(2**18, 2**19 + 1)}

@@ -13,7 +13,7 @@ from tests.test_scene_render import COMMAND, EACH, choice, chosen, scene, text
 from viscopade.kernels.toolchain import BenchError
 from viscopade.scene import check as checks
 from viscopade.scene import read, runners, shaders
-from viscopade.scene.check import Check, check
+from viscopade.scene.check import SceneCheck, check
 from viscopade.scene.choice import choose
 from viscopade.scene.cost import Costs
 from viscopade.scene.render import file_name, render
@@ -81,7 +81,7 @@ def test_languages(few, no_device, language, form, constant):
     made = choice(language, form, constant)
     found = check(made, text(language, form, constant))
     if language in SHADERS and shaders.device() is None:
-        assert found == Check(found.how, reason=COMPILED)
+        assert found == SceneCheck(found.how, reason=COMPILED)
         return
     assert found.how
     assert not found.reason

@@ -14,9 +14,9 @@ from viscopade.scene.cost import (
     PADE,
     POWER,
     Costs,
-    Measured,
+    MeasuredCosts,
+    MeasuredTimes,
     Operations,
-    Times,
     id_of_name,
     id_of_tier,
     measured,
@@ -29,13 +29,13 @@ TIERS = ("1e-3", "1e-5", "1e-7", "1e-10", "full")
 
 
 @pytest.fixture(scope="module")
-def benchmark() -> Times:
-    return Times.from_json(FILE.read_text(), FILE.name)
+def benchmark() -> MeasuredTimes:
+    return MeasuredTimes.from_json(FILE.read_text(), FILE.name)
 
 
-def of(given: Times, code: Code) -> Measured:
+def of(given: MeasuredTimes, code: Code) -> MeasuredCosts:
     found = measured(given, code, given.cpu)
-    assert isinstance(found, Measured)
+    assert isinstance(found, MeasuredCosts)
     return found
 
 
@@ -48,7 +48,7 @@ def test_counted_costs() -> None:
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda c: f"{c.format}-{c.use}")
-def test_the_committed_measurement_serves_every_format_and_use(code: Code, benchmark: Times) -> None:
+def test_the_committed_measurement_serves_every_format_and_use(code: Code, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, code)
     measure = "memory" if code.use == "batch" else "throughput"
     assert found.unit == "ns"
@@ -65,7 +65,7 @@ def test_the_committed_measurement_serves_every_format_and_use(code: Code, bench
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda c: f"{c.format}-{c.use}")
-def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark: Times) -> None:
+def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, code)
     times = found.times
     assert times is not None
@@ -81,12 +81,12 @@ def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark
     assert found.of("speed-1e-4", Operations(18, 1, 1)).how == "estimated"
 
 
-def test_another_machine_is_named(benchmark: Times) -> None:
+def test_another_machine_is_named(benchmark: MeasuredTimes) -> None:
     found = measured(benchmark, Code(), "Abacus 1")
     assert f"on {benchmark.cpu}, which is not this machine (Abacus 1)" in found.source
 
 
-def test_one_distribution_of_speeds_counts(benchmark: Times) -> None:
+def test_one_distribution_of_speeds_counts(benchmark: MeasuredTimes) -> None:
     found = of(benchmark, Code())
     rows = [row for row in benchmark.rows if (row.format, row.measure) == ("double", "throughput")]
     speeds = rows[0].speeds
@@ -94,7 +94,7 @@ def test_one_distribution_of_speeds_counts(benchmark: Times) -> None:
 
 
 @pytest.mark.parametrize(("use", "second"), [("scalar", "latency"), ("batch", "cache")])
-def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, benchmark: Times) -> None:
+def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, benchmark: MeasuredTimes) -> None:
     rows = tuple(row for row in benchmark.rows if row.measure == second)
     given = replace(benchmark, rows=rows)
     if {"pow", PADE} <= {row.id for row in rows if row.format == "double"}:
@@ -107,7 +107,7 @@ def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, ben
 @pytest.mark.parametrize("form", ["double", "float"])
 @pytest.mark.parametrize("use", ["scalar", "batch"])
 @pytest.mark.parametrize("missing", ["format", "pow", PADE])
-def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str, benchmark: Times) -> None:
+def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str, benchmark: MeasuredTimes) -> None:
     rows = [row for row in benchmark.rows if row.id != missing and not (missing == "format" and row.format == form)]
     with pytest.raises(ValueError, match=f"in type {form} .*accepted is the result of") as refused:
         measured(replace(benchmark, rows=tuple(rows)), Code("c", form, use), "")
@@ -115,14 +115,14 @@ def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str
 
 
 def test_a_quotient_that_seems_to_take_no_time_still_costs_something() -> None:
-    found = Measured("ns", "noise", {"pow": 20.0, PADE: 19.0})
+    found = MeasuredCosts("ns", "noise", {"pow": 20.0, PADE: 19.0})
     few, many = (found.of(None, Operations(n, 1, 1)).value for n in (4, 30))
     assert 20 < few < many
     assert found.of(None, Operations(4)).value > 0
 
 
 @pytest.mark.parametrize("entry", [e for e in entries() if e.kind in ("half-line", "full")], ids=lambda e: e.name)
-def test_kernels_of_v_star_are_measured_too(entry: Entry, benchmark: Times) -> None:
+def test_kernels_of_v_star_are_measured_too(entry: Entry, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, Code("c", entry.format))
     name = id_of_name(entry.name)
     assert name is not None

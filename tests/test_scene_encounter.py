@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 import viscopade as vp
 from viscopade import Pair, Sphere
 from viscopade.scene import description, encounter, read, sense, tolerance
-from viscopade.scene.description import Body, Code, Material, Meeting, Range, Scene, Sizes, Temperature, Tolerance
+from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Temperature, Tolerance
 from viscopade.scene.units import setup
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -33,7 +33,7 @@ def scene_of(first, second=None, speeds=None, *, sizes=((1e-3, 2e-3, 4e-3), (1e-
         bodies["two"] = Body("b", None)
     elif second is not None:
         bodies["two"] = Body("b", Sizes(*sizes[1]))
-    meeting = Meeting("one", list(bodies)[-1], speeds or Range(0.01, 1.0))
+    meeting = Meeting("one", list(bodies)[-1], speeds or SpeedLimits(0.01, 1.0))
     return Scene("s.toml", "s", "s", materials, bodies, (meeting,), Tolerance(epsilon=1e-3), Code(), phi)
 
 
@@ -309,7 +309,7 @@ def warned(scene):
     return {kind for kind in kinds if any(kind in text for text in found)}
 
 
-SLOW = Range(1e-3, 1e-2)
+SLOW = SpeedLimits(1e-3, 1e-2)
 
 
 def test_nothing_is_warned_of():
@@ -338,7 +338,7 @@ def test_contacts_that_last_long():
 
 def test_deep_contacts():
     def make(fastest):
-        return scene_of(replace(GLASS, young_modulus=1e7), speeds=Range(1e-3, fastest))
+        return scene_of(replace(GLASS, young_modulus=1e7), speeds=SpeedLimits(1e-3, fastest))
 
     fastest = around(DEPTH, make, 1e-2, 10)
     assert law(met(make(1.0)).pair, fastest)[1] / 2e-3 == pytest.approx(sense.LARGEST_OVERLAP, rel=1e-6)
@@ -346,7 +346,7 @@ def test_deep_contacts():
 
 def test_yielding():
     def make(fastest):
-        return scene_of(replace(GLASS, yield_strength=1e9), speeds=Range(1e-3, fastest))
+        return scene_of(replace(GLASS, yield_strength=1e9), speeds=SpeedLimits(1e-3, fastest))
 
     fastest = around(YIELDING, make, 1e-2, 10)
     limit = sense.yield_speed(met(make(1.0)).pair, 1e9)
@@ -366,7 +366,7 @@ def test_the_weaker_material_yields_wherever_it_is():
 
 def test_sound():
     def make(fastest):
-        return scene_of(GLASS, speeds=Range(1e-3, fastest))
+        return scene_of(GLASS, speeds=SpeedLimits(1e-3, fastest))
 
     fastest = around(SOUND, make, 1e-2, 1e4)
     crossing = 2 * 2e-3 / math.sqrt(70e9 / 2500)
@@ -374,7 +374,7 @@ def test_sound():
 
 
 def test_sound_at_a_wall():
-    assert SOUND in warned(scene_of(GLASS, wall=GLASS, speeds=Range(1e-3, 1e4)))
+    assert SOUND in warned(scene_of(GLASS, wall=GLASS, speeds=SpeedLimits(1e-3, 1e4)))
     assert SOUND not in warned(scene_of(GLASS, wall=CORK, speeds=SLOW))
 
 

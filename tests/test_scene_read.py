@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from viscopade import Pair, Sphere
 from viscopade.scene import description, read
-from viscopade.scene.description import Code, Range, Sizes, Temperature, Tolerance
+from viscopade.scene.description import Code, Sizes, SpeedLimits, Temperature, Tolerance
 from viscopade.simulators.setup import Units
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -155,7 +155,7 @@ def test_all_pairs_meet_but_for_walls():
     assert [m.name for m in scene.meetings] == [
         "bead-bead", "bead-ball", "ball-ball", "bead-floor", "bead-lid", "ball-floor", "ball-lid",
     ]  # fmt: skip
-    assert {m.speeds for m in scene.meetings} == {Range(0.01, 2.0)}
+    assert {m.speeds for m in scene.meetings} == {SpeedLimits(0.01, 2.0)}
     assert {(m.dissipative_constant, m.known_at) for m in scene.meetings} == {(None, None)}
 
 
@@ -166,12 +166,12 @@ def test_contacts_that_are_listed_are_all():
     assert (first.first, first.second) == ("ball", "floor")
     assert first.speeds.temperature == pytest.approx(4e-4, rel=1e-15, abs=0)
     assert first.speeds.tail == 1e-9
-    assert (second.name, second.speeds) == ("bead-bead", Range(0.01, 2.0))
+    assert (second.name, second.speeds) == ("bead-bead", SpeedLimits(0.01, 2.0))
 
 
 def test_no_common_speed_is_needed_if_each_contact_has_one():
     contacts = [{"between": ["bead", "bead"], "speed": {"min": 1, "max": 1}}]
-    assert parsed(("speed", GONE), ("contact", contacts)).meetings[0].speeds == Range(1.0, 1.0)
+    assert parsed(("speed", GONE), ("contact", contacts)).meetings[0].speeds == SpeedLimits(1.0, 1.0)
 
 
 def test_granular_temperature():
@@ -745,7 +745,7 @@ def test_examples_exercise_what_there_is():
         assert len({getattr(scene.code, attribute) for scene in scenes}) == 2
     assert {name for scene in scenes for name in scene.tolerance.given()} == {"epsilon", "dissipation", "absolute"}
     met = [m for scene in scenes for m in scene.meetings]
-    assert {type(m.speeds) for m in met} == {Range, Temperature}
+    assert {type(m.speeds) for m in met} == {SpeedLimits, Temperature}
     assert any(m.known_at for m in met)
     assert any(scene.bodies[m.second].is_wall for scene in scenes for m in scene.meetings)
     assert any(scene.scale != (1.0, 1.0, 1.0) for scene in scenes)

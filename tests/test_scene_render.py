@@ -15,10 +15,10 @@ from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
 from viscopade.scene import read, shaders
-from viscopade.scene.candidate import Constant, Ready, candidates
+from viscopade.scene.candidate import PairConstant, Ready, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
-from viscopade.scene.description import Meeting, Range
+from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
 from viscopade.scene.render import FILES, file_name, names, prefix, render
 from viscopade.scene.units import Scale
@@ -278,8 +278,8 @@ def test_numbers_that_float_does_not_have_are_refused():
 
 
 BETAS = {
-    "a-b": scene("c").pair(Meeting("a", "b", Range(1.0, 1.0)), (0.02, 0.005)).beta,
-    "a-wall": scene("c").pair(Meeting("a", "wall", Range(1.0, 1.0)), (0.01, None)).beta,
+    "a-b": scene("c").pair(Meeting("a", "b", SpeedLimits(1.0, 1.0)), (0.02, 0.005)).beta,
+    "a-wall": scene("c").pair(Meeting("a", "wall", SpeedLimits(1.0, 1.0)), (0.01, None)).beta,
 }
 
 # --- compilers, with warnings -----------------------------------------------------------------------------------------
@@ -421,7 +421,7 @@ fn main() {
 
 def test_constants_of_pairs():
     candidate = choice("glsl", None, True).chosen.candidate
-    assert isinstance(candidate, Constant)
+    assert isinstance(candidate, PairConstant)
     numbers = re.search(r"tiny_epsilon\[5\] = float\[5\]\((.*?)\);", text("glsl", None, True), re.DOTALL)[1]
     found = [float(line.split(",")[0].split("//")[0]) for line in numbers.strip().splitlines()]
     assert found == pytest.approx([float(value) for value in candidate.values], rel=1e-7)

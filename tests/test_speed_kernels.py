@@ -833,7 +833,7 @@ def test_all_floats(tier, step):
     given = header(tier)
     native = "float" in given.native
     relative = stated(given, "float")
-    bounds = speed_floats.Bounds(given.first, given.end, *relative, 3.5 if native else 0.5)
+    bounds = speed_floats.FloatBounds(given.first, given.end, *relative, 3.5 if native else 0.5)
     result = speed_floats.check(given.text, given.name, bounds, "fused", step)
     assert result["inputs"] == -(-(2**31 - 2**23 - 1) // step)
     assert result["differ"] == 0

@@ -18,7 +18,7 @@ from flint import fmpq, fmpq_mat
 
 from viscopade.arrays.panels import CENTRES, COEFFICIENTS, DATA, FIRST, FOLD, HALF_WIDTHS, NAMES, PANELS, SPLIT
 from viscopade.collision import exact
-from viscopade.collision.panel_proof import Row
+from viscopade.collision.panel_proof import PanelRow
 from viscopade.generated import MARKER
 from viscopade.progress import track
 
@@ -27,7 +27,7 @@ BITS = 66  # of a_0
 NODE_BITS = 20  # nodes are short, so that the last bit of a cosine does not matter
 
 
-def panel(index: int) -> dict[str, Row]:
+def panel(index: int) -> dict[str, PanelRow]:
     """Return the rows of all functions on a panel."""
     if index == 0:
         return _lowest_panel()
@@ -36,7 +36,7 @@ def panel(index: int) -> dict[str, Row]:
     return {name: _rounded(_interpolated(nodes, [value[name] for value in values])) for name in NAMES}
 
 
-def _lowest_panel() -> dict[str, Row]:
+def _lowest_panel() -> dict[str, PanelRow]:
     """Return the rows of the panel around 0, where (1 - eps)/v*^2 is interpolated."""
     nodes = _nodes(COEFFICIENTS - 2, 0)
     values = [_values(0, z) for z in nodes]
@@ -75,15 +75,15 @@ def _inverse_vandermonde(nodes: tuple[Fraction, ...]) -> fmpq_mat:
     return fmpq_mat(powers).inv()
 
 
-def _rounded(coefficients: Iterable[fmpq]) -> Row:
+def _rounded(coefficients: Iterable[fmpq]) -> PanelRow:
     """Round to integers in a unit that gives the first one that is not 0 `BITS` bits."""
     fractions = [Fraction(int(c.p), int(c.q)) for c in coefficients]
     first = abs(next(c for c in fractions if c))
     exponent = math.floor(math.log2(first)) - BITS + 1
-    return Row(exponent, tuple(round(c / Fraction(2) ** exponent) for c in fractions))
+    return PanelRow(exponent, tuple(round(c / Fraction(2) ** exponent) for c in fractions))
 
 
-def errors(index: int, rows: dict[str, Row]) -> Iterator[Fraction]:
+def errors(index: int, rows: dict[str, PanelRow]) -> Iterator[Fraction]:
     """Yield relative errors at the ends of a panel, where an interpolation at Chebyshev's nodes is worst."""
     for z in (Fraction(-1), Fraction(1)) if index else (Fraction(1),):
         for name, value in _values(index, z).items():
@@ -105,7 +105,7 @@ def text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def line(name: str, index: int, row: Row) -> str:
+def line(name: str, index: int, row: PanelRow) -> str:
     """Return the table's line for a function on a panel."""
     return " ".join(map(str, (name, index, row.exponent, *row.a)))
 

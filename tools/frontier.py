@@ -58,7 +58,7 @@ def _near_poles(approximant: Pade, v_star_max: float) -> list[float]:
     return sorted({v for pole in approximant.poles if 0 < (v := float(pole.value.real.mid())) < v_star_max})
 
 
-def rounded_up(number: float) -> str:
+def error_cell(number: float) -> str:
     """Return a decimal of `PLACES` significant digits that is not smaller; nothing for infinity."""
     if math.isinf(number):
         return ""
@@ -80,7 +80,7 @@ def _lines() -> Iterator[str]:
         for v in GRID
     ]
     for v, m, n, *errors in sorted(rows):
-        yield ",".join([f"{v:g}", str(m), str(n), *map(rounded_up, errors)])
+        yield ",".join([f"{v:g}", str(m), str(n), *map(error_cell, errors)])
 
 
 def text() -> str:

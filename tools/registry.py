@@ -10,11 +10,11 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.root_powers import HalfLineKernel, Variant
+from viscopade.kernels.forms.root_powers import HalfLineKernel, RootPowerVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
-from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, Machine
+from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
 from viscopade.kernels.names import FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
@@ -152,7 +152,12 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
 
 
 def _of_compact(
-    accuracy: str, given: HalfLineKernel, variant: Variant, place: str, machines: Sequence[Machine], operations: int
+    accuracy: str,
+    given: HalfLineKernel,
+    variant: RootPowerVariant,
+    place: str,
+    machines: Sequence[MachineArithmetic],
+    operations: int,
 ) -> Entry:
     """Return the entry of a kernel that may run on any of some machines."""
     formula = Fraction(variant.certificate.bound)

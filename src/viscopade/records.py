@@ -7,7 +7,9 @@ import math
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Self, TypeVar
+
+Word = TypeVar("Word", bound=str)
 
 MOST = 2**53  # of what is counted
 
@@ -103,11 +105,12 @@ class Node:
             raise self.refuse("one line of text")
         return self.value
 
-    def choice(self, accepted: Sequence[str]) -> str:
+    def choice(self, accepted: Sequence[Word]) -> Word:
         """Return one of several words."""
-        if not isinstance(self.value, str) or self.value not in accepted:
-            raise self.refuse(", ".join(accepted))
-        return self.value
+        for word in accepted:
+            if self.value == word:
+                return word
+        raise self.refuse(", ".join(accepted))
 
     def number(self, *, positive: bool = False) -> float:
         """Return a finite number that is not negative."""

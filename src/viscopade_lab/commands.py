@@ -106,10 +106,10 @@ def bench_command(
     from viscopade_lab import bench
     from viscopade_lab.bench import tables
 
-    given = bench.Scene(**{name: value for name, value in scene.items() if value is not None})
+    given = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
+    settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
     if out is not None:
         check([out])
-    settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
     read = None if headers is None else partial(toolchain.read_from, headers)
     measured = bench.run(settings, cc, read)
     whole = measured.to_json()
@@ -138,19 +138,17 @@ def bench_command(
 )  # fmt: skip
 def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
     """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    from viscopade_lab import bench
+    from viscopade_lab.bench.result import Result
     from viscopade_lab.report.render import render
-    from viscopade_lab.report.result import from_json
 
     need("matplotlib", "report")
     check([out / "report.html"], parents=True)
     if result is None:
-        from viscopade_lab import bench
-
-        data, source = bench.run(bench.Settings()).to_json(), "result"
+        found = bench.run(bench.Settings())
     else:
-        content = read_file(result, "what `viscopade bench --out` wrote")
-        data, source = from_json(content, str(result)), str(result)
-    files = render(data, formats, source=source)
+        found = Result.from_text(read_file(result, "what `viscopade bench --out` wrote"), str(result))
+    files = render(found, formats)
     write_all({out / name: content for name, content in files.items()}, parents=True)
     click.echo(f"wrote {', '.join(files)} to {out}")
 

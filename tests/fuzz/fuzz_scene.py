@@ -14,11 +14,11 @@ import sys
 
 import atheris
 
-INSTRUMENTED = ["viscopade.scene", "viscopade.records", "viscopade_lab.report.result", "tomllib"]
+INSTRUMENTED = ["viscopade.scene", "viscopade.records", "viscopade_lab.bench.result", "tomllib"]
 
 with atheris.instrument_imports(include=INSTRUMENTED):
     from viscopade.scene.read import from_toml
-    from viscopade_lab.report.result import from_json
+    from viscopade_lab.bench.result import Result
 
 SOURCE = "scene.toml"
 
@@ -32,7 +32,7 @@ def read_scene(data: bytes) -> None:
 
 
 def read_result(data: bytes) -> None:
-    from_json(data, SOURCE)
+    Result.from_text(data, SOURCE)
 
 
 def one(data: bytes) -> None:

@@ -27,12 +27,22 @@ import numpy as np
 from flint import arb
 
 from viscopade.approximation import lacunary, remez
-from viscopade.approximation.lacunary import Formula, Powers, Quotient, Sample, Terms, added, evaluated, mirrored, terms
+from viscopade.approximation.lacunary import (
+    LacunaryFormula,
+    LacunaryQuotient,
+    Powers,
+    Sample,
+    Terms,
+    added,
+    evaluated,
+    mirrored,
+    terms,
+)
 from viscopade.approximation.measure import Measure
 from viscopade.approximation.target import TABLE_DIGITS, curve
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import checked, double
-from viscopade.arrays.checked import FloatArray, Range, Values
+from viscopade.arrays.checked import Accepted, FloatArray, Values
 
 ROOT = Fraction(1, 3)  # y = v*^ROOT
 SHIFT = 6  # v*^2 = y^SHIFT
@@ -42,7 +52,7 @@ LIMIT = Fraction(10, 3)  # eps ~ v*^-LIMIT
 _Y_MAX = 2000.0  # beyond, v* > 8e9, the error is that at infinity but for 1e-30
 _COORDINATE = remez.Coordinate(1.0, True)
 _BITS = 128
-_SPEEDS = Range("a number >= 0, or inf", lambda x: x >= 0)
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
 
 # The best powers found for 4, 5, … coefficients.
 RELATIVE = (
@@ -71,7 +81,7 @@ class HalfLine:
 
     Attributes
     ----------
-    quotient : Quotient
+    quotient : LacunaryQuotient
         N/D with coefficients that are doubles.
     measure : "relative" or "both"
         The error that was made small: |d eps|/eps, or the larger one of that and |d eps|/(1 - eps).
@@ -88,7 +98,7 @@ class HalfLine:
         If N/D is not of the structure that both limits ask for.
     """
 
-    quotient: Quotient
+    quotient: LacunaryQuotient
     measure: Measure
     level: float
     relative_error: float
@@ -109,14 +119,14 @@ class HalfLine:
         return self.relative_error if self.measure == "relative" else self.both_error
 
     @property
-    def epsilon_formula(self) -> Formula:
+    def epsilon_formula(self) -> LacunaryFormula:
         """Eps as a formula in exact numbers."""
-        return Formula("v_star", ROOT, self._bottom, added(self._bottom, self._top))
+        return LacunaryFormula("v_star", ROOT, self._bottom, added(self._bottom, self._top))
 
     @property
-    def loss_formula(self) -> Formula:
+    def loss_formula(self) -> LacunaryFormula:
         """1 - eps as a formula in exact numbers."""
-        return Formula("v_star", ROOT, self._top, added(self._bottom, self._top))
+        return LacunaryFormula("v_star", ROOT, self._top, added(self._bottom, self._top))
 
     @property
     def _top(self) -> Terms:

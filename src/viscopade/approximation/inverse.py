@@ -23,11 +23,19 @@ from flint import arb
 
 from viscopade import arguments
 from viscopade.approximation import lacunary, remez
-from viscopade.approximation.lacunary import Formula, Powers, Quotient, Sample, evaluated, mirrored, terms
+from viscopade.approximation.lacunary import (
+    LacunaryFormula,
+    LacunaryQuotient,
+    Powers,
+    Sample,
+    evaluated,
+    mirrored,
+    terms,
+)
 from viscopade.approximation.target import TABLE_DIGITS, curve
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import checked, double
-from viscopade.arrays.checked import FloatArray, Range, Values
+from viscopade.arrays.checked import Accepted, FloatArray, Values
 from viscopade.collision.exact import Exact
 
 HALF = Fraction(1, 2)  # v* ~ q^HALF near 0
@@ -40,8 +48,8 @@ _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
 _Q_GRID = (1e-60, 1e60)
 _BITS = 160
 _SMALLEST = Fraction(1, 10**4)
-_PORTIONS = Range("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
-_LOSSES = Range("a number >= 0 and < 1", lambda x: (x >= 0) & (x < 1))
+_PORTIONS = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
+_LOSSES = Accepted("a number >= 0 and < 1", lambda x: (x >= 0) & (x < 1))
 
 # The best powers of q^(1/10) found for 4, 5, … coefficients, on all of (0, 1].
 WHOLE = (
@@ -61,7 +69,7 @@ class Inverse:
 
     Attributes
     ----------
-    quotient : Quotient
+    quotient : LacunaryQuotient
         N/D with coefficients that are doubles.
     root : Fraction
         1/2 (full polynomials) or 1/10 (all of (0, 1]); k = 1/(2 root).
@@ -75,7 +83,7 @@ class Inverse:
         The q where the error is largest, with alternating signs.
     """
 
-    quotient: Quotient
+    quotient: LacunaryQuotient
     root: Fraction
     epsilon_min: Fraction
     level: float
@@ -94,12 +102,12 @@ class Inverse:
         return int(HALF / self.root)
 
     @property
-    def formula(self) -> Formula:
+    def formula(self) -> LacunaryFormula:
         """v* as a formula of q in exact numbers."""
         end = 1 / self.epsilon_min - 1 if self.epsilon_min else None
         powers = self.quotient.powers
         top, bottom = terms(powers.top, self.quotient.a, self.shift), self.quotient.bottom
-        return Formula("q", self.root, top, bottom, end=end)
+        return LacunaryFormula("q", self.root, top, bottom, end=end)
 
     def v_star(self, epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
         """Return v* in double precision.

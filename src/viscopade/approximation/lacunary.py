@@ -62,7 +62,7 @@ class Powers:
 
 
 @dataclass(frozen=True)
-class Quotient:
+class LacunaryQuotient:
     """N(y)/D(y) with exact coefficients.
 
     Attributes
@@ -263,18 +263,18 @@ def best(powers: Powers, stated: remez.Problem, sample: Sample) -> remez.Approxi
     return remez.solve(stated, start=alternating(sample, found.deviation[0], stated.number_of_points))
 
 
-def rounded(powers: Powers, found: remez.Approximation, factor: arb) -> Quotient:
+def rounded(powers: Powers, found: remez.Approximation, factor: arb) -> LacunaryQuotient:
     """Return the quotient times a factor (in N), with the nearest doubles as coefficients."""
     a = [(found.a[k] if k < len(found.a) else arb(0)) * factor for k in powers.top]
     b = [found.b[k] if k < len(found.b) else arb(0) for k in powers.bottom]
-    return Quotient(powers, *(tuple(Fraction(float(c.mid())) for c in part) for part in (a, b)))
+    return LacunaryQuotient(powers, *(tuple(Fraction(float(c.mid())) for c in part) for part in (a, b)))
 
 
 # --- what a kernel is, exactly ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Formula:
+class LacunaryFormula:
     """(N(y)/D(y))^power with y = x^root, for all x >= 0 up to `end`: what has to be proven, in exact numbers.
 
     Attributes

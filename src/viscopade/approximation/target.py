@@ -9,17 +9,17 @@ interpolation of proven values at Chebyshev's nodes, checked between the nodes.
 from __future__ import annotations
 
 import math
-import pkgutil
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import SupportsIndex, cast
+from typing import SupportsIndex
 
 from flint import arb, arb_mat, arb_poly
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, working
-from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PANELS, SPLIT
+from viscopade.arrays import panels
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS, PERIOD, Row
 from viscopade.collision import exact
 from viscopade.progress import track
 from viscopade.theory.series import series
@@ -33,8 +33,6 @@ STEP = 5  # panels are made for multiples of so many digits
 GUARD_DIGITS = 3
 MAX_ATTEMPTS = 6
 LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
-
-_PERIOD = 3  # octaves after which the leading terms of the table repeat themselves
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class _Panel:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ExactCurve:
     """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
     Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
@@ -97,12 +95,12 @@ class Curve:
             raise ValueError(f"v_star is {near!r}: accepted is a number >= 0")
         if self.digits > TABLE_DIGITS:
             return _made_panel(near, self.digits), v_star, 0
-        folds = max(math.frexp(near)[1] - 1 - FOLD, 0) // _PERIOD if near else 0
-        scaled = v_star if not folds else v_star * arb(2) ** (-_PERIOD * folds)
-        return _table_panels()[_table_index(float(scaled))], scaled, folds
+        index, folds = panels.index_of(near)
+        scaled = v_star if not folds else v_star * arb(2) ** (-PERIOD * folds)
+        return _table_panels()[index], scaled, folds
 
 
-def curve(digits: SupportsIndex = TABLE_DIGITS) -> Curve:
+def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
     """Return the function to a number of digits, from 1; panels that were made are kept.
 
     Raises
@@ -110,43 +108,32 @@ def curve(digits: SupportsIndex = TABLE_DIGITS) -> Curve:
     TypeError, ValueError
         If digits is not an integer, or out of range.
     """
-    return Curve(max(arguments.digits(digits), TABLE_DIGITS))
+    return ExactCurve(max(arguments.digits(digits), TABLE_DIGITS))
 
 
 # --- the table of `double` --------------------------------------------------------------------------------------------
 
 
-def _table_index(v_star: float) -> int:
-    """Return the panel of `double` a v* < 2^(FOLD + 3) lies in."""
-    mantissa, exponent = math.frexp(v_star)
-    octave = exponent - 1 - FIRST
-    return 0 if octave < 0 or not v_star else 1 + (octave << SPLIT) + int((2 * mantissa - 1) * (1 << SPLIT))
-
-
 @lru_cache(maxsize=1)
 def _table_panels() -> tuple[_Panel, ...]:
-    text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
-    rows = {
-        (fields[0], int(fields[1])): fields[2:]
-        for fields in (line.split() for line in text.splitlines() if not line.startswith("#"))
-    }
+    rows = panels.rows()
     return tuple(
         _table_panel(index, rows["epsilon", index], rows["one_minus_epsilon", index]) for index in range(PANELS)
     )
 
 
-def _table_panel(index: int, epsilon: list[str], loss: list[str]) -> _Panel:
+def _table_panel(index: int, epsilon: Row, loss: Row) -> _Panel:
     centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
     if index:
         return _Panel(centre, half_width, _exact_row(epsilon), _exact_row(loss))
-    exponent = int(loss[0]) - 2 * int(math.log2(half_width))
-    return _Panel(centre, half_width, None, None, _exact_row([str(exponent), *loss[3:]]))
+    exponent = loss.exponent - 2 * int(math.log2(half_width))
+    return _Panel(centre, half_width, None, None, _exact_row(Row(exponent, loss.a[2:])))
 
 
-def _exact_row(row: list[str]) -> arb_poly:
+def _exact_row(row: Row) -> arb_poly:
     """Return 2^e (a_0 + a_1 z + …), exactly: integers of up to 70 bits."""
     with working(128):
-        return arb_poly([arb(int(a)) * arb(2) ** int(row[0]) for a in row[1:]])
+        return arb_poly([arb(a) * arb(2) ** row.exponent for a in row.a])
 
 
 # --- more digits ------------------------------------------------------------------------------------------------------

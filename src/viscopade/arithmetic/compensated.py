@@ -55,7 +55,7 @@ def two_product(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return p, x_low * y_low - (((p - x_high * y_high) - x_low * y_high) - x_high * y_low)
 
 
-def horner(c: FloatArray, x: FloatArray, low: FloatArray | None = None) -> FloatArray:
+def compensated_horner(c: FloatArray, x: FloatArray, low: FloatArray | None = None) -> FloatArray:
     """Return sum c_k x^k for ascending coefficients c, with an error as in the module's bounds.
 
     Parameters
@@ -87,6 +87,6 @@ def plain_bound(degree: int, size: arb) -> arb:
 
 
 def bound(degree: int, value: arb, size: arb, *, two_doubles: bool = False) -> arb:
-    """Bound the error of `horner`, `value` being p(x); `two_doubles` where the coefficients had low parts."""
+    """Bound the error of `compensated_horner`, p(x) being `value`; `two_doubles` where coefficients had low parts."""
     operations = 2 * degree + (2 if two_doubles else 0)
     return ball_of(UNIT) * abs(value) + ball_of(gamma(operations) ** 2) * size

@@ -51,6 +51,11 @@ class Format:
     largest: int
     digits: int
 
+    @property
+    def epsilon(self) -> float:
+        """The distance from 1 to the next value."""
+        return 2.0 ** (1 - self.precision)
+
     def nearest(self, number: Fraction) -> float:
         """Return the value nearest to `number`, ties to even: rounded once, from the exact number.
 
@@ -74,8 +79,11 @@ class Format:
 
     def decimal(self, value: float) -> str:
         """Return `value` as a decimal literal of C that is rounded to the same value again."""
-        text = format(value, f".{self.digits}g")
-        return f"{text if set(text) & set('.e') else text + '.0'}{self.suffix}"
+        return self.literal(format(value, f".{self.digits}g"))
+
+    def literal(self, number: str) -> str:
+        """Return a decimal number as a literal of C, with the digits given."""
+        return f"{number if set(number) & set('.e') else number + '.0'}{self.suffix}"
 
 
 DOUBLE = Format("double", "", 53, 1023, 17)

@@ -1,7 +1,7 @@
 r"""Balls of functions: polynomials with one proven error for rounding and truncation together.
 
 The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j| has ||f g|| <= ||f|| ||g||, and
-|f(y)| <= ||f|| on [0, 1]. An `Element` is the set of all f with
+|f(y)| <= ||f|| on [0, 1]. An `FunctionBall` is the set of all f with
 
     || f - polynomial / 2^bits || <= error / 2^bits,
 
@@ -24,7 +24,7 @@ from viscopade.arithmetic.balls import working
 
 
 @dataclass(frozen=True)
-class Element:
+class FunctionBall:
     """A ball of functions; `norm` is that of the polynomial, in the same units as `error` (2^-bits)."""
 
     polynomial: fmpz_poly
@@ -54,28 +54,28 @@ def norm(coefficients: Sequence[fmpz]) -> int:
 
 @dataclass(frozen=True)
 class Wiener:
-    """The arithmetic of `Element` with `terms` coefficients in units of 2^-bits."""
+    """The arithmetic of `FunctionBall` with `terms` coefficients in units of 2^-bits."""
 
     bits: int
     terms: int
 
-    def element(self, coefficients: Sequence[fmpz | int], error: int) -> Element:
+    def element(self, coefficients: Sequence[fmpz | int], error: int) -> FunctionBall:
         """Make an element of integer coefficients."""
         polynomial = fmpz_poly(list(coefficients))
-        return Element(polynomial, norm(polynomial.coeffs()), error)
+        return FunctionBall(polynomial, norm(polynomial.coeffs()), error)
 
-    def rounded(self, polynomial: fmpz_poly, error: int) -> Element:
+    def rounded(self, polynomial: fmpz_poly, error: int) -> FunctionBall:
         """Return `polynomial` (and `error`), given in units of 2^(-2 bits), cut and rounded to an element."""
         coefficients = polynomial.coeffs()
         head = [c >> self.bits for c in coefficients[: self.terms]]
         cut = shifted_up(norm(coefficients[self.terms :]) + error, self.bits)
         return self.element(head, cut + len(head))
 
-    def product(self, f: Element, g: Element) -> Element:
+    def product(self, f: FunctionBall, g: FunctionBall) -> FunctionBall:
         """Return f g."""
         return self.rounded(f.polynomial * g.polynomial, f.bound * g.error + f.error * g.norm)
 
-    def self_convolution(self, f: Sequence[Element], n: int) -> tuple[fmpz_poly, int]:
+    def self_convolution(self, f: Sequence[FunctionBall], n: int) -> tuple[fmpz_poly, int]:
         """Return sum_{0<i<n} f_i f_{n-i} in units of 2^(-2 bits): the exact polynomial, and its error."""
         total, error = fmpz_poly(), 0
         for i in range(1, (n + 1) // 2):
@@ -88,7 +88,7 @@ class Wiener:
             error += (middle.bound + middle.norm) * middle.error
         return total, error
 
-    def root_and_half_inverse(self, square: Sequence[Fraction]) -> tuple[Element, Element]:
+    def root_and_half_inverse(self, square: Sequence[Fraction]) -> tuple[FunctionBall, FunctionBall]:
         """Return f = sqrt(square), f(0) > 0, and 1/(2 f), for a polynomial without a zero in |y| <= 1.
 
         The polynomials come from unproven floating-point series; only the residuals f^2 - square and 1 - 2 f w,
@@ -109,7 +109,7 @@ class Wiener:
         defect += shifted_up(2 * w_norm * f_error, self.bits)
         _require(defect < one)
         w_error = divided_up(w_norm * defect, one - defect)
-        return Element(f, norm(f.coeffs()), f_error), Element(w, w_norm, w_error)
+        return FunctionBall(f, norm(f.coeffs()), f_error), FunctionBall(w, w_norm, w_error)
 
     def _approximate_root(self, square: Sequence[Fraction]) -> tuple[fmpz_poly, fmpz_poly]:
         with working(self.bits + self.terms // 4 + 64, self.terms):

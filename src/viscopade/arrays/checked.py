@@ -20,7 +20,7 @@ Values = TypeVar("Values", float, FloatArray)
 _OR_ARRAY = ", or an array of such"
 
 
-class Range(NamedTuple):
+class Accepted(NamedTuple):
     """What a quantity may be, in words and as a test that works on floats and on arrays."""
 
     accepted: str
@@ -32,7 +32,7 @@ def refusal(name: str, value: object, accepted: str) -> str:
     return f"{name} is {' '.join(reprlib.repr(value).split())}: accepted is {accepted}"
 
 
-def number(name: str, value: object, accepted: Range) -> float:
+def number(name: str, value: object, accepted: Accepted) -> float:
     """Return `value` as a float within the accepted range.
 
     Raises
@@ -64,7 +64,7 @@ def _is_real(value: object) -> bool:
     return hasattr(value, "__float__") or hasattr(value, "__index__")
 
 
-def array(name: str, values: object, accepted: Range) -> FloatArray:
+def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     """Return a number, an array or nested lists as a double-precision array within the accepted range.
 
     Raises
@@ -91,7 +91,7 @@ def array(name: str, values: object, accepted: Range) -> FloatArray:
     return result
 
 
-def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Range) -> Values:
+def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` to checked values: a number gives a float, an array an array."""
     checked = array(name, values, accepted)
     with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented

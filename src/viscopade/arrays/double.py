@@ -18,17 +18,16 @@ polynomials, whose value is kept in two parts so that the last residual is not r
 from __future__ import annotations
 
 import math
-import pkgutil
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arrays import checked, double
-from viscopade.arrays.checked import FloatArray, Range, Values
-from viscopade.arrays.panels import CENTRES, DATA, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
+from viscopade.arrays import checked, double, panels
+from viscopade.arrays.checked import Accepted, FloatArray, Values
+from viscopade.arrays.panels import CENTRES, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
 
 # Largest error in units in the last place, sampled at more than 10,000 points that include the hard ends.
 ULP = {"epsilon": 1.0, "one_minus_epsilon": 3.0, "x_max": 1.0, "tau_c": 2.5, "v_star_from": 2.5}
@@ -43,8 +42,8 @@ _NEWTON_STEPS = 3
 _FAR = 300.0
 _TINY = 2.0**-500
 
-_SPEEDS = Range("a number >= 0, or inf", lambda x: x >= 0)
-_PORTIONS = Range("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
+_PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 
 
 def epsilon(v_star: Values) -> Values:
@@ -142,15 +141,12 @@ class _Table(NamedTuple):
 
 @lru_cache(maxsize=1)
 def _table() -> _Table:
-    text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
-    rows = [line.split()[2:] for line in text.splitlines() if not line.startswith("#")]
-    if len(rows) != PANELS * len(NAMES):
-        raise OSError(f"{DATA} has {len(rows)} lines of {PANELS * len(NAMES)}")
-    exponents = np.array([int(row[0]) for row in rows])
-    constants = [int(row[1]) for row in rows]
+    found = [panels.rows()[name, panel] for name in NAMES for panel in range(PANELS)]
+    exponents = np.array([row.exponent for row in found])
+    constants = [row.a[0] for row in found]
     high = [float(c) for c in constants]
     low = [float(c - int(h)) for c, h in zip(constants, high, strict=True)]
-    powers = np.array([row[2:] for row in rows], dtype=np.float64).T
+    powers = np.array([row.a[1:] for row in found], dtype=np.float64).T
     return _Table(*(np.ldexp(part, exponents) for part in (np.array(high), np.array(low), powers)))
 
 
@@ -239,7 +235,7 @@ def _newton(v_star: FloatArray, wanted: FloatArray, elastic: npt.NDArray[np.bool
 # --- arrays -----------------------------------------------------------------------------------------------------------
 
 
-def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Range) -> Values:
+def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` block by block to checked values: a number gives a float, an array an array."""
     return checked.elementwise(lambda array: _in_blocks(function, array), name, values, accepted)
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
-Kernel = Callable[[Array, Array], Array]
+ArrayFunction = Callable[[Array, Array], Array]
 """Of two one-dimensional arrays of one type; NaN comes of NaN, or means "invalid value"."""
 
 _WRAP_SCALARS = int(np.__version__.split(".")[0]) >= 2  # __array_wrap__ takes return_scalar
@@ -42,7 +42,7 @@ class Ufunc:
     identity = None
     signature = None
 
-    def __init__(self, name: str, doc: str, kernel: Kernel) -> None:
+    def __init__(self, name: str, doc: str, kernel: ArrayFunction) -> None:
         self.__name__ = self.__qualname__ = name
         self.__module__ = __name__.partition(".")[0]  # for pickle
         self.__doc__ = f"{name}(x1, x2, /, out=None, *, {_KEYWORDS})\n\n{doc}"

@@ -25,7 +25,7 @@ from viscopade.cli.writer import check, write_all
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.theory.pade import Pade, Root
-    from viscopade.theory.paper import Entry
+    from viscopade.theory.paper import PrintedCoefficient
 
 COMPARED_DIGITS = 20
 
@@ -178,12 +178,12 @@ def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) 
     show(style, ("quantity", "value"), numbers.items(), {**context, **numbers})
 
 
-def _entry_row(entry: Entry) -> tuple[str, ...]:
+def _entry_row(entry: PrintedCoefficient) -> tuple[str, ...]:
     agrees = "yes" if entry.agrees else "NO"
     return f"[{entry.m}/{entry.n}]", entry.name, entry.printed, entry.rounded, entry.ours, agrees
 
 
-def _entry_json(entry: Entry) -> dict[str, Any]:
+def _entry_json(entry: PrintedCoefficient) -> dict[str, Any]:
     fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
     return {name: getattr(entry, name) for name in fields}
 

@@ -115,7 +115,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     by = cost.Costs()
     if costs is not None:
         content = read_file(costs, "what `viscopade bench --out` wrote")
-        by = cost.measured(cost.Times.from_json(content, str(costs)), scene.code, toolchain.processor())
+        by = cost.measured(cost.MeasuredTimes.from_json(content, str(costs)), scene.code, toolchain.processor())
     found = choice.choose(scene, by)
     verdict = text = None
     if out is not None or checking:

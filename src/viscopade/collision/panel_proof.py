@@ -25,6 +25,7 @@ from typing import NamedTuple, cast
 from flint import arb, arb_poly, arb_series, fmpz_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision.flow import integrate
 from viscopade.collision.parametric_flow import Ends, Family, Scaled, ends, integrated
@@ -46,7 +47,7 @@ END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 """Where the panels end; beyond, see `tail`."""
 
 
-class Row(NamedTuple):
+class PanelRow(NamedTuple):
     """2^exponent (a_0 + a_1 z + …), a function on a panel, z = (v* - centre)/(half width)."""
 
     exponent: int
@@ -66,13 +67,12 @@ def _text(name: str) -> str:
 
 
 @lru_cache(maxsize=1)
-def rows() -> dict[tuple[str, int], Row]:
+def rows() -> dict[tuple[str, int], PanelRow]:
     """Return all rows of the table, by function and panel."""
-    lines = [line.split() for line in _text(DATA).splitlines() if not line.startswith("#")]
-    return {(name, int(panel)): Row(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
+    return {place: PanelRow(*row) for place, row in panels.rows().items()}
 
 
-class Bounds(NamedTuple):
+class PanelBounds(NamedTuple):
     """Bounds of the relative errors of a panel's rows."""
 
     epsilon: arb
@@ -126,7 +126,7 @@ def proven_error() -> float:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-def prove(index: int) -> Bounds:
+def prove(index: int) -> PanelBounds:
     """Bound the relative errors of a panel's rows for eps and 1 - eps, on the whole panel.
 
     Raises
@@ -141,7 +141,7 @@ def prove(index: int) -> Bounds:
     bounds = _Panel(index).bounds()
     if max(bounds) > WANTED:
         bounds = _Panel(index, MORE_ACCURACY, MORE_DEGREE).bounds()
-    return Bounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
+    return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
 
 
 class _Panel:
@@ -162,7 +162,7 @@ class _Panel:
         centre, half = _ball(CENTRES[self.index]), _ball(HALF_WIDTHS[self.index])
         return arb_poly([half] if self.power else [centre, half])
 
-    def bounds(self) -> Bounds:
+    def bounds(self) -> PanelBounds:
         """Integrate and compare."""
         k = self._k()
         loading, unloading = (ends(self._integrated(k, half), self.power > 0) for half in (False, True))
@@ -200,7 +200,7 @@ class _Panel:
         branch = integrate(k.at(0), self.accuracy)
         return branch.sensitivity().mid()
 
-    def _compared(self, k: Scaled, loading: Ends, unloading: Ends) -> Bounds:
+    def _compared(self, k: Scaled, loading: Ends, unloading: Ends) -> PanelBounds:
         """Return how far the rows are from the true functions.
 
         F = slope/step of loading, m likewise; kappa^5 = k^5 F/16 = v*^10 up to a factor e^(5 delta).
@@ -213,7 +213,7 @@ class _Panel:
         epsilon = rows()["epsilon", self.index].poly()
         loss = rows()["one_minus_epsilon", self.index].poly()
         from_ends = 2 * (loading.error + unloading.error)
-        return Bounds(
+        return PanelBounds(
             _small(self._relative(epsilon * f - m, m) + from_ends + 3 * delta),
             _small(self._loss_error(loss, f, m, from_ends) + 4 * delta),
         )
@@ -279,7 +279,7 @@ def _least(polynomial: arb_poly) -> arb:
     return bound
 
 
-def elastic_error() -> Bounds:
+def elastic_error() -> PanelBounds:
     """Bound the relative errors of the rows of panel 0 for v* <= ELASTIC, where 1 - eps is about lambda_1 v*^2."""
     with working(256):
         z = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])
@@ -294,7 +294,7 @@ def elastic_error() -> Bounds:
         row = rows()["epsilon", 0].poly().coeffs()
         change = abs(row[0] - 1) + sum((abs(c) * z**i for i, c in enumerate(row) if i > 0), arb(0))
         loss_at_end = 2 * lambda_1() * v_star**2
-        return Bounds(_small((change + loss_at_end) / (1 - loss_at_end)), _small(one_minus_epsilon))
+        return PanelBounds(_small((change + loss_at_end) / (1 - loss_at_end)), _small(one_minus_epsilon))
 
 
 def lambda_1() -> arb:

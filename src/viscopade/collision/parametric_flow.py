@@ -21,7 +21,7 @@ from typing import NamedTuple
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
-from viscopade.arithmetic.function_balls import Element, Wiener, norm, shifted_up
+from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
 from viscopade.collision.flow import Dyadic, integrate
 
 SCALE_BITS = 30
@@ -76,7 +76,7 @@ def _integer(value: arb) -> int:
     return int(whole) if whole is not None else 0
 
 
-class Piece(NamedTuple):
+class ParametricPiece(NamedTuple):
     """Coefficients u_j(z) in units of 2^-bits, and the step H."""
 
     u: list[fmpz_poly]
@@ -99,7 +99,7 @@ class Family:
     unloading : bool
     bits, degree : int
         Coefficients are in units of 2^-bits, and polynomials in z are cut behind z^degree.
-    pieces : tuple of Piece
+    pieces : tuple of ParametricPiece
         At the joints u is continuous, exactly.
     end : fmpz_poly
         y close to the end in the last piece, in units of 2^-bits.
@@ -110,7 +110,7 @@ class Family:
     unloading: bool
     bits: int
     degree: int
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ParametricPiece, ...]
     end: fmpz_poly
 
     def __post_init__(self) -> None:
@@ -122,7 +122,7 @@ class Family:
             if sum(before.u, fmpz_poly()) != after.u[0]:
                 raise ValueError("u is not continuous")
 
-    def at_end(self) -> tuple[Element, Element]:
+    def at_end(self) -> tuple[FunctionBall, FunctionBall]:
         """Enclose r = 1 - u and u_y of the last piece's polynomial at y = end(z)."""
         ring, last = Wiener(self.bits, self.degree + 1), self.pieces[-1]
         y = ring.element(self.end.coeffs(), 0)
@@ -135,7 +135,7 @@ class Family:
         return arb_poly(slope.polynomial) * arb(2) ** -self.bits, self.scale.poly() * (2 * self.pieces[-1].step.ball())
 
 
-def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: Element) -> Element:
+def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> FunctionBall:
     """Return sum_j c_j y^j by Horner's rule."""
     total = ring.element([0], 0)
     for c in reversed(coefficients):
@@ -169,7 +169,7 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
     terms = int(SPARE_TERMS * len(branch.pieces[0].u))
     steps = _stretched([piece.h for piece in branch.pieces], branch.root / 2.0**branch.bits)
     grow = _Growth(signed, scale, bits, degree, terms)
-    pieces: list[Piece] = []
+    pieces: list[ParametricPiece] = []
     for step in steps:
         pieces.append(grow.piece(step, pieces[-1] if pieces else None))
     end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
@@ -220,7 +220,7 @@ class _Growth:
     degree: int
     terms: int
 
-    def piece(self, step: Dyadic, before: Piece | None) -> Piece:
+    def piece(self, step: Dyadic, before: ParametricPiece | None) -> ParametricPiece:
         """Return the piece that follows `before`, or the first."""
         if before is None:
             start, slope = fmpz_poly(), fmpz_poly()
@@ -229,7 +229,7 @@ class _Growth:
             with working(self.bits + 64):
                 ratio = _integer(step.ball() / before.step.ball() * arb(2) ** self.bits)
             slope = self._floor(sum(before.y, fmpz_poly()) * ratio, self.bits)
-        return Piece(self._coefficients(start, slope, step), step)
+        return ParametricPiece(self._coefficients(start, slope, step), step)
 
     def _floor(self, polynomial: fmpz_poly, shift: int) -> fmpz_poly:
         coefficients = polynomial.coeffs()[: self.degree + 1]
@@ -265,7 +265,7 @@ def _factors(k: Scaled, scale: Scaled, step: Dyadic) -> tuple[Scaled, Scaled]:
     return elastic, viscous
 
 
-def _end(last: Piece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
+def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
     """Return y(z) where r = sqrt(k p) + 2^-gap (k = 0 in loading), by Newton's method on power series in z."""
     with working(bits, degree + 1):
         unit = arb(2) ** -bits
@@ -369,10 +369,10 @@ class _Proof:
         if not (coefficients and self._least_poly(arb_poly(coefficients)) > 0):
             raise ArithmeticError("k must be positive")
 
-    def _least_step(self, piece: Piece) -> arb:
+    def _least_step(self, piece: ParametricPiece) -> arb:
         return piece.step.ball() * self.family.scale.least()
 
-    def _most_step(self, piece: Piece) -> arb:
+    def _most_step(self, piece: ParametricPiece) -> arb:
         return piece.step.ball() * self.family.scale.most()
 
     def _shares(self) -> list[arb]:
@@ -392,7 +392,7 @@ class _Proof:
             shares.append((2 * residual + 3 * jump) / slope)
         return shares
 
-    def _jump(self, before: Piece, after: Piece) -> arb:
+    def _jump(self, before: ParametricPiece, after: ParametricPiece) -> arb:
         """Bound by how much u_y, for a step as long as that of `after`, is not continuous."""
         whole = sum(before.y, fmpz_poly())
         exponent = min(before.step.exponent, after.step.exponent)
@@ -418,7 +418,7 @@ class _Proof:
         self._require_before(piece, (r, slope), residual, error)
         return self._completed(piece, r, slope, error)
 
-    def _contraction(self, piece: Piece) -> arb:
+    def _contraction(self, piece: ParametricPiece) -> arb:
         """Bound by what an error shrinks in unloading while the piece lasts."""
         if not self.family.unloading:
             return arb(1)
@@ -426,12 +426,14 @@ class _Proof:
         k = self.family.k.least().max(arb(0))
         return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
 
-    def _require_small(self, piece: Piece, residual: arb) -> None:
+    def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
         disturbance = residual / (2 * self._least_step(piece))
         if not (disturbance < arb(1) / 3 and residual < 1):
             raise ArithmeticError("the residual is too large")
 
-    def _require_before(self, piece: Piece, at: tuple[Element, Element], residual: arb, eta: arb) -> None:
+    def _require_before(
+        self, piece: ParametricPiece, at: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
+    ) -> None:
         """Require that a point is certainly not behind the end: (5), times 2 h."""
         r, slope = at
         one = 1 << self.family.bits
@@ -445,13 +447,13 @@ class _Proof:
         if not self._least_poly(force) >= needed:
             raise ArithmeticError("the end lies before the last piece")
 
-    def _force(self, piece: Piece, r: Element, slope: Element) -> arb_poly:
+    def _force(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall) -> arb_poly:
         """Enclose 2 h (r^2 - k p), the elements' errors being put into the first coefficient."""
         r_poly, slope_poly = _enclosed(r, self.unit), _enclosed(slope, self.unit)
         step = self.family.scale.poly() * (2 * piece.step.ball())
         return r_poly * r_poly * step - self.family.k.poly() * slope_poly
 
-    def _least(self, element: Element) -> arb:
+    def _least(self, element: FunctionBall) -> arb:
         return self._least_poly(_enclosed(element, arb(1)))
 
     def _least_poly(self, polynomial: arb_poly) -> arb:
@@ -462,7 +464,7 @@ class _Proof:
             return first.min(first + slope).lower()
         return (first - sum((abs(c) for c in rest), arb(0))).lower()
 
-    def _completed(self, piece: Piece, r: Element, slope: Element, eta: arb) -> Ends:
+    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> Ends:
         """Add what p^2 may grow between the last point and the end."""
         step = self.family.scale.poly() * (2 * piece.step.ball())
         slope_poly = _enclosed(slope, self.unit)
@@ -480,14 +482,14 @@ class _Proof:
         return Ends(slope_poly, step, (eta + growth).abs_upper())
 
 
-def _sum_element(family: Family, piece: Piece) -> tuple[Element, Element]:
+def _sum_element(family: Family, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
     """Return r and u_y at y = 1, exactly."""
     ring = Wiener(family.bits, family.degree + 1)
     r = fmpz_poly([1 << family.bits]) - sum(piece.u, fmpz_poly())
     return ring.element(r.coeffs(), 0), ring.element(sum(piece.y, fmpz_poly()).coeffs(), 0)
 
 
-def _enclosed(element: Element, unit: arb) -> arb_poly:
+def _enclosed(element: FunctionBall, unit: arb) -> arb_poly:
     """Return the element's polynomial times `unit`, its error being put into the first coefficient."""
     return (arb_poly(element.polynomial) + arb(0, element.error)) * unit
 
@@ -496,7 +498,7 @@ def _norm(polynomial: arb_poly) -> arb:
     return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
-def _residual(family: Family, piece: Piece) -> arb:
+def _residual(family: Family, piece: ParametricPiece) -> arb:
     """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
 
     A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of

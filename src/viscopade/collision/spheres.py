@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from viscopade.arrays import checked, double
-from viscopade.arrays.checked import FloatArray, Number, Range, Values
+from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
 from viscopade.arrays.double import v_star_from
 
 if TYPE_CHECKING:
@@ -41,10 +41,10 @@ _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2
 _LEAST_NORMAL = 2.0**-1022  # smaller numbers of type double have fewer digits
 
-_POSITIVE = Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
-_NON_NEGATIVE = Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-_EXTENT = Range("a number > 0, or inf for a wall", lambda x: x > 0)
-_POISSON = Range("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
+_POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_EXTENT = Accepted("a number > 0, or inf for a wall", lambda x: x > 0)
+_POISSON = Accepted("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
 
 
 @dataclass(frozen=True, kw_only=True, init=False)

@@ -224,7 +224,7 @@ def gaps(exponents: Sequence[int]) -> set[int]:
     return {high - low for low, high in pairwise(exponents)}
 
 
-def horner(exponents: Sequence[int], names: Sequence[str], variable: str) -> Expression:
+def horner_expression(exponents: Sequence[int], names: Sequence[str], variable: str) -> Expression:
     """Return a polynomial with gaps by Horner's rule: a0 + y4 * (a4 + y4 * a8).
 
     Parameters

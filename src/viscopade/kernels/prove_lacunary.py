@@ -12,7 +12,7 @@ from viscopade import arguments
 from viscopade.approximation import half_line, inverse, remez
 from viscopade.approximation.half_line import BEST
 from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
-from viscopade.approximation.lacunary import Powers, Quotient
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
@@ -20,9 +20,9 @@ from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_formulas import HalfLineFormula, InverseFormula
+from viscopade.kernels.forms.lacunary_formulas import HalfLineFormula, LacunaryInverse
 from viscopade.kernels.forms.lacunary_rounding import Size
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, Variant, interval_start
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, RootPowerVariant, interval_start
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import FullTable
 from viscopade.kernels.names import FAST, FULL
@@ -47,7 +47,7 @@ Found = TypeVar("Found", HalfLineKernel, InverseKernel)
 class _Formula(NamedTuple):
     """How a formula with given coefficients is proven, and its roundings bounded."""
 
-    prove: Callable[[Quotient], Certificate]
+    prove: Callable[[LacunaryQuotient], Certificate]
     sizes: Callable[[tuple[float, ...], tuple[float, ...], Format], dict[str, Size]]
 
 
@@ -122,11 +122,11 @@ def of_inverse_on(m: int, n: int, epsilon_min: Fraction) -> InverseKernel:
     return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min)).quotient, epsilon_min)
 
 
-def _of_inverse(quotient: Quotient, epsilon_min: Fraction) -> InverseKernel:
+def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKernel:
     low = interval_start(epsilon_min)
     root = INTERVAL_ROOT if low else WHOLE_ROOT
     formula = _Formula(
-        lambda q: certificate.prove_inverse(InverseFormula(q.top, q.bottom, root), low),
+        lambda q: certificate.prove_inverse(LacunaryInverse(q.top, q.bottom, root), low),
         lambda a, b, form: lacunary_rounding.inverse_sizes(quotient.powers, root, low, a, b, form),
     )
     return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)
@@ -177,7 +177,9 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[floa
         yield from sorted(found)
 
 
-def _variants(quotient: Quotient, formula: _Formula) -> tuple[tuple[Variant, ...], tuple[tuple[str, str], ...]]:
+def _variants(
+    quotient: LacunaryQuotient, formula: _Formula
+) -> tuple[tuple[RootPowerVariant, ...], tuple[tuple[str, str], ...]]:
     """Return the kernel in type double, and in type float if it is about as accurate; or why it is not."""
     first = _variant(quotient, formula, DOUBLE)
     allowed = LOOSER * Fraction(first.certificate.bound)
@@ -190,10 +192,10 @@ def _variants(quotient: Quotient, formula: _Formula) -> tuple[tuple[Variant, ...
     return (first, second), ()
 
 
-def _variant(quotient: Quotient, formula: _Formula, form: Format) -> Variant:
+def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> RootPowerVariant:
     a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
-    rounded = Quotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
-    return Variant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
+    rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
+    return RootPowerVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
 
 
 @cache

@@ -20,8 +20,8 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate, rounding
 from viscopade.kernels.certificate import Certificate, Rational, RationalDerivative
-from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, Variant
-from viscopade.kernels.forms.quotient import Kernel, threshold
+from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
+from viscopade.kernels.forms.quotient import PadeKernel, threshold
 from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants
@@ -43,7 +43,7 @@ MINIMAX_SOURCE = {
 
 
 @lru_cache(maxsize=32)
-def of_pade(m: int, n: int) -> Kernel:
+def of_pade(m: int, n: int) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
     Errors as for `pade.pade`.
@@ -60,12 +60,12 @@ def of_pade(m: int, n: int) -> Kernel:
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
 
 
-def without_proof(approximant: Pade) -> Kernel:
+def without_proof(approximant: Pade) -> PadeKernel:
     """Return the kernel of a Padé approximant, with `DIGITS` digits."""
     a, b = (tuple(map(Decimal, values)) for values in approximant.decimals(DIGITS))
     # The exporters state [m/n] - eps at order m + n + 1, whether or not the approximant does better.
     better = approximant.contact_order > approximant.m + approximant.n
-    return Kernel(
+    return PadeKernel(
         m=approximant.m,
         n=approximant.n,
         a=a,
@@ -83,7 +83,7 @@ def _first_positive(roots: Sequence[Root]) -> Decimal | None:
     return None if root is None else Decimal(root.decimals(DIGITS)[0])
 
 
-def _with_bounds(bare: Kernel, bounds: tuple[Certificate, ...]) -> Kernel:
+def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKernel:
     """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
     sizes = []
     for form in FORMATS.values():
@@ -124,7 +124,7 @@ def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure:
     raise ArithmeticError(f"no kernel was proven to be as accurate as {float(wanted):g}")
 
 
-def _total(variant: Variant) -> Fraction:
+def _total(variant: MinimaxVariant) -> Fraction:
     return Fraction(variant.certificate.bound) + Fraction(variant.rounding)
 
 
@@ -144,13 +144,13 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
     return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), MINIMAX_SOURCE[fit.measure])
 
 
-def _variant(fit: minimax.Fit, form: Format) -> Variant:
+def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
     _require_horner(fit.label, *machine.exact, form, fit.interval[1])
     bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
     size = rounding.quotient(*machine.exact, form, *fit.interval)
     slope = _derivative(machine, form, fit.interval)
-    return Variant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
+    return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
 
 
 def _derivative(

@@ -78,7 +78,7 @@ def _derivative_on_part(t: Sequence[Fraction], b: Sequence[Fraction], form: Form
 
 def _relative(coefficients: Sequence[Fraction], form: Format, v_star: arb) -> arb:
     """Bound the relative error of Horner's rule."""
-    value, error = horner(coefficients, form, v_star)
+    value, error = horner_with_error(coefficients, form, v_star)
     if not abs(value) > 2 * error:
         raise ArithmeticError("the polynomial may vanish within its rounding error")
     return (error / abs(value)).abs_upper()
@@ -86,7 +86,9 @@ def _relative(coefficients: Sequence[Fraction], form: Format, v_star: arb) -> ar
 
 def _on_part(a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb, rounded: bool) -> arb:
     unit = arb(2) ** -form.precision
-    (numerator, numerator_error), (denominator, denominator_error) = (horner(c, form, v_star, rounded) for c in (a, b))
+    (numerator, numerator_error), (denominator, denominator_error) = (
+        horner_with_error(c, form, v_star, rounded) for c in (a, b)
+    )
     for value, error in ((numerator, numerator_error), (denominator, denominator_error)):
         if not abs(value) > 2 * error:
             raise ArithmeticError("numerator or denominator may vanish within its rounding error")
@@ -95,7 +97,9 @@ def _on_part(a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star:
     return (above / below * (1 + unit) - 1).abs_upper()
 
 
-def horner(coefficients: Sequence[Fraction], form: Format, v_star: arb, rounded: bool = False) -> tuple[arb, arb]:
+def horner_with_error(
+    coefficients: Sequence[Fraction], form: Format, v_star: arb, rounded: bool = False
+) -> tuple[arb, arb]:
     """Return an enclosure of the polynomial, and a bound of what Horner's rule (and coefficients, if rounded) adds."""
     unit, eta = arb(2) ** -form.precision, arb(2) ** (1 - form.largest - form.precision)
     speed = abs(v_star).abs_upper()

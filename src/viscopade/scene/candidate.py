@@ -106,7 +106,7 @@ class Candidate(ABC):
 
 
 @dataclass(frozen=True)
-class Constant(Candidate):
+class PairConstant(Candidate):
     """One number for each pair.
 
     Attributes
@@ -384,7 +384,7 @@ def _of_v_star(code: Code) -> Fraction:
 def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels that language, format and argument admit; of best quotients on the range, the cheapest."""
     code = scene.code
-    yield Constant(encounters, scene.tolerance, code)
+    yield PairConstant(encounters, scene.tolerance, code)
     kinds = _kinds(code)
     if "polynomial" in kinds:
         found = polynomial(scene, encounters)

@@ -77,7 +77,7 @@ COUNTED = Costs()
 
 
 @dataclass(frozen=True)
-class Measured(Costs):
+class MeasuredCosts(Costs):
     """By time.
 
     Attributes
@@ -119,7 +119,7 @@ class Time:
 
 
 @dataclass(frozen=True)
-class Times:
+class MeasuredTimes:
     """What `viscopade bench` measured, as far as costs need it: the machine, its compiler, and the times."""
 
     cpu: str
@@ -127,7 +127,7 @@ class Times:
     rows: tuple[Time, ...]
 
     @classmethod
-    def from_json(cls, text: str | bytes, source: str) -> Times:
+    def from_json(cls, text: str | bytes, source: str) -> MeasuredTimes:
         """Return the times in what `viscopade bench --out` wrote.
 
         Raises
@@ -145,12 +145,12 @@ def _time(row: Node) -> Time:
     return Time(**identity, median=row["ns"]["median"].number(positive=True))
 
 
-def measured(result: Times, code: Code, processor: str) -> Costs:
+def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
     """Return the costs that a benchmark found.
 
     Parameters
     ----------
-    result : Times
+    result : MeasuredTimes
     code : Code
         What is wanted: it decides which of the measurements counts.
     processor : str
@@ -171,7 +171,7 @@ def measured(result: Times, code: Code, processor: str) -> Costs:
             elsewhere = "" if machine == processor else f", which is not this machine ({processor})"
             of_c = "" if code.language == "c" else " for the code in C"
             source = f"nanoseconds, {measure}, measured{of_c} with {result.compiler} on {machine}{elsewhere}"
-            return Measured("ns", source, times)
+            return MeasuredCosts("ns", source, times)
     raise ValueError(
         f"the benchmark has no times of pow and {PADE} in type {code.format} ({' or '.join(measures)}): "
         "accepted is the result of `viscopade bench` without --only"

@@ -16,13 +16,13 @@ from viscopade.scene.description import (
     Argument,
     Body,
     Code,
-    Format,
-    Language,
+    FormatName,
+    LanguageName,
     Material,
     Meeting,
-    Range,
     Scene,
     Sizes,
+    SpeedLimits,
     Speeds,
     Temperature,
     Tolerance,
@@ -34,7 +34,7 @@ from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
-LANGUAGES = get_args(Language)
+LANGUAGES = get_args(LanguageName)
 ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
 TAIL = 1e-6
 POISSON = "a number > -1 and <= 0.5"
@@ -269,7 +269,7 @@ def _speeds(node: Node) -> Speeds:
     slowest, fastest = (_required(node, name, "speed") for name in ("min", "max"))
     if slowest > fastest:
         raise node.refuse("min <= max, or granular_temperature")
-    return Range(slowest, fastest)
+    return SpeedLimits(slowest, fastest)
 
 
 def _meetings(
@@ -380,8 +380,8 @@ def _code(node: Node | None) -> Code:
     only = ONE_FORMAT.get(language)
     table = node.get("largest_table")
     return Code(
-        language=cast(Language, language),
-        format=cast(Format, word("format", (only,) if only else get_args(Format))),
+        language=cast(LanguageName, language),
+        format=cast(FormatName, word("format", (only,) if only else get_args(FormatName))),
         use=cast(Use, word("use", get_args(Use))),
         argument=cast(Argument, word("argument", get_args(Argument) if language in ("c", "python") else ("speed",))),
         largest_table=None if table is None else table.count(),

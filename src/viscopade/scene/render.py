@@ -17,7 +17,7 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import table_free
 from viscopade.kernels.targets.table_free import TARGETS, shortest
-from viscopade.scene.candidate import Candidate, Constant, Ready
+from viscopade.scene.candidate import Candidate, PairConstant, Ready
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter
@@ -96,7 +96,7 @@ def layout(choice: Choice) -> dict[str, Any]:
     """Return what the file's templates, and those of a program that calls it, need to know of names and types."""
     scene, candidate = choice.scene, choice.chosen.candidate
     language, name = scene.code.language, prefix(scene)
-    constant, spread = isinstance(candidate, Constant), _is_spread(scene)
+    constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
     typical = ", for typical radii" if spread else ""
     return {
         "language": language,
@@ -126,7 +126,7 @@ def _kernel(choice: Choice, request: Request) -> str:
 
 def _kind(candidate: Candidate) -> str:
     """Return which functions the kernel's text has."""
-    if isinstance(candidate, Constant):
+    if isinstance(candidate, PairConstant):
         return "constant"
     return candidate.entry.kind if isinstance(candidate, Ready) else "polynomial"
 
@@ -189,7 +189,7 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
     of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / sqrt(1 + ratio)) ** 0.4
-    value = float(candidate.values[index]) if isinstance(candidate, Constant) else pair.beta
+    value = float(candidate.values[index]) if isinstance(candidate, PairConstant) else pair.beta
     return {
         "name": name,
         "index": index + _base(scene),
@@ -273,7 +273,7 @@ def _use(choice: Choice) -> list[str]:
     """Return how the file's functions are called, as lines of code."""
     scene, name, file = choice.scene, prefix(choice.scene), file_name(choice.scene)
     first, language = names(choice)[0], scene.code.language
-    constant = isinstance(choice.chosen.candidate, Constant)
+    constant = isinstance(choice.chosen.candidate, PairConstant)
     what = "epsilon" if constant else "beta"
     index = {
         "python": f'"{choice.encounters[0].name}"',

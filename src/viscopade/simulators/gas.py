@@ -33,13 +33,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from viscopade.arrays import checked
-from viscopade.arrays.checked import FloatArray, Number, Range
+from viscopade.arrays.checked import Accepted, FloatArray, Number
 
-Restitution = Callable[[FloatArray], FloatArray]
+RestitutionFunction = Callable[[FloatArray], FloatArray]
 """eps of an array of impact speeds, in the units of the square root of the temperature."""
 
-_POSITIVE = Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
-_NON_NEGATIVE = Range("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
 
 LEAST_PARTICLES = 10
 _CANDIDATES_PER_PARTICLE = 1  # in a batch; some 12 % of them collide
@@ -93,7 +93,7 @@ class Cooling:
             If a time lies outside the simulated ones.
         """
         end = float(self.times[-1])
-        within = Range(f"a number from 0 to {end!r}, the end of the simulation", lambda t: (t >= 0) & (t <= end))
+        within = Accepted(f"a number from 0 to {end!r}, the end of the simulation", lambda t: (t >= 0) & (t <= end))
         # By Haff's law 1/sqrt(T) grows linearly while eps is constant.
         root = np.interp(checked.array("times", times, within), self.times, self.temperatures**-0.5)
         value: FloatArray = root**-2.0
@@ -130,7 +130,7 @@ def mean_collision_time(temperature: Number, number_density: Number, diameter: N
 
 
 def cool(
-    restitution: Restitution,
+    restitution: RestitutionFunction,
     *,
     particles: int = 4000,
     temperature: Number = 1.0,
@@ -197,7 +197,7 @@ def cool(
     return Cooling(times, temperatures, per_particle, sonine, impacts, gas.velocities.T)
 
 
-def loss(restitution: Restitution, temperature: Number | FloatArray, nodes: int = NODES) -> FloatArray:
+def loss(restitution: RestitutionFunction, temperature: Number | FloatArray, nodes: int = NODES) -> FloatArray:
     """Return L, the mean of 1 - eps^2 over collisions weighted by energy, for Maxwellian velocities.
 
     Parameters
@@ -223,7 +223,7 @@ def loss(restitution: Restitution, temperature: Number | FloatArray, nodes: int 
 
 
 def maxwellian(
-    restitution: Restitution, times: FloatArray, *, temperature: Number = 1.0, nodes: int = NODES
+    restitution: RestitutionFunction, times: FloatArray, *, temperature: Number = 1.0, nodes: int = NODES
 ) -> FloatArray:
     """Return T at given times for a gas whose velocities stay Maxwellian: without noise, to about 1e-8.
 
@@ -272,7 +272,7 @@ def maxwellian(
 class _Gas:
     """A gas at a time."""
 
-    def __init__(self, restitution: Restitution, particles: int, temperature: float, seed: int) -> None:
+    def __init__(self, restitution: RestitutionFunction, particles: int, temperature: float, seed: int) -> None:
         self.restitution = restitution
         self.particles = particles
         self.random = np.random.default_rng(seed)
@@ -360,7 +360,7 @@ def waves(first: Indices, second: Indices, particles: int) -> Iterator[Indices]:
         waiting = waiting[~free]
 
 
-def _checked(restitution: Restitution, speed: FloatArray) -> FloatArray:
+def _checked(restitution: RestitutionFunction, speed: FloatArray) -> FloatArray:
     """Return eps of impact speeds, or refuse it."""
     epsilon = np.asarray(restitution(speed))
     if epsilon.shape != speed.shape or epsilon.dtype.kind != "f":
@@ -381,7 +381,9 @@ def _rule(nodes: int) -> tuple[FloatArray, FloatArray]:
     return 2 * y ** (_ROOT / 2), length * w * _ROOT * y ** (2 * _ROOT - 1) * np.exp(-(y**_ROOT))
 
 
-def _mean_loss(restitution: Restitution, temperature: FloatArray, y: FloatArray, weights: FloatArray) -> FloatArray:
+def _mean_loss(
+    restitution: RestitutionFunction, temperature: FloatArray, y: FloatArray, weights: FloatArray
+) -> FloatArray:
     epsilon = _checked(restitution, np.multiply.outer(np.sqrt(temperature), y))
     value: FloatArray = ((1 - epsilon) * (1 + epsilon)) @ weights
     return value

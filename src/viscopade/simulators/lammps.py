@@ -45,7 +45,7 @@ _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): 
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _TOO_MANY_STEPS = 10_000_000
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
-_POSITIVE = checked.Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_POSITIVE = checked.Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 
 
 @dataclass(frozen=True)

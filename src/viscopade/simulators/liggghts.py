@@ -30,8 +30,8 @@ from viscopade.simulators import tsuji
 from viscopade.simulators.setup import SI, Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
-    Errors,
+    ConstantEpsilon,
+    ProgramErrors,
     constant,
     errors,
     facts,
@@ -80,7 +80,7 @@ def _shear_modulus(pair: Pair) -> float:
     return 1 / sum(s / body.young_modulus for s, body in zip(softness, (pair.first, pair.second), strict=True))
 
 
-def stiffness_errors(contact: Contact) -> Errors:
+def stiffness_errors(contact: Contact) -> ProgramErrors:
     """Return the errors of `hertz/stiffness`: none for the pair itself, some for other sizes of the same types."""
     gamman = stiffness(contact.pair).gamman
 
@@ -135,7 +135,7 @@ class Restitution:
 
     Attributes
     ----------
-    constant : Constant
+    constant : ConstantEpsilon
         Its eps, which is exact at the typical speed, and its errors.
     coefficient : float
         `coefficientRestitution` for that eps.
@@ -143,7 +143,7 @@ class Restitution:
         The same for the eps with the smallest largest error; None if the program does not accept it.
     """
 
-    constant: Constant
+    constant: ConstantEpsilon
     coefficient: float
     balanced: float | None
 

@@ -27,7 +27,7 @@ from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
+    ConstantEpsilon,
     constant,
     facts,
     full,
@@ -48,7 +48,7 @@ class Parameters:
         E_eff, for `setEffectiveElasticModulus`, a pressure.
     dissipation : float
         A, for `setDissipation` of the species with BSHP in their names, a time.
-    constant : Constant
+    constant : ConstantEpsilon
         The eps that species without BSHP can have, and its errors.
     constant_dissipation : float
         `setDissipation` of these for it.
@@ -56,7 +56,7 @@ class Parameters:
 
     elastic_modulus: float
     dissipation: float
-    constant: Constant
+    constant: ConstantEpsilon
     constant_dissipation: float
 
 

@@ -27,13 +27,13 @@ from collections.abc import Callable
 from typing import Literal
 
 from viscopade.arrays import checked
-from viscopade.arrays.checked import Number, Range
+from viscopade.arrays.checked import Accepted, Number
 
 End = Literal["force", "position"]
 
-_RATIO = Range("a finite number >= 0", lambda x: 0 <= x < math.inf)
-_EPSILON = Range("a number > 0 and <= 1", lambda x: 0 < x <= 1)
-_LOSS = Range("a number >= 0 and < 1", lambda x: 0 <= x < 1)
+_RATIO = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
+_EPSILON = Accepted("a number > 0 and <= 1", lambda x: 0 < x <= 1)
+_LOSS = Accepted("a number >= 0 and < 1", lambda x: 0 <= x < 1)
 _STEPS = 200
 
 

@@ -37,8 +37,8 @@ from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
-    Errors,
+    ConstantEpsilon,
+    ProgramErrors,
     constant,
     errors,
     facts,
@@ -57,22 +57,22 @@ class Parameters:
 
     Attributes
     ----------
-    constant : Constant
+    constant : ConstantEpsilon
         The constant eps of `betan`, which is exact at the typical speed, and its errors.
     betan, balanced : float
         For that eps, and for the one with the smallest largest error.
     en, vn : float
         For the viscoelastic law, where the program has it.
-    errors : Errors
+    errors : ProgramErrors
         Of that law: none for the pair itself, some for other sizes.
     """
 
-    constant: Constant
+    constant: ConstantEpsilon
     betan: float
     balanced: float
     en: float
     vn: float
-    errors: Errors
+    errors: ProgramErrors
 
 
 def betan(epsilon: float) -> float:
@@ -98,7 +98,7 @@ def parameters(contact: Contact) -> Parameters:
     pair = contact.pair
 
     def same_beta(size: Pair, speed: float) -> float:
-        return exact_epsilon(math.sqrt(pair.beta) * speed**0.1) if size is not pair else size.epsilon(speed)
+        return exact_epsilon(pair.v_star(speed)) if size is not pair else size.epsilon(speed)
 
     return Parameters(
         found,

@@ -27,7 +27,7 @@ from functools import lru_cache
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
 from viscopade.arithmetic.balls import bits_for, fixed_point, working
-from viscopade.arithmetic.function_balls import Element, Wiener, divided_up, norm
+from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up, norm
 
 GUARD_BITS = 64
 
@@ -240,18 +240,18 @@ def turning_point_series(order: int, digits: int) -> tuple[list[arb], list[arb]]
         return [_at_one(f_n, bits) for f_n in f], [_at_one(t, bits) for t in times]
 
 
-def _integrated(algebra: Wiener, element: Element, weight: fmpz_poly, n: int) -> Element:
+def _integrated(algebra: Wiener, element: FunctionBall, weight: fmpz_poly, n: int) -> FunctionBall:
     """Return y^(-n/2) times the integral of y^(n/2 - 1) weight element."""
     coefficients = (element.polynomial * weight).coeffs()
     error = divided_up(2 * norm(weight.coeffs()) * element.error, n) + len(coefficients)
     return algebra.element([2 * c // (n + 2 * j) for j, c in enumerate(coefficients)], error)
 
 
-def _errors(elements: list[Element]) -> int:
+def _errors(elements: list[FunctionBall]) -> int:
     return sum(element.error for element in elements)
 
 
-def _at_one(element: Element, bits: int) -> arb:
+def _at_one(element: FunctionBall, bits: int) -> arb:
     return fixed_point(int(sum(element.polynomial.coeffs())), element.error, bits)
 
 

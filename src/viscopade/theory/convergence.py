@@ -183,15 +183,15 @@ def _steps(r: Array, w: Array, kappa: Array, duration: Array) -> int:
 class _Piece(NamedTuple):
     """Orbits on a disc of times: R(y, z) and W(y, z)."""
 
-    R: Element
-    W: Element
+    R: BivariateBall
+    W: BivariateBall
 
 
 @dataclass(frozen=True)
 class _Leg:
     """Pieces of one length h(z) each, one after the other."""
 
-    h: Element
+    h: BivariateBall
     pieces: list[_Piece]
 
     @property
@@ -204,7 +204,7 @@ class _Draft(NamedTuple):
     """The orbits of a panel, to about the turning point and to about the end of contact, and there sqrt(-W)."""
 
     legs: list[_Leg]
-    root: Element
+    root: BivariateBall
 
 
 def _draft(square: Square) -> _Draft:
@@ -215,22 +215,22 @@ def _draft(square: Square) -> _Draft:
     for duration in durations:
         count = _steps(r, w, v * v, duration)
         h = _coefficients(duration / (float(ADVANCE) * count))[:STEP_TERMS]
-        leg = _Leg(Element.rounded(h[None]), [])
+        leg = _Leg(BivariateBall.rounded(h[None]), [])
         for _ in range(count):
             series = _taylor(r, w, v * v, TERMS * np.fft.ifft(h, TERMS))
-            leg.pieces.append(_Piece(*(Element.rounded(_coefficients(c)) for c in series)))
+            leg.pieces.append(_Piece(*(BivariateBall.rounded(_coefficients(c)) for c in series)))
             r, w = (np.tensordot(powers, c, 1) for c in series)
         legs.append(leg)
     if not np.max(abs(_coefficients(w)[-4:])) < LAST_IN_Z:
         raise ArithmeticError("the panel comes too close to a singularity")
-    return _Draft(legs, Element.rounded(_coefficients(np.sqrt(-w))[None]))
+    return _Draft(legs, BivariateBall.rounded(_coefficients(np.sqrt(-w))[None]))
 
 
 # --- balls of functions of y and z ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Element:
+class BivariateBall:
     """All functions that differ from a polynomial in y and z by at most `error` on |y| <= 1, |z| <= 1.
 
     It is `function_balls.Element` with two variables and complex integers; those of z^i y^j stand at i + STRIDE j
@@ -243,7 +243,7 @@ class Element:
     error: int = 0
 
     @classmethod
-    def rounded(cls, rows: Array) -> Element:
+    def rounded(cls, rows: Array) -> BivariateBall:
         """Round the coefficients of a polynomial, one row for each power of y."""
         table = np.zeros((len(rows), STRIDE), complex)
         table[:, : rows.shape[1]] = rows * 2.0**BITS
@@ -253,44 +253,44 @@ class Element:
         return cls(re, im)
 
     @classmethod
-    def linear(cls, x: Fraction | int, y: Fraction | int = 0, slope: Fraction | int = 0) -> Element:
+    def linear(cls, x: Fraction | int, y: Fraction | int = 0, slope: Fraction | int = 0) -> BivariateBall:
         """Return x + i y + slope z; the numbers must be multiples of 2^-BITS."""
         x, y, slope = (int(number * 2**BITS) for number in (x, y, slope))
         return cls(fmpz_poly([x, slope]), fmpz_poly([y]))
 
-    def __add__(self, other: Element) -> Element:
+    def __add__(self, other: BivariateBall) -> BivariateBall:
         """Return the sum."""
-        return Element(self.re + other.re, self.im + other.im, self.error + other.error)
+        return BivariateBall(self.re + other.re, self.im + other.im, self.error + other.error)
 
-    def __sub__(self, other: Element) -> Element:
+    def __sub__(self, other: BivariateBall) -> BivariateBall:
         """Return the difference."""
         return self + other.times(-1)
 
-    def __mul__(self, other: Element) -> Element:
+    def __mul__(self, other: BivariateBall) -> BivariateBall:
         """Return the product; what is cut off and rounded is added to the error."""
         a, b = self.re * other.re, self.im * other.im
         (re, re_cut), (im, im_cut) = map(_cut, (a - b, (self.re + self.im) * (other.re + other.im) - a - b))
         error = re_cut + im_cut + self.error * other.error
         error += (self.error and self.error * sum(other.sizes)) + (other.error and other.error * sum(self.sizes))
-        return Element(re, im, (error >> BITS) + 1 + 2 * TERMS * (ORDER + 1))
+        return BivariateBall(re, im, (error >> BITS) + 1 + 2 * TERMS * (ORDER + 1))
 
-    def times(self, number: int) -> Element:
+    def times(self, number: int) -> BivariateBall:
         """Return a multiple."""
-        return Element(self.re * number, self.im * number, self.error * abs(number))
+        return BivariateBall(self.re * number, self.im * number, self.error * abs(number))
 
-    def slope(self) -> Element:
+    def slope(self) -> BivariateBall:
         """Return the derivative of a polynomial by y."""
         if self.error:
             raise ValueError("only polynomials have a known slope")
-        return Element(_slope(self.re), _slope(self.im))
+        return BivariateBall(_slope(self.re), _slope(self.im))
 
-    def first(self) -> Element:
+    def first(self) -> BivariateBall:
         """Return the function of z at y = 0."""
-        return Element(_first(self.re), _first(self.im), self.error)
+        return BivariateBall(_first(self.re), _first(self.im), self.error)
 
-    def advanced(self) -> Element:
+    def advanced(self) -> BivariateBall:
         """Return the function of z at y = ADVANCE."""
-        return Element(_advanced(self.re), _advanced(self.im), self.error + 2 * TERMS)
+        return BivariateBall(_advanced(self.re), _advanced(self.im), self.error + 2 * TERMS)
 
     @cached_property
     def sizes(self) -> list[int]:
@@ -362,7 +362,7 @@ def _advanced(part: fmpz_poly) -> fmpz_poly:
 
 
 @dataclass(frozen=True)
-class Panel:
+class ProvenDisc:
     """What is proven for all v* = c + d z, |z| <= 1.
 
     Orbits exist along all paths 0, M', s with |M' - turning(z)| <= reach, |s - end(z)| <= reach. There is exactly one
@@ -403,7 +403,7 @@ class _Flow:
     force: arb
 
     @classmethod
-    def of(cls, h: Element, piece: _Piece, kappa: Element) -> _Flow:
+    def of(cls, h: BivariateBall, piece: _Piece, kappa: BivariateBall) -> _Flow:
         square, damping = piece.R * piece.R, kappa * piece.W
         force = square * (square + damping)
         residuals = piece.R.slope() - h * piece.W, piece.W.slope() + h * force.times(2)
@@ -433,10 +433,10 @@ class _Flow:
 class _End:
     """The draft at its last point, R(z) and W(z) up to errors, and a bound of |W'| within `reach` of there."""
 
-    v: Element
-    root: Element
-    R: Element
-    W: Element
+    v: BivariateBall
+    root: BivariateBall
+    R: BivariateBall
+    W: BivariateBall
     errors: arb_mat
     acceleration: arb
     reach: arb
@@ -462,7 +462,7 @@ class _End:
         return distance
 
 
-def prove(square: Square) -> Panel:
+def prove(square: Square) -> ProvenDisc:
     """Prove a panel.
 
     Raises
@@ -474,9 +474,9 @@ def prove(square: Square) -> Panel:
         return _proven(square, _draft(square))
 
 
-def _proven(square: Square, draft: _Draft) -> Panel:
-    v = Element.linear(square.x, square.y, square.radius)
-    r, w, errors = Element.linear(0), Element.linear(1), arb_mat([[0], [0]])
+def _proven(square: Square, draft: _Draft) -> ProvenDisc:
+    v = BivariateBall.linear(square.x, square.y, square.radius)
+    r, w, errors = BivariateBall.linear(0), BivariateBall.linear(1), arb_mat([[0], [0]])
     for leg in draft.legs:
         for piece in leg.pieces:
             errors = errors + arb_mat([[(piece.R.first() - r).norm()], [(piece.W.first() - w).norm()]])
@@ -488,13 +488,13 @@ def _proven(square: Square, draft: _Draft) -> Panel:
     distance = _End(v, draft.root, r, w, errors, acceleration, reach).distance()
     error = errors[1, 0] + distance * acceleration
     turning, rest = (leg.duration for leg in draft.legs)
-    return Panel(square, turning, turning + rest, reach, distance, -w.in_z(), error, (w.norm() + error).upper())
+    return ProvenDisc(square, turning, turning + rest, reach, distance, -w.in_z(), error, (w.norm() + error).upper())
 
 
 # --- the disc ---------------------------------------------------------------------------------------------------------
 
 
-def panels(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterator[Panel]:
+def panels(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterator[ProvenDisc]:
     """Yield panels that cover the upper half of the disc |v*| <= radius, or of it what lies in `squares`.
 
     Raises
@@ -522,7 +522,7 @@ def _grid(radius: Fraction) -> Iterator[Square]:
             yield Square((2 * i + 1) * LARGEST, (2 * j + 1) * LARGEST, LARGEST)
 
 
-def agree(one: Panel, other: Panel) -> bool:
+def agree(one: ProvenDisc, other: ProvenDisc) -> bool:
     """Whether two panels whose squares touch are proven to have the same eps where they overlap."""
     point = one.square.common_point(other.square)
     if point is None:
@@ -534,7 +534,7 @@ def agree(one: Panel, other: Panel) -> bool:
         return any(turning < a.reach and end + b.distance < a.reach for a, b in ((one, other), (other, one)))
 
 
-def starts_elastically(panel: Panel) -> bool:
+def starts_elastically(panel: ProvenDisc) -> bool:
     """Whether the panel's end of contact at v* = 0 is proven to be that of the elastic collision."""
     with working(BITS + 20):
         z = panel.z(Fraction(0), Fraction(0))
@@ -547,7 +547,7 @@ class Theorem(NamedTuple):
 
     radius: Fraction
     bound: arb
-    panels: list[Panel]
+    panels: list[ProvenDisc]
 
 
 def theorem(radius: Fraction = RADIUS) -> Theorem:

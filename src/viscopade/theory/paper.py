@@ -38,7 +38,7 @@ def last_digit(printed: str) -> Decimal:
 
 
 @dataclass(frozen=True)
-class Entry:
+class PrintedCoefficient:
     """One printed coefficient of tab:padeCoeffs beside ours.
 
     Attributes
@@ -83,10 +83,10 @@ def approximants(digits: int) -> tuple[Pade, ...]:
     return tuple(pade(m, n, digits) for m, n in TABLE)
 
 
-def compare(ours: Iterable[Pade]) -> tuple[Entry, ...]:
+def compare(ours: Iterable[Pade]) -> tuple[PrintedCoefficient, ...]:
     """Set every entry of the paper's table beside ours, in the order printed (32 entries for all four)."""
     return tuple(
-        Entry(p.m, p.n, symbol, index, printed, own)
+        PrintedCoefficient(p.m, p.n, symbol, index, printed, own)
         for p in ours
         for symbol, row, values in zip("ab", TABLE[p.m, p.n], p.decimals(), strict=True)
         for index, (printed, own) in enumerate(zip(row, values, strict=True))

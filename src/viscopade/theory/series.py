@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import bits_for, decimal_string, fixed_point, to_mpf, working
-from viscopade.arithmetic.function_balls import Element, Wiener, divided_up
+from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up
 from viscopade.progress import track
 
 # Where the two Taylor series meet: at r = 15/32 both converge about equally fast, like 0.469^j around r = 0 and like
@@ -210,7 +210,9 @@ def _g_fixed_point(order: int, effort: Effort) -> tuple[tuple[int, int], ...]:
     return tuple(values)
 
 
-def _next_order(algebra: Wiener, f: list[Element], half_inverse: Element, n: int, p: Element) -> Element:
+def _next_order(
+    algebra: Wiener, f: list[FunctionBall], half_inverse: FunctionBall, n: int, p: FunctionBall
+) -> FunctionBall:
     """Return f_n = (p_n - sum f_i f_{n-i}) / (2 f_0)."""
     products, error = algebra.self_convolution(f, n)
     right = algebra.rounded(p.polynomial * (1 << algebra.bits) - products, error + (p.error << algebra.bits))
@@ -238,7 +240,7 @@ class _Outer:
         self.f.append(_next_order(self.algebra, self.f, self.half_inverse, n, p))
         return int(sum(p.polynomial.coeffs())), p.error
 
-    def _integral(self, n: int) -> Element:
+    def _integral(self, n: int) -> FunctionBall:
         """Return p_n: its coefficient j is 10 a / (n + 2 + 2 j) times that of f_{n-1} (1 - a y)^2."""
         previous = self.f[n - 1]
         top, bottom = self.factor.numerator, self.factor.denominator * self.scale
@@ -265,7 +267,7 @@ class _Inner:
         self.g.append(g_n)
         return int(g_n.polynomial[0]), g_n.error
 
-    def _p(self, n: int, p_meeting: int, p_meeting_error: int) -> Element:
+    def _p(self, n: int, p_meeting: int, p_meeting_error: int) -> FunctionBall:
         """Return P_n = P_n(0) - integral; the integral's error enters twice, once in P_n(0)."""
         integral, error = self._integral(n)
         coefficients = [-c for c in integral]

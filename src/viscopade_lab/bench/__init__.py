@@ -16,15 +16,16 @@ from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import BenchError, Compiler
 from viscopade.progress import track
 from viscopade.scene.cost import PADE
-from viscopade_lab.bench import calls, ours, rivals, targets
-from viscopade_lab.bench.harness import Harness, Sizes, in_rounds
-from viscopade_lab.bench.kernel import Kernel
-from viscopade_lab.bench.measured import Curve, Error, Machine, Measured, rows
+from viscopade_lab.bench import calls, goals, ours, rivals
+from viscopade_lab.bench.contender import Contender
+from viscopade_lab.bench.harness import ArraySizes, Harness, in_rounds
+from viscopade_lab.bench.result import Conditions, Error, Machine, Result
 from viscopade_lab.bench.rivals import COPY
-from viscopade_lab.bench.scene import Scene
 from viscopade_lab.bench.sources import COMMAND
+from viscopade_lab.bench.speed_range import SpeedRange
+from viscopade_lab.bench.times import rows
 
-__all__ = ["BenchError", "Measured", "Scene", "Settings", "names", "run"]
+__all__ = ["BenchError", "Result", "Settings", "SpeedRange", "names", "run"]
 
 ROUNDS, QUICK_ROUNDS = 20, 3
 MOST_ROUNDS = 10_000
@@ -32,7 +33,7 @@ LEAST_ELEMENTS, MOST_ELEMENTS = 1 << 10, 1 << 28
 
 Reader = Callable[[str], str]
 
-_QUICK = Sizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 10)
+_QUICK = ArraySizes(memory=1 << 14, scalar=1 << 9, duration=2e4, sampled=1 << 10)
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Settings:
         None: 20, or 3 if `quick`.
     memory_elements : int or None
         Of the arrays from memory. None: 2^23, or 2^14 if `quick`.
-    scene : Scene
+    range : SpeedRange
     only : sequence of str
         Ids of kernels and rivals, or the beginnings of some; none means all. The scaled copy and pow + [3/6], to which
         all are compared, are always measured.
@@ -57,12 +58,13 @@ class Settings:
 
     rounds: int | None = None
     memory_elements: int | None = None
-    scene: Scene = field(default_factory=Scene)
+    range: SpeedRange = field(default_factory=SpeedRange)
     only: Sequence[str] = ()
     quick: bool = False
     cuda: float | None = None
 
     def __post_init__(self) -> None:
+        self.range.require_measurable()
         if self.rounds is not None:
             arguments.integer("rounds", self.rounds, 1, MOST_ROUNDS)
         if self.memory_elements is not None:
@@ -70,17 +72,17 @@ class Settings:
         if self.cuda is not None and not 0 < self.cuda < 1e6:
             raise ValueError(f"cuda is {self.cuda!r}: accepted is a positive ratio")
         if self.only:
-            known = names(self.scene)
+            known = names(self.range)
             for name in self.only:
                 _require(name, any(_related(name, ident) for ident in known), known)
 
     @property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> ArraySizes:
         """How much is measured at once."""
-        sizes = _QUICK if self.quick else Sizes()
+        sizes = _QUICK if self.quick else ArraySizes()
         if self.memory_elements is None:
             return sizes
-        return Sizes(self.memory_elements, sizes.cache, sizes.scalar, sizes.duration, sizes.sampled)
+        return ArraySizes(self.memory_elements, sizes.cache, sizes.scalar, sizes.duration, sizes.sampled)
 
     @property
     def number_of_rounds(self) -> int:
@@ -90,27 +92,27 @@ class Settings:
     @property
     def command(self) -> str:
         """The command line, without the options that are left at their defaults or name files."""
-        default = Scene()
+        default = SpeedRange()
         words = [COMMAND, *(["--quick"] if self.quick else [])]
         words += [f"--rounds {self.rounds}"] if self.rounds is not None else []
         words += [f"--memory-elements {self.memory_elements}"] if self.memory_elements is not None else []
         words += (
-            f"--{name.replace('_', '-')} {getattr(self.scene, name)}"
+            f"--{name.replace('_', '-')} {getattr(self.range, name)}"
             for name in vars(default)
-            if getattr(self.scene, name) != getattr(default, name)
+            if getattr(self.range, name) != getattr(default, name)
         )
         words += (f"--only {name}" for name in self.only)
         words += [f"--cuda {self.cuda:g}"] if self.cuda is not None else []
         return " ".join(words)
 
     def wants(self, ident: str) -> bool:
-        """Return whether a kernel is to be measured."""
+        """Return whether a contender is to be measured."""
         return not self.only or ident in (COPY, PADE) or any(_begins(name, ident) for name in self.only)
 
 
-def names(scene: Scene) -> list[str]:
+def names(speeds: SpeedRange) -> list[str]:
     """Return what `only` accepts."""
-    return [*ours.FILES, *(kernel.id for kernel in rivals.kernels(scene))]
+    return [*ours.FILES, *(contender.id for contender in rivals.contenders(speeds))]
 
 
 def _begins(name: str, ident: str) -> bool:
@@ -127,7 +129,7 @@ def _require(name: str, found: bool, known: Sequence[str]) -> None:
         raise ValueError(f"there is no kernel {name!r}: accepted are {', '.join(known)}, and what begins so")
 
 
-def run(settings: Settings, cc: str | None = None, read: Reader | None = None) -> Measured:
+def run(settings: Settings, cc: str | None = None, read: Reader | None = None) -> Result:
     """Compile, check and measure.
 
     Parameters
@@ -146,38 +148,39 @@ def run(settings: Settings, cc: str | None = None, read: Reader | None = None) -
         If a header cannot be read.
     """
     compiler = toolchain.find(cc)
-    kernels, texts = _kernels(settings, read or _made)
+    contenders, texts = _contenders(settings, read or _made)
     sizes = settings.sizes
-    harness = Harness(kernels, texts, compiler, settings.scene, sizes)
+    harness = Harness(contenders, texts, compiler, settings.range, sizes)
     harness.check()
-    times = in_rounds([*harness.tasks(), *calls.tasks(harness, kernels)], settings.number_of_rounds)
-    labels = {kernel.id: (kernel.label, kernel.group) for kernel in kernels}
-    return Measured(
+    times = in_rounds([*harness.tasks(), *calls.tasks(harness, contenders)], settings.number_of_rounds)
+    labels = {contender.id: (contender.label, contender.group) for contender in contenders}
+    return Result(
         command=marker_line(settings.command),
         machine=_machine(compiler),
-        rounds=settings.number_of_rounds,
-        scene=settings.scene,
-        memory_elements=sizes.memory,
-        cache_elements=sizes.cache,
-        flags={"scalar": " ".join(compiler.flags("scalar")), "array": " ".join(compiler.flags("array"))},
-        rows=tuple(rows(times, labels, PADE, COPY)),
-        errors=tuple(_errors(harness, kernels)),
-        curves=tuple(
-            Curve(kernel.id, kernel.label, *harness.error_curve(kernel)) for kernel in kernels if _has_curve(kernel)
+        conditions=Conditions(
+            rounds=settings.number_of_rounds,
+            range=settings.range,
+            memory_elements=sizes.memory,
+            cache_elements=sizes.cache,
+            flags_scalar=" ".join(compiler.flags("scalar")),
+            flags_array=" ".join(compiler.flags("array")),
         ),
-        targets=tuple(targets.judged(times, sizes.memory, calls.ratio(times), settings.cuda)),
+        rows=tuple(rows(times, labels, PADE, COPY)),
+        errors=tuple(_errors(harness, contenders)),
+        goals=tuple(goals.judged(times, sizes.memory, calls.ratio(times), settings.cuda)),
+        curves=tuple(harness.error_curve(contender) for contender in contenders if _has_curve(contender)),
     )
 
 
-def _kernels(settings: Settings, read: Reader) -> tuple[list[Kernel], dict[str, str]]:
-    """Return the kernels that are wanted, and the headers they need."""
+def _contenders(settings: Settings, read: Reader) -> tuple[list[Contender], dict[str, str]]:
+    """Return the contenders that are wanted, and the headers they need."""
     wanted = [file for ident, file in ours.FILES.items() if _any_wanted(settings, ident)]
     texts = {wanted[i]: read(wanted[i]) for i in track(range(len(wanted)), "headers")}
-    kernels = [*ours.kernels(texts, settings.scene), *rivals.kernels(settings.scene)]
-    ids = [kernel.id for kernel in kernels]
+    contenders = [*ours.contenders(texts, settings.range), *rivals.contenders(settings.range)]
+    ids = [contender.id for contender in contenders]
     for name in settings.only:
         _require(name, any(_begins(name, ident) for ident in ids), ids)
-    return [kernel for kernel in kernels if settings.wants(kernel.id)], texts
+    return [contender for contender in contenders if settings.wants(contender.id)], texts
 
 
 def _any_wanted(settings: Settings, ident: str) -> bool:
@@ -191,26 +194,27 @@ def _made(name: str) -> str:
     return requests.file(name)
 
 
-def _has_curve(kernel: Kernel) -> bool:
-    return kernel.group == "ours" and kernel.beta == "one"
+def _has_curve(contender: Contender) -> bool:
+    return contender.group == "ours" and contender.beta == "one"
 
 
-def _errors(harness: Harness, kernels: Sequence[Kernel]) -> Iterable[Error]:
-    """Return the largest errors of all kernels."""
-    for i in track(range(len(kernels)), "errors"):
-        kernel = kernels[i]
-        for form in kernel.formats:
-            relative, loss = harness.largest_errors(kernel, form) or (None, None)
+def _errors(harness: Harness, contenders: Sequence[Contender]) -> Iterable[Error]:
+    """Return the largest errors of all contenders."""
+    for i in track(range(len(contenders)), "errors"):
+        contender = contenders[i]
+        for form in contender.formats:
+            relative, loss = harness.largest_errors(contender, form) or (None, None)
             yield Error(
-                kernel.id,
-                kernel.label,
-                kernel.group,
+                contender.id,
+                contender.label,
+                contender.group,
                 form.name,
                 relative,
                 loss,
-                kernel.proven.get(form.name) or None,
-                kernel.proven_of,
-                kernel.note,
+                contender.proven.get(form.name) or None,
+                contender.proven_of,
+                contender.note,
+                harness.range,
             )
 
 

@@ -8,45 +8,46 @@ from collections.abc import Sequence
 import numpy as np
 
 import viscopade
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.toolchain import BenchError
+from viscopade_lab.bench.contender import Contender
 from viscopade_lab.bench.harness import Harness, Task
-from viscopade_lab.bench.kernel import DOUBLE, Kernel
-from viscopade_lab.bench.measured import CALL, Key, Times
-from viscopade_lab.bench.scene import Speeds
+from viscopade_lab.bench.result import CALL, Key
+from viscopade_lab.bench.speed_range import Distribution
+from viscopade_lab.bench.times import Times
 
 ELEMENTS = 1_000_000
 PYTHON, C = "vp.restitution", "speed-full"
-_SPEEDS: Speeds = "log-uniform"
+_SPEEDS: Distribution = "log-uniform"
 _ULPS = 4  # by which the two may differ: a compiler may contract products and sums
 
 
-def tasks(harness: Harness, kernels: Sequence[Kernel]) -> list[Task]:
-    """Return the two calls to be compared, or none if one of them does not exist or is not wanted.
+def tasks(harness: Harness, contenders: Sequence[Contender]) -> list[Task]:
+    """Return the two calls to be compared, or none if that of C is not wanted.
 
     Raises
     ------
     BenchError
         If they do not return the same.
     """
-    restitution = getattr(viscopade, "restitution", None)
-    kernel = next((kernel for kernel in kernels if kernel.id == C), None)
-    if restitution is None or kernel is None:
+    contender = next((contender for contender in contenders if contender.id == C), None)
+    if contender is None:
         return []
     elements = min(ELEMENTS, harness.sizes.most)
-    speed, beta = harness.speeds(DOUBLE, _SPEEDS, elements), harness.scene.beta
+    speed, beta = harness.speeds(DOUBLE, _SPEEDS, elements), harness.range.beta
 
     def call_python(passes: int) -> float:
         begin = time.perf_counter_ns()
         for _ in range(passes):
-            restitution(speed, beta)
+            viscopade.restitution(speed, beta)
         return float(time.perf_counter_ns() - begin)
 
     def call_c(passes: int) -> float:
-        return harness.run(kernel, DOUBLE, _SPEEDS, "memory", elements, passes)
+        return harness.run(contender, DOUBLE, _SPEEDS, "memory", elements, passes)
 
     call_c(1)
     expected = harness.results(DOUBLE, elements)
-    if not np.allclose(restitution(speed, beta), expected, rtol=_ULPS * DOUBLE.epsilon, atol=0):
+    if not np.allclose(viscopade.restitution(speed, beta), expected, rtol=_ULPS * DOUBLE.epsilon, atol=0):
         raise BenchError(f"{PYTHON} and the C kernel {C} return different results")
     both = {PYTHON: call_python, C: call_c}
     return [Task(Key(name, DOUBLE.name, _SPEEDS, CALL), run, elements, 1) for name, run in both.items()]

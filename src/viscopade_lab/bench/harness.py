@@ -1,4 +1,4 @@
-"""Run the compiled kernels on the scene's speeds: what they return, and how long they take."""
+"""Run the compiled contenders on the speeds of a range: what they return, and how long they take."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from itertools import groupby
 import numpy as np
 import numpy.typing as npt
 
+from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact
+from viscopade.collision import spheres
 from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import BenchError, Compiler, Library
 from viscopade.progress import track
-from viscopade_lab.bench.kernel import DOUBLE, FORMATS, Format, Kernel, Measure
-from viscopade_lab.bench.measured import Key
-from viscopade_lab.bench.scene import SPEEDS, Scene, Speeds
+from viscopade_lab.bench.contender import DTYPE, Contender, Measure
+from viscopade_lab.bench.result import ErrorCurve, Key
 from viscopade_lab.bench.sources import frame, unit
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution, SpeedRange
 
 CHECKED = 4096  # results of every function that are compared with what they should be
 SLOW = 10.0  # ns per collision beyond which the memory's speed does not matter
@@ -48,7 +50,7 @@ class _Work(ctypes.Structure):
 
 
 @dataclass(frozen=True)
-class Sizes:
+class ArraySizes:
     """How much is measured at once.
 
     Attributes
@@ -105,58 +107,65 @@ class Task:
 
 
 class Harness:
-    """The compiled kernels, and the arrays they run on.
+    """The compiled contenders, and the arrays they run on.
 
     Parameters
     ----------
-    kernels : sequence of Kernel
+    contenders : sequence of Contender
     headers : mapping of str to str
         The exported headers that they include.
     compiler : Compiler
-    scene : Scene
-    sizes : Sizes
+    speeds : SpeedRange
+    sizes : ArraySizes
     """
 
     def __init__(
-        self, kernels: Sequence[Kernel], headers: Mapping[str, str], compiler: Compiler, scene: Scene, sizes: Sizes
+        self,
+        contenders: Sequence[Contender],
+        headers: Mapping[str, str],
+        compiler: Compiler,
+        speeds: SpeedRange,
+        sizes: ArraySizes,
     ) -> None:
-        self.kernels, self.scene, self.sizes = kernels, scene, sizes
-        self._libraries = _build(kernels, headers, compiler)
+        self.contenders, self.range, self.sizes = contenders, speeds, sizes
+        self._libraries = _build(contenders, headers, compiler)
         self._functions: dict[tuple[Library, str], Callable[[object], float]] = {}
         most = sizes.most
         self._speed = {
-            (form.name, kind): form.rounded(scene.speeds(kind, most)) for form in FORMATS.values() for kind in SPEEDS
+            (form.name, kind): speeds.speeds(kind, most).astype(DTYPE[form])
+            for form in FORMATS.values()
+            for kind in DISTRIBUTIONS
         }
-        self._out: dict[str, Array] = {form.name: np.zeros(most, form.dtype) for form in FORMATS.values()}
-        self._pair = scene.pairs(most)
-        self._beta_of_pairs = {form.name: form.rounded(scene.beta_of_pairs) for form in FORMATS.values()}
+        self._out: dict[str, Array] = {form.name: np.zeros(most, DTYPE[form]) for form in FORMATS.values()}
+        self._pair = speeds.pairs(most)
+        self._beta_of_pairs = {form.name: speeds.beta_of_pairs.astype(DTYPE[form]) for form in FORMATS.values()}
         self._beta_of_each = {kind: values[self._pair] for kind, values in self._beta_of_pairs.items()}
 
     def run(
-        self, kernel: Kernel, form: Format, speeds: Speeds, measure: Measure, elements: int, passes: int = 1
+        self, contender: Contender, form: Format, speeds: Distribution, measure: Measure, elements: int, passes: int = 1
     ) -> float:
-        """Run a kernel; return the nanoseconds it took. The results are then in `results`."""
-        if kernel.python is not None:
+        """Run a contender; return the nanoseconds it took. The results are then in `results`."""
+        if contender.python is not None:
             taken = 0.0
             for _ in range(passes):
-                once, values = kernel.python(self.speeds(form, speeds, elements), self.scene.beta)
+                once, values = contender.python(self.speeds(form, speeds, elements), self.range.beta)
                 self._out[form.name][:elements] = values
                 taken += once
             return taken
-        betas = self._beta_of_pairs if kernel.beta == "pair" else self._beta_of_each
+        betas = self._beta_of_pairs if contender.beta == "pair" else self._beta_of_each
         work = _Work(
             elements,
             passes,
             self._speed[form.name, speeds].ctypes.data,
             self._out[form.name].ctypes.data,
-            self.scene.beta,
+            self.range.beta,
             self._pair.ctypes.data,
             betas[form.name].ctypes.data,
         )
-        return self._function(kernel, measure, form)(ctypes.byref(work))
+        return self._function(contender, measure, form)(ctypes.byref(work))
 
-    def _function(self, kernel: Kernel, measure: Measure, form: Format) -> Callable[[object], float]:
-        place = kernel.built_in(measure), kernel.function(measure, form)
+    def _function(self, contender: Contender, measure: Measure, form: Format) -> Callable[[object], float]:
+        place = contender.built_in(measure), contender.function(measure, form)
         if place not in self._functions:
             function = self._libraries[place[0]][place[1]]
             function.restype = ctypes.c_double
@@ -164,22 +173,22 @@ class Harness:
         return self._functions[place]
 
     def results(self, form: Format, elements: int) -> FloatArray:
-        """Return what the last run of a kernel of this type returned."""
+        """Return what the last run of a contender of this type returned."""
         return self._out[form.name][:elements].astype(np.float64)
 
     def forget(self, form: Format, elements: int) -> None:
-        """Make the results NaN: what a kernel does not write is seen."""
+        """Make the results NaN: what a contender does not write is seen."""
         self._out[form.name][:elements] = np.nan
 
-    def speeds(self, form: Format, kind: Speeds, elements: int) -> FloatArray:
-        """Return the speeds that kernels of this type get."""
+    def speeds(self, form: Format, kind: Distribution, elements: int) -> FloatArray:
+        """Return the speeds that contenders of this type get."""
         return self._speed[form.name, kind][:elements].astype(np.float64)
 
-    def betas(self, kernel: Kernel, form: Format, elements: int) -> FloatArray:
-        """Return the betas that a kernel gets."""
-        if kernel.beta != "one":
+    def betas(self, contender: Contender, form: Format, elements: int) -> FloatArray:
+        """Return the betas that a contender gets."""
+        if contender.beta != "one":
             return self._beta_of_each[form.name][:elements].astype(np.float64)
-        return np.full(elements, float(form.dtype(self.scene.beta)))
+        return np.full(elements, float(DTYPE[form](self.range.beta)))
 
     # --- what they return ---------------------------------------------------------------------------------------------
 
@@ -189,86 +198,87 @@ class Harness:
         Raises
         ------
         BenchError
-            If they differ by more than the kernel's tolerance.
+            If they differ by more than the contender's tolerance.
         """
-        for i in track(range(len(self.kernels)), "checking the results"):
-            for form in self.kernels[i].formats:
-                for speeds in SPEEDS:
-                    self._check(self.kernels[i], form, speeds)
+        for i in track(range(len(self.contenders)), "checking the results"):
+            for form in self.contenders[i].formats:
+                for speeds in DISTRIBUTIONS:
+                    self._check(self.contenders[i], form, speeds)
 
-    def _check(self, kernel: Kernel, form: Format, kind: Speeds) -> None:
-        size = min(kernel.most, CHECKED)
-        speed, beta = self.speeds(form, kind, size), self.betas(kernel, form, size)
-        expected = kernel.expected(speed, beta)
-        tolerance = kernel.tolerance(form, expected)
-        for measure in kernel.measures:
+    def _check(self, contender: Contender, form: Format, kind: Distribution) -> None:
+        size = min(contender.most, CHECKED)
+        speed, beta = self.speeds(form, kind, size), self.betas(contender, form, size)
+        expected = contender.expected(speed, beta)
+        tolerance = contender.tolerance(form, expected)
+        for measure in contender.measures:
             self.forget(form, size)
-            self.run(kernel, form, kind, measure, size)
+            self.run(contender, form, kind, measure, size)
             found = self.results(form, size)
             wrong = ~(np.abs(found - expected) <= tolerance)
             if wrong.any():
                 i = int(wrong.argmax())
                 raise BenchError(
-                    f"{kernel.id} ({form.name}, {measure}) computes rubbish: {found[i]:.9g} at speed {speed[i]:.9g} "
+                    f"{contender.id} ({form.name}, {measure}) computes rubbish: {found[i]:.9g} at speed {speed[i]:.9g} "
                     f"and beta {beta[i]:.9g}, where it should be {expected[i]:.9g}"
                 )
 
-    def largest_errors(self, kernel: Kernel, form: Format) -> tuple[float, float] | None:
+    def largest_errors(self, contender: Contender, form: Format) -> tuple[float, float] | None:
         """Return the largest |d eps|/eps and |d eps|/(1 - eps) over sampled speeds, or None if there are no errors."""
-        if kernel.group == "limit":
+        if contender.group == "limit":
             return None
-        size = min(kernel.most, self.sizes.sampled)
+        size = min(contender.most, self.sizes.sampled)
         largest = [0.0, 0.0]
-        for kind in SPEEDS:
+        for kind in DISTRIBUTIONS:
             speed = self.speeds(form, kind, size)
-            low, high = kernel.valid or (0.0, np.inf)
+            low, high = contender.valid or (0.0, np.inf)
             valid = (low <= speed) & (speed <= high)
             if not valid.any():
                 continue
-            eps, loss = exact(speed, self.betas(kernel, form, size))
-            for function in _different(kernel.measures):
-                self.run(kernel, form, kind, function, size)
+            eps, loss = exact(speed, self.betas(contender, form, size))
+            for function in _different(contender.measures):
+                self.run(contender, form, kind, function, size)
                 error = np.abs(self.results(form, size) - eps)[valid]
                 for i, scale in enumerate((eps, loss)):
                     largest[i] = max(largest[i], float((error / scale[valid]).max()))
         return (largest[0], largest[1]) if max(largest) > 0 else None
 
-    def error_curve(self, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
-        """Return v* and |d eps|/eps of a kernel in double, the largest one in each of many strips of speeds."""
-        size = min(kernel.most, self.sizes.sampled)
-        speed, beta = self.speeds(DOUBLE, "log-uniform", size), self.betas(kernel, DOUBLE, size)
+    def error_curve(self, contender: Contender) -> ErrorCurve:
+        """Return |d eps|/eps of a contender in double over v*, the largest one in each of many strips of speeds."""
+        size = min(contender.most, self.sizes.sampled)
+        speed, beta = self.speeds(DOUBLE, "log-uniform", size), self.betas(contender, DOUBLE, size)
         eps, _ = exact(speed, beta)
-        self.run(kernel, DOUBLE, "log-uniform", _different(kernel.measures)[0], size)
+        self.run(contender, DOUBLE, "log-uniform", _different(contender.measures)[0], size)
         error = np.abs(self.results(DOUBLE, size) - eps) / eps
         strips = np.array_split(np.argsort(speed), min(STRIPS, size))
         largest = [strip[np.argmax(error[strip])] for strip in strips]
-        return np.sqrt(beta[largest]) * speed[largest] ** 0.1, error[largest]
+        v_star = spheres.v_star(speed[largest], beta[largest])
+        return ErrorCurve(contender.id, contender.label, tuple(v_star.tolist()), tuple(error[largest].tolist()))
 
     # --- how long they take -------------------------------------------------------------------------------------------
 
     def tasks(self) -> list[Task]:
         """Return all that is to be measured, each with as many passes as fill the time."""
         return [
-            self._task(kernel, form, speeds, measure)
-            for kernel in self.kernels
-            for form in kernel.formats
-            for speeds in SPEEDS
-            for measure in kernel.measures
+            self._task(contender, form, speeds, measure)
+            for contender in self.contenders
+            for form in contender.formats
+            for speeds in DISTRIBUTIONS
+            for measure in contender.measures
         ]
 
-    def _task(self, kernel: Kernel, form: Format, speeds: Speeds, measure: Measure) -> Task:
-        probe = min(kernel.most, _PROBE)
-        self.run(kernel, form, speeds, measure, probe)
-        each = self.run(kernel, form, speeds, measure, probe) / probe
-        elements = min(kernel.most, self.sizes.of(measure))
+    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: Measure) -> Task:
+        probe = min(contender.most, _PROBE)
+        self.run(contender, form, speeds, measure, probe)
+        each = self.run(contender, form, speeds, measure, probe) / probe
+        elements = min(contender.most, self.sizes.of(measure))
         if measure == "memory" and each > SLOW:
             elements = min(elements, MOST_OF_SLOW)
         passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (each * elements)))
 
         def run(passes: int) -> float:
-            return self.run(kernel, form, speeds, measure, elements, passes)
+            return self.run(contender, form, speeds, measure, elements, passes)
 
-        return Task(Key(kernel.id, form.name, speeds, measure), run, elements, passes)
+        return Task(Key(contender.id, form.name, speeds, measure), run, elements, passes)
 
 
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
@@ -305,13 +315,15 @@ def _different(measures: Sequence[Measure]) -> list[Measure]:
     return chosen or list(measures)
 
 
-def _build(kernels: Sequence[Kernel], headers: Mapping[str, str], compiler: Compiler) -> dict[Library, ctypes.CDLL]:
-    """Compile every kernel by itself, so that none changes how another is compiled."""
+def _build(
+    contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler
+) -> dict[Library, ctypes.CDLL]:
+    """Compile every contender by itself, so that none changes how another is compiled."""
     libraries: tuple[Library, ...] = ("scalar", "array", "vector")
     units: dict[Library, dict[str, str]] = {library: {} for library in libraries}
-    for i, kernel in enumerate(kernels):
+    for i, contender in enumerate(contenders):
         for library in libraries:
-            text = unit(kernel, library)
+            text = unit(contender, library)
             if text:
                 units[library][f"kernel{i}.c"] = text
     filled = {library: sources for library, sources in units.items() if sources}

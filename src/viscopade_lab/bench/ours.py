@@ -6,12 +6,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact
 from viscopade_lab.bench import stated
-from viscopade_lab.bench.kernel import ARRAY, DOUBLE, FLOAT, Format, Kernel
-from viscopade_lab.bench.scene import PAIRS, Scene
+from viscopade_lab.bench.contender import ARRAY, Contender
 from viscopade_lab.bench.sources import render
+from viscopade_lab.bench.speed_range import PAIRS, SpeedRange
 
 TIERS = {
     "1e-3": "viscopade_speed_1em3.h",
@@ -38,21 +39,21 @@ FILES = {tier_id(tier): name for tier, name in TIERS.items()} | _BY_ROOT | {"ful
 """By id, or the beginning of it, the header."""
 
 
-def kernels(texts: Mapping[str, str], scene: Scene) -> list[Kernel]:
-    """Return the kernels of some headers that are meant for a scene.
+def contenders(texts: Mapping[str, str], speeds: SpeedRange) -> list[Contender]:
+    """Return the contenders of some headers that are meant for a range of speeds.
 
     Parameters
     ----------
     texts : mapping of str to str
         By name, the headers.
-    scene : Scene
+    speeds : SpeedRange
     """
-    found: list[Kernel] = []
+    found: list[Contender] = []
     for tier, file in TIERS.items():
         if file in texts:
-            found.extend(_of_tier(tier, file, texts[file], scene))
+            found.extend(_of_tier(tier, file, texts[file], speeds))
     for kind, file in _BY_ROOT.items():
-        if file in texts and (kind != "minimax" or scene.v_star_max <= MINIMAX_END):
+        if file in texts and (kind != "minimax" or speeds.v_star_max <= MINIMAX_END):
             found += (_by_root(kind, name, file, texts[file]) for name in _names(texts[file]))
     if _FULL in texts:
         found.append(_full(texts[_FULL]))
@@ -72,14 +73,14 @@ def _eps(speed: FloatArray, beta: FloatArray) -> FloatArray:
     return exact(speed, beta)[0]
 
 
-def _of_tier(tier: str, file: str, text: str, scene: Scene) -> list[Kernel]:
+def _of_tier(tier: str, file: str, text: str, speeds: SpeedRange) -> list[Contender]:
     """Return a kernel from speed to eps, and the functions with several betas of one tier."""
     (name,) = (name for name in _names(text) if name.startswith(_LOOKUP))
     scalar, array = f"viscopade_restitution_{name}", f"viscopade_restitution_array_{name}"
     formats = _formats(text, scalar)
     label = f"speed to eps, {tier if tier == 'full' else 'to ' + tier}"
 
-    main = Kernel(
+    main = Contender(
         tier_id(tier),
         label,
         "ours",
@@ -91,7 +92,7 @@ def _of_tier(tier: str, file: str, text: str, scene: Scene) -> list[Kernel]:
         bound=stated.bound(name, text),
         slack=8,
         floor=0,
-        proven={form.name: stated.lookup(name, text, form, scene.v_star_max) for form in formats},
+        proven={form.name: stated.lookup(name, text, form, speeds.v_star_max) for form in formats},
     )
     if tier != WITH_PAIRS:
         return [main]
@@ -104,12 +105,12 @@ def _of_tier(tier: str, file: str, text: str, scene: Scene) -> list[Kernel]:
     ]
 
 
-def _by_root(kind: str, name: str, file: str, text: str) -> Kernel:
+def _by_root(kind: str, name: str, file: str, text: str) -> Contender:
     """Return a kernel of v*, for which pow makes v*."""
     scalar = f"viscopade_restitution_{name}"
     formats = _formats(text, scalar)
     bound = stated.bound(name, text)
-    return Kernel(
+    return Contender(
         f"{kind}-{stated.named(name)}",
         f"pow + {kind} kernel, {stated.named(name)}",
         "ours",
@@ -125,10 +126,10 @@ def _by_root(kind: str, name: str, file: str, text: str) -> Kernel:
     )
 
 
-def _full(text: str) -> Kernel:
+def _full(text: str) -> Contender:
     """Return the kernel of full accuracy of v*."""
     source = render("full.c.jinja", formats=(DOUBLE, FLOAT))
-    return Kernel(
+    return Contender(
         "full",
         "pow + full kernel",
         "ours",

@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact
-from viscopade.kernels.targets.wording import horner
+from viscopade.collision import spheres
+from viscopade.kernels.targets.wording import horner_text
 from viscopade.scene.cost import PADE
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
-from viscopade_lab.bench.kernel import ARRAY, DOUBLE, FORMATS, MEASURES, SCALAR, Expected, Format, Group, Kernel
-from viscopade_lab.bench.scene import Scene, elastic_contact_time
+from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender, Expected, Group
 from viscopade_lab.bench.sources import render
+from viscopade_lab.bench.speed_range import SpeedRange, elastic_contact_time
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS
 
 TERMS = 20
@@ -31,8 +33,8 @@ _LIMIT = 10_000_000  # of steps: an integration that goes astray ends with NaN
 COPY = "copy"
 
 
-def kernels(scene: Scene) -> list[Kernel]:
-    """Return the yardsticks and the rivals for a scene."""
+def contenders(speeds: SpeedRange) -> list[Contender]:
+    """Return the yardsticks and the rivals for a range of speeds."""
     return [
         _formula(
             COPY, "scaled copy, out[i] = s v[i]", lambda form: "beta * speed", lambda v, beta: beta * v, group="limit"
@@ -44,10 +46,10 @@ def kernels(scene: Scene) -> list[Kernel]:
         _quotient((1, 4), "pow+[1/4]"),
         _quotient((3, 6), PADE),
         _quotient((3, 6), f"{PADE}-fast", fast_math=True),
-        _fit(scene),
-        _table(scene, "table", logarithmic=False),
-        _table(scene, "log-table", logarithmic=True),
-        _verlet(scene),
+        _fit(speeds),
+        _table(speeds, "table", logarithmic=False),
+        _table(speeds, "log-table", logarithmic=True),
+        _verlet(speeds),
         _adaptive(),
         *filter(None, [_scipy()]),
     ]
@@ -62,12 +64,12 @@ def _formula(
     v_star: bool = False,
     group: Group = "rival",
     **options: Any,
-) -> Kernel:
-    """Return a kernel of one expression in `speed` and `beta`, or in `v_star`; `options` are those of `Kernel`."""
+) -> Contender:
+    """Return a contender of one expression in `speed` and `beta`, or in `v_star`; `options` are its other fields."""
     name = "".join(character if character.isalnum() else "_" for character in ident)
     source = render("formula.c.jinja", name=name, v_star=v_star, expression=expression, formats=tuple(FORMATS.values()))
     scalar = f"rival_{name}"
-    return Kernel(ident, label, group, expected, source, scalar=scalar, takes_root=v_star, **options)
+    return Contender(ident, label, group, expected, source, scalar=scalar, takes_root=v_star, **options)
 
 
 def _power(form: Format, exponent: str) -> str:
@@ -76,38 +78,34 @@ def _power(form: Format, exponent: str) -> str:
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
     """Return Horner's rule with the coefficients as constants; those that are zero are left out."""
-    return horner([form.literal(c) if float(c) else None for c in coefficients], "v_star")
+    return horner_text([form.literal(c) if float(c) else None for c in coefficients], "v_star")
 
 
 def _value(coefficients: Sequence[str], x: FloatArray) -> FloatArray:
     return np.asarray(np.polynomial.polynomial.polyval(x, [float(c) for c in coefficients]))
 
 
-def _v_star(speed: FloatArray, beta: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(beta) * speed**0.1)
-
-
-def _truncated_series() -> Kernel:
+def _truncated_series() -> Contender:
     h = series(TERMS, 17).decimals()
     return _formula(
         f"pow+series{TERMS}",
         f"pow + truncated series, k_c = {TERMS}",
         lambda form: _polynomial(form, h),
-        lambda speed, beta: _value(h, _v_star(speed, beta)),
+        lambda speed, beta: _value(h, spheres.v_star(speed, beta)),
         v_star=True,
         slack=1e4,  # large terms of both signs cancel
         note="the series converges for v* < 1.047 only",
     )
 
 
-def _quotient(degrees: tuple[int, int], ident: str, *, fast_math: bool = False) -> Kernel:
+def _quotient(degrees: tuple[int, int], ident: str, *, fast_math: bool = False) -> Contender:
     a, b = TABLE[degrees]
     label = "pow + paper's [{}/{}]".format(*degrees)
     return _formula(
         ident,
         label + (", -ffast-math" if fast_math else ", 6 digits"),
         lambda form: f"({_polynomial(form, a)}) / ({_polynomial(form, b)})",
-        lambda speed, beta: _value(a, _v_star(speed, beta)) / _value(b, _v_star(speed, beta)),
+        lambda speed, beta: _value(a, spheres.v_star(speed, beta)) / _value(b, spheres.v_star(speed, beta)),
         v_star=True,
         fast_math=fast_math,
         measures=ARRAY if fast_math else MEASURES,
@@ -115,7 +113,7 @@ def _quotient(degrees: tuple[int, int], ident: str, *, fast_math: bool = False) 
     )
 
 
-def _fit(scene: Scene) -> Kernel:
+def _fit(speeds: SpeedRange) -> Contender:
     return _formula(
         "fit",
         f"published fit {FIT_FACTOR} v^{FIT_EXPONENT}, ice only",
@@ -124,19 +122,19 @@ def _fit(scene: Scene) -> Kernel:
         note="difference of the fit of Bridges et al. from the exact eps, {} to {} cm/s: no error of either".format(
             *FIT_SPEEDS
         )
-        if scene.is_ice
+        if speeds.is_ice
         else "a fit for ice in cm/s: no error for this scene",
-        valid=FIT_SPEEDS if scene.is_ice else (math.inf, math.inf),
+        valid=FIT_SPEEDS if speeds.is_ice else (math.inf, math.inf),
     )
 
 
-def _table(scene: Scene, ident: str, *, logarithmic: bool) -> Kernel:
+def _table(speeds: SpeedRange, ident: str, *, logarithmic: bool) -> Contender:
     """Return the table of one material that DEM codes have, or one in the logarithm of the speed."""
-    low, high = scene.speed_min, scene.speed_max
+    low, high = speeds.speed_min, speeds.speed_max
     ends = (math.log(low), math.log(high)) if logarithmic else (low, high)
     places = np.linspace(*ends, POINTS)
     nodes = np.exp(places) if logarithmic else places
-    values, _ = exact(nodes, np.full(POINTS, scene.beta))
+    values, _ = exact(nodes, np.full(POINTS, speeds.beta))
     per_step = (POINTS - 1) / (ends[1] - ends[0])
     source = render(
         "table.c.jinja", name=ident.replace("-", "_"), logarithmic=logarithmic, size=POINTS,
@@ -148,7 +146,7 @@ def _table(scene: Scene, ident: str, *, logarithmic: bool) -> Kernel:
         return np.asarray(np.interp(np.log(speed) if logarithmic else speed, places, values))
 
     where = "log v" if logarithmic else "v"
-    return Kernel(
+    return Contender(
         ident,
         f"table in {where}, {POINTS} equidistant points",
         "rival",
@@ -160,9 +158,9 @@ def _table(scene: Scene, ident: str, *, logarithmic: bool) -> Kernel:
     )
 
 
-def _verlet(scene: Scene) -> Kernel:
-    step = elastic_contact_time() * scene.speed_max**-0.2 / STEPS
-    return Kernel(
+def _verlet(speeds: SpeedRange) -> Contender:
+    step = elastic_contact_time() * speeds.speed_max**-0.2 / STEPS
+    return Contender(
         "verlet",
         f"velocity Verlet, {STEPS} steps",
         "rival",
@@ -194,8 +192,8 @@ def _integrate(step: float, speed: FloatArray, beta: FloatArray) -> FloatArray:
     return result
 
 
-def _adaptive() -> Kernel:
-    return Kernel(
+def _adaptive() -> Contender:
+    return Contender(
         "adaptive",
         f"Dormand-Prince 5(4), tolerance {TOLERANCE}, C",
         "rival",
@@ -209,11 +207,11 @@ def _adaptive() -> Kernel:
     )
 
 
-def _scipy() -> Kernel | None:
+def _scipy() -> Contender | None:
     """Return the adaptive integration by SciPy, or None if there is no SciPy."""
     if find_spec("scipy") is None:
         return None
-    return Kernel(
+    return Contender(
         "scipy",
         f"SciPy solve_ivp, tolerance {TOLERANCE}",
         "rival",

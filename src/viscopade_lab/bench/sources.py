@@ -7,7 +7,7 @@ from typing import Any
 from viscopade import generated
 from viscopade.generated import marker_line
 from viscopade.kernels.toolchain import Library
-from viscopade_lab.bench.kernel import Kernel
+from viscopade_lab.bench.contender import Contender
 
 COMMAND = "viscopade bench"
 
@@ -22,15 +22,15 @@ def frame() -> str:
     return render("loops.h.jinja", marker=marker_line(COMMAND))
 
 
-def unit(kernel: Kernel, library: Library) -> str:
-    """Return the C file of a kernel for one of the libraries, or "" if that holds nothing of it."""
-    loops = kernel.loops(library)
+def unit(contender: Contender, library: Library) -> str:
+    """Return the C file of a contender for one of the libraries, or "" if that holds nothing of it."""
+    loops = contender.loops(library)
     if not loops:
         return ""
     return render(
         "unit.c.jinja",
         marker=marker_line(COMMAND),
-        headers=kernel.headers,
-        source=kernel.source,
+        headers=contender.headers,
+        source=contender.source,
         loops=loops,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from decimal import ROUND_CEILING, Context, Decimal
 
-from viscopade_lab.bench.kernel import FLOAT, Format
+from viscopade.arithmetic.formats import FLOAT, Format
 
 _N = r"([0-9.]+(?:e-?[0-9]+)?)"
 _SCALE = r"(?:eps|min\(eps, 1 - eps\))"

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from viscopade_lab.bench.kernel import FORMATS, MEASURES, Measure
-from viscopade_lab.bench.measured import Error, Key, Measured, Row, Target
-from viscopade_lab.bench.scene import SPEEDS, Speeds
+from viscopade.arithmetic.formats import FORMATS
+from viscopade_lab.bench.contender import MEASURES, Measure
+from viscopade_lab.bench.result import Error, Goal, Key, Result, Timing
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution
 
 HEADER = (
     "id",
@@ -34,7 +35,7 @@ _COLUMNS: dict[Measure, str] = {
 }
 
 
-class Table(NamedTuple):
+class TitledTable(NamedTuple):
     """A table with a title."""
 
     title: str
@@ -42,39 +43,40 @@ class Table(NamedTuple):
     rows: list[Sequence[str]]
 
 
-def long(measured: Measured) -> list[Sequence[str]]:
+def long(result: Result) -> list[Sequence[str]]:
     """Return one line for each row, with `HEADER`."""
-    errors = {(error.id, error.format): error for error in measured.errors}
-    return [_line(row, errors[row.key.id, row.key.format]) for row in measured.rows]
+    errors = {(error.id, error.format): error for error in result.errors}
+    return [_line(row, errors[row.id, row.format]) for row in result.rows]
 
 
-def tables(measured: Measured) -> Iterator[Table]:
+def tables(result: Result) -> Iterator[TitledTable]:
     """Return tables of all times with the errors beside them, and one of the targets."""
-    rows = {row.key: row for row in measured.rows}
+    rows = {row.key: row for row in result.rows}
     for form in FORMATS:
-        for speeds in SPEEDS:
-            yield _times(measured, rows, form, speeds)
-    yield _targets(measured.targets)
+        for speeds in DISTRIBUTIONS:
+            yield _times(result, rows, form, speeds)
+    yield _goals(result.goals)
 
 
-def introduction(measured: Measured) -> list[str]:
+def introduction(result: Result) -> list[str]:
     """Return what the reader must know of the numbers."""
-    machine, scene = measured.machine, measured.scene
+    machine, settings = result.machine, result.conditions
+    speeds = settings.range
     return [
         f"{machine.cpu}; {machine.compiler}; {machine.system}; Python {machine.python}, NumPy {machine.numpy}",
-        f"scalar: {measured.flags['scalar']}; arrays: {measured.flags['array']}, {measured.cache_elements} elements in "
-        f"the cache, {measured.memory_elements} from memory; {measured.rounds} rounds",
-        f"beta = {scene.beta:g}, speeds from {scene.speed_min:g} to {scene.speed_max:g} {scene.unit}",
+        f"scalar: {settings.flags_scalar}; arrays: {settings.flags_array}, {settings.cache_elements} elements in "
+        f"the cache, {settings.memory_elements} from memory; {settings.rounds} rounds",
+        f"beta = {speeds.beta:g}, speeds from {speeds.speed_min:g} to {speeds.speed_max:g} {speeds.unit}",
         "Times are nanoseconds per collision: median/least ± distance of the quartiles. Ratios are medians of those in "
         "one round; below 1 is faster. Errors are sampled on these speeds; a proven one is that of "
         "|d eps|/min(eps, 1 - eps), an ulp is a unit in the last place of eps.",
     ]
 
 
-def notes(measured: Measured) -> list[str]:
+def notes(result: Result) -> list[str]:
     """Return the remarks on single kernels."""
     remarks: dict[str, list[str]] = {}
-    for error in measured.errors:
+    for error in result.errors:
         ids = remarks.setdefault(error.note, [])
         if error.id not in ids:
             ids.append(error.id)
@@ -82,10 +84,10 @@ def notes(measured: Measured) -> list[str]:
     return [f"{', '.join(ids)}: {note}" for note, ids in remarks.items()]
 
 
-def _times(measured: Measured, rows: dict[Key, Row], form: str, speeds: Speeds) -> Table:
+def _times(result: Result, rows: dict[Key, Timing], form: str, speeds: Distribution) -> TitledTable:
     header = ["id", "kernel", *_COLUMNS.values(), "throughput/[3/6]", "latency/[3/6]", "memory/copy", *HEADER[-3:]]
     lines: list[Sequence[str]] = []
-    for error in measured.errors:
+    for error in result.errors:
         found = {measure: rows.get(Key(error.id, form, speeds, measure)) for measure in MEASURES}
         if error.format != form or not any(found.values()):
             continue
@@ -97,28 +99,31 @@ def _times(measured: Measured, rows: dict[Key, Row], form: str, speeds: Speeds) 
         ]
         times = [_time(found[measure]) for measure in MEASURES]
         lines.append([error.id, error.label, *times, *ratios, *_errors(error)])
-    return Table(f"type {form}, {speeds} speeds", header, lines)
+    return TitledTable(f"type {form}, {speeds} speeds", header, lines)
 
 
-def _targets(found: Sequence[Target]) -> Table:
+def _goals(found: Sequence[Goal]) -> TitledTable:
     words = {True: "yes", False: "NO", None: _NONE}
-    lines = [(t.what, t.target, _number(t.measured), words[t.reached], t.note) for t in found]
-    return Table("targets", ("what", "target", "measured", "reached", "note"), list(lines))
+    lines = [(t.what, t.target, _measured(t), words[t.reached], t.note) for t in found]
+    return TitledTable("targets", ("what", "target", "measured", "reached", "note"), list(lines))
 
 
-def _line(row: Row, error: Error) -> Sequence[str]:
-    key = row.key
+def _line(row: Timing, error: Error) -> Sequence[str]:
     times = (_number(row.min), _number(row.median), f"{row.spread:.3f}")
     ratios = (_number(row.ratio_to_3_6), _number(row.ratio_to_copy))
-    return (key.id, row.group, key.format, key.speeds, key.measure, *times, *ratios, *_errors(error))
+    return (row.id, row.group, row.format, row.speeds, row.measure, *times, *ratios, *_errors(error))
 
 
 def _errors(error: Error) -> tuple[str, str, str]:
     return _scientific(error.relative), _scientific(error.loss), error.proven or _NONE
 
 
-def _time(row: Row | None) -> str:
+def _time(row: Timing | None) -> str:
     return _NONE if row is None else f"{_number(row.median)}/{_number(row.min)} ±{100 * row.spread:.0f}%"
+
+
+def _measured(goal: Goal) -> str:
+    return goal.measured if isinstance(goal.measured, str) else _number(goal.measured)
 
 
 def _number(value: float | None) -> str:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from viscopade.progress import quietly, track
 from viscopade_lab.claims import asymptotics, pade, physics, series
-from viscopade_lab.claims.evidence import Claim, Evidence, Finding
+from viscopade_lab.claims.evidence import CheckedClaim, Claim, Evidence
 
-__all__ = ["CLAIMS", "UNCHECKED", "Claim", "Evidence", "Finding", "Unchecked", "check", "claims"]
+__all__ = ["CLAIMS", "UNCHECKED", "CheckedClaim", "Claim", "Evidence", "Unchecked", "check", "claims"]
 
 
 class Unchecked(NamedTuple):
@@ -50,12 +50,12 @@ UNCHECKED = (
 )
 
 
-def claims() -> tuple[Finding, ...]:
+def claims() -> tuple[CheckedClaim, ...]:
     """Check every claim, in the order of `CLAIMS`; it takes about 20 s."""
     return check()
 
 
-def check(names: Iterable[str] | None = None) -> tuple[Finding, ...]:
+def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
     """Check the claims of these names; None means all.
 
     Raises
@@ -68,7 +68,9 @@ def check(names: Iterable[str] | None = None) -> tuple[Finding, ...]:
     for name in wanted:
         if name not in by_name:
             raise ValueError(f"there is no claim {name!r}: accepted are {', '.join(by_name)}")
-    return tuple(Finding(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims"))
+    return tuple(
+        CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
+    )
 
 
 def _quietly(claim: Claim) -> Evidence:

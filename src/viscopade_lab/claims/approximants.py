@@ -34,7 +34,7 @@ PADE_DIGITS = 20
 ORDER, SERIES_DIGITS = 120, 60
 
 
-class Curve(NamedTuple):
+class ExactGrid(NamedTuple):
     """The exact function on a grid of equal steps in ln v*, and at `RANGES` and `SUITED_UP_TO`."""
 
     v_star: Array
@@ -44,16 +44,16 @@ class Curve(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def curve() -> Curve:
+def curve() -> ExactGrid:
     """Return the exact function from v* = 0.01 to 1000."""
     decades = round(math.log10(LAST / FIRST))
     steps = np.arange(decades * POINTS_PER_DECADE + 1) / POINTS_PER_DECADE
     special = (*RANGES, SUITED_UP_TO)
     v = np.sort([*special, *(x for x in FIRST * 10**steps if min(abs(x / y - 1) for y in special) > 1e-9)])
-    return Curve(v, double.epsilon(v), double.one_minus_epsilon(v))
+    return ExactGrid(v, double.epsilon(v), double.one_minus_epsilon(v))
 
 
-class Errors(NamedTuple):
+class ApproximantErrors(NamedTuple):
     """An approximant against the exact function on the grid of `curve`."""
 
     epsilon: Array
@@ -71,11 +71,11 @@ def approximant(m: int, n: int) -> Pade:
 
 
 @lru_cache(maxsize=64)
-def errors(m: int, n: int) -> Errors:
+def errors(m: int, n: int) -> ApproximantErrors:
     """Return the errors of [m/n]."""
     v, epsilon, loss = curve()
     value, own_loss = values(approximant(m, n), v)
-    return Errors(abs(value / epsilon - 1), abs(own_loss / loss - 1), abs(own_loss - loss))
+    return ApproximantErrors(abs(value / epsilon - 1), abs(own_loss / loss - 1), abs(own_loss - loss))
 
 
 def values(p: Pade, v_star: Array) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckedClaim:
     """A claim with its evidence."""
 
     claim: Claim

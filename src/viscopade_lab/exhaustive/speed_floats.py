@@ -33,7 +33,7 @@ PROGRAM = "check_speed_float"
 FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
 
 
-class Bounds(NamedTuple):
+class FloatBounds(NamedTuple):
     """What is proven of a kernel's float functions.
 
     Attributes
@@ -53,7 +53,7 @@ class Bounds(NamedTuple):
     ulps: float
 
 
-def bounds_of(kernel: speed_kernel.SpeedKernel) -> Bounds:
+def bounds_of(kernel: speed_kernel.SpeedKernel) -> FloatBounds:
     """Return the bounds of a kernel, by its proofs."""
     table = kernel.table
     form = FLOAT if FLOAT in kernel.formats else DOUBLE
@@ -64,7 +64,7 @@ def bounds_of(kernel: speed_kernel.SpeedKernel) -> Bounds:
     # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
     outside = Fraction(kernel.bound) + Fraction(1, 10**13)
     ends = table.first, table.first + speed_table.OCTAVES
-    return Bounds(*ends, float(inside), float(outside), 3.5 if form == FLOAT else 0.5)
+    return FloatBounds(*ends, float(inside), float(outside), 3.5 if form == FLOAT else 0.5)
 
 
 def value(bits: int) -> float:
@@ -73,7 +73,7 @@ def value(bits: int) -> float:
     return float(number)
 
 
-def check(text: str, name: str, bounds: Bounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
+def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
     """Return the result for the header `text` with the kernel `name`, compiled in one of `exhaustive.MODES`.
 
     Every `step`-th speed is tested.
@@ -106,7 +106,7 @@ def check(text: str, name: str, bounds: Bounds, mode: str, step: int = 1, jobs: 
     }
 
 
-def compiled(folder: Path, text: str, name: str, bounds: Bounds, mode: str) -> Path:
+def compiled(folder: Path, text: str, name: str, bounds: FloatBounds, mode: str) -> Path:
     """Compile the program with a kernel; return its path."""
     (folder / "full.h").write_text(last_place.render("benchmarks/exhaustive"))
     (folder / "speed.h").write_text(text)

@@ -13,6 +13,7 @@ import numpy as np
 
 from viscopade.arrays import native
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import spheres
 from viscopade.kernels import registry_arrays
 from viscopade.kernels.registry import entries
 from viscopade.simulators import gas
@@ -55,8 +56,7 @@ STEPS_NODES = 600  # of quadrature over a table, which jumps from row to row
 
 
 def _v_star(speed: FloatArray) -> FloatArray:
-    value: FloatArray = np.sqrt(BETA) * speed**0.1
-    return value
+    return spheres.v_star(speed, BETA)
 
 
 def exact(speed: FloatArray) -> FloatArray:
@@ -65,13 +65,13 @@ def exact(speed: FloatArray) -> FloatArray:
     return value
 
 
-def constant() -> gas.Restitution:
+def constant() -> gas.RestitutionFunction:
     """Return the constant eps with which the gas begins to cool as fast as it should."""
     epsilon = float(np.sqrt(1 - gas.loss(exact, TEMPERATURE)))
     return lambda speed: np.full_like(speed, epsilon)
 
 
-def rational(m: int, n: int) -> gas.Restitution:
+def rational(m: int, n: int) -> gas.RestitutionFunction:
     """Return Padé's [m/n] of ice."""
     a, b = (np.array([float(c) for c in side]) for side in pade(m, n, DIGITS).decimals())
 
@@ -83,14 +83,14 @@ def rational(m: int, n: int) -> gas.Restitution:
     return restitution
 
 
-def kernel(tier: str) -> gas.Restitution:
+def kernel(tier: str) -> gas.RestitutionFunction:
     """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     return lambda speed: registry_arrays.epsilon(entry, _v_star(speed))
 
 
 @lru_cache(maxsize=4 * SEEDS)
-def _simulated(restitution: gas.Restitution, seed: int) -> FloatArray:
+def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
     """Return T at `COMPARED`."""
     simulated = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(COMPARED[-1]), seed=seed)
     return simulated.temperature_at(COMPARED)
@@ -139,7 +139,7 @@ def _temperatures(axes: Axes, exactly: FloatArray, constantly: FloatArray) -> No
     label_axes(axes, "", "$T$ ((cm/s)$^2$)", (0.3, END), (1e-18, 3), "xy")
 
 
-def _simulated_temperatures(axes: Axes, functions: Mapping[str, gas.Restitution]) -> None:
+def _simulated_temperatures(axes: Axes, functions: Mapping[str, gas.RestitutionFunction]) -> None:
     for name, restitution in functions.items():
         run = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(MARKED[-1]))
         (points,) = axes.plot(MARKED, run.temperature_at(MARKED), "o", color=BLACK, gid=f"simulated-{name}")
@@ -156,7 +156,7 @@ def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
     label_axes(axes, "$t$ (mean collision times at the start)", "relative error of $T$", (0.3, END), (1e-8, 3), "xy")
 
 
-def _simulated_errors(axes: Axes, name: str, restitution: gas.Restitution) -> None:
+def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunction) -> None:
     """Draw means over seeds and their standard errors."""
     ratios = [_simulated(restitution, seed) / _simulated(exact, seed) for seed in range(SEEDS)]
     mean, bar = np.mean(ratios, axis=0) - 1, np.std(ratios, axis=0, ddof=1) / np.sqrt(SEEDS)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from viscopade.approximation import frontier, minimax
 from viscopade.arrays import double
+from viscopade.collision import spheres
 from viscopade.generated import marker_line
 from viscopade.progress import quietly, track
 from viscopade.theory import singularity
@@ -259,8 +260,7 @@ def _label(degrees: tuple[int, int]) -> str:
 
 def _ice(speed: Floats) -> Floats:
     """Return v* for ice, of a speed in cm/s."""
-    v_star: Floats = np.sqrt(float(BETA_ICE_CGS)) * speed**0.1
-    return v_star
+    return spheres.v_star(speed, float(BETA_ICE_CGS))
 
 
 def _fit(speed: Floats) -> Floats:

@@ -26,16 +26,16 @@ from viscopade_lab.hard_cases import (
     round_trips,
     truncated_series,
 )
-from viscopade_lab.hard_cases.finding import Case, Chart, Check, Curve, Finding, Result, Table, from_json
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Finding, Outcome, Table, from_json
 
 __all__ = [
     "CASES",
     "Case",
     "Chart",
+    "ChartCurve",
     "Check",
-    "Curve",
     "Finding",
-    "Result",
+    "Outcome",
     "Table",
     "check",
     "command",
@@ -113,10 +113,10 @@ def _found(case: Case, thorough: bool) -> Finding:
         return Finding(case.name, case.title, case.question, thorough, _result(case, thorough))
 
 
-def _result(case: Case, thorough: bool) -> Result:
+def _result(case: Case, thorough: bool) -> Outcome:
     """Run a case; what it cannot bear is a failure, and the other cases are still run."""
     try:
         return case.run(thorough)
     except Exception as error:
         summary = f"The case stopped in {type(error).__name__}: {' '.join(str(error).split())}"
-        return Result(summary, (), (), (Check("The case runs to its end: exceptions", 1, "==", 0),))
+        return Outcome(summary, (), (), (Check("The case runs to its end: exceptions", 1, "==", 0),))

@@ -26,11 +26,11 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arrays import double, native
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import ULP
-from viscopade.collision import exact
+from viscopade.collision import exact, spheres
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, speeds
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, binned, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, binned, curve
 from viscopade_lab.hard_cases.material_trips import proven_restitution
 
 SEED = 11
@@ -451,7 +451,7 @@ def expansions(generator: np.random.Generator, number: int, largest: int, digits
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Look for exceptions at points that a seed gives."""
     generator = np.random.default_rng(SEED)
     number = 1_000_000 if thorough else 60_000
@@ -474,7 +474,7 @@ def run(thorough: bool) -> Result:
     sample = np.minimum(log_uniform(generator, 1e-12, 1.0, 300), 1.0)
     layout = {name: changed_by_layout(name, sample) for name in FUNCTIONS}
     found = expansions(generator, 20 if thorough else 6, 15 if thorough else 8, 60)
-    return Result(
+    return Outcome(
         _summary(wrong, orders, growths, found),
         (_step_table(wrong), _order_table(orders, growths), _layout_table(layout, sample), _pade_table(found)),
         (_step_chart(wrong), _share_chart(sums, others), _fall_chart(generator, number)),
@@ -525,7 +525,7 @@ def run(thorough: bool) -> Result:
 def _kernel_out_of_range(generator: np.random.Generator, number: int) -> int:
     """Return how many eps of speed and beta are out of range, with v* anywhere in double's range."""
     beta, speed = log_uniform(generator, 1e-300, 1e300, number), log_uniform(generator, 1e-300, 1e300, number)
-    return out_of_range(native.restitution(speed, beta), np.sqrt(beta) * speed**0.1)
+    return out_of_range(native.restitution(speed, beta), spheres.v_star(speed, beta))
 
 
 def _random_scaled(generator: np.random.Generator) -> tuple[float, float, float]:
@@ -600,7 +600,7 @@ def _pade_table(found: Sequence[Expanded]) -> Table:
 
 def _step_chart(wrong: Sequence[Wrong]) -> Chart:
     edges = np.linspace(-12, 12, 145)
-    curves: list[Curve] = []
+    curves: list[ChartCurve] = []
     for one in wrong:
         if one.name.startswith(("epsilon", "one", "v_star")):
             curves.append(curve(one.name, *binned(one.x, one.steps, edges), "points"))

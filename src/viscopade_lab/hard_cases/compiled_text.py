@@ -113,7 +113,7 @@ def allowed(
     factors = len(b) - len(a) if far else 0
     unit = 2.0**-form.precision
     with working(rounding.BITS):
-        errors = [float(rounding.horner(c, form, ball_of(x))[1].abs_upper()) for c in parts]
+        errors = [float(rounding.horner_with_error(c, form, ball_of(x))[1].abs_upper()) for c in parts]
     shares = [float(error / abs(value)) if value else math.inf for error, value in zip(errors, exact, strict=True)]
     if far:
         shares = [s + _moved(c, x, v) * 2 * unit for s, c, v in zip(shares, parts, exact, strict=True)]

@@ -30,7 +30,7 @@ from viscopade.kernels.toolchain import BenchError
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
 from viscopade_lab.bench.stated import passage
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 
 Rules = Literal["bits", "contracted", "extended", "fast"]
 Array = npt.NDArray[Any]
@@ -84,7 +84,7 @@ class Made(NamedTuple):
 
     compiler: str
     build: Build
-    functions: tuple[Function, ...]
+    functions: tuple[HeaderFunction, ...]
     results: tuple[Array, ...]
     reason: str
 
@@ -172,7 +172,7 @@ class Stated:
 
 
 @dataclass(frozen=True)
-class Function:
+class HeaderFunction:
     """A function of a header: of v*, of eps, or of the speed at beta = 1."""
 
     name: str
@@ -197,9 +197,9 @@ class Function:
         return f"for (i = 0; i < {n}; ++i) {{ out{s}[i] = viscopade_{self.kind}_{self.name}{s}({x}[i]{beta}); }}"
 
 
-def functions(texts: Mapping[str, str]) -> list[Function]:
+def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
     """Return the functions of some headers whose errors are stated there in full; each once."""
-    found: dict[tuple[str, ...], Function] = {}
+    found: dict[tuple[str, ...], HeaderFunction] = {}
     for file, text in texts.items():
         for form, kind, name in _FUNCTION.findall(text):
             if kind == "restitution" and not name.startswith("lookup"):
@@ -207,7 +207,7 @@ def functions(texts: Mapping[str, str]) -> list[Function]:
             for arrays in (False, True) if kind == "restitution" else (False,):
                 key = form, kind, name, "array" if arrays else ""
                 if key not in found:
-                    found[key] = Function(name, kind, form, stated(file, text, kind, name, form), arrays)
+                    found[key] = HeaderFunction(name, kind, form, stated(file, text, kind, name, form), arrays)
     return list(found.values())
 
 
@@ -386,7 +386,7 @@ int main(void)
 """
 
 
-def driver(wanted: Sequence[Function], given: Given) -> str:
+def driver(wanted: Sequence[HeaderFunction], given: Given) -> str:
     """Return the program that calls all functions: from numbers to numbers."""
     arrays, reads, calls = [], [], []
     for over in OVER:
@@ -411,7 +411,7 @@ def make(
     command: str,
     build: Build,
     text: str,
-    wanted: Sequence[Function],
+    wanted: Sequence[HeaderFunction],
     given: Given,
     start: Sequence[str] = (),
     order: Literal["=", "<", ">"] = "=",
@@ -448,7 +448,7 @@ def make(
 # --- judging ----------------------------------------------------------------------------------------------------------
 
 
-class Errors(NamedTuple):
+class BuildErrors(NamedTuple):
     """The largest errors of a build: in parts of what is stated, and beyond that in ulp; and wrong special results."""
 
     part: float
@@ -457,14 +457,14 @@ class Errors(NamedTuple):
     refused: int
 
 
-def errors(given: Points, made: Made) -> Errors:
+def errors(given: Points, made: Made) -> BuildErrors:
     """Compare all results with the truth and with what the headers state."""
     each = [_errors(f, given, r, made.build.rules) for f, r in zip(made.functions, made.results, strict=True)]
     worst = [max(values) for values in zip(*((e.part, e.excess) for e in each), strict=True)]
-    return Errors(worst[0], worst[1], sum(e.wrong for e in each), sum(e.refused for e in each))
+    return BuildErrors(worst[0], worst[1], sum(e.wrong for e in each), sum(e.refused for e in each))
 
 
-def _errors(function: Function, given: Points, result: Array, rules: Rules) -> Errors:
+def _errors(function: HeaderFunction, given: Points, result: Array, rules: Rules) -> BuildErrors:
     truth, at = given.truth[function.kind], len(given.arguments[function.over])
     values = result[:at].astype(np.float64)
     error = np.abs((values - truth.high) - truth.low)
@@ -483,7 +483,7 @@ def _errors(function: Function, given: Points, result: Array, rules: Rules) -> E
         same |= (np.abs(result[at:] - answers) <= few) | np.isinf(special(function.over, function.form))
         same |= np.isnan(answers)
     refused = int(np.sum(np.isnan(result[at:]) & np.isnan(answers)))
-    return Errors(float(part.max()), max(0.0, float(excess.max())), int(np.sum(~same)), refused)
+    return BuildErrors(float(part.max()), max(0.0, float(excess.max())), int(np.sum(~same)), refused)
 
 
 def bound(stated: Stated, truth: Truth, ulp: Array) -> Array:
@@ -529,7 +529,7 @@ def missing(made: Made) -> bool:
     return bool(made.reason) and _MISSING.search(made.reason) is not None
 
 
-def judge(given: Points, made: Sequence[Made]) -> Result:
+def judge(given: Points, made: Sequence[Made]) -> Outcome:
     """Return what is found in the results."""
     here = [one for one in made if not missing(one)]
     built = [one for one in here if not one.reason]
@@ -550,15 +550,15 @@ def judge(given: Points, made: Sequence[Made]) -> Result:
         Check("with -ffast-math: errors beyond the proven ones, in ulp (4 more roundings)", excess, "<=", FAST_ULPS),
         Check("with -ffast-math: results for 0 and subnormal numbers further off than that", wrong_fast, "==", 0),
     )  # fmt: skip
-    return Result(_summary(made, found), (_table(made, _by_build(found)),), (_chart(found),), checks)
+    return Outcome(_summary(made, found), (_table(made, _by_build(found)),), (_chart(found),), checks)
 
 
-def _by_build(found: Sequence[tuple[Made, Errors]]) -> dict[tuple[str, str], Errors]:
+def _by_build(found: Sequence[tuple[Made, BuildErrors]]) -> dict[tuple[str, str], BuildErrors]:
     """Return the errors by compiler and flags."""
     return {(one.compiler, one.build.label): error for one, error in found}
 
 
-def _summary(made: Sequence[Made], found: Sequence[tuple[Made, Errors]]) -> str:
+def _summary(made: Sequence[Made], found: Sequence[tuple[Made, BuildErrors]]) -> str:
     if not found:
         return "Not run: there is no C compiler here."
     names = list(dict.fromkeys(one.compiler for one, _ in found))
@@ -582,7 +582,7 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, Errors]]) -> str:
     )
 
 
-def _table(made: Sequence[Made], found: Mapping[tuple[str, str], Errors]) -> Table:
+def _table(made: Sequence[Made], found: Mapping[tuple[str, str], BuildErrors]) -> Table:
     header = ("compiler", "flags", "error / proven", "beyond it, ulp", "special results wrong", "NaN returned")
     rows: list[tuple[Cell, ...]] = []
     for one in made:
@@ -598,7 +598,7 @@ def _table(made: Sequence[Made], found: Mapping[tuple[str, str], Errors]) -> Tab
     )
 
 
-def _chart(found: Sequence[tuple[Made, Errors]]) -> Chart:
+def _chart(found: Sequence[tuple[Made, BuildErrors]]) -> Chart:
     names = list(dict.fromkeys(one.compiler for one, _ in found))
     curves = []
     for name in names:
@@ -612,7 +612,7 @@ def _chart(found: Sequence[tuple[Made, Errors]]) -> Chart:
     )  # fmt: skip
 
 
-def check(thorough: bool) -> Result:
+def check(thorough: bool) -> Outcome:
     """Build with every compiler that is there."""
     return judge(*measure(thorough))
 

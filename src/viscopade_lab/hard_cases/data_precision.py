@@ -28,7 +28,7 @@ from viscopade.arrays import double
 from viscopade.theory.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.theory.series import series
 from viscopade.theory.singularity import from_four
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve, signed
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve, signed
 
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 15, 20, 25)
 THOROUGH = tuple(range(61))
@@ -75,7 +75,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Rounded:
+class RoundedData:
     """[m/m+3] of rounded data, against that of the exact series.
 
     Attributes
@@ -142,7 +142,7 @@ def known(h: Sequence[Fraction], m: int) -> Known:
     return Known(p, upper, tuple(kappa), tuple(amplification))
 
 
-def rounded(data: Data, exact: Known) -> Rounded:
+def rounded(data: Data, exact: Known) -> RoundedData:
     """Return [m/m+3] of rounded data, compared with that of the exact series."""
     p = exact.p
     q = rational_pade(data.h[: 2 * p.m + 4], p.m, p.n, _digits(p.m))
@@ -156,7 +156,7 @@ def rounded(data: Data, exact: Known) -> Rounded:
         proven = max(x / y for x, y in zip([*moved, *moved_back], [*reach, *back], strict=True))
         error, in_bounds, total = _errors(p, q, weights, u)
         spurious = tuple(pair for pair in q.doublets() if nearest(pair.pole, p.poles) > KEPT)
-    return Rounded(data, q, tuple(moved), proven, spurious, error, in_bounds, total)
+    return RoundedData(data, q, tuple(moved), proven, spurious, error, in_bounds, total)
 
 
 def _digits(m: int) -> int:
@@ -237,7 +237,7 @@ def _exact_epsilon() -> tuple[float, ...]:
     return tuple(np.asarray(double.epsilon(np.array([float(v) for v in V_STARS]))).tolist())
 
 
-def lasting(found: Sequence[Rounded]) -> int:
+def lasting(found: Sequence[RoundedData]) -> int:
     """Count the spurious doublets that the approximants of all other data have too, within KEPT."""
     return sum(
         all(nearest(pair.pole, other.p.poles) <= KEPT for other in found if other is not one)
@@ -248,10 +248,10 @@ def lasting(found: Sequence[Rounded]) -> int:
 
 # --- the case ---------------------------------------------------------------------------------------------------------
 
-Measured = Mapping[int, tuple[Known, tuple[Rounded, ...]]]
+MeasuredData = Mapping[int, tuple[Known, tuple[RoundedData, ...]]]
 
 
-def measured(degrees: Sequence[int]) -> Measured:
+def measured(degrees: Sequence[int]) -> MeasuredData:
     """Return for each m the exact approximant and those of all the rounded data."""
     h = exact_data(max(degrees))
     data = rounded_data(h)
@@ -262,9 +262,9 @@ def measured(degrees: Sequence[int]) -> Measured:
     return found
 
 
-def _run(thorough: bool) -> Result:
+def _run(thorough: bool) -> Outcome:
     found = measured(THOROUGH if thorough else QUICK)
-    return Result(
+    return Outcome(
         _summary(found),
         (_by_precision(found), _by_degree(found), _landmarks(found)),
         (_pole_chart(found), _movement_chart(found), _error_chart(found)),
@@ -272,7 +272,7 @@ def _run(thorough: bool) -> Result:
     )
 
 
-def slope(found: Measured) -> tuple[float, float]:
+def slope(found: MeasuredData) -> tuple[float, float]:
     """Return c and d of c m + d, fitted to the median digits that poles lose: log10 kappa."""
     degrees = [m for m in found if m >= 3]
     lost = [float(np.median(np.log10(found[m][0].kappa))) for m in degrees]
@@ -280,16 +280,16 @@ def slope(found: Measured) -> tuple[float, float]:
     return float(c), float(d)
 
 
-def _of(found: Measured, i: int) -> dict[int, Rounded]:
+def _of(found: MeasuredData, i: int) -> dict[int, RoundedData]:
     """Return what the data of index i gave, by m."""
     return {m: row[i] for m, (_, row) in found.items()}
 
 
-def _names(found: Measured) -> list[str]:
+def _names(found: MeasuredData) -> list[str]:
     return [one.data.name for one in next(iter(found.values()))[1]]
 
 
-def trusted(rows: Mapping[int, Rounded]) -> int:
+def trusted(rows: Mapping[int, RoundedData]) -> int:
     """Return the largest m up to which every pole stays within KEPT; -1 if there is none."""
     best = -1
     for m in sorted(rows):
@@ -299,7 +299,7 @@ def trusted(rows: Mapping[int, Rounded]) -> int:
     return best
 
 
-def _first_spurious(rows: Mapping[int, Rounded]) -> int | None:
+def _first_spurious(rows: Mapping[int, RoundedData]) -> int | None:
     return next((m for m in sorted(rows) if rows[m].spurious), None)
 
 
@@ -308,20 +308,20 @@ def _up_to(values: Sequence[float], end: int) -> float:
     return max(x for v, x in zip(V_STARS, values, strict=True) if v <= end)
 
 
-def best(rows: Mapping[int, Rounded], end: int) -> tuple[int, float]:
+def best(rows: Mapping[int, RoundedData], end: int) -> tuple[int, float]:
     """Return the m, with its error, that is nearest to the exact function on (0, end], of those without poles there."""
     errors = {m: _up_to(row.total, end) for m, row in rows.items() if row.p.usable}
     m = min(errors, key=lambda m: errors[m])
     return m, errors[m]
 
 
-def _predicted(found: Measured, u: Fraction) -> int:
+def _predicted(found: MeasuredData, u: Fraction) -> int:
     """Return the largest m whose median pole the fit lets move by no more than KEPT."""
     c, d = slope(found)
     return math.floor((math.log10(KEPT) - math.log10(u) - d) / c)
 
 
-def _summary(found: Measured) -> str:
+def _summary(found: MeasuredData) -> str:
     c, d = slope(found)
     names, last = _names(found), max(found)
     rows = [_of(found, i) for i in range(len(names))]
@@ -349,7 +349,7 @@ def _summary(found: Measured) -> str:
     )
 
 
-def _landmark(found: Measured, m: int, place: complex) -> tuple[complex, tuple[float, ...]]:
+def _landmark(found: MeasuredData, m: int, place: complex) -> tuple[complex, tuple[float, ...]]:
     """Return the pole of [m/m+3] nearest to a place, and how far it moved in each of the rounded data."""
     exact, row = found[m]
     i = _nearest_to(exact, place)
@@ -360,7 +360,7 @@ def _nearest_to(exact: Known, place: complex) -> int:
     return min(range(len(exact.upper)), key=lambda i: abs(complex(exact.upper[i].value) - place))
 
 
-def _by_precision(found: Measured) -> Table:
+def _by_precision(found: MeasuredData) -> Table:
     header = (
         "data",
         "all poles kept up to m",
@@ -395,7 +395,7 @@ def _by_precision(found: Measured) -> Table:
     return Table("What each precision of the data holds", header, tuple(rows))
 
 
-def _positive_by_rounding(p: Pade, row: Rounded) -> bool:
+def _positive_by_rounding(p: Pade, row: RoundedData) -> bool:
     return any(pole.positive and nearest(pole, p.poles) > KEPT for pole in row.p.poles)
 
 
@@ -408,7 +408,7 @@ def _listed(numbers: Iterable[int]) -> str:
     return f"{len(found)}: {' '.join(map(str, found[:SHOWN]))}{more}"
 
 
-def _by_degree(found: Measured) -> Table:
+def _by_degree(found: MeasuredData) -> Table:
     names = _names(found)
     header = (
         "m",
@@ -435,7 +435,7 @@ def _by_degree(found: Measured) -> Table:
     return Table("Poles and doublets of [m/m+3], and the error that rounded data make in eps", header, tuple(rows))
 
 
-def _landmarks(found: Measured) -> Table:
+def _landmarks(found: MeasuredData) -> Table:
     """Return how far some poles moved: positive ones, and the one nearest to the singularity of eps."""
     wanted = [(f"positive pole of [{m}/{m + 3}]", m, place) for m, place in LANDMARKS]
     wanted.append((f"pole of [{DRAWN_M}/{DRAWN_M + 3}] nearest to the singularity", DRAWN_M, singularity(found)))
@@ -451,7 +451,7 @@ def _landmarks(found: Measured) -> Table:
     return Table("Some poles, and by what part of their modulus they moved", header, tuple(rows))
 
 
-def singularity(found: Measured) -> complex:
+def singularity(found: MeasuredData) -> complex:
     """Return the singularity of eps nearest to 0, to two digits, as the last four h_k have it."""
     return from_four([_float(h_k) for h_k in found[max(found)][0].p.h])
 
@@ -460,7 +460,7 @@ def _place(z: complex) -> str:
     return f"{z.real:.6f}" if abs(z.imag) < 1e-12 else f"{z.real:.4f}{z.imag:+.4f}i"
 
 
-def _pole_chart(found: Measured) -> Chart:
+def _pole_chart(found: MeasuredData) -> Chart:
     exact, row = found[DRAWN_M]
     z = singularity(found)
     drawn = [*((one.data.name, one.p) for one in row if one.data.name != DOUBLE), ("exact series", exact.p)]
@@ -469,12 +469,12 @@ def _pole_chart(found: Measured) -> Chart:
     return Chart(f"Poles of [{DRAWN_M}/{DRAWN_M + 3}]", "Re v*", "Im v*", (*points, ends), "linear", "linear")
 
 
-def _points(name: str, places: Sequence[complex]) -> Curve:
+def _points(name: str, places: Sequence[complex]) -> ChartCurve:
     inside = [z for z in places if max(abs(z.real), abs(z.imag)) <= DRAWN_SQUARE]
     return curve(name, [z.real for z in inside], [z.imag for z in inside], "points")
 
 
-def _movement_chart(found: Measured) -> Chart:
+def _movement_chart(found: MeasuredData) -> Chart:
     curves = []
     for i, name in enumerate(_names(found)):
         rows = [(found[m][0], found[m][1][i]) for m in MOVED_M if m in found]
@@ -487,7 +487,7 @@ def _movement_chart(found: Measured) -> Chart:
     )
 
 
-def _error_chart(found: Measured) -> Chart:
+def _error_chart(found: MeasuredData) -> Chart:
     exact, row = found[ERROR_M]
     v = [float(v) for v in V_STARS]
     curves = []
@@ -498,7 +498,7 @@ def _error_chart(found: Measured) -> Chart:
     return Chart(title, "v*", "relative error", tuple(curves), "linear", "log")
 
 
-def _checks(found: Measured) -> tuple[Check, ...]:
+def _checks(found: MeasuredData) -> tuple[Check, ...]:
     rows = [(exact, one) for exact, row in found.values() for one in row]
     parts = [
         x / (k * float(one.data.u))

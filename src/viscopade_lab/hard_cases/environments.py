@@ -20,12 +20,12 @@ from tempfile import TemporaryDirectory
 from typing import Any, cast
 
 from viscopade.progress import track
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.streams import (
     COMMAND,
     TIMEOUT,
     Ran,
-    Row,
+    StreamRow,
     closed,
     disk_full,
     on_terminal,
@@ -189,17 +189,17 @@ def numbers(text: bytes) -> list[bytes]:
     return _NUMBER.findall(_ESCAPE.sub(b"", text))
 
 
-def compared(given: Environment, usual: Ran, ran: Ran) -> Row:
+def compared(given: Environment, usual: Ran, ran: Ran) -> StreamRow:
     """Return what an environment did to the output."""
     if b"Traceback" in ran.err or b"Warning" in ran.err:
-        return Row(given.name, "traceback or warning", 0.0, False)
+        return StreamRow(given.name, "traceback or warning", 0.0, False)
     lines, expected = ran.out.splitlines(), usual.out.splitlines()
     alike = sum(a == b for a, b in zip(lines, expected, strict=False)) / max(len(lines), len(expected), 1)
     if (ran.out, ran.err, ran.status) == usual:
-        return Row(given.name, "the same bytes", alike, True)
+        return StreamRow(given.name, "the same bytes", alike, True)
     if not given.bytes and numbers(ran.out) == numbers(usual.out) and ran.status == usual.status:
-        return Row(given.name, "the same numbers, other lines around them", alike, True)
-    return Row(given.name, "different", alike, False)
+        return StreamRow(given.name, "the same numbers, other lines around them", alike, True)
+    return StreamRow(given.name, "different", alike, False)
 
 
 def drawn(changed: Mapping[str, str | None]) -> tuple[bytes, bytes]:
@@ -213,14 +213,14 @@ def drawn(changed: Mapping[str, str | None]) -> tuple[bytes, bytes]:
             return file.read(), ran.err
 
 
-def drawing_without_home() -> Row:
+def drawing_without_home() -> StreamRow:
     """Draw where Matplotlib can keep neither settings nor its cache."""
     plain, _ = drawn({})
     nowhere = ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME")
     picture, complaint = drawn({"MPLCONFIGDIR": None, **dict.fromkeys(nowhere, _NOWHERE)})
     same = bool(plain) and picture == plain
     words = f"{'the same' if same else 'another'} figure, {len(complaint)} bytes of complaint"
-    return Row("drawing; a HOME that cannot be written to", words, float(same), same and not complaint)
+    return StreamRow("drawing; a HOME that cannot be written to", words, float(same), same and not complaint)
 
 
 # --- the record -------------------------------------------------------------------------------------------------------
@@ -263,7 +263,7 @@ def _matrix(rows: Sequence[Mapping[str, str]]) -> Table:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def settings(chosen: Sequence[str], here: Sequence[str] = ()) -> tuple[list[Row], int, int]:
+def settings(chosen: Sequence[str], here: Sequence[str] = ()) -> tuple[list[StreamRow], int, int]:
     """Call the package after a program has set something; return also how many results, and settings, changed.
 
     The locale of the environment is the first of `here`, if there is one: a program that sets it has decimal commas.
@@ -279,11 +279,11 @@ def settings(chosen: Sequence[str], here: Sequence[str] = ()) -> tuple[list[Row]
         differing += len(usual) - same
         lost += was != now
         words = f"{same} of {len(usual)} results the same, setting {'kept' if was == now else 'lost'}"
-        rows.append(Row(name, words, same / len(usual), same == len(usual) and was == now))
+        rows.append(StreamRow(name, words, same / len(usual), same == len(usual) and was == now))
     return rows, differing, lost
 
 
-def check(thorough: bool) -> Result:
+def check(thorough: bool) -> Outcome:
     """Run everything, and compare."""
     here, lacking = locales()
     wanted = [*_QUICK, *(_MORE if thorough else ())]
@@ -316,10 +316,12 @@ def check(thorough: bool) -> Result:
         Check("of the oldest and the newest versions of the packages, how many were recorded",
               len(recorded_sets(recorded)), "==", 2),
     )  # fmt: skip
-    return Result(_summary(everything, here, lacking, recorded), _tables(everything, recorded), (_chart(rows),), checks)
+    return Outcome(
+        _summary(everything, here, lacking, recorded), _tables(everything, recorded), (_chart(rows),), checks
+    )
 
 
-def _summary(rows: Sequence[Row], here: Sequence[str], lacking: Sequence[str], recorded: Sequence[Any]) -> str:
+def _summary(rows: Sequence[StreamRow], here: Sequence[str], lacking: Sequence[str], recorded: Sequence[Any]) -> str:
     same = sum(row.result == "the same bytes" for row in rows)
     text = f"{len(rows)} environments, in {same} of which the output is the same to the byte; "
     text += f"{sum(not row.good for row in rows)} are not as they should be. "
@@ -333,14 +335,14 @@ def _summary(rows: Sequence[Row], here: Sequence[str], lacking: Sequence[str], r
     return text.strip()
 
 
-def _tables(rows: Sequence[Row], recorded: Sequence[Mapping[str, str]]) -> tuple[Table, ...]:
+def _tables(rows: Sequence[StreamRow], recorded: Sequence[Mapping[str, str]]) -> tuple[Table, ...]:
     cells: tuple[tuple[Cell, ...], ...] = tuple((row.name, row.result, "yes" if row.good else "NO") for row in rows)
     return Table("What was changed, and what came", ("environment", "result", "as it should be"), cells), _matrix(
         recorded
     )
 
 
-def _chart(rows: Sequence[Row]) -> Chart:
+def _chart(rows: Sequence[StreamRow]) -> Chart:
     places = range(1, len(rows) + 1)
     return Chart(
         "Lines of the output that are as usual",

@@ -18,8 +18,7 @@ from flint import arb, arb_poly
 
 from viscopade.approximation import half_line, inverse, machine_coefficients, minimax
 from viscopade.approximation.inverse import WHOLE_ROOT
-from viscopade.approximation.lacunary import Powers
-from viscopade.approximation.lacunary import Quotient as Gaps
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import panels
@@ -35,7 +34,7 @@ from viscopade.kernels.expressions import (
     Rounded,
     Statement,
     evaluate,
-    horner,
+    horner_expression,
     run,
     smallest,
 )
@@ -71,7 +70,7 @@ Given = Callable[[Any], dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Function:
+class ExportedFunction:
     """An exported function of one variable x in one format, on a part of its domain.
 
     Attributes
@@ -196,7 +195,7 @@ def upper(ball: arb) -> Fraction:
 def _polynomials(a: Sequence[float], b: Sequence[float]) -> tuple[Program, dict[str, float]]:
     """Return Horner's rule for numerator and denominator, as headers have it, and the constants."""
     program = tuple(
-        Statement(name, horner(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
+        Statement(name, horner_expression(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
         for name, letter, c in (("numerator", "a", a), ("denominator", "b", b))
     )
     return program, {f"{letter}{i}": x for letter, c in (("a", a), ("b", b)) for i, x in enumerate(c)}
@@ -235,7 +234,7 @@ def pade_kernel(m: int, n: int) -> Quotient:
     return prove_rational.without_proof(pade(m, n, prove_rational.DIGITS))
 
 
-def of_pade() -> Iterator[Function]:
+def of_pade() -> Iterator[ExportedFunction]:
     """Yield the paper's approximants, compared with the polynomials of machine numbers, and with those of 40 digits."""
     for m, n in TABLE:
         kernel = pade_kernel(m, n)
@@ -271,12 +270,12 @@ def of_quotient(
     end: Fraction,
     relative: Fraction,
     formula: Callable[[arb], arb],
-) -> Function:
+) -> ExportedFunction:
     """Return a quotient of polynomials with machine numbers a and b, compared with a formula up to v* = end."""
     program, numbers = _polynomials(a, b)
     result = Name("numerator") / Name("denominator")
     ends = _LEAST, float(end)
-    return Function(kernel, name, form, program, result, numbers, _v_star, *ends, relative, formula)
+    return ExportedFunction(kernel, name, form, program, result, numbers, _v_star, *ends, relative, formula)
 
 
 @lru_cache(maxsize=8)
@@ -291,7 +290,7 @@ def minimax_coefficients(m: int, n: int, form: Format) -> tuple[tuple[float, ...
     return found.a, found.b
 
 
-def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Function]:
+def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[ExportedFunction]:
     """Yield the best approximants and their derivatives."""
     for m, n in degrees:
         label = f"[{m}/{n}]"
@@ -304,7 +303,9 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Functio
             yield _derivative(label, form, machine)
 
 
-def _derivative(label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]) -> Function:
+def _derivative(
+    label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+) -> ExportedFunction:
     t = tuple(form.nearest(c) for c in RationalDerivative.of(Rational(*machine)).t)
     program, numbers = _polynomials(t, tuple(map(float, machine[1])))
     size = upper(rounding.derivative(tuple(map(Fraction, t)), machine[1], form, Fraction(0), MINIMAX_END))
@@ -317,7 +318,7 @@ def _derivative(label: str, form: Format, machine: tuple[tuple[Fraction, ...], t
         return x * top(x) / bottom(x) ** 2
 
     slope = tuple(map(Fraction, t))
-    return Function(
+    return ExportedFunction(
         f"best {label}",
         "derivative",
         form,
@@ -340,7 +341,7 @@ def formats(name: str) -> tuple[Format, ...]:
 # --- quotients in powers of a root ------------------------------------------------------------------------------------
 
 
-def _machine(quotient: Gaps, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _machine(quotient: LacunaryQuotient, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return tuple(map(form.nearest, quotient.a)), tuple(map(form.nearest, quotient.b))
 
 
@@ -350,14 +351,14 @@ def half_line_numbers(accuracy: str, form: Format) -> tuple[Powers, tuple[float,
     return powers, *_machine(half_line.fit(powers, "both").quotient, form)
 
 
-def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[Function, Function]:
+def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFunction, ExportedFunction]:
     """Return eps or 1 - eps of a half-line kernel for v* <= 1 and beyond, without bounds."""
     powers, a, b = half_line_numbers(accuracy, form)
     numbers, formula = lacunary_rounding.constants(powers, a, b), half_line_formulas(powers, a, b)[name]
     kind = type_of(form)
     beyond = float(np.nextafter(kind(1), kind(2)))
     near, far = (
-        Function(
+        ExportedFunction(
             f"half-line {accuracy}",
             name,
             form,
@@ -377,7 +378,7 @@ def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[Function, F
     return near, far
 
 
-def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Function]:
+def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[ExportedFunction]:
     """Yield eps and 1 - eps of the half-line kernels, on both sides of v* = 1."""
     for accuracy in accuracies:
         for form in formats(accuracy):
@@ -392,7 +393,7 @@ def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Funct
 RootAt = Callable[[arb, Format], tuple[dict[str, Rounded], arb, arb]]
 
 
-def _bounded(function: Function, size: Size, variable: str, at: RootAt) -> Function:
+def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) -> ExportedFunction:
     """Return the function with its bounds, and that for one argument: the program run with `expressions.Rounded`."""
     form = function.form
 
@@ -450,7 +451,7 @@ def half_line_formulas(powers: Powers, a: Sequence[float], b: Sequence[float]) -
     return {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
 
 
-def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[Function]:
+def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedFunction]:
     """Yield v* of eps and of 1 - eps, on both sides of eps = 1/2."""
     for accuracy in accuracies:
         powers = INVERSE[accuracy]
@@ -471,7 +472,7 @@ def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[Function]
             for name, given, branch, low, high in parts:
                 exact, result = _inverse_formula(powers, a, b, given), branch.results["v_star"]
                 kernel, none = f"inverse {accuracy}", Fraction(0)
-                part = Function(
+                part = ExportedFunction(
                     kernel, name, form, branch.program, result, numbers, given, low, high, none, exact, roots=True
                 )
                 yield _bounded(part, size, branch.variable, partial(_inverse_at, given, branch.variable))
@@ -507,7 +508,7 @@ def _of_loss(x: Any) -> dict[str, Any]:
     return {"epsilon": 1 - x, "loss": x}
 
 
-def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Function]:
+def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[ExportedFunction]:
     """Yield the functions of a speed without tables, that of CUDA (host), Fortran, Julia, Rust and JavaScript."""
     for accuracy in accuracies:
         for form in formats(accuracy):
@@ -521,7 +522,7 @@ def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Functio
                 # Where w and beta^5 are normal, w is not cut off, and rebound does not overflow.
                 ends = 2.0 ** (10 - form.largest), 2.0 ** (table_free.LARGEST[form.name] - 2)
                 given, size, exact = numbers | {"beta": beta}, Fraction(bounds[name].everywhere), formulas[name]
-                yield Function(
+                yield ExportedFunction(
                     f"compact {accuracy}", name, form, program, result, given, _speed, *ends, size, exact, roots=True
                 )
 
@@ -556,7 +557,7 @@ def _speed(x: Any) -> dict[str, Any]:
 # --- tables over the bits of the speed --------------------------------------------------------------------------------
 
 
-def of_tables(tiers: Sequence[str], rows: int) -> Iterator[Function]:
+def of_tables(tiers: Sequence[str], rows: int) -> Iterator[ExportedFunction]:
     """Yield eps and 1 - eps^2 on some rows of the tables of speed, as functions of the mantissa m of w = v*^10.
 
     The bound of what rounding does is that of the row, for an exact w.
@@ -570,7 +571,7 @@ def of_tables(tiers: Sequence[str], rows: int) -> Iterator[Function]:
                 yield from _of_row(tier, table, form, index)
 
 
-def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Function]:
+def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[ExportedFunction]:
     base, (_, low, high) = table.base(index), table.interval(index)
     bound = table.bounds(index)
     # |dp| <= gamma terms min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
@@ -599,7 +600,9 @@ def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Funct
     )
     for name, result, relative, formula in results:
         name = f"{name}, row {index}"
-        yield Function(f"table {tier}", name, form, program, result, numbers, _mantissa, *ends, relative, formula)
+        yield ExportedFunction(
+            f"table {tier}", name, form, program, result, numbers, _mantissa, *ends, relative, formula
+        )
 
 
 def _mantissa(x: Any) -> dict[str, Any]:
@@ -666,12 +669,9 @@ def unit_of(number: float, form: Format) -> float:
 
 def true_value(name: str, v_star: arb) -> arb:
     """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
-    at = int(np.searchsorted(_EDGES, float(v_star), side="right"))
+    at, _ = panels.index_of(float(v_star))
     z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
     return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
-
-
-_EDGES = panels.CENTRES + panels.HALF_WIDTHS
 
 
 def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:

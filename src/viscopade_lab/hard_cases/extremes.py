@@ -28,7 +28,7 @@ from viscopade.collision import exact
 from viscopade.theory import asymptotics
 from viscopade.theory.asymptotics import Expansion, LogExpansion, PowerExpansion
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
 NEAR, FAR = "v* -> 0", "v* -> infinity"
 GIVEN = {"one_minus_epsilon": "1 - eps", "epsilon": "eps"}
@@ -475,12 +475,12 @@ def _ulps(value: float, true: arb) -> float:
 # --- the result -------------------------------------------------------------------------------------------------------
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Compare at both ends."""
     plan = THOROUGH if thorough else QUICK
     comparisons = [*forward_comparisons(plan), *inverse_comparisons(plan), *series_comparisons(plan)]
     falls, machine = slopes(comparisons), doubles(plan)
-    return Result(
+    return Outcome(
         _summary(comparisons, falls, machine),
         (_agreement_table(comparisons), _slope_table(falls), _coefficient_table(plan), _doubles_table(machine)),
         _charts(comparisons),
@@ -665,7 +665,7 @@ def _charts(comparisons: list[Comparison]) -> tuple[Chart, ...]:
 
 def _curves(
     comparisons: list[Comparison], end: str, quantity: str, terms: Iterable[int], of: str = ""
-) -> Iterable[Curve]:
+) -> Iterable[ChartCurve]:
     """Yield, for n terms, the difference where it is resolved, and the first omitted term."""
     chosen = [c for c in comparisons if c.end == end and c.quantity == quantity and abs(c.log_at) <= SHOWN_DECADES]
     chosen.sort(key=lambda c: c.log_at)

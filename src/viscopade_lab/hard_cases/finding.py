@@ -73,7 +73,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ChartCurve:
     """Points of a chart, joined ("line"), joined as a proven or expected bound ("bound"), or not ("points")."""
 
     name: str
@@ -97,13 +97,13 @@ class Chart:
     title: str
     x_label: str
     y_label: str
-    curves: tuple[Curve, ...]
+    curves: tuple[ChartCurve, ...]
     x_scale: Scale = "log"
     y_scale: Scale = "log"
 
 
 @dataclass(frozen=True)
-class Result:
+class Outcome:
     """What running a case gave.
 
     Attributes
@@ -152,7 +152,7 @@ class Case:
     name: str
     title: str
     question: str
-    run: Callable[[bool], Result]
+    run: Callable[[bool], Outcome]
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class Finding:
     title: str
     question: str
     thorough: bool
-    result: Result
+    result: Outcome
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
@@ -180,11 +180,11 @@ class Finding:
         return whole
 
 
-def curve(name: str, x: Iterable[Any], y: Iterable[Any], look: Look = "line") -> Curve:
+def curve(name: str, x: Iterable[Any], y: Iterable[Any], look: Look = "line") -> ChartCurve:
     """Return the curve through the finite ones of these points, with as many digits as a figure can show."""
     points = [(float(f"{float(p):.7g}"), float(f"{float(q):.7g}")) for p, q in zip(x, y, strict=True)]
     finite = [point for point in points if all(map(math.isfinite, point))]
-    return Curve(name, tuple(p for p, _ in finite), tuple(q for _, q in finite), look)
+    return ChartCurve(name, tuple(p for p, _ in finite), tuple(q for _, q in finite), look)
 
 
 def binned(x: FloatArray, y: FloatArray, edges: FloatArray) -> tuple[list[float], list[float]]:
@@ -219,10 +219,10 @@ def _finding(node: Node) -> Finding:
     return _made(node, Finding, name, title, question, node["thorough"].flag(), _result(node["result"]))
 
 
-def _result(node: Node) -> Result:
+def _result(node: Node) -> Outcome:
     parts = (_table, "tables"), (_chart, "charts"), (_check, "checks")
     tables, charts, checks = (tuple(map(read, node[key].items())) for read, key in parts)
-    return _made(node, Result, node["summary"].text(), tables, charts, checks)
+    return _made(node, Outcome, node["summary"].text(), tables, charts, checks)
 
 
 def _table(node: Node) -> Table:
@@ -245,9 +245,9 @@ def _chart(node: Node) -> Chart:
     return Chart(node["title"].text(empty=True), node["x_label"].text(), node["y_label"].text(), curves, *scales)
 
 
-def _curve(node: Node) -> Curve:
+def _curve(node: Node) -> ChartCurve:
     x, y = (tuple(map(_real, node[key].items())) for key in ("x", "y"))
-    return _made(node, Curve, node["name"].text(), x, y, node["look"].choice(get_args(Look)))
+    return _made(node, ChartCurve, node["name"].text(), x, y, node["look"].choice(get_args(Look)))
 
 
 def _check(node: Node) -> Check:

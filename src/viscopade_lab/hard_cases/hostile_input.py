@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from viscopade.progress import track
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.inputs import KNOWN
 
 SEED = 20
@@ -79,13 +79,13 @@ def _group(found: dict[str, Any]) -> str:
     return found["command"] if found["command"] in KNOWN else "(no command)"
 
 
-def _run(thorough: bool) -> Result:
+def _run(thorough: bool) -> Outcome:
     count = THOROUGH_INPUTS if thorough else INPUTS
     all_tried = tried(SEED, count)
     return assess([next(all_tried) for _ in track(range(count), "hostile inputs")])
 
 
-def assess(found: Sequence[dict[str, Any]]) -> Result:
+def assess(found: Sequence[dict[str, Any]]) -> Outcome:
     """Return what the inputs' ends say."""
     by_class = {words: _number(found, begins) for words, begins in CLASSES.items()}
     checks = [Check(f"inputs that {words}", number, "==", 0) for words, number in by_class.items()]
@@ -101,7 +101,7 @@ def assess(found: Sequence[dict[str, Any]]) -> Result:
         f"compiler (exit status 1): with {messages:,} different messages, numbers and quoted words left out. {wrong:,} "
         "ended in another way than they should."
     )
-    return Result(summary, _tables(found), _charts(found), tuple(checks))
+    return Outcome(summary, _tables(found), _charts(found), tuple(checks))
 
 
 def _number(found: Sequence[dict[str, Any]], begins: Sequence[str]) -> int:
@@ -148,7 +148,7 @@ def _charts(found: Sequence[dict[str, Any]]) -> tuple[Chart, ...]:
     )
 
 
-def _new_messages(name: str, found: Sequence[dict[str, Any]]) -> Curve | None:
+def _new_messages(name: str, found: Sequence[dict[str, Any]]) -> ChartCurve | None:
     seen: set[str] = set()
     points = []
     for i, entry in enumerate(found, 1):
@@ -161,7 +161,7 @@ def _new_messages(name: str, found: Sequence[dict[str, Any]]) -> Curve | None:
     return _thinned(curve(name, [x for x, _ in points], [y for _, y in points]))
 
 
-def _thinned(whole: Curve, most: int = 200) -> Curve:
+def _thinned(whole: ChartCurve, most: int = 200) -> ChartCurve:
     """Return a curve of few points, evenly spaced on a logarithmic axis of inputs."""
     last = len(whole.x) - 1
     keep = sorted({0, last, *(round((last + 1) ** (i / most)) - 1 for i in range(most))})

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from viscopade.progress import track
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.interruption import DONE, REFUSED, STOPPED, TARGETS
 
 KILLS = ("SIGKILL", "SIGTERM", "SIGKILL, finer")
@@ -41,12 +41,12 @@ def found(thorough: bool) -> list[dict[str, Any]]:
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
-def _run(thorough: bool) -> Result:
+def _run(thorough: bool) -> Outcome:
     (all_found,) = [found(thorough) for _ in track(range(1), "interrupted writes")]
     return assess(all_found)
 
 
-def assess(left: Sequence[dict[str, Any]]) -> Result:
+def assess(left: Sequence[dict[str, Any]]) -> Outcome:
     """Return what is left on the disk says."""
     killed, interrupted, errors, together = (_of(left, kinds) for kinds in (KILLS, INTERRUPTS, ERRORS, TOGETHER))
     later = _of(left, ["later run"])
@@ -60,7 +60,7 @@ def assess(left: Sequence[dict[str, Any]]) -> Result:
         f"{sum(entry['stale'] == 0 for entry in later)} of {len(later)} cases, and the fresh ones, "
         f"which may be those of a living run, in {sum(entry['stolen'] > 0 for entry in later)}."
     )
-    return Result(summary, (_table(left),), tuple(_charts(left)), checks(left))
+    return Outcome(summary, (_table(left),), tuple(_charts(left)), checks(left))
 
 
 def checks(left: Sequence[dict[str, Any]]) -> tuple[Check, ...]:

@@ -21,8 +21,8 @@ from viscopade.kernels.forms.lacunary_rounding import ULPS
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.progress import track
 from viscopade_lab.hard_cases import exported
-from viscopade_lab.hard_cases.exported import FullFunction, Function, unit_of
-from viscopade_lab.hard_cases.finding import Case, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.exported import ExportedFunction, FullFunction, unit_of
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.machine import Array, moved, type_of
 
 SEED = 1911
@@ -31,7 +31,7 @@ STEPS = ULPS - 1  # a root that is rounded correctly, and then moved by these, i
 NEIGHBOURS = 12  # tried of each start in a round
 REACH = 12  # neighbours are up to 2^REACH numbers away
 
-AnyFunction = Function | FullFunction
+AnyFunction = ExportedFunction | FullFunction
 
 
 class Way(NamedTuple):
@@ -73,7 +73,7 @@ class Worst:
     def local(self) -> float | None:
         """The error over what is proven for this argument alone; None if nothing is."""
         function = self.function
-        if not isinstance(function, Function) or function.local is None:
+        if not isinstance(function, ExportedFunction) or function.local is None:
             return None
         return self.relative / float(function.local(self.x))
 
@@ -201,7 +201,7 @@ def functions(plan: Plan) -> Iterator[tuple[str, AnyFunction]]:
         yield accurate, full
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Search, and compare with the bounds."""
     plan = THOROUGH if thorough else QUICK
     generator = np.random.default_rng(SEED)
@@ -209,10 +209,10 @@ def run(thorough: bool) -> Result:
     found: dict[str, list[Worst]] = {family: [] for family in FAMILIES}
     for i in track(range(len(chosen)), "worst rounding errors"):
         family, function = chosen[i]
-        rows = plan.rows + 2 if isinstance(function, Function) and function.kernel.startswith("table") else 1
+        rows = plan.rows + 2 if isinstance(function, ExportedFunction) and function.kernel.startswith("table") else 1
         for way in FAMILIES[family]:
             found[family].append(worst(function, way, max(plan.number // rows, 20), plan.rounds, generator))
-    return Result(_summary(found), tuple(_tables(found)), tuple(_charts(found)), tuple(_checks(found)))
+    return Outcome(_summary(found), tuple(_tables(found)), tuple(_charts(found)), tuple(_checks(found)))
 
 
 def _checks(found: dict[str, list[Worst]]) -> Iterator[Check]:
@@ -287,7 +287,7 @@ _BINS = 40
 
 def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
     polynomials, rooted, *_ = FAMILIES
-    curves: list[Curve] = []
+    curves: list[ChartCurve] = []
     for kernel, form in _SHOWN:
         chosen = _of(found[polynomials], kernel, form)
         curves.append(_errors(f"{kernel}, {form.name}", chosen[:1], SEPARATE))
@@ -308,13 +308,13 @@ def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
     yield Chart("worst error found over bound", x_label, "ratio", tuple(curves), x_scale="linear")
 
 
-def _of(results: Sequence[Worst], kernel: str, form: Format) -> list[Function]:
+def _of(results: Sequence[Worst], kernel: str, form: Format) -> list[ExportedFunction]:
     """Return the functions (or branches) of a kernel that give eps, each once."""
     found = (w.function for w in results if w.way == SEPARATE and w.function.name == "epsilon")
-    return [f for f in found if isinstance(f, Function) and (f.kernel, f.form) == (kernel, form)]
+    return [f for f in found if isinstance(f, ExportedFunction) and (f.kernel, f.form) == (kernel, form)]
 
 
-def _errors(name: str, functions: Sequence[Function], way: Way) -> Curve:
+def _errors(name: str, functions: Sequence[ExportedFunction], way: Way) -> ChartCurve:
     """Return the largest error in each of some intervals of the argument, in u."""
     low, high = max(functions[0].low, 1e-2), functions[-1].high
     generator = np.random.default_rng(SEED)
@@ -329,7 +329,7 @@ def _errors(name: str, functions: Sequence[Function], way: Way) -> Curve:
     return curve(name, np.sqrt(places[1:] * places[:-1])[shown], largest[shown])
 
 
-def _bound(name: str, functions: Sequence[Function]) -> Curve:
+def _bound(name: str, functions: Sequence[ExportedFunction]) -> ChartCurve:
     bound = float(max(f.relative for f in functions)) * 2.0 ** functions[0].form.precision
     return curve(name, (max(functions[0].low, 1e-2), functions[-1].high), (bound, bound), "bound")
 
@@ -342,7 +342,7 @@ def _summary(found: dict[str, list[Worst]]) -> str:
         ratios = [max(w.ratio for w in group) for group in grouped(results).values()]
         parts.append(f"{min(ratios):.2f} to {max(ratios):.2f} ({family})")
     # The bounds of full accuracy are little more than the last rounding, which errs by nearly all of its bound.
-    w = max((w for w in everything if isinstance(w.function, Function)), key=lambda w: w.ratio)
+    w = max((w for w in everything if isinstance(w.function, ExportedFunction)), key=lambda w: w.ratio)
     return (
         f"Searched were {len(kernels)} kernels and types: {len(everything)} functions, rows of tables, branches and "
         f"ways to compute. Worst error found over proven bound, by kernel: {'; '.join(parts)}. Full accuracy apart, "

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from viscopade.arrays import double, panels
 from viscopade.collision import panel_proof
 from viscopade_lab.bench.stated import passage
-from viscopade_lab.hard_cases.compilers import TYPES, Form, Function, N, Stated, number, number_of
+from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, N, Stated, number, number_of
 from viscopade_lab.hard_cases.compilers import functions as of_headers
 from viscopade_lab.hard_cases.machine import Array
 
@@ -131,12 +131,12 @@ def _rows(name: str) -> Array:
 
 
 @dataclass(frozen=True)
-class Claim:
+class Promise:
     """A function, and what its header states of it: in its interval or table, elsewhere, and of underflow.
 
     Attributes
     ----------
-    function : Function
+    function : HeaderFunction
     elsewhere : Stated or None
     underflow : float
         What is added where results are subnormal, in the smallest numbers of the type.
@@ -144,7 +144,7 @@ class Claim:
         What the eps of type double within is off, in the smallest numbers of that type, where it is subnormal.
     """
 
-    function: Function
+    function: HeaderFunction
     elsewhere: Stated | None = None
     underflow: float = 0.0
     of_eps: float = 0.0
@@ -204,41 +204,41 @@ def _unit(truth: Array, form: Form) -> Array:
     return unit
 
 
-def claims(texts: Mapping[str, str]) -> dict[str, tuple[Claim, ...]]:
+def claims(texts: Mapping[str, str]) -> dict[str, tuple[Promise, ...]]:
     """Return all that headers state, by the header; a function that several have is that of the first."""
-    found: dict[str, list[Claim]] = {file: [] for file in texts}
+    found: dict[str, list[Promise]] = {file: [] for file in texts}
     for function in of_headers(texts):
         file = next(file for file, text in texts.items() if _defines(text, function))
         found[file] += _claims(function, file, texts)
     return {file: tuple(stated) for file, stated in found.items()}
 
 
-def _defines(text: str, function: Function) -> bool:
+def _defines(text: str, function: HeaderFunction) -> bool:
     s = "f" if function.form == "float" else ""
     return f" viscopade_{function.kind}_{function.name}{s}(" in text
 
 
-def _claims(function: Function, file: str, texts: Mapping[str, str]) -> list[Claim]:
+def _claims(function: HeaderFunction, file: str, texts: Mapping[str, str]) -> list[Promise]:
     part, form, name = passage(function.name, texts[file]), function.form, function.name
     if name.startswith("lookup"):
         return _of_lookup(function, file, texts)
     if name.startswith("inverse"):
-        return [Claim(function), Claim(replace(function, kind="v_star_from_loss"))]
+        return [Promise(function), Promise(replace(function, kind="v_star_from_loss"))]
     if name.startswith("halfline"):
-        return [Claim(function, underflow=number(rf"underflow: adds at most {N} of", part, file))]
+        return [Promise(function, underflow=number(rf"underflow: adds at most {N} of", part, file))]
     if name.startswith("minimax"):
         formula = number(rf"derivative: relative error <= {N}", part, file)
         size = number_of(form, rf"rounding adds at most {N} in type double(?: and {N} in type float)?", part, file)
         tiny = float(np.finfo(TYPES[form]).tiny)
         derivative = Stated(value=size, low=tiny, high=function.stated.high, formula=formula)
-        return [Claim(function), Claim(replace(function, kind="epsilon_derivative", stated=derivative))]
+        return [Promise(function), Promise(replace(function, kind="epsilon_derivative", stated=derivative))]
     if name == "full" and form == "double":
         least = number(rf"where results are denormal: at most {N} of the smallest", texts[file], file)
-        return [Claim(function, underflow=max(0.0, least - function.stated.ulps))]
-    return [Claim(function)]
+        return [Promise(function, underflow=max(0.0, least - function.stated.ulps))]
+    return [Promise(function)]
 
 
-def _of_lookup(function: Function, file: str, texts: Mapping[str, str]) -> list[Claim]:
+def _of_lookup(function: HeaderFunction, file: str, texts: Mapping[str, str]) -> list[Promise]:
     """Return eps with what is stated of it, and the same of eps speed and 1 - eps^2."""
     part, form, stated = passage(function.name, texts[file]), function.form, function.stated
     last = CONVERTED if form == "float" else 0.0  # beyond the table type float is computed in type double
@@ -271,7 +271,7 @@ def _of_lookup(function: Function, file: str, texts: Mapping[str, str]) -> list[
     if "half of the smallest number besides" not in part:
         raise ValueError(f"{file} does not state what underflow does")
     return [
-        Claim(replace(function, kind=kind, stated=inner), outer, 0.5, kernel.underflow)
+        Promise(replace(function, kind=kind, stated=inner), outer, 0.5, kernel.underflow)
         for kind, (inner, outer) in kinds.items()
     ]
 

@@ -18,7 +18,7 @@ import numpy as np
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arithmetic.formats import exact as fraction
 from viscopade.arrays import double
-from viscopade.collision import exact
+from viscopade.collision import exact, spheres
 from viscopade.kernels import names, registry
 from viscopade.kernels.expressions import smallest
 from viscopade.kernels.forms import last_place, speed_kernel
@@ -26,8 +26,8 @@ from viscopade.kernels.forms.speed_table_last_place import FullTable
 from viscopade.kernels.registry import Entry
 from viscopade.theory.paper import TABLE, last_digit
 from viscopade_lab.hard_cases import exported
-from viscopade_lab.hard_cases.exported import Function, formats, minimax_coefficients
-from viscopade_lab.hard_cases.finding import Case, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.exported import ExportedFunction, formats, minimax_coefficients
+from viscopade_lab.hard_cases.finding import Case, Chart, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.machine import Array, type_of
 
 DIGITS = 30
@@ -151,7 +151,7 @@ def half_line(accuracy: str, form: Format, name: str = "one_minus_epsilon") -> L
     return _at_one(exported.half_line_parts(accuracy, form, name)[0])
 
 
-def _at_one(function: Function) -> Loss:
+def _at_one(function: ExportedFunction) -> Loss:
     """Return the function of a number."""
     kind = type_of(function.form)
     return lambda x: float(function.computed(np.array([x], kind))[0])
@@ -177,7 +177,7 @@ def _speed(tier: str, form: Format) -> Loss:
         loss, epsilon = _full(DOUBLE, "one_minus_epsilon"), _full(DOUBLE, "epsilon")
 
     def of(beta: float) -> float:
-        v_star = math.sqrt(beta) * math.pow(1.0, 0.1)
+        v_star = spheres.v_star(1.0, beta)
         eps = epsilon(v_star)
         return float(type_of(form)(1.0 - eps * eps if eps < 0.5 else loss(v_star) * (1.0 + eps)))
 
@@ -245,7 +245,7 @@ def lost(form: Format) -> Lost:
 # --- quotients of polynomials, evaluated exactly ----------------------------------------------------------------------
 
 
-class Quotient(NamedTuple):
+class PlainQuotient(NamedTuple):
     """N/D with ascending coefficients; `error` is the largest one on the quotient's interval, if it is known."""
 
     name: str
@@ -259,7 +259,7 @@ class Quotient(NamedTuple):
         return float(abs((bottom - top) / bottom / truth(v_star).loss - 1))
 
 
-def printed(*, off: bool = False) -> Iterator[Quotient]:
+def printed(*, off: bool = False) -> Iterator[PlainQuotient]:
     """Yield the paper's approximants with printed coefficients; if `off`, a_1 is one more in its last digit."""
     for (m, n), (a, b) in TABLE.items():
         if m:
@@ -267,35 +267,35 @@ def printed(*, off: bool = False) -> Iterator[Quotient]:
             more = last_digit(a[1])
             top = fraction(a[0]), first + (Fraction(more) if off else 0), *rest
             end = f"a_1 + {more:f}" if off else "as printed"
-            yield Quotient(f"Padé [{m}/{n}], {end}", top, tuple(fraction(c) for c in b))
+            yield PlainQuotient(f"Padé [{m}/{n}], {end}", top, tuple(fraction(c) for c in b))
 
 
-def best() -> Iterator[Quotient]:
+def best() -> Iterator[PlainQuotient]:
     """Yield best approximants with machine numbers."""
     for m, n in exported.MINIMAX[:2]:
         for form in FORMATS.values():
             found = exported.minimax_fit(m, n, form)
-            yield Quotient(f"best [{m}/{n}], {form.name}", *found.exact, found.error)
+            yield PlainQuotient(f"best [{m}/{n}], {form.name}", *found.exact, found.error)
 
 
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 ELASTIC = {DOUBLE: 5e-9, FLOAT: 1e-4}  # 1 - eps is less than half of the numbers' distance below 1
 
-Errors = dict[Way, list[tuple[float, float]]]
+ErrorsByWay = dict[Way, list[tuple[float, float]]]
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Compare all functions with the exact ones."""
     exponents = EXPONENTS if thorough else EXPONENTS[::2]
     speeds = sorted({V_STAR, *(float(f"1e-{k}") for k in exponents)}, reverse=True)
     errors = {way: [way.error(v_star) for v_star in speeds] for way in ways()}
     here = {way: found[speeds.index(V_STAR)] for way, found in errors.items()}
     tables = (_at(here), _naive_table(), _formulas())
-    return Result(_summary(here), tables, tuple(_charts(errors, speeds)), tuple(_checks(errors, here)))
+    return Outcome(_summary(here), tables, tuple(_charts(errors, speeds)), tuple(_checks(errors, here)))
 
 
-def _checks(errors: Errors, here: Mapping[Way, tuple[float, float]]) -> Iterator[Check]:
+def _checks(errors: ErrorsByWay, here: Mapping[Way, tuple[float, float]]) -> Iterator[Check]:
     worst = max(ratio for _, ratio in here.values() if not math.isnan(ratio))
     statement = (
         f"at v* = {V_STAR:g} the error of every 1 - eps is within its bound, which is proven, and for the function on "
@@ -360,7 +360,7 @@ def _formulas() -> Table:
 _SHOWN = ("viscopade.one_minus_epsilon", "full", "half-line 1e-5", "half-line 1e-7")
 
 
-def _charts(errors: Errors, speeds: Sequence[float]) -> Iterator[Chart]:
+def _charts(errors: ErrorsByWay, speeds: Sequence[float]) -> Iterator[Chart]:
     for form, least in ((DOUBLE, 1e-30), (FLOAT, 1e-19)):
         swept = lost(form)
         expected = 2.0 ** -(form.precision + 1) / double.one_minus_epsilon(swept.v_star)

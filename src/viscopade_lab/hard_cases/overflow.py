@@ -23,8 +23,8 @@ from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.forms.speed_table import gamma
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
-from viscopade_lab.hard_cases.exported import BITS, Function, formats
-from viscopade_lab.hard_cases.finding import Case, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.machine import Array, type_of
 
 SEED = 2011
@@ -33,16 +33,16 @@ REFUSED = (-1.0, -1e-300, -1e300, -math.inf, math.nan)
 
 
 @dataclass(frozen=True)
-class Kernel:
+class FormulaPair:
     """A formula, as it could be written down plainly, and as it is exported.
 
     Attributes
     ----------
     name : str
     form : Format
-    near : Function
+    near : ExportedFunction
         The formula in powers of v*, or of its root: the plain one.
-    far : Function
+    far : ExportedFunction
         The one in powers of 1/v*, or of its root.
     change : float
         The exported code computes `far` beyond this v*.
@@ -52,8 +52,8 @@ class Kernel:
 
     name: str
     form: Format
-    near: Function
-    far: Function
+    near: ExportedFunction
+    far: ExportedFunction
     change: float
     degrees: tuple[float, float]
 
@@ -71,7 +71,7 @@ class Kernel:
         return self.near.exact(v_star)
 
 
-def quotients(degrees: Sequence[tuple[int, int]]) -> Iterator[Kernel]:
+def quotients(degrees: Sequence[tuple[int, int]]) -> Iterator[FormulaPair]:
     """Yield Padé's and the best approximants, each in its types."""
     for m, n in TABLE:
         for form in FORMATS.values():
@@ -81,12 +81,12 @@ def quotients(degrees: Sequence[tuple[int, int]]) -> Iterator[Kernel]:
             yield _quotient(f"best [{m}/{n}]", form, *exported.minimax_coefficients(m, n, form))
 
 
-def _quotient(name: str, form: Format, a: Sequence[float], b: Sequence[float]) -> Kernel:
+def _quotient(name: str, form: Format, a: Sequence[float], b: Sequence[float]) -> FormulaPair:
     near = exported.of_quotient(name, "epsilon", form, a, b, Fraction(1), Fraction(0), exported.quotient(a, b))
     program, result = exported.mirrored(a, b)
     far = replace(near, program=program, result=result, given=_with_inverse)
     change = threshold(name, tuple(map(Fraction, a)), tuple(map(Fraction, b)), form)
-    return Kernel(name, form, near, far, 2.0**change, (len(a) - 1, len(b) - 1))
+    return FormulaPair(name, form, near, far, 2.0**change, (len(a) - 1, len(b) - 1))
 
 
 def _with_inverse(x: Any) -> dict[str, Any]:
@@ -94,14 +94,14 @@ def _with_inverse(x: Any) -> dict[str, Any]:
         return {"v_star": x, "u": 1 / x}
 
 
-def half_lines(accuracies: Sequence[str]) -> Iterator[Kernel]:
+def half_lines(accuracies: Sequence[str]) -> Iterator[FormulaPair]:
     """Yield eps of the half-line kernels, each in its types."""
     for accuracy in accuracies:
         for form in formats(accuracy):
             powers = exported.HALF_LINE[accuracy]
             near, far = exported.half_line_parts(accuracy, form, "epsilon")
             degrees = powers.bottom[-1] / 3, (6 + powers.top[-1]) / 3
-            yield Kernel(f"half-line {accuracy}", form, near, far, 1.0, degrees)
+            yield FormulaPair(f"half-line {accuracy}", form, near, far, 1.0, degrees)
 
 
 # --- what is measured -------------------------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ class Failure(NamedTuple):
     nan: float
 
 
-def failure(kernel: Kernel) -> Failure:
+def failure(kernel: FormulaPair) -> Failure:
     """Return where the plain formula begins to give 0 and NaN, by bisection over the numbers of the type."""
     zero = _first(kernel, lambda found: found == 0 or math.isnan(found))
     if math.isfinite(zero):
@@ -140,7 +140,7 @@ def failure(kernel: Kernel) -> Failure:
     return Failure(zero, _first(kernel, math.isnan))
 
 
-def _first(kernel: Kernel, fails: Callable[[float], bool]) -> float:
+def _first(kernel: FormulaPair, fails: Callable[[float], bool]) -> float:
     """Return the least number from 1 on at which the plain formula fails, which it then does for all larger ones."""
     kind = type_of(kernel.form)
     bits = np.int32 if kind is np.float32 else np.int64
@@ -160,7 +160,7 @@ def _first(kernel: Kernel, fails: Callable[[float], bool]) -> float:
     return float(at(high)[0])
 
 
-def predicted(kernel: Kernel) -> float:
+def predicted(kernel: FormulaPair) -> float:
     """Return where the leading term of a quotient's numerator reaches 2^(largest + 1); infinity if no number does."""
     m = round(kernel.degrees[0])
     if m == 0:
@@ -170,7 +170,7 @@ def predicted(kernel: Kernel) -> float:
     return 2.0**exponent if exponent < math.log2(end) else math.inf
 
 
-def relative_error(kernel: Kernel, v_star: float) -> float:
+def relative_error(kernel: FormulaPair, v_star: float) -> float:
     """Return the relative error of the exported form; 0 where the exact value is no normal number of the type."""
     x = _of_type([v_star], kernel.form)
     if not np.isfinite(x[0]):
@@ -182,7 +182,7 @@ def relative_error(kernel: Kernel, v_star: float) -> float:
         return float(abs(float(kernel.exported(x)[0]) / exact - 1))
 
 
-def allowed_far(kernel: Kernel) -> float:
+def allowed_far(kernel: FormulaPair) -> float:
     """Bound the relative error far out, where polynomials in 1/v* are their first terms, but for less than u/2 each.
 
     Rounded are 1/v*, which counts for each of the powers, products with it, two sums (by 3/2 u each) and the quotient;
@@ -196,7 +196,7 @@ def allowed_far(kernel: Kernel) -> float:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Try all kernels at arguments of all sizes."""
     degrees, accuracies = exported.MINIMAX, tuple(exported.HALF_LINE)
     # The coefficients of [6/9] take a second.
@@ -204,10 +204,10 @@ def run(thorough: bool) -> Result:
     fails = [failure(kernel) for kernel in chosen]
     tables = (_failures(chosen, fails), _far(chosen), _special(chosen))
     checks = tuple(_checks(chosen, fails, thorough))
-    return Result(_summary(chosen, fails, int(checks[0].measured)), tables, tuple(_charts(chosen)), checks)
+    return Outcome(_summary(chosen, fails, int(checks[0].measured)), tables, tuple(_charts(chosen)), checks)
 
 
-def _checks(chosen: Sequence[Kernel], fails: Sequence[Failure], thorough: bool) -> Iterator[Check]:
+def _checks(chosen: Sequence[FormulaPair], fails: Sequence[Failure], thorough: bool) -> Iterator[Check]:
     lost, beyond = 0, 0
     for kernel in chosen:
         x = all_sizes(kernel.form, 40 if thorough else 4)
@@ -283,13 +283,13 @@ def _inverse() -> int:
     return wrong
 
 
-def batched_pairs(functions: Iterable[Function]) -> Iterator[tuple[Function, Function]]:
+def batched_pairs(functions: Iterable[ExportedFunction]) -> Iterator[tuple[ExportedFunction, ExportedFunction]]:
     """Yield the functions by two: the near branch and the far one."""
     found = list(functions)
     return zip(found[::2], found[1::2], strict=True)
 
 
-def _failures(chosen: Sequence[Kernel], fails: Sequence[Failure]) -> Table:
+def _failures(chosen: Sequence[FormulaPair], fails: Sequence[Failure]) -> Table:
     rows = tuple(
         (
             kernel.name,
@@ -309,7 +309,7 @@ def _size(number: float) -> str:
     return f"{number:.3g}" if math.isfinite(number) else "never"
 
 
-def _far(chosen: Sequence[Kernel]) -> Table:
+def _far(chosen: Sequence[FormulaPair]) -> Table:
     rows = []
     for kernel in chosen:
         row: list[str] = [kernel.name, kernel.form.name]
@@ -330,7 +330,7 @@ def _far(chosen: Sequence[Kernel]) -> Table:
 _ARGUMENTS = (-math.inf, -1.0, -0.0, 0.0, 5e-324, 1e-300, 1e-60, 1e-30, 1e30, 1e60, 1e300, math.inf, math.nan)
 
 
-def _special(chosen: Sequence[Kernel]) -> Table:
+def _special(chosen: Sequence[FormulaPair]) -> Table:
     rows = []
     for kernel in chosen:
         if kernel.form.name == "float":
@@ -343,10 +343,10 @@ def _special(chosen: Sequence[Kernel]) -> Table:
     return Table("What is returned, in type double", ("formula", *(f"v* = {x:g}" for x in _ARGUMENTS)), tuple(rows))
 
 
-def _charts(chosen: Sequence[Kernel]) -> Iterator[Chart]:
+def _charts(chosen: Sequence[FormulaPair]) -> Iterator[Chart]:
     by_name = {(kernel.name, kernel.form.name): kernel for kernel in chosen}
     for form, end in (("double", 300), ("float", 38)):
-        curves: list[Curve] = []
+        curves: list[ChartCurve] = []
         v_star = np.logspace(0, end, 400).astype(type_of(FORMATS[form]))
         for name in ("best [3/7]", "half-line 1e-5"):
             kernel = by_name[name, form]
@@ -356,13 +356,13 @@ def _charts(chosen: Sequence[Kernel]) -> Iterator[Chart]:
         yield Chart(f"eps far out, type {form}", r"$v_\ast$", "eps", tuple(curves))
 
 
-def _positive(name: str, x: Array, y: Array, look: Any) -> list[Curve]:
+def _positive(name: str, x: Array, y: Array, look: Any) -> list[ChartCurve]:
     """Return the curve through what a logarithmic axis can show."""
     shown = np.isfinite(y) & (y > 0)
     return [curve(name, x[shown], y[shown], look)] if np.any(shown) else []
 
 
-def _summary(chosen: Sequence[Kernel], fails: Sequence[Failure], lost: int) -> str:
+def _summary(chosen: Sequence[FormulaPair], fails: Sequence[Failure], lost: int) -> str:
     pairs = list(zip(chosen, fails, strict=True))
     parts = []
     for form in FORMATS.values():

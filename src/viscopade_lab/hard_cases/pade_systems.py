@@ -19,7 +19,7 @@ from flint import arb, arb_mat, fmpq
 from viscopade.arithmetic.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.theory.pade import DegenerateError, Pade, exact_solution, order_system, pade
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve, signed
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve, signed
 
 DIGITS = 30
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25)
@@ -382,7 +382,7 @@ def breaks_down(h: Sequence[fmpq]) -> bool:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def _run(thorough: bool) -> Result:
+def _run(thorough: bool) -> Outcome:
     losses, refused = [], []
     for m in THOROUGH if thorough else QUICK:
         try:
@@ -391,7 +391,7 @@ def _run(thorough: bool) -> Result:
             refused.append(m)
     few = [_fraction(h_k) for h_k in pade(EXACT_UP_TO, EXACT_UP_TO + 3, DIGITS).h]
     different = sum(disagreements(m, few) for m in range(EXACT_UP_TO + 1))
-    return Result(
+    return Outcome(
         _summary(losses, refused, breaks_down(few)),
         (_needed(losses), _by_algorithm(losses)),
         (_floating_chart(losses), _ball_chart(losses)),

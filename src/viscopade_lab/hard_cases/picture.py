@@ -28,7 +28,7 @@ from viscopade_lab.figures.paper import (
     metadata,
 )
 from viscopade_lab.figures.paper import SKY as LIGHT
-from viscopade_lab.hard_cases.finding import Chart, Curve, Finding
+from viscopade_lab.hard_cases.finding import Chart, ChartCurve, Finding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,7 +117,7 @@ def _draw(axes: Axes, chart: Chart) -> None:
     )
 
 
-def _draw_curve(axes: Axes, chart: Chart, curve: Curve, place: int, bounds: int) -> None:
+def _draw_curve(axes: Axes, chart: Chart, curve: ChartCurve, place: int, bounds: int) -> None:
     """Draw a curve in the look of its place; it is the nth bound in a row, or 0."""
     x, y = _shown(chart, curve)
     color, label = COLORS[place % len(COLORS)], _symbols(curve.name)
@@ -136,7 +136,7 @@ def _symbols(text: str) -> str:
     return text if "$" in text else re.sub(r"\beps\b", r"$\\varepsilon$", text.replace("v*", "$v_*$"))
 
 
-def _shown(chart: Chart, curve: Curve) -> tuple[list[float], list[float]]:
+def _shown(chart: Chart, curve: ChartCurve) -> tuple[list[float], list[float]]:
     """Return what the axes can show; a curve that leaves a logarithmic axis has a gap there."""
     x, y = np.array(curve.x), np.array(curve.y)
     if chart.x_scale == "log":

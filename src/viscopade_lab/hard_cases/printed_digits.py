@@ -29,7 +29,7 @@ from viscopade.collision import exact
 from viscopade.progress import track
 from viscopade.theory import paper
 from viscopade.theory.pade import Pade, Root, exact_roots, pade
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
 DIGITS = 120  # [3/6] itself is off by 1e-80 at v* = 1e-8, of 1 - eps = 1e-16
 BITS = bits_for(DIGITS) + 64
@@ -78,7 +78,7 @@ def _half_unit(text: str) -> Fraction:
 # --- errors at one v* -------------------------------------------------------------------------------------------------
 
 
-class Errors(NamedTuple):
+class PrintingErrors(NamedTuple):
     """What printing changes at one v*, and the full approximant's own errors; all relative."""
 
     epsilon: float
@@ -103,7 +103,7 @@ def _exactly(v_star: str) -> tuple[arb, arb]:
     return found.epsilon, found.one_minus_epsilon
 
 
-def errors(given: Printed, v_star: str) -> Errors:
+def errors(given: Printed, v_star: str) -> PrintingErrors:
     """Compare the printed approximant with the full one, and that with the exact function."""
     truth = _exactly(v_star)
     full = given.full
@@ -116,7 +116,7 @@ def errors(given: Printed, v_star: str) -> Errors:
         change, parts, size = abs(loss - own_loss), _parts(given, v, own), abs(own)
         bound = sum(parts.values(), arb(0)) / (own_bottom - _at([ball_of(c) for c in given.half_b], v))
         unequal = abs(loss - ball_of(_one_unit(given)) * v / bottom - own_loss)
-        return Errors(
+        return PrintingErrors(
             _middle(change / size),
             _middle(change / own_loss),
             _middle(bound / size),
@@ -218,16 +218,16 @@ def speeds(a_decade: int) -> list[str]:
     return [f"{10 ** (first + i / a_decade):.6g}" for i in range((last - first) * a_decade + 1)]
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Compare all four approximants over eleven decades of v*."""
     grid = speeds(A_DECADE[thorough])
-    found: dict[str, dict[str, Errors]] = {p.full.label: {} for p in approximants()}
+    found: dict[str, dict[str, PrintingErrors]] = {p.full.label: {} for p in approximants()}
     wanted = sorted({*grid, *TABLE_SPEEDS, *RANKED_SPEEDS}, key=float)
     for i in track(range(len(wanted)), "speeds"):
         for p in approximants():
             found[p.full.label][wanted[i]] = errors(p, wanted[i])
     roots = [m for p in approximants() for m in moved(p)]
-    return Result(
+    return Outcome(
         _summary(found, grid, roots),
         (_error_table(found), _part_table(found), _root_table(roots)),
         tuple(_charts(found, grid)),
@@ -235,7 +235,7 @@ def run(thorough: bool) -> Result:
     )
 
 
-def _checks(found: dict[str, dict[str, Errors]], roots: Sequence[Moved]) -> tuple[Check, ...]:
+def _checks(found: dict[str, dict[str, PrintingErrors]], roots: Sequence[Moved]) -> tuple[Check, ...]:
     entries = paper.compare(p.full for p in approximants())
     unequal = sum(p.a_1 != p.b[1] for p in approximants())
     changed = sum(full != as_printed for full, as_printed in map(positive, approximants()))
@@ -280,12 +280,12 @@ def crossing(v_star: Sequence[float], by_printing: Sequence[float], own: Sequenc
     return float(v_star[i] * (v_star[i + 1] / v_star[i]) ** part)
 
 
-def _crossing(row: Mapping[str, Errors], grid: Sequence[str]) -> float:
+def _crossing(row: Mapping[str, PrintingErrors], grid: Sequence[str]) -> float:
     at = [row[v] for v in grid]
     return crossing([float(v) for v in grid], [e.epsilon for e in at], [e.own_epsilon for e in at])
 
 
-def _summary(found: dict[str, dict[str, Errors]], grid: Sequence[str], roots: Sequence[Moved]) -> str:
+def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], roots: Sequence[Moved]) -> str:
     usable = sorted(p.full.label for p in approximants() if p.full.usable)
     places = _listed([f"{_crossing(row, grid):.2g} for {label}" for label, row in found.items()])
     eps, label, v_star = max((e.epsilon, label, float(v)) for label in usable for v, e in found[label].items())
@@ -312,7 +312,7 @@ def _cell(number: float) -> str:
     return f"{number:.1e}"
 
 
-def _error_table(found: dict[str, dict[str, Errors]]) -> Table:
+def _error_table(found: dict[str, dict[str, PrintingErrors]]) -> Table:
     rows = tuple(
         (label, v, *map(_cell, (e.epsilon, e.epsilon_bound, e.own_epsilon, e.loss, e.own_loss)))
         for label, row in found.items()
@@ -322,7 +322,7 @@ def _error_table(found: dict[str, dict[str, Errors]]) -> Table:
     return Table("Relative errors by printing, and of the full approximants", header, rows)
 
 
-def _part_table(found: dict[str, dict[str, Errors]]) -> Table:
+def _part_table(found: dict[str, dict[str, PrintingErrors]]) -> Table:
     rows = tuple((label, *(_ranked(row[v].parts) for v in RANKED_SPEEDS)) for label, row in found.items())
     header = ("approximant", *(f"v* = {v}" for v in RANKED_SPEEDS))
     return Table("The coefficient whose printed digits matter most, with its part of the bound", header, rows)
@@ -343,10 +343,10 @@ def _root_table(roots: Sequence[Moved]) -> Table:
     return Table("Poles and zeros, and how far printing moves them", header, tuple(rows))
 
 
-def _charts(found: dict[str, dict[str, Errors]], grid: Sequence[str]) -> Iterator[Chart]:
+def _charts(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str]) -> Iterator[Chart]:
     v_star = [float(v) for v in grid]
 
-    def line(name: str, label: str, field: str, bound: bool = False) -> Curve:
+    def line(name: str, label: str, field: str, bound: bool = False) -> ChartCurve:
         values = [getattr(found[label][v], field) for v in grid]
         return curve(name, v_star, values, "bound" if bound else "line")
 
@@ -366,12 +366,12 @@ def _charts(found: dict[str, dict[str, Errors]], grid: Sequence[str]) -> Iterato
     )
 
 
-def _chart(title: str, curves: Sequence[Curve]) -> Chart:
-    visible = tuple(Curve(c.name, *_above(c), c.look) for c in curves)
+def _chart(title: str, curves: Sequence[ChartCurve]) -> Chart:
+    visible = tuple(ChartCurve(c.name, *_above(c), c.look) for c in curves)
     return Chart(title, r"$v_\ast$", "relative error", visible)
 
 
-def _above(c: Curve) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _above(c: ChartCurve) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Leave out what is so small that nothing else could be seen beside it."""
     kept = [(x, y) for x, y in zip(c.x, c.y, strict=True) if y > 1e-20]
     return tuple(x for x, _ in kept), tuple(y for _, y in kept)

@@ -21,10 +21,10 @@ import numpy as np
 
 from viscopade.progress import track
 from viscopade_lab.hard_cases import compilers, million
-from viscopade_lab.hard_cases.compilers import HEADERS, OVER, TYPES, Build, Form, Function, Made, Rules
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, curve
+from viscopade_lab.hard_cases.compilers import HEADERS, OVER, TYPES, Build, Form, HeaderFunction, Made, Rules
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 from viscopade_lab.hard_cases.machine import Array, moved
-from viscopade_lab.hard_cases.million import UNKNOWN, UNKNOWN_DERIVATIVE, Claim, Exact
+from viscopade_lab.hard_cases.million import UNKNOWN, UNKNOWN_DERIVATIVE, Exact, Promise
 
 SEED = 17
 NUMBER = {True: 1_000_000, False: 2000}
@@ -41,7 +41,7 @@ Way = tuple[str, Rules, str]
 
 
 @dataclass(frozen=True)
-class Target:
+class Processor:
     """A processor with a C library and a compiler, and the ways to compile for it.
 
     Attributes
@@ -99,26 +99,26 @@ _S390: tuple[Way, ...] = (
     (_OFF, "extended", "c99"),
 )
 _HOST = platform.machine()
-HERE = Target(f"{_HOST}, this machine", "gcc", "", "gcc", _PLAIN)
+HERE = Processor(f"{_HOST}, this machine", "gcc", "", "gcc", _PLAIN)
 """Its bits are those that others are compared with."""
 TARGETS = (
     HERE,
-    Target(f"{_HOST}, musl", "musl-gcc", "", "musl-tools", _PLAIN),
-    Target(f"{_HOST}, tcc", "tcc", "", "tcc", _TCC),
-    Target("x86_64, MinGW", "x86_64-w64-mingw32-gcc", "wine", "gcc-mingw-w64-x86-64 wine64 wine", _PLAIN),
-    Target("aarch64", "aarch64-linux-gnu-gcc", "qemu-aarch64", "gcc-aarch64-linux-gnu", _FUSED),
-    Target("armhf", "arm-linux-gnueabihf-gcc", "qemu-arm", "gcc-arm-linux-gnueabihf", _NEON),
-    Target("riscv64", "riscv64-linux-gnu-gcc", "qemu-riscv64", "gcc-riscv64-linux-gnu", _FUSED),
-    Target("s390x", "s390x-linux-gnu-gcc", "qemu-s390x", "gcc-s390x-linux-gnu", _S390, ">"),
-    Target("i386, SSE2", "i686-linux-gnu-gcc", "qemu-i386", "gcc-i686-linux-gnu", _SSE),
-    Target("i386, x87", "i686-linux-gnu-gcc", "qemu-i386", "gcc-i686-linux-gnu", _X87),
+    Processor(f"{_HOST}, musl", "musl-gcc", "", "musl-tools", _PLAIN),
+    Processor(f"{_HOST}, tcc", "tcc", "", "tcc", _TCC),
+    Processor("x86_64, MinGW", "x86_64-w64-mingw32-gcc", "wine", "gcc-mingw-w64-x86-64 wine64 wine", _PLAIN),
+    Processor("aarch64", "aarch64-linux-gnu-gcc", "qemu-aarch64", "gcc-aarch64-linux-gnu", _FUSED),
+    Processor("armhf", "arm-linux-gnueabihf-gcc", "qemu-arm", "gcc-arm-linux-gnueabihf", _NEON),
+    Processor("riscv64", "riscv64-linux-gnu-gcc", "qemu-riscv64", "gcc-riscv64-linux-gnu", _FUSED),
+    Processor("s390x", "s390x-linux-gnu-gcc", "qemu-s390x", "gcc-s390x-linux-gnu", _S390, ">"),
+    Processor("i386, SSE2", "i686-linux-gnu-gcc", "qemu-i386", "gcc-i686-linux-gnu", _SSE),
+    Processor("i386, x87", "i686-linux-gnu-gcc", "qemu-i386", "gcc-i686-linux-gnu", _X87),
 )
 INSTALL = "apt-get install " + " ".join(
     dict.fromkeys(["qemu-user", *" ".join(target.packages for target in TARGETS).split()])
 )
 
 
-def present() -> tuple[Target, ...]:
+def present() -> tuple[Processor, ...]:
     """Return what can be built and run here; nothing without gcc, with whose results others are compared."""
     found = tuple(target for target in TARGETS if not target.missing())
     return found if HERE in found else ()
@@ -200,7 +200,7 @@ class Truth:
         self.few = points.first(len(points.arguments["v_star", "double"]) // FRACTION)
         self._known: dict[tuple[str, Form], Exact] = {}
 
-    def at(self, function: Function) -> Exact:
+    def at(self, function: HeaderFunction) -> Exact:
         """Return the exact values at a function's arguments."""
         key = function.kind if function.over == "epsilon" else f"of {function.over}", function.form
         if key not in self._known:
@@ -211,7 +211,7 @@ class Truth:
                 self._known[key] = million.exact(function.over, x)
         return self._known[key]
 
-    def limits(self, claim: Claim) -> Limits:
+    def limits(self, claim: Promise) -> Limits:
         """Return what results of a function are held to."""
         at = self.at(claim.function)
         truth = at.of(claim.function.kind)
@@ -226,7 +226,7 @@ class Limits(NamedTuple):
     `allowed` is all that is stated, `rounding` what is of rounding alone; `plain` tells where libm is not called.
     """
 
-    function: Function
+    function: HeaderFunction
     x: Array
     truth: Array
     unknown: Array
@@ -243,7 +243,7 @@ class Ran(NamedTuple):
 
     Attributes
     ----------
-    target, build, header : Target, Build, str
+    target, build, header : Processor, Build, str
     results : int
         How many there are.
     part : float
@@ -260,7 +260,7 @@ class Ran(NamedTuple):
         Why there are none, if so.
     """
 
-    target: Target
+    target: Processor
     build: Build
     header: str
     results: int = 0
@@ -274,7 +274,7 @@ class Ran(NamedTuple):
     reason: str = ""
 
 
-def judged(made: Made, target: Target, header: str, limits: Sequence[Limits], first: Made | None) -> Ran:
+def judged(made: Made, target: Processor, header: str, limits: Sequence[Limits], first: Made | None) -> Ran:
     """Hold results to what is stated, and compare them with those of this machine."""
     found = Ran(target, made.build, header, reason=made.reason)
     for i, (limit, result) in enumerate(zip(limits, made.results, strict=bool(made.results))):
@@ -319,7 +319,7 @@ QUICK = ("viscopade_full.h",)
 
 
 def measure(
-    thorough: bool, text_of: Callable[[str], str] = compilers.header, targets: Sequence[Target] | None = None
+    thorough: bool, text_of: Callable[[str], str] = compilers.header, targets: Sequence[Processor] | None = None
 ) -> list[Ran]:
     """Build and run everything, one program at a time."""
     wanted = list(present() if targets is None else targets)
@@ -335,7 +335,7 @@ def measure(
 
 
 def _header(
-    name: str, text: str, truth: Truth, claims: Sequence[Claim], targets: Sequence[Target], directory: str
+    name: str, text: str, truth: Truth, claims: Sequence[Promise], targets: Sequence[Processor], directory: str
 ) -> list[Ran]:
     """Build and run one header for all processors."""
     limits = [truth.limits(claim) for claim in claims]
@@ -360,7 +360,7 @@ _NOT_RUN = f"Not run: it needs gcc and a long double of 64 bits. Debian: {INSTAL
 NOTHING = Chart("Nothing was run", "row", "error / stated bound", (curve("stated bound", (1, 2), (1, 1), "bound"),))
 
 
-def judge(found: Sequence[Ran]) -> Result:
+def judge(found: Sequence[Ran]) -> Outcome:
     """Return what is found."""
     here = [one for one in found if not missing(one)]
     ran = [one for one in here if not one.reason]
@@ -378,8 +378,8 @@ def judge(found: Sequence[Ran]) -> Result:
         Check(plain, sum(one.differ_plain for one in same), "==", 0),
     )
     if not ran:
-        return Result(_NOT_RUN, (), (NOTHING,), checks)
-    return Result(_summary(ran), (_errors(here), _bits(ran)), _charts(ran), checks)
+        return Outcome(_NOT_RUN, (), (NOTHING,), checks)
+    return Outcome(_summary(ran), (_errors(here), _bits(ran)), _charts(ran), checks)
 
 
 def missing(one: Ran) -> bool:
@@ -410,7 +410,7 @@ def _share(number: float) -> str:
     return f"{math.floor(number * 1e6) / 1e6:.6f}" if math.isfinite(number) else str(number)
 
 
-def _label(target: Target, build: Build) -> str:
+def _label(target: Processor, build: Build) -> str:
     flags = " ".join(flag for flag in build.flags if flag != "-static")
     return f"{target.name}: -std={build.standard} {flags}"
 
@@ -469,7 +469,7 @@ def _charts(ran: Sequence[Ran]) -> tuple[Chart, ...]:
     )  # fmt: skip
 
 
-def _by_group(builds: Sequence[Sequence[Ran]], measured: Callable[[Ran], float]) -> tuple[Curve, ...]:
+def _by_group(builds: Sequence[Sequence[Ran]], measured: Callable[[Ran], float]) -> tuple[ChartCurve, ...]:
     """Return the points of each group of headers over the builds, and the limit."""
     points = [(_group(one.header), i, measured(one)) for i, ones in enumerate(builds, 1) for one in ones]
     curves = []
@@ -494,7 +494,7 @@ def _by_libm(ones: Sequence[Ran]) -> tuple[int, int]:
     return sum(one.results for one in ones) - plain, sum(one.differ for one in ones) - differ_plain
 
 
-def check(thorough: bool) -> Result:
+def check(thorough: bool) -> Outcome:
     """Build for every processor whose compiler and emulator are there."""
     return judge(measure(thorough) if million.enough() else [])
 

@@ -38,7 +38,7 @@ from viscopade_lab.hard_cases.double_trips import (
     relative,
     ulp_of,
 )
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Curve, Result, Table, binned, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, binned, curve
 from viscopade_lab.hard_cases.material_trips import Tally
 
 SEED = 7
@@ -208,7 +208,7 @@ def _inverse_request(thorough: bool) -> requests.Request:
     return requests.INVERSE if thorough else requests.Request(inverse=requests.INVERSE.inverse[:1])
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Take all trips from starts that a seed gives."""
     size, generator = _sizes(thorough), np.random.default_rng(SEED)
     doubles = double_trips.all_trips(generator, size["double"])
@@ -224,7 +224,7 @@ def run(thorough: bool) -> Result:
     tables = tables_read_back.all_trips(np.random.default_rng(SEED), size["table"], thorough)
     code = compiled_text.all_trips(np.random.default_rng(SEED), size["compiled"], request, thorough)
     hulls = [*there, *back]
-    return Result(
+    return Outcome(
         _summary(doubles, hulls, materials, tables, code),
         (
             _trip_table(doubles, texts),
@@ -375,7 +375,7 @@ def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int])
     return Table("Materials, units and quantities", header, tuple(rows))
 
 
-def _points_and_limit(name: str, trip: Trip, edges: FloatArray) -> Iterable[Curve]:
+def _points_and_limit(name: str, trip: Trip, edges: FloatArray) -> Iterable[ChartCurve]:
     """Return the largest errors by interval of the start, and the largest limits there."""
     known = (trip.limit < 1) & (trip.start > 0)
     x, error, limit = trip.start[known], trip.error[known], trip.limit[known]

@@ -23,7 +23,7 @@ class Ran(NamedTuple):
     status: int
 
 
-class Row(NamedTuple):
+class StreamRow(NamedTuple):
     """A row of the table: what was changed, what came, and the share of the output's lines that are as usual."""
 
     name: str
@@ -66,7 +66,7 @@ def program(*words: str) -> str:
     return ONE.format(words=list(words))
 
 
-def reader_leaves() -> Row:
+def reader_leaves() -> StreamRow:
     """Print into a pipe whose reader reads one byte and goes."""
     import fcntl  # not everywhere
 
@@ -79,10 +79,12 @@ def reader_leaves() -> Row:
         os.read(process.stdout.fileno(), 1)
         process.stdout.close()
         err = process.stderr.read()
-    return Row("the reader of a pipe goes", f"exit {process.returncode}, {len(err)} bytes of complaint", 0.0, not err)
+    return StreamRow(
+        "the reader of a pipe goes", f"exit {process.returncode}, {len(err)} bytes of complaint", 0.0, not err
+    )
 
 
-def disk_full() -> Row | None:
+def disk_full() -> StreamRow | None:
     """Print to a full disk; None if there is none here."""
     if not os.path.exists("/dev/full"):
         return None
@@ -90,10 +92,10 @@ def disk_full() -> Row | None:
     with open("/dev/full", "wb") as full:
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, env=variables({}), timeout=TIMEOUT)
     good = done.returncode != 0 and len(done.stderr.splitlines()) == 1
-    return Row("output to a full disk", f"exit {done.returncode}: {done.stderr.decode().strip()[:60]}", 0.0, good)
+    return StreamRow("output to a full disk", f"exit {done.returncode}: {done.stderr.decode().strip()[:60]}", 0.0, good)
 
 
-def closed(*numbers_of: int) -> Row:
+def closed(*numbers_of: int) -> StreamRow:
     """Run without standard input, output or standard error."""
 
     def close() -> None:
@@ -103,10 +105,10 @@ def closed(*numbers_of: int) -> Row:
     ran = run(program(*COMMAND), before=close)
     names = ", ".join(("stdin", "stdout", "stderr")[number] for number in numbers_of)
     good = b"Traceback" not in ran.err and (ran.status == 0 or len(ran.err.splitlines()) == 1)
-    return Row(f"closed: {names}", f"exit {ran.status}, {len(ran.err)} bytes of complaint", 0.0, good)
+    return StreamRow(f"closed: {names}", f"exit {ran.status}, {len(ran.err)} bytes of complaint", 0.0, good)
 
 
-def on_terminal(usual: Ran) -> tuple[Row, int]:
+def on_terminal(usual: Ran) -> tuple[StreamRow, int]:
     """Run with standard error on a terminal, where progress comes and goes; return how many characters stay, too."""
     import pty  # not everywhere
 
@@ -123,4 +125,4 @@ def on_terminal(usual: Ran) -> tuple[Row, int]:
     left = len(shown.rpartition(b"\x1b[2K")[2].strip()) if b"\x1b[2K" in shown else len(shown)
     good = usual.out.startswith(out) and bool(out) and left == 0
     words_ = "progress was shown and taken away" if shown else "no progress was shown"
-    return Row("standard error is a terminal", words_, 1.0, good), left
+    return StreamRow("standard error is a terminal", words_, 1.0, good), left

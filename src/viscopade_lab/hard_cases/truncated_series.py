@@ -33,7 +33,7 @@ from viscopade.collision import panel_proof
 from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Result, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 
 TOLERANCE = 1e-3
 ORDER = {False: 80, True: 160}
@@ -267,7 +267,14 @@ def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
     v = np.array(sorted(set(v_star)))
     with working(BITS):
         low = np.array([float((exact - arb(near)).mid()) for exact, near in zip(h, c.tolist(), strict=True)])
-        computed = np.array([horner(c, v), _terms(c, v), compensated.horner(c, v), compensated.horner(c, v, low)])
+        computed = np.array(
+            [
+                horner(c, v),
+                _terms(c, v),
+                compensated.compensated_horner(c, v),
+                compensated.compensated_horner(c, v, low),
+            ]
+        )
         rows = [_row(h, c, float(v[i]), computed[:, i]) for i in range(len(v))]
     value, largest, condition, errors, bounds, of_series = (np.array(part) for part in zip(*rows, strict=True))
     return Sums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)
@@ -330,7 +337,7 @@ def near(place: float, step: int) -> list[float]:
 # --- the finding ------------------------------------------------------------------------------------------------------
 
 
-def run(thorough: bool) -> Result:
+def run(thorough: bool) -> Outcome:
     """Find where all orders leave, and evaluate all of them in double."""
     given = truncations(ORDER[thorough])
     left = leaving(given)
@@ -345,7 +352,7 @@ def run(thorough: bool) -> Result:
         sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in near(z, 2))]) for k in shown
     ]
     worst = _worst([*coarse, *fine])
-    return Result(
+    return Outcome(
         _summary(given, left, fine),
         (_leaving_table(given, left), _sums_table(given, fine)),
         (_leaving_chart(given, left), _sums_chart(given, _most_cancelled(fine).order), _horner_chart(fine)),

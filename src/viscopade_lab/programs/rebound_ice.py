@@ -39,7 +39,7 @@ from viscopade import restitution
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.cli.console import need
-from viscopade.collision.spheres import Pair, Sphere, beta_si_from_cgs
+from viscopade.collision.spheres import Pair, Sphere, beta_si_from_cgs, v_star
 from viscopade.simulators import rebound as ours
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.theory.paper import BETA_ICE_CGS
@@ -294,7 +294,7 @@ def happened(files: Files, box: Box, install: Installer, steps: int) -> dict[str
     reduced = m1 * m2 / (m1 + m2)
     lost = float((reduced / 2 * (before**2 - after**2)).sum())
     eps = after / before
-    of_pair = double.epsilon(np.sqrt(betas(r1, r2)) * before**0.1)
+    of_pair = double.epsilon(v_star(before, betas(r1, r2)))
     typical = setup().contacts[0].pair.epsilon(before)
     return {
         "collisions": number,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from viscopade_lab.report.result import SPEEDS, Result, Row
+from viscopade_lab.bench.result import Result, Timing
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS
 
 # What each panel of the picture shows: the first that was measured.
 PANELS = (("throughput", "latency"), ("memory", "cache"))
@@ -21,14 +22,14 @@ _AS_SMALL = 4
 class Point:
     """A kernel in the picture: `error` is None for what only sets a limit to the time, such as a copy."""
 
-    row: Row
+    row: Timing
     time: float
     error: float | None
     proven: bool
 
 
 @dataclass(frozen=True)
-class Panel:
+class PicturePanel:
     """The points of one way of measuring."""
 
     measure: str
@@ -38,17 +39,17 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Recommendation:
     """For an error of at most `need` (None: about the smallest there is) the fastest point of each measure, if any."""
 
     need: float | None
     fastest: tuple[Point | None, ...]
 
 
-def panel(result: Result, form: str, measure: str) -> Panel | None:
-    """Return the points of one format and measure, for the first of `SPEEDS` that was measured, the fastest first."""
+def panel(result: Result, form: str, measure: str) -> PicturePanel | None:
+    """Return the points of one format and measure, for the first distribution that was measured, the fastest first."""
     measured = [row for row in result.rows if (row.format, row.measure) == (form, measure)]
-    speeds = next((s for s in SPEEDS if any(row.speeds == s for row in measured)), None)
+    speeds = next((s for s in DISTRIBUTIONS if any(row.speeds == s for row in measured)), None)
     if speeds is None:
         return None
     points = []
@@ -58,10 +59,10 @@ def panel(result: Result, form: str, measure: str) -> Panel | None:
             value = None if error is None else error.value
             points.append(Point(row, row.median, value, error is not None and error.is_proven))
     points.sort(key=lambda point: (point.time, point.row.id))
-    return Panel(measure, speeds, title(result, measure), points)
+    return PicturePanel(measure, speeds, title(result, measure), points)
 
 
-def panels(result: Result, form: str) -> list[Panel]:
+def panels(result: Result, form: str) -> list[PicturePanel]:
     """Return what the picture of one format shows."""
     found = ([panel(result, form, measure) for measure in measures] for measures in PANELS)
     return [first for first in (next(filter(None, each), None) for each in found) if first is not None]
@@ -69,7 +70,7 @@ def panels(result: Result, form: str) -> list[Panel]:
 
 def title(result: Result, measure: str) -> str:
     """Return a measure's name as a title."""
-    settings = result.settings
+    settings = result.conditions
     return {
         "latency": "One collision after another",
         "throughput": "One call per collision",
@@ -91,15 +92,15 @@ def frontier(given: Sequence[Point]) -> list[Point]:
     return [given[i] for _, _, i in best]
 
 
-def choices(panels: Sequence[Panel]) -> list[Choice]:
+def choices(panels: Sequence[PicturePanel]) -> list[Recommendation]:
     """Return the fastest kernels, for each of `NEEDS` that one meets and for the smallest error."""
-    found = [Choice(need, tuple(_fastest(panel, need) for panel in panels)) for need in NEEDS]
+    found = [Recommendation(need, tuple(_fastest(panel, need) for panel in panels)) for need in NEEDS]
     errors = (point.error for panel in panels for point in panel.points if point.error is not None)
     smallest = min(errors, default=0.0)
-    found.append(Choice(None, tuple(_fastest(panel, _AS_SMALL * smallest) for panel in panels)))
+    found.append(Recommendation(None, tuple(_fastest(panel, _AS_SMALL * smallest) for panel in panels)))
     return [choice for choice in found if any(choice.fastest)]
 
 
-def _fastest(panel: Panel, need: float) -> Point | None:
+def _fastest(panel: PicturePanel, need: float) -> Point | None:
     enough = (point for point in panel.points if point.error is not None and point.error <= need)
     return min(enough, key=lambda point: (point.time, point.error), default=None)

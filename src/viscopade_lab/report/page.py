@@ -9,17 +9,20 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
 from viscopade.collision import panel_proof
 from viscopade.generated import environment, marker_line
 from viscopade.theory.paper import CITATION
-from viscopade_lab.report.choice import Choice, Panel, Point, choices, frontier, panel, title
-from viscopade_lab.report.result import FORMATS, MEASURES, SPEEDS, Error, Result, Row, Scene
+from viscopade_lab.bench.contender import ARRAY, MEASURES
+from viscopade_lab.bench.result import Error, Result, Timing
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
+from viscopade_lab.report.choice import PicturePanel, Point, Recommendation, choices, frontier, panel, title
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-Table = dict[str, Any]
+PageTable = dict[str, Any]
 
 MARKS = {"ours": "●", "rival": "◆", "limit": "▲"}
 GROUPS = {"ours": "this package", "rival": "another method", "limit": "a limit"}
@@ -62,7 +65,7 @@ def html(result: Result, pictures: Mapping[str, Sequence[str]], curves: Sequence
     page = jinja.get_template("report.html.jinja").render(
         marker=marker_line("viscopade report"),
         result=result,
-        scene=_scene(result.settings.scene),
+        ends=_ends(result.conditions.range),
         pictures={form: [Markup(element) for element in elements] for form, elements in pictures.items()},
         curves=[Markup(element) for element in curves],
         precision=PRECISION,
@@ -70,7 +73,7 @@ def html(result: Result, pictures: Mapping[str, Sequence[str]], curves: Sequence
         groups=GROUPS,
         measures={m: MEASURE_TEXT[m] for m in MEASURES if any(row.measure == m for row in result.rows)},
         titles={measure: title(result, measure) for measure in MEASURES},
-        speeds={s: SPEEDS_TEXT[s] for s in SPEEDS if any(row.speeds == s for row in result.rows)},
+        speeds={s: SPEEDS_TEXT[s] for s in DISTRIBUTIONS if any(row.speeds == s for row in result.rows)},
         chosen=[table for form in FORMATS if (table := _choice_table(result, form))],
         times=[table for measure in MEASURES if (table := _time_table(result, measure))],
         alarms=_alarms(result),
@@ -121,7 +124,7 @@ def unbroken(text: str) -> Markup:
     return Markup(" ").join(Markup('<span class="word">{}</span>').format(w) if "-" in w else w for w in words)
 
 
-def titles(panels: Sequence[Panel]) -> dict[str, str]:
+def titles(panels: Sequence[PicturePanel]) -> dict[str, str]:
     """Return what the marks of a picture show when the pointer rests on them."""
     return {
         f"point-{number}-{i}": f"{point.row.label}: {significant(point.time)} ns{_error_text(point)}"
@@ -136,14 +139,14 @@ def _error_text(point: Point) -> str:
     return f", error {scientific(point.error)} ({'proven' if point.proven else 'sampled'})"
 
 
-def _scene(scene: Scene) -> dict[str, Any]:
-    """Return v* and eps at both ends of the scene."""
-    ends = [scene.v_star(speed) for speed in (scene.speed_min, scene.speed_max)]
+def _ends(speeds: SpeedRange) -> dict[str, Any]:
+    """Return v* and eps at both ends of the range."""
+    ends = [speeds.v_star(speed) for speed in (speeds.speed_min, speeds.speed_max)]
     epsilon = [float(double.epsilon(v_star)) for v_star in ends]
     return {"v_star": [significant(v, 3) for v in ends], "epsilon": [significant(e, 3) for e in epsilon]}
 
 
-def _choice_table(result: Result, form: str) -> Table:
+def _choice_table(result: Result, form: str) -> PageTable:
     """Return which kernel to take, for one format; nothing if none was measured."""
     found = [each for measure in MEASURES if (each := panel(result, form, measure)) is not None]
     chosen = choices(found)
@@ -155,7 +158,7 @@ def _choice_table(result: Result, form: str) -> Table:
     return {"format": form, "columns": columns, "rows": rows, "frontier": best}
 
 
-def _need(choice: Choice) -> str:
+def _need(choice: Recommendation) -> str:
     return "about the smallest" if choice.need is None else scientific(choice.need, 1)
 
 
@@ -170,9 +173,9 @@ def _cell(point: Point | None) -> dict[str, Any] | None:
     }
 
 
-def _beside(row: Row) -> str:
+def _beside(row: Timing) -> str:
     """Return how a time compares: arrays with a copy, the rest with pow + [3/6]."""
-    if row.measure in ("cache", "memory"):
+    if row.measure in ARRAY:
         return "" if row.ratio_to_copy is None else f"{significant(row.ratio_to_copy, 3)} times a copy"
     if row.ratio_to_3_6 is None:
         return ""
@@ -182,11 +185,11 @@ def _beside(row: Row) -> str:
     return f"{words} pow\N{NO-BREAK SPACE}+\N{NO-BREAK SPACE}[3/6]"
 
 
-def _time_table(result: Result, measure: str) -> Table:
+def _time_table(result: Result, measure: str) -> PageTable:
     """Return all times of one measure, the fastest first; nothing if there are none."""
     bodies = []
     for form in FORMATS:
-        for speeds in SPEEDS:
+        for speeds in DISTRIBUTIONS:
             rows = [r for r in result.rows if (r.measure, r.format, r.speeds) == (measure, form, speeds)]
             if rows:
                 rows.sort(key=lambda row: (row.median, row.id))

@@ -22,11 +22,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from viscopade.collision import spheres
 from viscopade.generated import marker_line
+from viscopade_lab.bench.result import ErrorCurve
+from viscopade_lab.bench.speed_range import SpeedRange
 from viscopade_lab.figures.paper import PNG_DPI
-from viscopade_lab.report.choice import Panel, Point, frontier
+from viscopade_lab.report.choice import PicturePanel, Point, frontier
 from viscopade_lab.report.labels import Box, Segment, place, shortened
-from viscopade_lab.report.result import Curve, Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +93,7 @@ _STRIPS = 400  # of a curve with more points the largest error in each of so man
 
 
 @dataclass(frozen=True)
-class Layout:
+class SheetLayout:
     """Lengths in inches, sizes of letters in points."""
 
     width: float
@@ -105,24 +107,24 @@ class Layout:
     beside: int  # longest line of a curve's name, in characters
 
 
-WIDE = Layout(width=10.4, stacked=False, font=8.6, panel=4.7, line=0.19, room=2.5, columns=6, wrap=32, beside=26)
-NARROW = Layout(width=3.7, stacked=True, font=7.8, panel=4.5, line=0.24, room=4.0, columns=2, wrap=21, beside=14)
+WIDE = SheetLayout(width=10.4, stacked=False, font=8.6, panel=4.7, line=0.19, room=2.5, columns=6, wrap=32, beside=26)
+NARROW = SheetLayout(width=3.7, stacked=True, font=7.8, panel=4.5, line=0.24, room=4.0, columns=2, wrap=21, beside=14)
 
 _LEFT, _RIGHT, _BOTTOM, _GAP = 0.68, 0.24, 0.52, 0.25
 
 
 @contextmanager
-def drawn_panels(panels: Sequence[Panel], layout: Layout) -> Iterator[Sheet]:
+def drawn_panels(panels: Sequence[PicturePanel], layout: SheetLayout) -> Iterator[Sheet]:
     """Draw time against error, and keep Matplotlib's settings as they must be for saving within a `with` block."""
     with _style(layout):
         yield _panels(panels, layout)
 
 
 @contextmanager
-def drawn_curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Iterator[Sheet]:
+def drawn_curves(curves: Sequence[ErrorCurve], speeds: SpeedRange, layout: SheetLayout) -> Iterator[Sheet]:
     """Draw error over v*, likewise."""
     with _style(layout):
-        yield _curves(curves, scene, layout)
+        yield _curves(curves, speeds, layout)
 
 
 def content(sheet: Sheet, kind: str, title: str) -> bytes:
@@ -169,7 +171,7 @@ def inline(sheet: Sheet, size: str, name: str, alternative: str, titles: Mapping
 
 
 @contextmanager
-def _style(layout: Layout) -> Iterator[None]:
+def _style(layout: SheetLayout) -> Iterator[None]:
     from matplotlib import style
 
     sizes = dict.fromkeys(("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), layout.font)
@@ -182,7 +184,7 @@ def _style(layout: Layout) -> Iterator[None]:
 # --- time against error -----------------------------------------------------------------------------------------------
 
 
-def _panels(panels: Sequence[Panel], layout: Layout) -> Sheet:
+def _panels(panels: Sequence[PicturePanel], layout: SheetLayout) -> Sheet:
     height = max(layout.panel, *(layout.line * len(panel.points) + 1 for panel in panels))
     sheet, axes = _sheet(len(panels), height, layout)
     errors = [_shown(point.error) for panel in panels for point in panel.points if point.error is not None]
@@ -203,7 +205,7 @@ def _panels(panels: Sequence[Panel], layout: Layout) -> Sheet:
     return sheet
 
 
-def _sheet(count: int, height: float, layout: Layout, top: float = 0.0) -> tuple[Sheet, list[Axes]]:
+def _sheet(count: int, height: float, layout: SheetLayout, top: float = 0.0) -> tuple[Sheet, list[Axes]]:
     """Return a sheet with panels side by side or stacked, each `height` inches high, below a legend."""
     from matplotlib.figure import Figure as Sheet
 
@@ -227,12 +229,12 @@ def _shown(error: float) -> float:
     return min(max(error, _FLOOR), _CEILING)
 
 
-def _shown_time(panel: Panel, point: Point) -> float:
+def _shown_time(panel: PicturePanel, point: Point) -> float:
     """Return the time at which a point is drawn."""
     return min(point.time, _SLOWEST * min(other.time for other in panel.points))
 
 
-def _time_axis(axes: Axes, panel: Panel, layout: Layout) -> None:
+def _time_axis(axes: Axes, panel: PicturePanel, layout: SheetLayout) -> None:
     times = [_shown_time(panel, point) for point in panel.points]
     low, high = min(times) / 1.7, max(times) * layout.room
     high = max(high, low * 300)  # room for labels
@@ -260,7 +262,7 @@ def _error_axis(axes: Axes, low: float, high: float) -> None:
     axes.grid(axis="y")
 
 
-def _draw_panel(axes: Axes, panel: Panel, names: Mapping[str, str], number: int, layout: Layout) -> None:
+def _draw_panel(axes: Axes, panel: PicturePanel, names: Mapping[str, str], number: int, layout: SheetLayout) -> None:
     """Draw frontier, marks, and labels; a `gid` ends with the number of the panel and of the point."""
     low, high = axes.get_ylim()
     steps = _frontier_line(axes, panel, number)
@@ -282,7 +284,7 @@ def _draw_panel(axes: Axes, panel: Panel, names: Mapping[str, str], number: int,
     _draw_labels(axes, panel, names, anchors, lines, number, layout)
 
 
-def _label(names: Mapping[str, str], panel: Panel, point: Point, layout: Layout) -> str:
+def _label(names: Mapping[str, str], panel: PicturePanel, point: Point, layout: SheetLayout) -> str:
     """Return a point's label, with what is off the scale."""
     beyond = []
     if point.error is not None and point.error > _CEILING:
@@ -318,7 +320,7 @@ def _position(axes: Axes, x: float, y: float) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def _frontier_line(axes: Axes, panel: Panel, number: int) -> list[Segment]:
+def _frontier_line(axes: Axes, panel: PicturePanel, number: int) -> list[Segment]:
     """Draw the frontier as steps, and return its parts in points."""
     best = frontier(panel.points)
     if not best:
@@ -337,12 +339,12 @@ def _frontier_line(axes: Axes, panel: Panel, number: int) -> list[Segment]:
 
 def _draw_labels(
     axes: Axes,
-    panel: Panel,
+    panel: PicturePanel,
     names: Mapping[str, str],
     anchors: Sequence[tuple[float, float]],
     lines: Sequence[Segment],
     number: int,
-    layout: Layout,
+    layout: SheetLayout,
 ) -> None:
     sheet = axes.get_figure(root=True)
     assert sheet is not None
@@ -371,7 +373,7 @@ def _draw_labels(
             leader.set_clip_on(False)
 
 
-def _legend(sheet: Sheet, panels: Sequence[Panel], layout: Layout) -> None:
+def _legend(sheet: Sheet, panels: Sequence[PicturePanel], layout: SheetLayout) -> None:
     from matplotlib.lines import Line2D
 
     points = [point for panel in panels for point in panel.points]
@@ -398,7 +400,7 @@ def _legend(sheet: Sheet, panels: Sequence[Panel], layout: Layout) -> None:
 # --- error over v* ----------------------------------------------------------------------------------------------------
 
 
-def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
+def _curves(curves: Sequence[ErrorCurve], speeds: SpeedRange, layout: SheetLayout) -> Sheet:
     sheet, (axes,) = _sheet(1, layout.panel - 0.6, layout, top=0.55)
     names = _names(axes, curves, layout)
     room = (max(float(name.get_window_extent().width) for name in names) + 14) / _POINT / layout.width
@@ -408,7 +410,7 @@ def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
     errors = [error for curve in curves for error in curve.error if error > 0]
     _error_axis(axes, max(min(errors, default=1e-16), _FLOOR) / 3, max(errors, default=1) * 3)
     axes.set_ylabel("relative error of ε")
-    _speed_axis(axes, scene)
+    _speed_axis(axes, speeds)
     sheet.draw_without_rendering()
     heights = []
     for i, curve in enumerate(curves):
@@ -422,7 +424,7 @@ def _curves(curves: Sequence[Curve], scene: Scene, layout: Layout) -> Sheet:
     return sheet
 
 
-def _thinned(curve: Curve) -> tuple[Floats, Floats]:
+def _thinned(curve: ErrorCurve) -> tuple[Floats, Floats]:
     """Return v* and error of a curve, sorted; of too many points the largest error in each strip."""
     order = np.argsort(curve.v_star, kind="stable")
     v_star, error = np.array(curve.v_star)[order], np.array(curve.error)[order]
@@ -433,7 +435,7 @@ def _thinned(curve: Curve) -> tuple[Floats, Floats]:
     return v_star[largest], error[largest]
 
 
-def _v_star_axis(axes: Axes, curves: Sequence[Curve]) -> None:
+def _v_star_axis(axes: Axes, curves: Sequence[ErrorCurve]) -> None:
     low, high = min(x for c in curves for x in c.v_star), max(x for c in curves for x in c.v_star)
     low, high = (low, high) if low < high else (low / 2, high * 2)
     axes.set(xscale="log", xlim=(low, high), xlabel="v*")
@@ -461,27 +463,23 @@ def _end(error: Floats) -> float:
     return float(np.exp(np.mean(np.log(last)))) if last.size else _FLOOR
 
 
-def _speed_axis(axes: Axes, scene: Scene) -> None:
-    """Show the scene's speeds above, and shade the v* that they make."""
-
-    def v_star(speed: Any) -> Any:
-        return math.sqrt(scene.beta) * speed**0.1
-
+def _speed_axis(axes: Axes, speeds: SpeedRange) -> None:
+    """Show the speeds above, and shade the v* that they make."""
     low, high = axes.get_xlim()
-    axes.axvspan(v_star(scene.speed_min), v_star(scene.speed_max), color=BAND, zorder=0, linewidth=0)
+    axes.axvspan(speeds.v_star(speeds.speed_min), speeds.v_star(speeds.speed_max), color=BAND, zorder=0, linewidth=0)
     axes.set_xlim(low, high)
     above = axes.twiny()
     above.set(xscale="log", xlim=(low, high), facecolor="none")
     above.spines["top"].set_visible(True)
-    first, last = (math.log10((x / math.sqrt(scene.beta)) ** 10) for x in (low, high))
+    first, last = (math.log10(spheres.speed_from_v_star(x, speeds.beta)) for x in (low, high))
     step = max(1, math.ceil((last - first) / 7))
     powers = [n for n in range(math.ceil(first), math.floor(last) + 1) if n % step == 0]
-    above.set_xticks([v_star(10.0**n) for n in powers], [rf"$10^{{{n}}}$" for n in powers], parse_math=True)
+    above.set_xticks([speeds.v_star(10.0**n) for n in powers], [rf"$10^{{{n}}}$" for n in powers], parse_math=True)
     above.set_xticks([], minor=True)
-    above.set_xlabel(f"speed in {scene.unit}, for beta = {scene.beta:g}")
+    above.set_xlabel(f"speed in {speeds.unit}, for beta = {speeds.beta:g}")
 
 
-def _names(axes: Axes, curves: Sequence[Curve], layout: Layout) -> list[Text]:
+def _names(axes: Axes, curves: Sequence[ErrorCurve], layout: SheetLayout) -> list[Text]:
     """Write the curves' names, for now anywhere."""
     sheet = axes.get_figure(root=True)
     assert sheet is not None

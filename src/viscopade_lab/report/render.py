@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
+from viscopade.arithmetic.formats import FORMATS as NUMBERS
 from viscopade.progress import track
+from viscopade_lab.bench.result import Result
 from viscopade_lab.report import FORMATS
-from viscopade_lab.report.choice import Panel, panels
+from viscopade_lab.report.choice import PicturePanel, panels
 from viscopade_lab.report.page import html, titles
 from viscopade_lab.report.picture import NARROW, WIDE, content, drawn_curves, drawn_panels, inline
-from viscopade_lab.report.result import FORMATS as NUMBERS
-from viscopade_lab.report.result import Result, checked
 
 PICTURE = "speed_against_error"
 LAYOUTS = {"wide": WIDE, "narrow": NARROW}
 
 
-def render(
-    result: dict[str, Any], formats: Iterable[str] = FORMATS, *, source: str = "result"
-) -> dict[str, str | bytes]:
+def render(result: Result, formats: Iterable[str] = FORMATS) -> dict[str, str | bytes]:
     """Return file name and content of the report's files.
 
     Parameters
     ----------
-    result : dict
-        What `viscopade bench` measured; `from_json` reads it from a file.
+    result : Result
     formats : iterable of str
         Some of `FORMATS`, for the pictures beside the page.
-    source : str
-        Name of the result's file, for messages.
 
     Returns
     -------
@@ -40,7 +34,7 @@ def render(
     Raises
     ------
     ValueError
-        For an unknown format, or one line that says what is wrong with the result.
+        For an unknown format.
     ModuleNotFoundError
         Without Matplotlib.
     """
@@ -48,20 +42,22 @@ def render(
     for kind in formats:
         if kind not in FORMATS:
             raise ValueError(f"format is {kind!r}: accepted are {', '.join(FORMATS)}")
-    whole = checked(result, source)
     files: dict[str, str | bytes] = {}
     pictures: dict[str, list[str]] = {}
-    for i in track(range(len(NUMBERS)), "pictures"):
-        form = NUMBERS[i]
-        shown = panels(whole, form)
+    names = tuple(NUMBERS)
+    for i in track(range(len(names)), "pictures"):
+        form = names[i]
+        shown = panels(result, form)
         if shown:
             name = PICTURE if form == "double" else f"{PICTURE}_{form}"
             pictures[form] = _picture(form, shown, name, formats, files)
-    curves = _curves(whole) if whole.curves else []
-    return {"report.html": html(whole, pictures, curves), **files}
+    curves = _curves(result) if result.curves else []
+    return {"report.html": html(result, pictures, curves), **files}
 
 
-def _picture(form: str, shown: list[Panel], name: str, formats: list[str], files: dict[str, str | bytes]) -> list[str]:
+def _picture(
+    form: str, shown: list[PicturePanel], name: str, formats: list[str], files: dict[str, str | bytes]
+) -> list[str]:
     """Draw time against error: add it to `files`, and return it for the page, one for each layout."""
     title = f"Time against error of eps(v), {form} precision"
     alternative = f"{title}. The tables below hold its numbers."
@@ -79,6 +75,6 @@ def _curves(result: Result) -> list[str]:
     alternative = "Relative error of eps against v*, one curve for each kernel."
     elements = []
     for size, layout in LAYOUTS.items():
-        with drawn_curves(result.curves, result.settings.scene, layout) as sheet:
+        with drawn_curves(result.curves, result.conditions.range, layout) as sheet:
             elements.append(inline(sheet, size, "curves", alternative, {}))
     return elements

@@ -61,7 +61,7 @@ void run_{i}(size_t n, const double *speed, double beta, double *out)
 """
 
 
-def in_python() -> dict[str, gas.Restitution]:
+def in_python() -> dict[str, gas.RestitutionFunction]:
     """Return the functions that NumPy evaluates, and viscopade's own."""
     return {
         "constant": figure.constant(),
@@ -72,7 +72,7 @@ def in_python() -> dict[str, gas.Restitution]:
     }
 
 
-def in_c() -> dict[str, gas.Restitution]:
+def in_c() -> dict[str, gas.RestitutionFunction]:
     """Return functions of exports/, compiled; none without a compiler."""
     try:
         compiler = toolchain.find()
@@ -92,7 +92,7 @@ def in_c() -> dict[str, gas.Restitution]:
     return {label: _call(library, i) for i, label in enumerate(loops)}
 
 
-def _call(library: ctypes.CDLL, index: int) -> gas.Restitution:
+def _call(library: ctypes.CDLL, index: int) -> gas.RestitutionFunction:
     function = library[f"run_{index}"]
     function.restype = None
 
@@ -113,7 +113,7 @@ def _call(library: ctypes.CDLL, index: int) -> gas.Restitution:
 class Watch:
     """A function from speed to eps that adds up the time spent in it."""
 
-    restitution: gas.Restitution
+    restitution: gas.RestitutionFunction
     seconds: float = 0.0
 
     def __call__(self, speed: FloatArray) -> FloatArray:
@@ -138,7 +138,7 @@ def measure(particles: int, rounds: int) -> dict[str, Any]:
     return {"particles": particles, "time": TIME, "nanoseconds_per_collision": rows}
 
 
-def _round(restitution: gas.Restitution, particles: int, speeds: FloatArray) -> Mapping[str, float]:
+def _round(restitution: gas.RestitutionFunction, particles: int, speeds: FloatArray) -> Mapping[str, float]:
     watch = Watch(restitution)
     start = time.perf_counter()
     collisions = len(gas.cool(watch, particles=particles, time=TIME).impact_speeds)

@@ -45,7 +45,7 @@ class HalfLineFormula:
 
 
 @dataclass(frozen=True)
-class InverseFormula:
+class LacunaryInverse:
     """v* = y^k N/D, N (top) and D (bottom) polynomials with gaps in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
 
     top: Terms

@@ -39,7 +39,7 @@ from viscopade.kernels.expressions import (
     Statement,
     evaluate,
     gaps,
-    horner,
+    horner_expression,
     power,
     powers,
     run,
@@ -170,7 +170,7 @@ def _polynomial(letter: str, exponents: list[int], variable: str, mirror: bool) 
     names = [f"{letter}{k}" for k in exponents]
     if mirror:
         exponents, names = [exponents[-1] - k for k in reversed(exponents)], names[::-1]
-    return horner(exponents, names, variable)
+    return horner_expression(exponents, names, variable)
 
 
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------

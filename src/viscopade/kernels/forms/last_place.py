@@ -19,7 +19,6 @@ that sequence of operations, in ball arithmetic.
 from __future__ import annotations
 
 import math
-import pkgutil
 import struct
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -35,7 +34,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PANELS
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
-from viscopade.collision.panel_proof import Row
+from viscopade.collision.panel_proof import PanelRow
 from viscopade.progress import track
 
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
@@ -62,13 +61,13 @@ _BITS = 128  # of ball arithmetic
 _PARTS = 4  # a panel is cut into, where errors are bounded
 _U = Fraction(1, 2**53)
 
-Number = TypeVar("Number", float, "Rounded")
+Number = TypeVar("Number", float, "RoundedDouble")
 
 
 # --- the functions to approximate -------------------------------------------------------------------------------------
 
 
-class Panel(NamedTuple):
+class SmallerOnPanel(NamedTuple):
     """The smaller of eps and 1 - eps on [centre - half, centre + half] as a polynomial in z = (v* - centre)/half."""
 
     centre: Fraction
@@ -78,20 +77,9 @@ class Panel(NamedTuple):
     p: fmpq_poly
 
 
-@lru_cache(maxsize=1)
-def _rows() -> dict[tuple[str, int], Row]:
-    """Return the rows of the table of `double` for eps and 1 - eps, by name and panel."""
-    text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
-    lines = [line.split() for line in text.splitlines() if not line.startswith("#")]
-    rows = {(name, int(at)): Row(int(e), tuple(map(int, a))) for name, at, e, *a in lines if name in FUNCTIONS}
-    if len(rows) != len(FUNCTIONS) * PANELS:
-        raise OSError(f"{DATA} has {len(rows)} lines of {len(FUNCTIONS) * PANELS}")
-    return rows
-
-
-def table_row(function: str, index: int) -> Row:
+def table_row(function: str, index: int) -> PanelRow:
     """Return the row of the table of `double` for one of `FUNCTIONS` on one of its panels."""
-    return _rows()[function, index]
+    return panel_proof.rows()[function, index]
 
 
 def _polynomial(name: str, index: int) -> fmpq_poly:
@@ -100,7 +88,7 @@ def _polynomial(name: str, index: int) -> fmpq_poly:
 
 
 @lru_cache(maxsize=1)
-def panels() -> tuple[Panel, ...]:
+def panels() -> tuple[SmallerOnPanel, ...]:
     """Return the panels from `NEAR` to 2^(FOLD + PERIOD); those where 1 - eps is the smaller one come first."""
     found = []
     for index in range(1, PANELS):
@@ -110,7 +98,7 @@ def panels() -> tuple[Panel, ...]:
         centre, half = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
         for side in (-1, 1):
             part = fmpq_poly([fmpq(side, 2), fmpq(1, 2)])
-            found.append(Panel(centre + side * half / 2, half / 2, elastic, p(part)))
+            found.append(SmallerOnPanel(centre + side * half / 2, half / 2, elastic, p(part)))
     return tuple(found)
 
 
@@ -196,7 +184,7 @@ def _double_row_near() -> DoubleRow:
     return DoubleRow(0.0, 0.0, 0.0, 0.0, 0.0, tuple(map(DOUBLE.nearest, a)))
 
 
-def _double_row(panel: Panel) -> DoubleRow:
+def _double_row(panel: SmallerOnPanel) -> DoubleRow:
     p = cut(-panel.p if panel.elastic else panel.p, DEGREES["double"])
     a0, a1, *a = _coefficients(p, panel.half, DEGREES["double"] + 1)
     unit = Fraction(2) ** (exponent(abs(a0) + abs(a1) * panel.half) - 52)
@@ -206,7 +194,7 @@ def _double_row(panel: Panel) -> DoubleRow:
     return DoubleRow(float(panel.centre), high, slope, low, rest, tuple(map(DOUBLE.nearest, a)))
 
 
-def _step(panel: Panel) -> Fraction:
+def _step(panel: SmallerOnPanel) -> Fraction:
     """Return the distance of neighbouring values of t_1."""
     return Fraction(2) ** (exponent(panel.centre) - 52 + CLEARED)
 
@@ -217,7 +205,7 @@ def float_rows() -> tuple[tuple[float, ...], ...]:
     return tuple(map(_float_row, panels()))
 
 
-def _float_row(panel: Panel) -> tuple[float, ...]:
+def _float_row(panel: SmallerOnPanel) -> tuple[float, ...]:
     degree = DEGREES["float"]
     return tuple(map(DOUBLE.nearest, _coefficients(cut(panel.p, degree), panel.half, degree + 1)))
 
@@ -350,7 +338,7 @@ def _check(form: str, function: str) -> None:
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
-class Rounded:
+class RoundedDouble:
     """A number of type double: where its value would lie without rounding errors, and a bound of its error.
 
     An operation adds at most half a unit in the last place of the largest number that it can be applied to. That
@@ -362,19 +350,19 @@ class Rounded:
         self.error = arb(error)
 
     @classmethod
-    def between(cls, low: Fraction, high: Fraction) -> Rounded:
+    def between(cls, low: Fraction, high: Fraction) -> RoundedDouble:
         """Return a number without error between two bounds."""
         return cls(_arb(low).union(_arb(high)))
 
-    def _after(self, value: arb, error: arb) -> Rounded:
+    def _after(self, value: arb, error: arb) -> RoundedDouble:
         error = _above(error)
-        return Rounded(value, error + _half_ulp(_magnitude(value) + error))
+        return RoundedDouble(value, error + _half_ulp(_magnitude(value) + error))
 
-    def __add__(self, other: Rounded | float) -> Rounded:
+    def __add__(self, other: RoundedDouble | float) -> RoundedDouble:
         other = _as_rounded(other)
         return self._after(self.value + other.value, self.error + other.error)
 
-    def __mul__(self, other: Rounded | float) -> Rounded:
+    def __mul__(self, other: RoundedDouble | float) -> RoundedDouble:
         other = _as_rounded(other)
         error = _magnitude(self.value) * other.error + _magnitude(other.value) * self.error + self.error * other.error
         return self._after(self.value * other.value, error)
@@ -383,8 +371,8 @@ class Rounded:
     __rmul__ = __mul__
 
 
-def _as_rounded(number: Rounded | float) -> Rounded:
-    return number if isinstance(number, Rounded) else Rounded(arb(number))
+def _as_rounded(number: RoundedDouble | float) -> RoundedDouble:
+    return number if isinstance(number, RoundedDouble) else RoundedDouble(arb(number))
 
 
 def _arb(number: Fraction) -> arb:
@@ -413,7 +401,7 @@ def _ulp(least: arb, form: Format) -> arb:
     return arb(2) ** (exponent(exact_middle(arb(least.lower()))) - form.precision + 1)
 
 
-class Bound(NamedTuple):
+class UlpBound(NamedTuple):
     """A bound of the error over a part of the half-line, in units in the last place of the true value."""
 
     low: Fraction
@@ -422,7 +410,7 @@ class Bound(NamedTuple):
 
 
 @cache
-def bounds(form: str, function: str) -> tuple[Bound, ...]:
+def bounds(form: str, function: str) -> tuple[UlpBound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 
     Those from 2^FOLD on hold for all larger v*, too. The bounds are proven (docs/reference/full-kernels.md).
@@ -431,10 +419,10 @@ def bounds(form: str, function: str) -> tuple[Bound, ...]:
     loss = function == "one_minus_epsilon"
     bound = _double_bound if form == "double" else _float_bound
     with working(_BITS):
-        found = [Bound(Fraction(0), NEAR, _near_bound(form, loss))]
+        found = [UlpBound(Fraction(0), NEAR, _near_bound(form, loss))]
         for index in track(range(len(panels())), f"error bounds of type {form}"):
             panel = panels()[index]
-            found.append(Bound(panel.centre - panel.half, panel.centre + panel.half, bound(index, loss)))
+            found.append(UlpBound(panel.centre - panel.half, panel.centre + panel.half, bound(index, loss)))
     return tuple(found)
 
 
@@ -446,22 +434,22 @@ def _in_ulp(error: arb, least: arb, form: Format) -> Fraction:
     return Fraction(1, 2) + exact_middle(_above(_above(error) / _ulp(least, form)))
 
 
-def _parts(panel: Panel) -> Iterator[tuple[Fraction, Fraction]]:
+def _parts(panel: SmallerOnPanel) -> Iterator[tuple[Fraction, Fraction]]:
     for n in range(_PARTS):
         low, high = (panel.half * Fraction(2 * m - _PARTS, _PARTS) for m in (n, n + 1))
         yield low, high
 
 
-def _values(panel: Panel, low: Fraction, high: Fraction) -> arb:
+def _values(panel: SmallerOnPanel, low: Fraction, high: Fraction) -> arb:
     """Enclose p for t between two bounds."""
-    z = Rounded.between(low / panel.half, high / panel.half).value
+    z = RoundedDouble.between(low / panel.half, high / panel.half).value
     total = arb(0)
     for c in reversed(panel.p.coeffs()):
         total = total * z + arb(c)
     return total
 
 
-def _given_error(panel: Panel, difference: Fraction, values: arb) -> arb:
+def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> arb:
     """Return a bound of the machine polynomial's error: its own, and that of what it approximates."""
     relative = TABLE_ERROR + (FOLD_ERROR if panel.centre > 2**FOLD else 0)
     return _arb_above(difference) + _magnitude(values) * _arb(relative) * (1 + 2 * _arb(relative))
@@ -481,7 +469,7 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     return max(_double_part(panel, row, difference, loss, *part) for part in _parts(panel))
 
 
-def _check_head(panel: Panel, row: DoubleRow) -> None:
+def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
     """Check that a0_high + a1_high t_1 and both its operations are exact: multiples of one unit below 2^53 of it."""
     high, slope, step = Fraction(row.a0_high), Fraction(row.a1_high), _step(panel)
     unit = Fraction(2) ** (exponent(abs(high) + abs(slope) * panel.half) - 52)
@@ -491,16 +479,16 @@ def _check_head(panel: Panel, row: DoubleRow) -> None:
 
 
 def _double_part(
-    panel: Panel, row: DoubleRow, difference: Fraction, loss: bool, low: Fraction, high: Fraction
+    panel: SmallerOnPanel, row: DoubleRow, difference: Fraction, loss: bool, low: Fraction, high: Fraction
 ) -> Fraction:
-    rest = _double_rest(row, Rounded.between(low, high), Rounded.between(Fraction(0), _step(panel)))
+    rest = _double_rest(row, RoundedDouble.between(low, high), RoundedDouble.between(Fraction(0), _step(panel)))
     values = _values(panel, low, high)
     complement = loss != panel.elastic
     given = _given_error(panel, difference, values)
     if not complement:
         return _in_ulp(rest.error + given, values, DOUBLE)
     # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
-    left = Rounded(arb(0, _half_ulp(arb(1))))
+    left = RoundedDouble(arb(0, _half_ulp(arb(1))))
     return _in_ulp((left + rest).error + given, 1 - values, DOUBLE)
 
 
@@ -511,9 +499,9 @@ def _float_bound(index: int, loss: bool) -> Fraction:
 
 
 def _float_part(
-    panel: Panel, a: Sequence[float], difference: Fraction, loss: bool, low: Fraction, high: Fraction
+    panel: SmallerOnPanel, a: Sequence[float], difference: Fraction, loss: bool, low: Fraction, high: Fraction
 ) -> Fraction:
-    p = _float_value(a, Rounded.between(low, high))
+    p = _float_value(a, RoundedDouble.between(low, high))
     values = _values(panel, low, high)
     error = p.error + _given_error(panel, difference, values)
     if loss == panel.elastic:
@@ -533,7 +521,7 @@ def _near_bound(form: str, loss: bool) -> Fraction:
     c = Fraction(at.c_high) + Fraction(at.c_low)
     machine = fmpq_poly([to_fmpq(c), 0, *(_scaled(at.a, NEAR) * to_fmpq(NEAR**2)).coeffs()])
     given += _arb_above(greatest((machine - ratio)(_UNIT)))
-    x = Rounded.between(Fraction(0), NEAR)
+    x = RoundedDouble.between(Fraction(0), NEAR)
     if form == "double":
         error = _product_error(at, _near_rest(at, x)) + given
         return _relative_in_ulp(error, least, DOUBLE)
@@ -552,7 +540,7 @@ def _relative_in_ulp(error: arb, least: arb, form: Format) -> Fraction:
     return Fraction(1, 2) + lost + Fraction(1, 2**60)
 
 
-def _product_error(at: Near, rest: Rounded) -> arb:
+def _product_error(at: Near, rest: RoundedDouble) -> arb:
     """Bound the error of c_high (w^2 - high^2) + w^2 rest, with the rounding of this sum, in units of w^2."""
     u = _arb(_U)
     tail = _arb(Fraction(at.c_high)) * arb(2) ** (2 - CENTRE_BITS)
@@ -566,7 +554,7 @@ def _double_bound_near_one(given: arb) -> Fraction:
     row = double_rows()[0]
     machine = fmpq_poly([to_fmpq(-Fraction(c) * NEAR**n) for n, c in enumerate(row.a)])
     given = (given + _arb_above(greatest((machine - _ratio())(_UNIT)))) * _arb(NEAR**2)
-    x = Rounded.between(Fraction(0), NEAR)
+    x = RoundedDouble.between(Fraction(0), NEAR)
     rest = _double_rest(row, x, x)
     return _in_ulp(rest.error + given, 1 - _magnitude(rest.value) * 2, DOUBLE)
 

@@ -37,7 +37,7 @@ class Derivative:
 
 
 @dataclass(frozen=True)
-class Variant:
+class MinimaxVariant:
     """The coefficients of a kernel in one format, ascending, and the proof of their error.
 
     Attributes
@@ -75,7 +75,7 @@ class MinimaxKernel:
     ----------
     m, n : int
         Degrees.
-    variants : tuple of Variant
+    variants : tuple of MinimaxVariant
         At least one; all of the same interval and measure.
     missing : tuple of (str, str)
         For names of types without a variant, the reason.
@@ -90,7 +90,7 @@ class MinimaxKernel:
 
     m: int
     n: int
-    variants: tuple[Variant, ...]
+    variants: tuple[MinimaxVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
 
@@ -222,7 +222,7 @@ class MinimaxKernel:
             if v.derivative is not None
         ]
 
-    def variant(self, form: Format) -> Variant:
+    def variant(self, form: Format) -> MinimaxVariant:
         """Return the variant of a format.
 
         Raises

@@ -106,7 +106,7 @@ class Quotient(Protocol):
 
 
 @dataclass(frozen=True)
-class Kernel:
+class PadeKernel:
     """A Padé approximant of eps(v*), (a_0 + … + a_m v*^m) / (b_0 + … + b_n v*^n), eq:padeDef.
 
     Attributes

@@ -31,7 +31,7 @@ LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both 
 
 
 @dataclass(frozen=True)
-class Variant:
+class RootPowerVariant:
     """The coefficients of a kernel in one format, and the proof of their error.
 
     Attributes
@@ -77,7 +77,7 @@ class Gapped(ABC):
     ----------
     powers : Powers
         The exponents in N and D.
-    variants : tuple of Variant
+    variants : tuple of RootPowerVariant
         At least one; all of the same measure.
     missing : tuple of (str, str)
         For names of types without a variant, the reason.
@@ -91,7 +91,7 @@ class Gapped(ABC):
     """
 
     powers: Powers
-    variants: tuple[Variant, ...]
+    variants: tuple[RootPowerVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
 
@@ -163,7 +163,7 @@ class Gapped(ABC):
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
         return (*head, *self.proven)
 
-    def variant(self, form: Format) -> Variant:
+    def variant(self, form: Format) -> RootPowerVariant:
         """Return the variant of a format.
 
         Raises
@@ -227,7 +227,7 @@ class Gapped(ABC):
         same = len({v.certificate.bound for v in self.variants}) == 1
         return self.bound.bound if same else self._per_type(lambda v: v.certificate.bound)
 
-    def _per_type(self, phrase: Callable[[Variant], str]) -> str:
+    def _per_type(self, phrase: Callable[[RootPowerVariant], str]) -> str:
         return " and ".join(f"{phrase(v)} in type {v.form.name}" for v in self.variants)
 
 
@@ -293,7 +293,7 @@ class HalfLineKernel(Gapped):
             "where results are subnormal",
         )
 
-    def _of_loss(self, variant: Variant) -> str:
+    def _of_loss(self, variant: RootPowerVariant) -> str:
         function = "one_minus_epsilon"
         return variant.rounding(function) if function in self.checked else dict(variant.sizes)[function].relative
 
@@ -381,11 +381,11 @@ class InverseKernel(Gapped):
         """A bound of the relative error of beta, which is v*^2 but for a factor."""
         return at_most((1 + Fraction(self.bound.bound)) ** 2 - 1)
 
-    def _of_beta(self, variant: Variant) -> str:
+    def _of_beta(self, variant: RootPowerVariant) -> str:
         return at_most(Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(self.bound_of_beta)), DIGITS)
 
 
-Kernel = HalfLineKernel | InverseKernel
+RootPowerKernel = HalfLineKernel | InverseKernel
 
 
 def interval_start(epsilon_min: Fraction) -> Fraction:
@@ -393,7 +393,7 @@ def interval_start(epsilon_min: Fraction) -> Fraction:
     return Fraction(epsilon_min.numerator * 2**LEAST_BITS // epsilon_min.denominator, 2**LEAST_BITS)
 
 
-def _sizes(variant: Variant) -> dict[str, dict[str, str]]:
+def _sizes(variant: RootPowerVariant) -> dict[str, dict[str, str]]:
     return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in variant.sizes}
 
 

@@ -51,7 +51,7 @@ PARTS = 16  # of a piece of a row, where the error is no multiple of one Chebysh
 _MORE = 7  # terms of Taylor polynomials beyond the degree
 
 
-class Piece(NamedTuple):
+class MantissaPiece(NamedTuple):
     """p on an interval of m as a polynomial in s, |s| <= 1, m = centre + half s, and how far it may be off."""
 
     centre: Fraction
@@ -138,7 +138,7 @@ class Layout:
         values = [_smaller_at((centre + half * s) * Fraction(2) ** exponent, self.base(index)) for s in points]
         return Interpolation(centre, half, interpolated(points, values))
 
-    def pieces(self, index: int, degree: int) -> list[Piece]:
+    def pieces(self, index: int, degree: int) -> list[MantissaPiece]:
         """Return the row's p as Taylor polynomials with bounds of their errors."""
         return list(pieces(*self.interval(index), self.base(index), degree))
 
@@ -185,7 +185,7 @@ class Table(Layout):
         p = best.p(fmpq_poly([-to_fmpq(best.centre / best.half), to_fmpq(1 / best.half)]))
         return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
 
-    def machine(self, index: int, piece: Piece) -> fmpq_poly:
+    def machine(self, index: int, piece: MantissaPiece) -> fmpq_poly:
         """Return the row's polynomial in s, exactly."""
         m = fmpq_poly([to_fmpq(piece.centre), to_fmpq(piece.half)])
         return fmpq_poly([to_fmpq(Fraction(c)) for c in self.rows[index]])(m)
@@ -202,7 +202,7 @@ class Table(Layout):
         found = [self._bounds_on(index, piece, 1 if len(whole) == 1 else PARTS) for piece in whole]
         return _worst(found)
 
-    def _bounds_on(self, index: int, piece: Piece, parts: int) -> RowBounds:
+    def _bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> RowBounds:
         machine, least, most = self.machine(index, piece), piece.least, piece.most
         smallest = min(least, 1 - most)
         if not smallest > 0:
@@ -290,7 +290,7 @@ def _panel_at(exponent: int, m: Fraction) -> int:
     return low
 
 
-def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[Piece]:
+def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[MantissaPiece]:
     """Yield p on [low, high], cut where the panels of `panel_proof` end."""
     scale = Fraction(2) ** exponent
     first, last = _panel_at(exponent, low), _panel_at(exponent, high)
@@ -310,7 +310,7 @@ def _smaller_at(w: Fraction, base: int) -> Fraction:
         return exact_middle(panel_proof.rows()[name, panel].poly()(z)) * sign
 
 
-def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> Piece:
+def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> MantissaPiece:
     """Return p on low <= m <= high from one panel of `panel_proof`, a Taylor polynomial whose remainder is enclosed."""
     centre, half = (low + high) / 2, (high - low) / 2
     order = degree + _MORE
@@ -332,7 +332,7 @@ def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int
         p = fmpq_poly([_middle(c) for c in coefficients])
         enclosed, relative = to_fraction(_middle(own)), Fraction(panel_proof.proven_error())
         error = enclosed + relative / (1 - relative) * (greatest(p) + enclosed)
-    return Piece(centre, half, p, error)
+    return MantissaPiece(centre, half, p, error)
 
 
 def _middle(ball: arb) -> fmpq:

@@ -19,7 +19,7 @@ from flint import fmpq_poly
 
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.forms.speed_table import PARTS, Layout, Piece, bytes_of, gamma, of_w
+from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, gamma, of_w
 from viscopade.progress import track
 
 DEGREE = 10
@@ -71,7 +71,7 @@ class FullTable(Layout):
         found = [self._bounds_on(index, piece, centre, half, parts) for piece in pieces]
         return FullBounds(*(max(values) for values in zip(*found, strict=True)))
 
-    def _bounds_on(self, index: int, piece: Piece, centre: Fraction, half: Fraction, parts: int) -> FullBounds:
+    def _bounds_on(self, index: int, piece: MantissaPiece, centre: Fraction, half: Fraction, parts: int) -> FullBounds:
         head, low, *a = map(Fraction, self.rows[index])
         t = fmpq_poly([to_fmpq(piece.centre - centre), to_fmpq(piece.half)])
         machine = fmpq_poly([to_fmpq(head + low), *map(to_fmpq, a)])(t)

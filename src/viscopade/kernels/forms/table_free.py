@@ -8,9 +8,9 @@ With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D 
 the last without cancellation. There are no branches: w is cut off at 2^120 in type float, 2^900 in type double, where
 no power of y overflows, and eps is below 2e-12 and 2e-90.
 
-Of the arithmetic a `Machine` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times
-delta, which `expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that
-is good to an absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
+A `MachineArithmetic` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which
+`expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an
+absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from viscopade.kernels.expressions import (
     Statement,
     evaluate,
     gaps,
-    horner,
+    horner_expression,
     powers,
     run,
 )
@@ -60,7 +60,7 @@ _PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers o
 _PRODUCTS = 4  # beta beta, its square, times beta, times speed
 _SECOND_ORDER = 1 + Fraction(1, 1024)  # more than what products of small errors add
 
-Quotient = Callable[[Expression, Expression], Expression]
+Division = Callable[[Expression, Expression], Expression]
 
 
 def plain(top: Expression, bottom: Expression) -> Expression:
@@ -74,7 +74,7 @@ def called(top: Expression, bottom: Expression) -> Expression:
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineArithmetic:
     """What is assumed of a machine's arithmetic; errors are in units in the last place of the result.
 
     Attributes
@@ -105,27 +105,27 @@ class Machine:
         return Fraction(2) ** (1 - self.type.precision)
 
 
-def _library(form: Format) -> Machine:
+def _library(form: Format) -> MachineArithmetic:
     """Return IEEE arithmetic with the usual library of functions."""
-    return Machine(form, form, Fraction(ULPS), Fraction(ULPS), Fraction(1, 2))
+    return MachineArithmetic(form, form, Fraction(ULPS), Fraction(ULPS), Fraction(1, 2))
 
 
 LIBRARY = {form.name: _library(form) for form in (DOUBLE, FLOAT)}
 """log2 and exp2, or log and exp, within 4 units in the last place, and arithmetic of IEEE 754."""
 
-DEVICE = Machine(FLOAT, FLOAT, Fraction(2), Fraction(2), Fraction(2), log2_absolute=Fraction(1, 2**22))
+DEVICE = MachineArithmetic(FLOAT, FLOAT, Fraction(2), Fraction(2), Fraction(2), log2_absolute=Fraction(1, 2**22))
 """CUDA's __log2f, exp2f and __fdividef: the errors of the programming guide, and arithmetic of IEEE 754."""
 
 # Sums and products are one of the two neighbours, that is rounded to nearest with a bit less; and results below
 # 2^-126 may be replaced by 0, as if they were rounded to multiples of 2^-125.
 _SHADER_MODEL = Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits)
-SHADER = Machine(
+SHADER = MachineArithmetic(
     FLOAT, _SHADER_MODEL, Fraction(3), Fraction(3), Fraction(5, 2), Fraction(1, 2**21), exp2_slope=Fraction(2)
 )
 """What Vulkan and WGSL guarantee."""
 
 
-class Kernel(NamedTuple):
+class TableFreeKernel(NamedTuple):
     """The program of a kernel.
 
     Attributes
@@ -143,7 +143,7 @@ class Kernel(NamedTuple):
     results: dict[str, Expression]
 
 
-class Bound(NamedTuple):
+class RoundingBound(NamedTuple):
     """Proven bounds of what rounding adds to a function, relative to the formula's value.
 
     Attributes
@@ -164,7 +164,7 @@ def w_program() -> Program:
     return Statement("square", beta * beta), Statement("w", square * square * beta * Name("speed"))
 
 
-def kernel(form: Powers, quotient: Quotient = plain, log: str = "log2", exp: str = "exp2") -> Kernel:
+def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2") -> TableFreeKernel:
     """Return the program with given powers of y; `log` and `exp` have the same base, whichever.
 
     Raises
@@ -175,7 +175,7 @@ def kernel(form: Powers, quotient: Quotient = plain, log: str = "log2", exp: str
     check(form)
     elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
     top, bottom = (
-        horner(exponents, [f"{letter}{k}" for k in exponents], "y")
+        horner_expression(exponents, [f"{letter}{k}" for k in exponents], "y")
         for letter, exponents in (("a", form.top), ("b", form.bottom))
     )
     common = (
@@ -190,7 +190,7 @@ def kernel(form: Powers, quotient: Quotient = plain, log: str = "log2", exp: str
         "rebound": restitution * Name("speed"),
         "dissipation": lost * inverse * (one + elastic * inverse),
     }
-    return Kernel(common, Statement("inverse", quotient(one, elastic + lost)), results)
+    return TableFreeKernel(common, Statement("inverse", quotient(one, elastic + lost)), results)
 
 
 def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float]:
@@ -202,7 +202,7 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
 
 
 @lru_cache(maxsize=256)
-def bounds(form: Powers, a: Values, b: Values, machine: Machine) -> dict[str, Bound]:
+def bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
     """Bound what rounding adds to each function where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
 
     That of rebound holds where it is a normal number.
@@ -221,10 +221,12 @@ def bounds(form: Powers, a: Values, b: Values, machine: Machine) -> dict[str, Bo
 
         everywhere, common = (tuple(_parts(machine.type, *ends)) for ends in (_ends(machine.type), _COMMON_Y))
         worst = {name: [largest(on, parts, itemgetter(name)) for parts in (everywhere, common)] for name in FUNCTIONS}
-        return {name: Bound(*(rounded_up(size, DIGITS) for size in sizes)) for name, sizes in worst.items()}
+        return {name: RoundingBound(*(rounded_up(size, DIGITS) for size in sizes)) for name, sizes in worst.items()}
 
 
-def _on_part(form: Powers, a: Values, b: Values, machine: Machine, low: Fraction, high: Fraction) -> Mapping[str, arb]:
+def _on_part(
+    form: Powers, a: Values, b: Values, machine: MachineArithmetic, low: Fraction, high: Fraction
+) -> Mapping[str, arb]:
     """Return bounds of the relative errors for y from low to high."""
     error = _error_of_y(machine, low, high)
     y = ball_of(low).union(ball_of(high)) * (arb(0) + _plus_minus(error)).exp()
@@ -251,7 +253,7 @@ def _on_part(form: Powers, a: Values, b: Values, machine: Machine, low: Fraction
     return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in found.items()}
 
 
-def _error_of_y(machine: Machine, low: Fraction, high: Fraction) -> arb:
+def _error_of_y(machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
     """Bound the error of ln y for y from low to high."""
     size = arb(max(abs(ball_of(low).log()), abs(ball_of(high).log())).abs_upper())  # of ln y
     unit = arb(2) ** -machine.model.precision

@@ -9,7 +9,7 @@ from typing import Any
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, horner, preamble
+from viscopade.kernels.targets.wording import distinct, horner_text, preamble
 from viscopade.kernels.v_star import speed_note
 
 NAMES = {
@@ -86,8 +86,8 @@ def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
             for name, value in zip(numerator + denominator, a + b, strict=True)
             if name is not None
         ],
-        "near": [_wrapped(horner(names, "v_star"), 4) for names in (numerator, denominator)],
-        "far": [_wrapped(horner(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
         "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
         "far_threshold": _constant(2.0 ** kernel.threshold(form), form),
         "is_constant": len(a) == len(b) == 1,
@@ -109,8 +109,8 @@ def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
             for name, value in zip(numerator + denominator, t + b, strict=True)
             if name is not None
         ],
-        "near": [_wrapped(horner(names, "v_star"), 4) for names in (numerator, denominator)],
-        "far": [_wrapped(horner(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
         "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
         "far_threshold": _constant(2.0**threshold, form),
     }

@@ -11,14 +11,21 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import PYTHON, Language, c_language, text
 from viscopade.kernels.forms import lacunary_rounding
 from viscopade.kernels.forms.lacunary_rounding import Branch
-from viscopade.kernels.forms.root_powers import HALF_LINE, NAMES, SPELLING, InverseKernel, Kernel, Variant
+from viscopade.kernels.forms.root_powers import (
+    HALF_LINE,
+    NAMES,
+    SPELLING,
+    InverseKernel,
+    RootPowerKernel,
+    RootPowerVariant,
+)
 from viscopade.kernels.targets.wording import PROVEN, distinct
 from viscopade.kernels.v_star import assumed, stated
 
 # --- text -------------------------------------------------------------------------------------------------------------
 
 
-def render_c(kernels: Sequence[Kernel], command: str) -> str:
+def render_c(kernels: Sequence[RootPowerKernel], command: str) -> str:
     """Return a C header with the functions of all kernels, in type double and, where there are such, in type float.
 
     Parameters
@@ -43,14 +50,14 @@ def render_c(kernels: Sequence[Kernel], command: str) -> str:
     )
 
 
-def render_functions(kernels: Sequence[Kernel]) -> str:
+def render_functions(kernels: Sequence[RootPowerKernel]) -> str:
     """Return what `render_c` puts after the comment that begins the file."""
     return template(__name__, "gapped_functions.h.jinja").render(
         blocks=[_c_block(kernel) for kernel in _distinct(kernels)]
     )
 
 
-def render_python(kernels: Sequence[Kernel], command: str) -> str:
+def render_python(kernels: Sequence[RootPowerKernel], command: str) -> str:
     """Return a Python module that computes what the C functions of type double compute.
 
     Parameters and errors are those of `render_c`.
@@ -63,21 +70,21 @@ def render_python(kernels: Sequence[Kernel], command: str) -> str:
     )
 
 
-def _distinct(kernels: Sequence[Kernel]) -> tuple[Kernel, ...]:
-    return cast("tuple[Kernel, ...]", distinct(cast("Sequence[Any]", kernels)))
+def _distinct(kernels: Sequence[RootPowerKernel]) -> tuple[RootPowerKernel, ...]:
+    return cast("tuple[RootPowerKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
 
 
-def _kinds(kernels: Sequence[Kernel]) -> dict[str, str]:
+def _kinds(kernels: Sequence[RootPowerKernel]) -> dict[str, str]:
     """Return the last name of each kind."""
     return {kernel.kind: kernel.name for kernel in kernels}
 
 
-def _names(kernels: Sequence[Kernel]) -> list[str]:
+def _names(kernels: Sequence[RootPowerKernel]) -> list[str]:
     sentences = [NAMES[kind] for kind in NAMES if kind in _kinds(kernels)]
     return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
 
 
-def _preamble(kernels: Sequence[Kernel], command: str, forms: Sequence[Format]) -> list[str]:
+def _preamble(kernels: Sequence[RootPowerKernel], command: str, forms: Sequence[Format]) -> list[str]:
     """Return the lines that begin the file, without comment marks; `forms` are the types of its functions."""
     return [
         marker_line(command),
@@ -97,13 +104,13 @@ def _preamble(kernels: Sequence[Kernel], command: str, forms: Sequence[Format]) 
     ]
 
 
-def _summary(kernel: Kernel) -> list[str]:
+def _summary(kernel: RootPowerKernel) -> list[str]:
     indent = " " * 4
     lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
     return [kernel.name, *(line for part in lines for line in part)]
 
 
-def _c_block(kernel: Kernel) -> dict[str, object]:
+def _c_block(kernel: RootPowerKernel) -> dict[str, object]:
     """Return what the template needs of one kernel."""
     missing = [f"There are no functions of type {name}: {reason}." for name, reason in kernel.missing]
     return {
@@ -115,7 +122,7 @@ def _c_block(kernel: Kernel) -> dict[str, object]:
     }
 
 
-def _c_variant(kernel: Kernel, variant: Variant) -> dict[str, object]:
+def _c_variant(kernel: RootPowerKernel, variant: RootPowerVariant) -> dict[str, object]:
     form = variant.form
     ends = _ends(kernel)
     return {
@@ -131,7 +138,7 @@ def _c_variant(kernel: Kernel, variant: Variant) -> dict[str, object]:
     }
 
 
-def _python_block(kernel: Kernel) -> dict[str, object]:
+def _python_block(kernel: RootPowerKernel) -> dict[str, object]:
     variant = kernel.variant(DOUBLE)
     ends = _ends(kernel)
     return {
@@ -142,14 +149,14 @@ def _python_block(kernel: Kernel) -> dict[str, object]:
     }
 
 
-def _ends(kernel: Kernel) -> tuple[float, float] | None:
+def _ends(kernel: RootPowerKernel) -> tuple[float, float] | None:
     """Return the least eps and the largest 1 - eps that are accepted; None if all of (0, 1] or if v* is given."""
     if not isinstance(kernel, InverseKernel) or not kernel.epsilon_low:
         return None
     return float(kernel.epsilon_low), float(1 - kernel.epsilon_low)
 
 
-def _constants(kernel: Kernel, variant: Variant) -> list[tuple[str, float]]:
+def _constants(kernel: RootPowerKernel, variant: RootPowerVariant) -> list[tuple[str, float]]:
     return list(lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items())
 
 

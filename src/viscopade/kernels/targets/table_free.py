@@ -1,7 +1,7 @@
 """Compact kernels from speed to eps in other languages: CUDA, GLSL, WGSL, JavaScript, Fortran, Rust and Julia.
 
 All texts come from the programs of `viscopade.kernels.forms.table_free`; the languages differ in how names, literals
-and functions are written (`Target`), and in their template.
+and functions are written (`TargetLanguage`), and in their template.
 """
 
 from __future__ import annotations
@@ -19,8 +19,16 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Language, Program, c_language, text
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.lacunary_rounding import ULPS
-from viscopade.kernels.forms.root_powers import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, Variant
-from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER, Bound, Machine
+from viscopade.kernels.forms.root_powers import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, RootPowerVariant
+from viscopade.kernels.forms.table_free import (
+    DEVICE,
+    FUNCTIONS,
+    LARGEST,
+    LIBRARY,
+    SHADER,
+    MachineArithmetic,
+    RoundingBound,
+)
 from viscopade.kernels.targets.wording import PROVEN, distinct
 
 COMPACT = "compact"
@@ -52,7 +60,7 @@ class Dialect:
     language : Language
     constant : callable
         From a number to the text of a constant.
-    machines : tuple of (str, Machine)
+    machines : tuple of (str, MachineArithmetic)
         Where the functions run, as the end of a sentence, and what is assumed there.
     quotient : callable
         How quotients are written.
@@ -63,12 +71,12 @@ class Dialect:
     suffix: str
     language: Language
     constant: Callable[[float], str]
-    machines: tuple[tuple[str, Machine], ...]
-    quotient: table_free.Quotient = table_free.plain
+    machines: tuple[tuple[str, MachineArithmetic], ...]
+    quotient: table_free.Division = table_free.plain
 
 
 @dataclass(frozen=True)
-class Target:
+class TargetLanguage:
     """A language.
 
     Attributes
@@ -120,7 +128,7 @@ def _cuda(form: Format) -> Dialect:
 
 
 def _plain(
-    form: Format, kind: str, suffix: str, literal: str, prefix: str = "", machine: Machine | None = None
+    form: Format, kind: str, suffix: str, literal: str, prefix: str = "", machine: MachineArithmetic | None = None
 ) -> Dialect:
     """Return a dialect whose functions are called prefix + name, and whose constants are decimals + literal."""
     return Dialect(
@@ -152,16 +160,16 @@ def _wgsl() -> Dialect:
     return Dialect(FLOAT, "f32", "", language, constant, (("", SHADER),))
 
 
-TARGETS: Mapping[str, Target] = {
-    "cuda": Target("compact.cuh.jinja", " *", (_cuda(DOUBLE), _cuda(FLOAT)), _DEVICE),
-    "glsl": Target(
+TARGETS: Mapping[str, TargetLanguage] = {
+    "cuda": TargetLanguage("compact.cuh.jinja", " *", (_cuda(DOUBLE), _cuda(FLOAT)), _DEVICE),
+    "glsl": TargetLanguage(
         "compact.glsl.jinja", "//", (_plain(FLOAT, "float", "", "", machine=SHADER),), _SHADER.format("Vulkan")
     ),
-    "wgsl": Target("compact.wgsl.jinja", "//", (_wgsl(),), _SHADER.format("WGSL")),
-    "javascript": Target(
+    "wgsl": TargetLanguage("compact.wgsl.jinja", "//", (_wgsl(),), _SHADER.format("WGSL")),
+    "javascript": TargetLanguage(
         "compact.mjs.jinja", "//", (_plain(DOUBLE, "", "", ""),), _LIBRARY.format("Math.log2 and Math.pow(2, x)"),
     ),
-    "fortran": Target(
+    "fortran": TargetLanguage(
         "compact.f90.jinja",
         "!",
         (_plain(DOUBLE, "real64", "_r64", "_real64"), _plain(FLOAT, "real32", "_r32", "_real32")),
@@ -170,13 +178,13 @@ TARGETS: Mapping[str, Target] = {
         "exp",
         next_line=" &\n" + " " * 12,
     ),
-    "rust": Target(
+    "rust": TargetLanguage(
         "compact.rs.jinja",
         "//",
         (_plain(DOUBLE, "f64", "", "", "f64::"), _plain(FLOAT, "f32", "_f32", "", "f32::")),
         _LIBRARY.format("log2 and exp2"),
     ),
-    "julia": Target(
+    "julia": TargetLanguage(
         "compact.jl.jinja", "#", (_julia(DOUBLE), _julia(FLOAT)), _LIBRARY.format("log2 and exp2")
     ),
 }  # fmt: skip
@@ -254,7 +262,7 @@ def _type(dialect: Dialect) -> dict[str, object]:
     }
 
 
-def _block(target: Target, kernel: HalfLineKernel) -> dict[str, object]:
+def _block(target: TargetLanguage, kernel: HalfLineKernel) -> dict[str, object]:
     pairs = [(d, v) for d in target.dialects for v in kernel.variants if v.form == d.form]
     return {
         "name": name_of(kernel),
@@ -264,7 +272,9 @@ def _block(target: Target, kernel: HalfLineKernel) -> dict[str, object]:
     }
 
 
-def _variant(target: Target, kernel: HalfLineKernel, dialect: Dialect, variant: Variant) -> dict[str, object]:
+def _variant(
+    target: TargetLanguage, kernel: HalfLineKernel, dialect: Dialect, variant: RootPowerVariant
+) -> dict[str, object]:
     program = table_free.kernel(kernel.powers, dialect.quotient, target.log, target.exp)
     constants = table_free.numbers(kernel.powers, variant.a, variant.b, variant.form)
     decimals = {name: variant.form.decimal(c) for name, c in constants.items()}
@@ -278,7 +288,7 @@ def _variant(target: Target, kernel: HalfLineKernel, dialect: Dialect, variant: 
     }
 
 
-def _statements(program: Program, language: Language, target: Target) -> list[tuple[str, str]]:
+def _statements(program: Program, language: Language, target: TargetLanguage) -> list[tuple[str, str]]:
     """Return names and expressions, these wrapped."""
     return [
         (name, target.next_line.join(wrap(text(expression, language), WIDTH - target.indent)))
@@ -290,7 +300,7 @@ def _statements(program: Program, language: Language, target: Target) -> list[tu
 
 
 def _head(
-    target: Target, kernels: Sequence[HalfLineKernel], left_out: Sequence[HalfLineKernel], command: str
+    target: TargetLanguage, kernels: Sequence[HalfLineKernel], left_out: Sequence[HalfLineKernel], command: str
 ) -> list[str]:
     """Return the lines that begin the file, without comment marks."""
     indent = " " * 4
@@ -330,7 +340,7 @@ def _formula(kernel: HalfLineKernel) -> str:
     return f"eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, {kernel.powers_text}"
 
 
-def _domain(target: Target) -> str:
+def _domain(target: TargetLanguage) -> str:
     """Return where the bounds hold."""
     ranges = ", ".join(
         f"2^{1 - d.form.largest} <= w <= 2^{LARGEST[d.form.name]} in type {d.form.name}" for d in target.dialects
@@ -349,7 +359,7 @@ def _reach(form: Format) -> str:
     return f"{least * 1.05:.1e} <= v* <= {most * 0.95:.1e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
 
 
-def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
+def _errors(target: TargetLanguage, kernel: HalfLineKernel) -> list[str]:
     """Return sentences on what is proven."""
     both = kernel.bound.measure == "both"
     variants = [v for v in kernel.variants if v.form in [d.form for d in target.dialects]]
@@ -371,11 +381,11 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
     return errors
 
 
-def _size(dialect: Dialect, variant: Variant, function: str, kernel: HalfLineKernel) -> str:
+def _size(dialect: Dialect, variant: RootPowerVariant, function: str, kernel: HalfLineKernel) -> str:
     """Return the bounds of one type, on all machines where its functions run."""
     parts = []
     for place, machine in dialect.machines:
-        found: Bound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)[function]
+        found: RoundingBound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)[function]
         everywhere, common = (at_most(Fraction(s) * (1 + Fraction(variant.certificate.bound)), 2) for s in found)
         smaller = f" ({common} for 1e-3 <= v* <= 10)" if variant.form == FLOAT and common != everywhere else ""
         parts.append(" ".join(filter(None, (everywhere + smaller, place))))

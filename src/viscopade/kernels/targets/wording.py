@@ -60,7 +60,7 @@ def _summary(kernel: Quotient) -> list[str]:
     return [kernel.label, *(line for part in lines for line in part)]
 
 
-def horner(names: Sequence[str | None], variable: str) -> str:
+def horner_text(names: Sequence[str | None], variable: str) -> str:
     """Return Horner's rule in the syntax that C and Python share.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The speeds and the material of a benchmark, and the exact coefficient of restitution at them."""
+"""The speeds and the material of a benchmark."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ import numpy.typing as npt
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision import spheres
+from viscopade.records import Node
 from viscopade.theory.paper import BETA_ICE_CGS
 
-Speeds = Literal["log-uniform", "maxwell", "equal"]
-SPEEDS: tuple[Speeds, ...] = get_args(Speeds)
+Distribution = Literal["log-uniform", "maxwell", "equal"]
+DISTRIBUTIONS: tuple[Distribution, ...] = get_args(Distribution)
 
 MAX_V_STAR = 50.0
 PAIRS = 8
@@ -23,8 +25,8 @@ _SEED = 20110705  # of all random numbers: every run has the same inputs
 
 
 @dataclass(frozen=True)
-class Scene:
-    """What collides, and how fast.
+class SpeedRange:
+    """How fast the contenders' spheres collide, and their material.
 
     Attributes
     ----------
@@ -34,11 +36,6 @@ class Scene:
         Impact speeds, in length/time.
     unit : str
         Of the speeds, for the reader.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive, the speeds are not in order, or v* is beyond what the rivals can do.
     """
 
     beta: float = float(BETA_ICE_CGS)
@@ -46,7 +43,22 @@ class Scene:
     speed_max: float = 1e3
     unit: str = "cm/s"
 
-    def __post_init__(self) -> None:
+    @classmethod
+    def from_json(cls, node: Node) -> SpeedRange:
+        """Return what a file holds, checked."""
+        low, high = node["speed_min"], node["speed_max"]
+        if low.number(positive=True) > high.number(positive=True):
+            raise high.refuse(f"at least speed_min, {low.value!r}")
+        return cls(node["beta"].number(positive=True), low.number(), high.number(), node["unit"].text())
+
+    def require_measurable(self) -> None:
+        """Refuse what the benchmark cannot measure.
+
+        Raises
+        ------
+        ValueError
+            If a number is not positive, the speeds are not in order, or v* is beyond what the rivals can do.
+        """
         for name in ("beta", "speed_min", "speed_max"):
             value = getattr(self, name)
             if not 1e-30 <= value <= 1e30:  # also for float, and the fifth power of beta
@@ -58,10 +70,14 @@ class Scene:
         if not self.unit.isprintable() or not 0 < len(self.unit) <= 20:
             raise ValueError(f"unit is {self.unit[:40]!r}: accepted are 1 to 20 printable characters")
 
+    def v_star(self, speed: float) -> float:
+        """Return v* of a speed."""
+        return spheres.v_star(speed, self.beta)
+
     @property
     def v_star_max(self) -> float:
         """v* at the highest speed."""
-        return math.sqrt(self.beta) * math.pow(self.speed_max, 0.1)
+        return self.v_star(self.speed_max)
 
     @property
     def typical(self) -> float:
@@ -73,7 +89,7 @@ class Scene:
         """Whether the published fit for ice is meant for this material."""
         return self.beta == float(BETA_ICE_CGS) and self.unit == "cm/s"
 
-    def speeds(self, kind: Speeds, size: int) -> FloatArray:
+    def speeds(self, kind: Distribution, size: int) -> FloatArray:
         """Return impact speeds, the same ones at every call; a shorter array is the beginning of a longer one.
 
         `log-uniform`: the logarithm is uniform over the range. `maxwell`: the normal component of the impact velocity
@@ -82,7 +98,7 @@ class Scene:
         """
         if kind == "equal":
             return np.full(size, self.typical)
-        uniform = np.random.default_rng((_SEED, SPEEDS.index(kind))).random(size)
+        uniform = np.random.default_rng((_SEED, DISTRIBUTIONS.index(kind))).random(size)
         if kind == "maxwell":
             values = self.typical * np.sqrt(-2 * np.log1p(-uniform))
         else:

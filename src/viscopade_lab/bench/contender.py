@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.toolchain import Library
 
@@ -16,52 +16,21 @@ Group = Literal["ours", "rival", "limit"]
 Measure = Literal["latency", "throughput", "cache", "memory"]
 Beta = Literal["one", "pair", "each"]
 ProvenOf = Literal["speed", "v_star"]
+GROUPS: tuple[Group, ...] = get_args(Group)
 MEASURES: tuple[Measure, ...] = get_args(Measure)
+PROVEN_OF: tuple[ProvenOf, ...] = get_args(ProvenOf)
 SCALAR: tuple[Measure, ...] = ("latency", "throughput")
 ARRAY: tuple[Measure, ...] = ("cache", "memory")
 
 Expected = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-@dataclass(frozen=True)
-class Format:
-    """A floating-point type of C.
-
-    Attributes
-    ----------
-    name : "double" or "float"
-    suffix : str
-        At the end of the names of its functions and constants.
-    """
-
-    name: str
-    suffix: str
-
-    @property
-    def dtype(self) -> type[np.float64] | type[np.float32]:
-        """NumPy's name of it."""
-        return np.float64 if self.name == "double" else np.float32
-
-    @property
-    def epsilon(self) -> float:
-        """The distance from 1 to the next number."""
-        return float(np.finfo(self.dtype).eps)
-
-    def literal(self, number: str) -> str:
-        """Return a decimal number as a constant of C."""
-        return (number if set(number) & set(".e") else number + ".0") + self.suffix
-
-    def rounded(self, values: FloatArray) -> npt.NDArray[np.floating]:
-        """Return numbers of this type."""
-        return values.astype(self.dtype)
-
-
-DOUBLE, FLOAT = Format("double", ""), Format("float", "f")
-FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
+DTYPE: Mapping[Format, type[np.float64] | type[np.float32]] = {DOUBLE: np.float64, FLOAT: np.float32}
+"""NumPy's names of the types."""
 
 
 @dataclass(frozen=True)
-class Kernel:
+class Contender:
     """A function, its two or three forms in C, and what its results must be.
 
     Attributes
@@ -134,7 +103,7 @@ class Kernel:
 
     def __post_init__(self) -> None:
         if self.python is None and not self.scalar and (not self.array or set(self.measures) & set(SCALAR)):
-            raise ValueError(f"{self.id}: a kernel needs a C function for each of its measures")
+            raise ValueError(f"{self.id}: a contender needs a C function for each of its measures")
 
     def built_in(self, measure: Measure) -> Library:
         """Return which of the libraries, built with different flags, holds the function of a measure."""
@@ -162,7 +131,7 @@ class Kernel:
         return f"BENCH_{ {'one': 'ARRAY', 'pair': 'PAIR', 'each': 'EACH'}[self.beta] }{start}{array})"
 
     def loops(self, library: Library) -> list[str]:
-        """Return all that a library holds of this kernel."""
+        """Return all that a library holds of this contender."""
         if self.python is not None:
             return []
         measures = [measure for measure in self.measures if self.built_in(measure) == library]
