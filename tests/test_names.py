@@ -9,7 +9,9 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "viscopade"
 TREES = {path: ast.parse(path.read_text()) for path in sorted(SOURCE.rglob("*.py"))}
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PATHS = re.compile(r"\b(?:src/viscopade|tests|docs|derivations|benchmarks|examples|notebooks|exports)/[\w./-]*\w\.\w+")
+PATHS = re.compile(
+    r"\b(?:src/viscopade|checkers|tools|tests|docs|derivations|benchmarks|examples|notebooks|exports)/[\w./-]*\w\.\w+"
+)
 
 
 def texts(tree):

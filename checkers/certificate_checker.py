@@ -1,4 +1,6 @@
-"""Check certificates of kernels by exact rational arithmetic:  python tests/certificate_checker.py FILE.json … .
+"""Check certificates of kernels by exact rational arithmetic.
+
+    python checkers/certificate_checker.py FILE.json …
 
 Independent of the package: nothing but Python's fractions, the certificate, and the reference, a text file with exact
 polynomials for eps and 1 - eps on panels of v* and a bound of their relative errors. On every part of a panel it is
@@ -52,6 +54,7 @@ def panel_ends(panel: int) -> tuple[Fraction, Fraction, Fraction]:
 
 
 def times(p: Polynomial, q: Polynomial) -> Polynomial:
+    """Return p q."""
     product = [Fraction(0)] * (len(p) + len(q) - 1)
     for i, x in enumerate(p):
         for j, y in enumerate(q):
@@ -60,6 +63,7 @@ def times(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def plus(p: Polynomial, q: Polynomial, factor: Fraction | int = 1) -> Polynomial:
+    """Return p + factor q."""
     size = max(len(p), len(q))
     p, q = ([*r, *[Fraction(0)] * (size - len(r))] for r in (p, q))
     return [x + factor * y for x, y in zip(p, q, strict=True)]
@@ -86,6 +90,7 @@ def within(top: Polynomial, bottom: Polynomial, q: Polynomial, bound: Fraction) 
 
 
 def derivative(p: Polynomial) -> Polynomial:
+    """Return p'."""
     return [i * c for i, c in enumerate(p)][1:]
 
 
@@ -136,6 +141,7 @@ class Checker:
         return self.checked
 
     def panels(self) -> Iterator[int]:
+        """Yield the panels that the interval has a part of."""
         panel = 0
         while panel_ends(panel)[0] < self.high:
             low, centre, half = panel_ends(panel)
@@ -144,6 +150,7 @@ class Checker:
             panel += 1
 
     def part(self, panel: int, z: Fraction, width: Fraction, depth: int) -> None:
+        """Show the bound on centre + half (z + width t), |t| <= 1, of a panel, on its halves if need be."""
         if all(self.shown(function, panel, z, width) for function in self.functions(panel, z, width)):
             self.checked += 1
         elif depth == DEEPEST:
@@ -165,6 +172,7 @@ class Checker:
         return names + (["epsilon"] if not positive(plus(eps, [half[0] + 2 * slack], -1)) else [])
 
     def shown(self, function: str, panel: int, z: Fraction, width: Fraction) -> bool:
+        """Whether the bound is shown on a part of a panel, relatively to one function."""
         _, centre, half = panel_ends(panel)
         top, bottom, row = self.a, self.b, self.rows[function, panel]
         if self.is_derivative:  # both sides are negative, and on panel 0 divided by v*
@@ -201,6 +209,7 @@ def check_file(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str]) -> None:
+    """Check files, and print what was found."""
     for argument in arguments:
         print("\n".join(check_file(Path(argument))))
 
