@@ -215,4 +215,7 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except Wrong as reason:
+        sys.exit(f"wrong: {reason}")

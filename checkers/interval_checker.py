@@ -203,4 +203,7 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except Wrong as reason:
+        sys.exit(f"wrong: {reason}")
