@@ -303,6 +303,17 @@ def test_the_page_is_made_from_the_record():
     assert environment_matrix.PAGE.read_text(encoding="utf-8") == environment_matrix.page(rows)
 
 
+def test_a_row_replaces_that_of_the_same_python_set_and_tests(tmp_path, monkeypatch):
+    rows = environment_matrix.recorded()
+    monkeypatch.setattr(environment_matrix, "RECORD", tmp_path / "environments.csv")
+    monkeypatch.setattr(environment_matrix, "PAGE", tmp_path / "environments.md")
+    environment_matrix.RECORD.write_text(",".join(environment_matrix.COLUMNS) + "\n")
+    for row in (*reversed(rows), rows[0] | {"passed": 7}):
+        environment_matrix.save(row)
+    assert environment_matrix.recorded() == [rows[0] | {"passed": "7"}, *rows[1:]]
+    assert environment_matrix.PAGE.read_text(encoding="utf-8").count("\n| 3.") == len(rows)
+
+
 def test_what_the_record_is_made_of_is_there():
     root = environment_matrix.ROOT
     assert [name for name in environment_matrix.PARTS if not (root / name).exists()] == []
