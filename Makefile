@@ -61,7 +61,7 @@ TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))
 lint: $(TOOLS)
 	@$(BIN)/ruff format --check --quiet --force-exclude $(or $(TRACKED),.)
 	@$(BIN)/ruff check --quiet --force-exclude $(or $(TRACKED),.)
-	@$(BIN)/mypy $(filter src/% tools/%,$(filter-out %.ipynb,$(TRACKED)))
+	@$(BIN)/mypy $(filter src/% tools/% checkers/%,$(filter-out %.ipynb,$(TRACKED)))
 
 format: $(TOOLS)
 	$(BIN)/ruff format .

@@ -15,8 +15,8 @@ from flint import arb, arb_series
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests import certificate_checker
-from tests.certificate_checker import Checker, Wrong, check_file
+import certificate_checker
+from certificate_checker import Checker, Wrong, check_file
 from viscopade.approximation import machine_coefficients, minimax
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import at_least, at_most, rounded_up

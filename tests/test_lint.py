@@ -22,11 +22,11 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture
 def tree(tmp_path):
     """A small tree with this one's Makefile and settings, and an environment that is ready."""
-    for name in ("src", "tools", "notebooks", "exports", ".venv/bin"):
+    for name in ("src", "tools", "checkers", "notebooks", "exports", ".venv/bin"):
         (tmp_path / name).mkdir(parents=True)
     for name in ("Makefile", "pyproject.toml", "constraints.txt", "setup.py", "MANIFEST.in"):
         shutil.copy(ROOT / name, tmp_path)
-    for name in ("src/good.py", "tools/good_too.py", "tools/removed.py"):
+    for name in ("src/good.py", "tools/good_too.py", "tools/removed.py", "checkers/good_as_well.py"):
         (tmp_path / name).write_text(GOOD)
     (tmp_path / "exports" / "generated.py").write_text("x=1 # nobody formats what was generated\n")
     for tool in ("ruff", "mypy"):
@@ -52,7 +52,7 @@ def spoil(tree):
 
 def test_scratch_files_are_not_judged_and_tracked_files_are(tree):
     git(tree, "init")
-    git(tree, "add", "src", "tools", "exports", "setup.py")
+    git(tree, "add", "src", "tools", "checkers", "exports", "setup.py")
     spoil(tree)
     (tree / "tools" / "removed.py").unlink()  # and git is not told
     assert lint(tree)

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "viscopade"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PATHS = re.compile(
-    r"\b(?:src/viscopade(?:_lab)?|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+"
+    r"\b(?:src/viscopade(?:_lab)?|checkers|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+"
 )
 
 

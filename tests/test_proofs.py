@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.certificate_checker import Checker
+from certificate_checker import Checker
 from tests.compiled import build
 from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT

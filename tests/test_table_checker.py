@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from tests.table_checker import (
+from table_checker import (
     Machine,
     Wrong,
     check_points,

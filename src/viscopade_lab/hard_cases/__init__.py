@@ -13,10 +13,7 @@ from viscopade_lab.hard_cases import (
     always,
     compilers,
     data_precision,
-    environments,
     extremes,
-    hostile_input,
-    interrupted_writes,
     kernel_rounding,
     near_elastic,
     overflow,
@@ -55,11 +52,8 @@ CASES: tuple[Case, ...] = (
     extremes.CASE,
     round_trips.CASE,
     always.CASE,
-    hostile_input.CASE,
-    interrupted_writes.CASE,
     compilers.CASE,
     processors.CASE,
-    environments.CASE,
 )
 
 

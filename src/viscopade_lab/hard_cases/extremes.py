@@ -31,7 +31,6 @@ from viscopade.theory.series import series
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
 NEAR, FAR = "v* -> 0", "v* -> infinity"
-GIVEN = {"one_minus_epsilon": "1 - eps", "epsilon": "eps"}
 LABELS = {"one_minus_epsilon": "1 - eps", "epsilon": "eps", "x_max": "x_max", "tau_c": "tau_c", "v_star": "v*"}
 FACTOR = 2.0
 """Between the difference and the first omitted term, either way."""

@@ -249,7 +249,7 @@ def hostile(generator: np.random.Generator, number: int) -> Iterator[ReadBack]:
 
 _SCRIPT = """
 import contextlib, io, json, sys
-from viscopade.cli import command
+from viscopade.cli.main import command
 outputs = []
 for words in json.load(sys.stdin):
     with contextlib.redirect_stdout(io.StringIO()) as printed:

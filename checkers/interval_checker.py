@@ -1,6 +1,6 @@
-"""Check certificates of kernels in powers of a root by interval arithmetic of mpmath, without the package or FLINT:
+"""Check certificates of kernels in powers of a root by interval arithmetic of mpmath, without the package or FLINT.
 
-    python tests/interval_checker.py FILE.json …          (--every N: only each N-th part of the panels)
+    python checkers/interval_checker.py FILE.json …          (--every N: only each N-th part of the panels)
 
 On a part of a panel, y = y_0 + h t, -1 <= t <= 1, the deviation is a power series in t with intervals for coefficients:
 those of t^0 … at y_0, and the last one with y in its whole range (Lagrange's remainder). The reference is a text file
@@ -18,7 +18,7 @@ from typing import Any
 
 from mpmath import iv
 
-from tests.certificate_checker import ERROR, LAST, REFERENCE, Wrong, number, panel_ends, rows
+from certificate_checker import ERROR, LAST, REFERENCE, Wrong, number, panel_ends, rows
 
 ORDER = 8
 DEEPEST = 6
@@ -28,18 +28,22 @@ Series = list[Any]  # ORDER + 1 coefficients
 
 
 def interval(value: Fraction) -> Any:
+    """Return an interval around a fraction."""
     return iv.mpf(value.numerator) / value.denominator
 
 
 def constant(value: Any) -> Series:
+    """Return the series of a constant."""
     return [iv.mpf(value), *[iv.mpf(0)] * ORDER]
 
 
 def times(p: Series, q: Series) -> Series:
+    """Return p q."""
     return [sum((p[i] * q[k - i] for i in range(k + 1)), iv.mpf(0)) for k in range(ORDER + 1)]
 
 
 def over(p: Series, q: Series) -> Series:
+    """Return p/q."""
     if 0 in q[0]:
         raise ZeroDivisionError
     result: Series = []
@@ -61,6 +65,7 @@ def power(p: Series, exponent: Fraction) -> Series:
 
 
 def horner(coefficients: Sequence[Fraction], y: Series) -> Series:
+    """Return the sum of a_i y^i."""
     total = constant(0)
     for c in reversed(coefficients):
         total = times(total, y)
@@ -69,6 +74,7 @@ def horner(coefficients: Sequence[Fraction], y: Series) -> Series:
 
 
 def integer_power(y: Series, n: int) -> Series:
+    """Return y^n."""
     result = constant(1)
     for _ in range(n):
         result = times(result, y)
@@ -113,6 +119,7 @@ class Checker:
         return checked
 
     def part(self, panel: int, low: Fraction, high: Fraction, depth: int) -> None:
+        """Show the bound from `low` to `high` on a panel, on the halves if need be."""
         try:
             shown = all(bound <= interval(self.bound) for bound in self.deviations(panel, low, high))
         except ZeroDivisionError:
@@ -126,6 +133,7 @@ class Checker:
         self.part(panel, middle, high, depth + 1)
 
     def deviations(self, panel: int, low: Fraction, high: Fraction) -> list[Any]:
+        """Return the largest deviations there, one for each function that the measure has."""
         ends = [iv.exp(iv.log(interval(v)) / self.r) if v else iv.mpf(0) for v in (low, high)]
         whole = iv.mpf([ends[0].a, ends[1].b])
         centre = iv.mpf((whole.a + whole.b) / 2)
@@ -187,6 +195,7 @@ def check_file(path: Path, every: int = 1) -> list[str]:
 
 
 def main(arguments: list[str]) -> None:
+    """Check files, and print what was found."""
     every = int(arguments.pop(arguments.index("--every") + 1)) if "--every" in arguments else 1
     for argument in arguments:
         if argument != "--every":
@@ -194,4 +203,7 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except Wrong as reason:
+        sys.exit(f"wrong: {reason}")

@@ -4,8 +4,6 @@ The grammar is what `viscopade --help` says, so that a new command is tried with
 long if it were accepted is spoiled: something that must be refused is added, of the kind that is noticed last.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping, Sequence

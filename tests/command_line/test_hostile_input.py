@@ -1,8 +1,12 @@
-"""Hostile input: the quick run passes, its measure sees what is wrong, and inputs that broke something stay mended."""
+"""Hostile input: command lines and files made to break the program end in an answer or in one clear line.
+
+They come from a grammar of every command and are then mutated: numbers that are none, other scripts' digits, control
+characters, endless words, options of other commands, directories and devices as files, scenes and results with wrong
+types, units, nesting and bytes. `trial.faults` says what must not be; what broke once stays mended.
+"""
 
 import json
 import os
-import selectors
 import subprocess
 import sys
 from pathlib import Path
@@ -12,49 +16,66 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.hard_case import assert_passes
-from tests.patience import HANGS
+from tests.command_line import called, inputs, trial
+from tests.command_line.inputs import Attempt
+from tests.command_line.trial import Answer
 from viscopade.records import Node
 from viscopade.scene.read import from_toml
-from viscopade_lab.hard_cases import hostile_input, inputs, trial
-from viscopade_lab.hard_cases.inputs import Attempt
-from viscopade_lab.hard_cases.trial import Answer
+
+SEED = 20
+INPUTS, THOROUGH_INPUTS = 600, 100_000
+
+
+ROOT = str(Path(__file__).parents[2])
+
+
+def tried(count, spoil="pass"):
+    """Return what came of each input; where the process ends before them, say at which, and how."""
+    code = ("import sys", f"sys.path[0] = {ROOT!r}", "from tests.command_line import trial", spoil)
+    code = "\n".join((*code, f"trial.trials({SEED}, {count})"))
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    found = [json.loads(line) for line in run.stdout.splitlines()]
+    assert (len(found), run.returncode) == (count, 0), f"input {len(found)}: {run.returncode}, {run.stderr[-2000:]}"
+    return found
+
+
+def faulty(found):
+    return [entry for entry in found if entry["faults"]]
 
 
 @pytest.fixture(scope="module")
 def found():
-    return list(hostile_input.tried(hostile_input.SEED, hostile_input.INPUTS))
+    return tried(INPUTS)
 
 
-def test_the_quick_run_passes(found):
-    result = hostile_input.assess(found)
-    assert_passes(result)
-    assert len(found) == hostile_input.INPUTS
-    assert {entry["outcome"] for entry in found} >= {"answered", "refused"}
+@pytest.fixture(scope="module")
+def grammar():
+    return trial.grammar()
+
+
+def test_every_end_is_an_answer_or_one_clear_line(found):
+    assert faulty(found) == []
+    assert {entry["status"] for entry in found} >= {0, 2}
 
 
 @pytest.mark.slow
-def test_the_thorough_run_passes():
-    result = hostile_input.CASE.run(True)
-    assert_passes(result)
+def test_every_end_of_many_is_an_answer_or_one_clear_line():
+    assert faulty(tried(THOROUGH_INPUTS)) == []
 
 
-def test_every_command_is_tried(found):
+def test_every_command_is_tried(found, grammar):
     assert {entry["command"] for entry in found} >= {*inputs.KNOWN}
-    program = trial.Program()
-    assert {*program.grammar().options} == {*inputs.KNOWN}
+    assert {*grammar.options} == {*inputs.KNOWN}
 
 
-def test_inputs_depend_on_seed_and_number_only():
-    grammar = trial.Program().grammar()
+def test_inputs_depend_on_seed_and_number_only(grammar):
     attempts = [grammar.attempt(1, number) for number in range(300)]
     assert [grammar.attempt(1, number) for number in reversed(range(300))] == attempts[::-1]
     assert len({attempt.words for attempt in attempts}) > 200
 
 
-def test_what_takes_long_is_never_accepted():
+def test_what_takes_long_is_never_accepted(grammar):
     """Else a hundred thousand inputs would take days."""
-    grammar = trial.Program().grammar()
     attempts = [grammar.attempt(2, number) for number in range(3000)]
     for command in ("claims", "figures", "reproduce", "hardcases"):
         ends = [tuple(tail) for tail in (*inputs.TAIL[command], ("--from", inputs.FINDINGS))]
@@ -112,58 +133,28 @@ def test_files_that_nobody_asked_for_are_seen(tmp_path):
     assert wrong(Answer(2, "", GOOD), changed)[0].startswith("a refusal that left")
 
 
-def test_every_fault_is_in_one_class():
-    listed = [word for begins in hostile_input.CLASSES.values() for word in begins]
-    assert len(listed) == len({*listed})
-    assert hostile_input._unlisted([{"faults": ["a silent NaN"]}, {"faults": ["another thing"]}]) == 1
-
-
-class Clock(selectors.DefaultSelector):
-    """A selector that waits without an end, until a file says that nothing will come any more."""
-
-    asleep: Path
-
-    def select(self, timeout=None):
-        assert timeout == hostile_input.HANGS
-        while not (ready := super().select(0.01)):
-            if self.asleep.exists() and not (ready := super().select(0)):
-                self.asleep.unlink()
-                return []
-        return ready
-
-
-def test_an_input_that_hangs_or_kills_is_counted(monkeypatch, tmp_path):
-    """The stand-in for the program answers two inputs, and then is killed; another one sleeps."""
-    stand_in, Clock.asleep = tmp_path / "stand_in", tmp_path / "asleep"
-    line = json.dumps({"command": "pade", "outcome": "answered", "faults": []})
-    stand_in.write_text(
-        f"#!{sys.executable}\nimport os, sys, time\nfirst, last = map(int, sys.argv[4:])\n"
-        f"for i in range(first, last):\n"
-        f"    if i == 2: os.kill(os.getpid(), 11)\n"
-        f"    if i == 4: open({str(Clock.asleep)!r}, 'w').close(); time.sleep({HANGS})\n"
-        f"    print({line!r}, flush=True)\n"
-    )
-    stand_in.chmod(0o755)
-    monkeypatch.setattr(hostile_input.sys, "executable", str(stand_in))
-    monkeypatch.setattr(hostile_input.selectors, "DefaultSelector", Clock)
-    found = list(hostile_input.tried(1, 6))
-    assert [entry["faults"] for entry in found] == [[], [], ["ended with -11: input 2"], [], ["hangs: input 4"], []]
-    assert hostile_input.assess(found).checks[0].measured == 2
+@pytest.mark.parametrize(
+    ("end", "said"),
+    [("os.kill(os.getpid(), 11)", "input 2: -11"), ("time.sleep(9999)", "input 2: 1, Timeout")],
+    ids=["killed", "hangs"],
+)
+def test_an_input_that_hangs_or_kills_is_named(end, said):
+    spoil = f"""
+import os, time
+from itertools import count
+numbers, trial.HANGS = count(), 0.1
+trial.trial = lambda sandbox, attempt: {end} if next(numbers) == 2 else {{}}
+"""
+    with pytest.raises(AssertionError, match=said):
+        tried(5, spoil)
 
 
 # --- what broke once --------------------------------------------------------------------------------------------------
 
 
-def run(*words, **options):
-    return subprocess.run(
-        [sys.executable, "-m", "viscopade", *words], capture_output=True, text=True, timeout=HANGS, **options
-    )
-
-
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file")
 def test_an_endless_file_is_refused():
-    if not os.path.exists("/dev/zero"):
-        pytest.skip("there is no endless file")
-    result = run("report", "--from", "/dev/zero", "--out", "nowhere")
+    result = called("report", "--from", "/dev/zero", "--out", "nowhere")
     assert result.returncode == 2
     assert result.stderr == (
         "viscopade: /dev/zero has more than 16777216 bytes: accepted is what `viscopade bench --out` wrote\n"
@@ -171,15 +162,16 @@ def test_an_endless_file_is_refused():
 
 
 def test_an_endless_word_does_not_hide_the_remedy():
-    result = run("hardcases", "--only", "1" * 30_000)
+    result = called("hardcases", "--only", "1" * 30_000)
     assert result.returncode == 2
     assert "accepted are" in result.stderr
     assert len(result.stderr) < 2000
 
 
-def test_control_characters_are_shown_and_not_sent_to_the_terminal(tmp_path):
+def test_control_characters_are_shown_and_not_sent_to_the_terminal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "a\x1b[31m\u202e.toml").write_text("x = [")
-    result = run("scene", "a\x1b[31m\u202e.toml", cwd=tmp_path)
+    result = called("scene", "a\x1b[31m\u202e.toml")
     assert result.stderr.startswith(r"viscopade: a\x1b[31m\u202e.toml: no TOML")
     assert result.stderr[:-1].isprintable()
 

@@ -1,41 +1,33 @@
-"""Give hostile inputs to the installed program, one after the other, in a process of its own that can be killed.
+"""Give hostile inputs to the command line, one after the other, in a process of its own that can be killed.
 
-`python -m viscopade_lab.hard_cases.trial SEED FIRST LAST` prints one line of JSON for each input. The program's own
-function is called, so that a hundred thousand inputs take minutes; it sees other arguments, other streams, a directory
-with traps, little memory, and no programs to run.
+The program is called as a function, so that a hundred thousand inputs take minutes; it sees other arguments, other
+streams, a directory with traps, little memory, and no programs to run.
 """
 
-from __future__ import annotations
-
 import csv
-import importlib.metadata
+import faulthandler
 import io
 import json
 import os
 import re
 import resource
 import shutil
-import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import mpmath
 from flint import ctx
 
+from tests.command_line import called, inputs
+from tests.command_line.processes import memory
 from viscopade.generated import MARKER
-from viscopade_lab.hard_cases import inputs
-from viscopade_lab.hard_cases.inputs import Attempt, Grammar
-from viscopade_lab.hard_cases.streams import memory
 
+HANGS = 1800  # seconds without an answer after which an input counts as one that hangs; alone, none takes 30
 MEMORY, FILE_SIZE = 8 << 30, 1 << 26  # bytes that an input may take
-OUTCOMES = ("answered", "refused", "cannot")
-"""By exit status: 0, 2 and 1; the last is for what this machine lacks, such as a compiler."""
 
 # What a refusal says: what is accepted, or what is wrong with the words, in our own or in Click's words.
 SAID = re.compile(
@@ -50,8 +42,7 @@ LACKS = re.compile(r"there is no C compiler|nothing is written, because of the d
 LONGEST_LINE = 5100  # characters of a refusal: a list of all names fits, a whole file does not
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """What the program did: exit status, or None after an exception, and what it printed."""
 
     status: int | None
@@ -60,53 +51,33 @@ class Answer:
     exception: str = ""
 
 
-class Program:
-    """The installed program, called as a function."""
+def ask(*words):
+    """Call the program with these arguments."""
+    try:
+        done = called(*words)
+    except BaseException as error:  # whatever it is: that it came here is the finding
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        return Answer(None, "", "", f"{type(error).__name__}: {str(error)[:200]} ({last.filename}, {last.name})")
+    return Answer(done.returncode, done.stdout, done.stderr)
 
-    def __init__(self) -> None:
-        (entry,) = importlib.metadata.entry_points(group="console_scripts", name="viscopade")
-        self.main: Callable[[], None] = entry.load()
 
-    def run(self, *words: str) -> Answer:
-        """Call it with these arguments."""
-        streams = sys.argv, sys.stdin, sys.stdout, sys.stderr
-        buffers = io.BytesIO(), io.BytesIO()
-        out = io.TextIOWrapper(buffers[0], encoding="utf-8", errors="strict")
-        err = io.TextIOWrapper(buffers[1], encoding="utf-8", errors="backslashreplace")
-        sys.argv, sys.stdin, sys.stdout, sys.stderr = ["viscopade", *words], io.StringIO(), out, err
-        status: int | None = 0
-        exception = ""
-        try:
-            self.main()
-        except SystemExit as end:
-            status = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
-        except BaseException as error:  # whatever it is: that it came here is the finding
-            status, last = None, traceback.extract_tb(error.__traceback__)[-1]
-            exception = f"{type(error).__name__}: {str(error)[:200]} ({Path(last.filename).name}, {last.name})"
-        finally:
-            sys.argv, sys.stdin, sys.stdout, sys.stderr = streams
-        for stream in (out, err):
-            stream.flush()
-        printed, complained = (buffer.getvalue().decode("utf-8") for buffer in buffers)
-        return Answer(status, printed, complained, exception)
-
-    def grammar(self) -> Grammar:
-        """Return the commands and options that the help lists."""
-        helps = {name: self.run(name, "--help").output for name in inputs.commands_of(self.run("--help").output)}
-        targets = {name: found for name, text in helps.items() if (found := inputs.targets_of(text))}
-        return Grammar({name: inputs.options_of(text) for name, text in helps.items()}, targets)
+def grammar():
+    """Return the commands and options that the help lists."""
+    helps = {name: ask(name, "--help").output for name in inputs.commands_of(ask("--help").output)}
+    targets = {name: found for name, text in helps.items() if (found := inputs.targets_of(text))}
+    return inputs.Grammar({name: inputs.options_of(text) for name, text in helps.items()}, targets)
 
 
 class Sandbox:
     """A directory with traps, made anew whenever it was changed."""
 
-    def __init__(self, directory: str) -> None:
+    def __init__(self, directory):
         self.top = Path(directory)
         self.here = self.top / "a" / "b"
-        self._files: dict[str, bytes] = {}
+        self._files = {}
         self.restore()
 
-    def restore(self) -> None:
+    def restore(self):
         """Make everything as it was."""
         for path in self.top.iterdir():
             shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
@@ -124,7 +95,7 @@ class Sandbox:
         self._files = {}
         self.put({inputs.SCENE: b"", inputs.RESULT: b"", inputs.FINDINGS: b""})
 
-    def put(self, files: Mapping[str, bytes]) -> None:
+    def put(self, files):
         """Write the files of an input; those of the one before are left if it has none of that name."""
         for name, content in files.items():
             if self._files.get(name) != content:
@@ -132,13 +103,13 @@ class Sandbox:
                 self._files[name] = content
         self.before = self._look()
 
-    def changed(self) -> list[str]:
+    def changed(self):
         """Return what was made, changed or removed since `put`."""
         after = self._look()
         return sorted(name for name in {*self.before, *after} if self.before.get(name) != after.get(name))
 
-    def _look(self) -> dict[str, tuple[int, ...]]:
-        found: dict[str, tuple[int, ...]] = {}
+    def _look(self):
+        found = {}
         directories = [str(self.top)]
         while directories:
             for entry in os.scandir(directories.pop()):
@@ -152,7 +123,7 @@ class Sandbox:
         return found
 
 
-def faults(attempt: Attempt, answer: Answer, changed: list[str]) -> list[str]:
+def faults(attempt, answer, changed):
     """Return what is wrong with an answer."""
     if answer.status is None:
         return [f"exception: {answer.exception}"]
@@ -162,7 +133,7 @@ def faults(attempt: Attempt, answer: Answer, changed: list[str]) -> list[str]:
     return [*found, *_bad_files(attempt, answer, changed)]
 
 
-def _bad_refusal(answer: Answer) -> list[str]:
+def _bad_refusal(answer):
     line = answer.errors.removesuffix("\n")
     found = []
     if not (line.startswith("viscopade: ") and answer.errors.endswith("\n") and line.isprintable()):
@@ -176,7 +147,7 @@ def _bad_refusal(answer: Answer) -> list[str]:
     return found
 
 
-def _bad_answer(attempt: Attempt, answer: Answer) -> list[str]:
+def _bad_answer(attempt, answer):
     found = []
     if answer.errors:
         found.append(f"an answer with something on standard error: {answer.errors[-200:]}")
@@ -196,17 +167,17 @@ def _bad_answer(attempt: Attempt, answer: Answer) -> list[str]:
     return found
 
 
-def _refuse(constant: str) -> None:
+def _refuse(constant):
     raise ValueError(constant)
 
 
-def _style(attempt: Attempt) -> str | None:
+def _style(attempt):
     words = attempt.words
     given = [b for a, b in pairwise(words) if a == "--format"]
     return given[-1] if given and attempt.command != "export" and not {"-h", "--help"} & {*words} else None
 
 
-def _bad_files(attempt: Attempt, answer: Answer, changed: list[str]) -> list[str]:
+def _bad_files(attempt, answer, changed):
     if not changed:
         return []
     asked = any(word.startswith(("-o", "--out")) for word in attempt.words)
@@ -223,18 +194,7 @@ def _bad_files(attempt: Attempt, answer: Answer, changed: list[str]) -> list[str
     return []
 
 
-def shape(line: str) -> str:
-    """Return a message without what came from the input: to count the different ones."""
-    line = re.sub(r"(unexpected extra argument).*|(No such option).*|(is not one of).*", r"\1\2\3", line)
-    line = re.sub(r"(cannot write|cannot read|will not replace) .*?(?=: )", r"\1 …", line)
-    line = re.sub(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"", "'…'", line)
-    line = re.sub(r"[^ ]*[.](?:toml|json|h)\b", "…", line)
-    line = re.sub(r"(\bis .*?|[^ ]* is not known)(?=: accepted)", "is …", line)
-    line = re.sub(r"\[[0-9]+\]", "[]", line)  # which element of a list
-    return re.sub(r"[0-9][0-9.e+-]*", "0", line)[:120]
-
-
-def _limit() -> None:
+def _limit():
     """Leave the program little to break: no other programs, little memory, no core, no large files."""
     os.environ["PATH"] = ""
     for name in ("CC", "CXX", "FC"):
@@ -243,40 +203,31 @@ def _limit() -> None:
         resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
 
 
-def trials(seed: int, first: int, last: int, write: Callable[[str], object]) -> None:
-    """Try the inputs of these numbers, and write a line for each."""
-    program = Program()
-    grammar = program.grammar()
+def trials(seed, count):
+    """Try so many inputs, and print a line of JSON for each; one that hangs ends the process with a traceback."""
+    known = grammar()
     _limit()
-    with tempfile.TemporaryDirectory(dir=memory()) as directory, warnings.catch_warnings():
+    stream = os.fdopen(os.dup(1), "w", buffering=1)
+    with stream, tempfile.TemporaryDirectory(dir=memory()) as directory, warnings.catch_warnings():
         warnings.simplefilter("always")
         sandbox = Sandbox(directory)
-        for number in range(first, last):
-            write(json.dumps(trial(program, sandbox, grammar.attempt(seed, number))) + "\n")
+        for number in range(count):
+            faulthandler.dump_traceback_later(HANGS, exit=True)
+            stream.write(json.dumps(trial(sandbox, known.attempt(seed, number))) + "\n")
+        faulthandler.cancel_dump_traceback_later()
         os.chdir("/")
 
 
-def trial(program: Program, sandbox: Sandbox, attempt: Attempt) -> dict[str, Any]:
-    """Try one input; return its command, what came of it, and what is wrong with that."""
+def trial(sandbox, attempt):
+    """Try one input; return its command, the exit status, and what is wrong with the words that did it."""
     sandbox.put(attempt.files)
     precision = mpmath.mp.prec, ctx.prec
-    answer = program.run(*attempt.words)
+    answer = ask(*attempt.words)
     changed = sandbox.changed()
     wrong = faults(attempt, answer, changed)
     if (mpmath.mp.prec, ctx.prec) != precision:
         wrong.append("another precision for everybody")
     if changed:
         sandbox.restore()
-    outcome = {0: "answered", 2: "refused", 1: "cannot"}.get(-1 if answer.status is None else answer.status, "broken")
-    found: dict[str, Any] = {"command": attempt.command, "outcome": outcome, "faults": wrong}
-    if answer.status != 0:
-        found["message"] = shape(answer.errors.strip() or answer.exception)
-    if wrong:
-        found["words"] = attempt.words
-    return found
-
-
-if __name__ == "__main__":
-    stream = os.fdopen(os.dup(1), "w", buffering=1)
-    asked_seed, asked_first, asked_last = map(int, sys.argv[1:4])
-    trials(asked_seed, asked_first, asked_last, stream.write)
+    found = {"command": attempt.command, "status": answer.status, "faults": wrong}
+    return found | ({"words": attempt.words} if wrong else {})

@@ -1,4 +1,6 @@
-"""Check certificates of kernels by exact rational arithmetic:  python tests/certificate_checker.py FILE.json … .
+"""Check certificates of kernels by exact rational arithmetic.
+
+    python checkers/certificate_checker.py FILE.json …
 
 Independent of the package: nothing but Python's fractions, the certificate, and the reference, a text file with exact
 polynomials for eps and 1 - eps on panels of v* and a bound of their relative errors. On every part of a panel it is
@@ -61,12 +63,14 @@ class Polynomial(NamedTuple):
 
 
 def polynomial(coefficients: Iterable[Fraction | int]) -> Polynomial:
+    """Return the polynomial with these coefficients."""
     exact = [Fraction(c) for c in coefficients]
     denominator = math.lcm(*(c.denominator for c in exact))
     return Polynomial([int(c * denominator) for c in exact], denominator)
 
 
 def times(p: Polynomial, q: Polynomial) -> Polynomial:
+    """Return p q."""
     product = [0] * (len(p.numerators) + len(q.numerators) - 1)
     for i, x in enumerate(p.numerators):
         for j, y in enumerate(q.numerators):
@@ -75,10 +79,12 @@ def times(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def scaled(p: Polynomial, factor: Fraction | int) -> Polynomial:
+    """Return factor p."""
     return times(p, polynomial([factor]))
 
 
 def plus(p: Polynomial, q: Polynomial, sign: int = 1) -> Polynomial:
+    """Return p + sign q."""
     denominator = math.lcm(p.denominator, q.denominator)
     x, y = (denominator // r.denominator for r in (p, q))
     pairs = zip_longest(p.numerators, q.numerators, fillvalue=0)
@@ -109,6 +115,7 @@ def within(top: Polynomial, bottom: Polynomial, q: Polynomial, bound: Fraction) 
 
 
 def derivative(p: Coefficients) -> Coefficients:
+    """Return p'."""
     return [i * c for i, c in enumerate(p)][1:]
 
 
@@ -161,6 +168,7 @@ class Checker:
         return self.checked
 
     def panels(self) -> Iterator[int]:
+        """Yield the panels that the interval has a part of."""
         panel = 0
         while panel_ends(panel)[0] < self.high:
             low, centre, half = panel_ends(panel)
@@ -169,6 +177,7 @@ class Checker:
             panel += 1
 
     def part(self, panel: int, z: Fraction, width: Fraction, depth: int) -> None:
+        """Show the bound on centre + half (z + width t), |t| <= 1, of a panel, on its halves if need be."""
         if all(self.shown(function, panel, z, width) for function in self.functions(panel, z, width)):
             self.checked += 1
         elif depth == DEEPEST:
@@ -190,6 +199,7 @@ class Checker:
         return names + (["epsilon"] if not positive(plus(eps, high, -1)) else [])
 
     def shown(self, function: str, panel: int, z: Fraction, width: Fraction) -> bool:
+        """Whether the bound is shown on a part of a panel, relatively to one function."""
         _, centre, half = panel_ends(panel)
         top, bottom, row = self.a, self.b, self.rows[function, panel]
         if self.is_derivative:  # both sides are negative, and on panel 0 divided by v*
@@ -226,9 +236,13 @@ def check_file(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str]) -> None:
+    """Check files, and print what was found."""
     for argument in arguments:
         print("\n".join(check_file(Path(argument))))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    try:
+        main(sys.argv[1:])
+    except Wrong as reason:
+        sys.exit(f"wrong: {reason}")

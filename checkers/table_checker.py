@@ -1,6 +1,6 @@
-"""Check headers with tables over the bits of w = beta^5 v by exact rational arithmetic, without the package or FLINT:
+"""Check headers with tables over the bits of w = beta^5 v by exact rational arithmetic, without the package or FLINT.
 
-    python tests/table_checker.py HEADER.h … [--points POINTS.json]
+    python checkers/table_checker.py HEADER.h … [--points POINTS.json]
 
 The table and the bounds are read from the header's text. Nothing is known of how they were made:
 
@@ -62,6 +62,7 @@ class Header:
         return self.first + octave, 1 + Fraction(place, self.to_an_octave), 1 + Fraction(place + 1, self.to_an_octave)
 
     def base(self, index: int) -> int:
+        """Return what a row's polynomial is counted from: 1 where its values are those of eps - 1, else 0."""
         exponent, low, _ = self.interval(index)
         return int(low * Fraction(2) ** exponent < SWITCH)
 
@@ -168,6 +169,7 @@ def exponent_of(number: Fraction) -> int:
 
 
 def ulp(number: Fraction, precision: int) -> Fraction:
+    """Return a unit in the last place."""
     return Fraction(2) ** (exponent_of(number) - precision + 1)
 
 
@@ -186,6 +188,7 @@ class Machine(NamedTuple):
     fused: bool
 
     def round(self, number: Fraction) -> Fraction:
+        """Return the nearest number of the type."""
         value = rounded(number, PRECISION[self.kind])
         if value and abs(value) < LEAST[self.kind]:
             raise Wrong(f"{float(number):g} is subnormal")
