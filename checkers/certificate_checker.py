@@ -14,13 +14,15 @@ by the sum of the absolute values of a polynomial's coefficients on -1 <= t <= 1
 from __future__ import annotations
 
 import json
+import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-Polynomial = list[Fraction]
+Coefficients = list[Fraction]
 DATA = Path(__file__).parents[1] / "src" / "viscopade"
 FIRST, PER_OCTAVE = -4, 8  # panel 0 is [0, 2^-4]; then eight to each octave
 LAST = 2**23
@@ -33,7 +35,7 @@ class Wrong(Exception):
     """The certificate does not prove what it says."""
 
 
-def rows(name: str) -> dict[tuple[str, int], Polynomial]:
+def rows(name: str) -> dict[tuple[str, int], Coefficients]:
     """Read the reference: polynomials in z, |z| <= 1 on a panel."""
     table = {}
     for line in (DATA / name).read_text().splitlines():
@@ -53,43 +55,66 @@ def panel_ends(panel: int) -> tuple[Fraction, Fraction, Fraction]:
     return low, low + width / 2, width / 2
 
 
+class Polynomial(NamedTuple):
+    """Coefficients over one common denominator > 0: reducing fractions would take most of the time."""
+
+    numerators: list[int]
+    denominator: int
+
+
+def polynomial(coefficients: Iterable[Fraction | int]) -> Polynomial:
+    """Return the polynomial with these coefficients."""
+    exact = [Fraction(c) for c in coefficients]
+    denominator = math.lcm(*(c.denominator for c in exact))
+    return Polynomial([int(c * denominator) for c in exact], denominator)
+
+
 def times(p: Polynomial, q: Polynomial) -> Polynomial:
     """Return p q."""
-    product = [Fraction(0)] * (len(p) + len(q) - 1)
-    for i, x in enumerate(p):
-        for j, y in enumerate(q):
+    product = [0] * (len(p.numerators) + len(q.numerators) - 1)
+    for i, x in enumerate(p.numerators):
+        for j, y in enumerate(q.numerators):
             product[i + j] += x * y
-    return product
+    return Polynomial(product, p.denominator * q.denominator)
 
 
-def plus(p: Polynomial, q: Polynomial, factor: Fraction | int = 1) -> Polynomial:
-    """Return p + factor q."""
-    size = max(len(p), len(q))
-    p, q = ([*r, *[Fraction(0)] * (size - len(r))] for r in (p, q))
-    return [x + factor * y for x, y in zip(p, q, strict=True)]
+def scaled(p: Polynomial, factor: Fraction | int) -> Polynomial:
+    """Return factor p."""
+    return times(p, polynomial([factor]))
+
+
+def plus(p: Polynomial, q: Polynomial, sign: int = 1) -> Polynomial:
+    """Return p + sign q."""
+    denominator = math.lcm(p.denominator, q.denominator)
+    x, y = (denominator // r.denominator for r in (p, q))
+    pairs = zip_longest(p.numerators, q.numerators, fillvalue=0)
+    return Polynomial([x * a + sign * y * b for a, b in pairs], denominator)
 
 
 def shifted(p: Polynomial, centre: Fraction, half: Fraction) -> Polynomial:
-    """Return p(centre + half t) as a polynomial in t."""
-    result = [Fraction(0)]
-    for c in reversed(p):
-        result = plus(times(result, [centre, half]), [c])
-    return result
+    """Return p(centre + half t) as a polynomial in t: Horner's rule in (c + h t)/d."""
+    (c, h), d = polynomial([centre, half])
+    result, power = [0], 1
+    for a in reversed(p.numerators):
+        result = [c * x + h * y for x, y in zip([*result, 0], [0, *result], strict=True)]
+        result[0] += a * power
+        power *= d
+    return Polynomial(result, p.denominator * power // d)
 
 
 def positive(p: Polynomial) -> bool:
     """Whether p > 0 for -1 <= t <= 1 is shown by the coefficients."""
-    return p[0] > sum(map(abs, p[1:]))
+    return p.numerators[0] > sum(map(abs, p.numerators[1:]))
 
 
 def within(top: Polynomial, bottom: Polynomial, q: Polynomial, bound: Fraction) -> bool:
     """Whether |top - bottom q| < bound bottom q and bottom q > 0 are shown."""
     product = times(bottom, q)
-    difference = plus(top, product, -1)
-    return all(positive(plus([bound * c for c in product], difference, sign)) for sign in (1, -1))
+    difference, allowed = plus(top, product, -1), scaled(product, bound)
+    return all(positive(plus(allowed, difference, sign)) for sign in (1, -1))
 
 
-def derivative(p: Polynomial) -> Polynomial:
+def derivative(p: Coefficients) -> Coefficients:
     """Return p'."""
     return [i * c for i, c in enumerate(p)][1:]
 
@@ -100,7 +125,9 @@ class Checker:
     def __init__(self, entry: dict[str, Any]) -> None:
         self.is_derivative = "t" in entry
         top, bottom = ([number(c) for c in entry[name]] for name in (("t" if self.is_derivative else "a"), "b"))
-        self.a, self.b = top, times(bottom, bottom) if self.is_derivative else bottom
+        self.a, self.b = polynomial(top), polynomial(bottom)
+        if self.is_derivative:
+            self.b = times(self.b, self.b)
         self.measure = entry["measure"]
         self.low, self.high = Fraction(entry["v_star_min"]), Fraction(entry["v_star_max"] or -1)
         self.parts = [(int(panel), int(n)) for panel, n in entry["parts"]]
@@ -166,17 +193,17 @@ class Checker:
         if self.is_derivative:
             return ["epsilon" if 2 * self.rows["epsilon", panel][0] <= 1 else "one_minus_epsilon"]
         slack = Fraction(1, 10**6)
-        half = [Fraction(1, 2) - slack]
-        eps = shifted(self.rows["epsilon", panel], z, width)
-        names = ["one_minus_epsilon"] if not positive(plus(half, eps, -1)) else []
-        return names + (["epsilon"] if not positive(plus(eps, [half[0] + 2 * slack], -1)) else [])
+        low, high = (polynomial([Fraction(1, 2) + sign * slack]) for sign in (-1, 1))
+        eps = shifted(polynomial(self.rows["epsilon", panel]), z, width)
+        names = ["one_minus_epsilon"] if not positive(plus(low, eps, -1)) else []
+        return names + (["epsilon"] if not positive(plus(eps, high, -1)) else [])
 
     def shown(self, function: str, panel: int, z: Fraction, width: Fraction) -> bool:
         """Whether the bound is shown on a part of a panel, relatively to one function."""
         _, centre, half = panel_ends(panel)
         top, bottom, row = self.a, self.b, self.rows[function, panel]
         if self.is_derivative:  # both sides are negative, and on panel 0 divided by v*
-            top = [-c for c in top] if panel == 0 else [Fraction(0), *(-c for c in top)]
+            top = times(top, polynomial([-1] if panel == 0 else [0, -1]))
             slope = derivative(row)
             if panel == 0 and slope[0]:
                 raise Wrong("the slope does not vanish like v*")
@@ -185,12 +212,12 @@ class Checker:
         elif function == "one_minus_epsilon":
             top = plus(self.b, self.a, -1)
             if panel == 0:  # both sides are divisible by v*^2 = (half z)^2
-                if any(top[:2]) or any(row[:2]):
+                if any(top.numerators[:2]) or any(row[:2]):
                     raise Wrong("1 - N/D does not vanish like v*^2")
-                top, row = top[2:], [c / half**2 for c in row[2:]]
+                top, row = top._replace(numerators=top.numerators[2:]), [c / half**2 for c in row[2:]]
         top, bottom = (shifted(p, centre + half * z, half * width) for p in (top, bottom))
         bound = (self.bound - self.errors[panel]) / (1 + self.errors[panel])
-        return positive(bottom) and within(top, bottom, shifted(row, z, width), bound)
+        return positive(bottom) and within(top, bottom, shifted(polynomial(row), z, width), bound)
 
 
 def number(text: str) -> Fraction:

@@ -10,7 +10,7 @@ SOURCE = ROOT / "src" / "viscopade"
 TREES = {path: ast.parse(path.read_text()) for path in sorted(SOURCE.rglob("*.py"))}
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 PATHS = re.compile(
-    r"\b(?:src/viscopade|checkers|tools|tests|docs|derivations|benchmarks|examples|notebooks|exports)/[\w./-]*\w\.\w+"
+    r"\b(?:src/viscopade(?:_lab)?|checkers|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+"
 )
 
 
