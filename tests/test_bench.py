@@ -20,7 +20,7 @@ from viscopade.collision import exact
 from viscopade.kernels import requests, toolchain
 from viscopade.kernels.toolchain import BenchError
 from viscopade_lab import bench
-from viscopade_lab.bench import calls, ours, rivals, stated, tables
+from viscopade_lab.bench import calls, ours, rivals, tables
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender
 from viscopade_lab.bench.goals import judged
 from viscopade_lab.bench.harness import RUNS, ArraySizes, Harness, Task, in_rounds
@@ -225,30 +225,24 @@ def test_minimax_kernels_are_left_out_where_they_are_not_meant_for():
     assert ours.contenders(texts, SpeedRange(beta=50.0)) == []
 
 
-def test_what_headers_state_is_read():
-    text = (EXPORTS / "viscopade_minimax.h").read_text()
+def test_what_is_proven_of_kernels_of_v_star():
     name = "minimax_3_7_v5_2p84em6"
-    assert stated.named(name) == "2.84e-6"
-    assert stated.bound(name, text) == 2.84e-6
-    assert stated.by_root(name, text, DOUBLE) == "2.85e-6"  # rounded up
-    assert stated.by_root(name, text, FLOAT) == "4.14e-6"
-    text = (EXPORTS / "viscopade_half_line.h").read_text()
-    assert stated.by_root("halfline_3p4em6", text, DOUBLE) == "3.37e-6"
-    assert stated.by_root("halfline_3p4em6", text, FLOAT) == "7.20e-6"
-    assert stated.full((EXPORTS / "viscopade_full.h").read_text(), DOUBLE) == "0.571 ulp"
-    assert stated.by_root("no_such_kernel", text, DOUBLE) == ""
+    assert ours.named(name) == "2.84e-6"
+    assert ours.proven_of_v_star(name, DOUBLE) == "2.85e-6"  # rounded up
+    assert ours.proven_of_v_star(name, FLOAT) == "4.14e-6"
+    assert ours.proven_of_v_star("halfline_3p4em6", DOUBLE) == "3.37e-6"
+    assert ours.proven_of_v_star("halfline_3p4em6", FLOAT) == "7.20e-6"
+    with pytest.raises(KeyError, match="no_such_kernel"):
+        ours.proven_of_v_star("no_such_kernel", DOUBLE)
 
 
-def test_what_headers_from_speed_to_eps_state_is_read():
-    text = """ * lookup_1_2_6p69em6
-     *     formula: (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere another
-     *     proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table, 3.36e-6 elsewhere
-     *     rounding of restitution: adds at most 5.6e-16 min(eps, 1 - eps) in type double and 3e-7 min(eps,
-     *         1 - eps) in type float, that of w included"""
-    assert stated.lookup("lookup_1_2_6p69em6", text, DOUBLE, 2.0) == "6.70e-6 + 0.5 ulp"
-    assert stated.lookup("lookup_1_2_6p69em6", text, FLOAT, 2.0) == "6.99e-6 + 0.5 ulp"
-    assert stated.lookup("lookup_1_2_6p69em6", text, DOUBLE, 9.5) == ""  # not in the table only
-    assert stated.bound("lookup_1_2_6p69em6", text) == 6.69e-6
+def test_what_is_proven_of_kernels_of_speed():
+    name = "lookup_1_64_6p69em6"
+    assert ours.proven_of_speed(name, DOUBLE, 2.0) == "6.70e-6 + 0.5 ulp"
+    assert ours.proven_of_speed(name, FLOAT, 2.0) == "6.99e-6 + 0.5 ulp"
+    assert ours.proven_of_speed(name, DOUBLE, 9.5) == ""  # not in the table only
+    assert ours.proven_of_speed("lookup_5_16_3p79em12", FLOAT, 2.0).endswith(" + 0.501 ulp")
+    assert ours.proven_of_speed("lookup_full", FLOAT, 2.0) == "0.501 ulp"
 
 
 def test_the_rivals_have_the_papers_numbers():

@@ -134,10 +134,9 @@ def test_flags_that_a_compiler_does_not_know_are_left_out():
     assert not compilers.missing(made._replace(reason="viscopade-check.c:3: error: unused variable 'x'"))
 
 
-def test_what_headers_state_is_read():
-    text = compilers.header(PADE)
-    assert compilers.stated(PADE, text, "epsilon", "pade_3_6", "float") == Stated(
+def test_what_is_proven_is_taken_from_the_record():
+    assert compilers.stated("epsilon", "pade_3_6", "float") == Stated(
         ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064)), 1.4e-6, high=5.0
     )
-    with pytest.raises(ValueError, match="states no"):
-        compilers.stated("x.h", "", "epsilon", "full", "double")
+    with pytest.raises(KeyError, match="nothing is recorded"):
+        compilers.stated("epsilon", "no_such_kernel", "double")

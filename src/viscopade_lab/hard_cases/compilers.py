@@ -1,7 +1,7 @@
 """Hard case: the exported headers through every compiler that is there, with flags that people use and should not.
 
 A program of all headers is compiled with each compiler, language standard and set of flags, and run at speeds for which
-the exact function is known. What each header states of its error, in its own words, is what its results are held to.
+the exact function is known. What is proven of each kernel, which its header states, is what its results are held to.
 With -ffast-math a compiler may break the rules of IEEE 754, which the bounds rest on: there a few units in the last
 place more are allowed, and what comes of NaN and of negative numbers is only told.
 """
@@ -29,7 +29,7 @@ from viscopade.kernels import requests, toolchain
 from viscopade.kernels.toolchain import BenchError
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
-from viscopade_lab.bench.stated import passage
+from viscopade_lab import proven
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 
 Rules = Literal["bits", "contracted", "extended", "fast"]
@@ -46,7 +46,6 @@ FAST_ULPS = 4.0
 """What -ffast-math may add, in units in the last place: a product by a reciprocal instead of a quotient (1 more), the
 sums of a compensation done in another order (1), and the estimates of reciprocals, refined once (2)."""
 
-N = r"([0-9.]+(?:e-?[0-9]+)?)"
 TYPES: Mapping[Form, type[np.floating[Any]]] = {"double": np.float64, "float": np.float32}
 _FUNCTION = re.compile(
     r"^static inline (double|float) viscopade_(epsilon|one_minus_epsilon|v_star|restitution)_"
@@ -141,7 +140,7 @@ def header(name: str) -> str:
 
 @dataclass(frozen=True)
 class Stated:
-    """What a header states of a function's error.
+    """What is proven of a function's error, and its header states.
 
     Attributes
     ----------
@@ -198,87 +197,52 @@ class HeaderFunction:
 
 
 def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
-    """Return the functions of some headers whose errors are stated there in full; each once."""
+    """Return the functions of some headers whose errors are proven; each once."""
     found: dict[tuple[str, ...], HeaderFunction] = {}
-    for file, text in texts.items():
+    for text in texts.values():
         for form, kind, name in _FUNCTION.findall(text):
             if kind == "restitution" and not name.startswith("lookup"):
                 continue  # that of v*, but for pow
             for arrays in (False, True) if kind == "restitution" else (False,):
                 key = form, kind, name, "array" if arrays else ""
                 if key not in found:
-                    found[key] = HeaderFunction(name, kind, form, stated(file, text, kind, name, form), arrays)
+                    found[key] = HeaderFunction(name, kind, form, stated(kind, name, form), arrays)
     return list(found.values())
 
 
-def stated(file: str, text: str, kind: str, name: str, form: Form) -> Stated:
-    """Return what a header says of a function.
+def stated(kind: str, name: str, form: Form) -> Stated:
+    """Return what is proven of a function.
 
     Raises
     ------
-    ValueError
-        If it says nothing that is understood.
+    KeyError
+        If nothing is.
     """
-    part = passage(name, text)
+    found = proven.of(name, form)
     if name == "full":
-        return Stated(ulps=number(rf"{form}, +{kind}: +at most {N}", text, file))
+        return Stated(ulps=found.number(f"ulps of {kind}"))
     if name.startswith("lookup"):
-        return _of_lookup(file, part, form)
+        return _of_lookup(name, form)
+    rounding = found.number(f"rounding of {kind}")
     if name.startswith("inverse"):
-        formula = number_of(
-            form, rf"\|formula - v\*\| / v\* <= {N}(?: in type double and {N} in type float)?", part, file
-        )
-        rounding = number_of(form, rf"rounding of v_star: adds at most {N} v\* in type double and {N} v\*", part, file)
-        return Stated(value=rounding, formula=formula)
+        return Stated(value=rounding, formula=found.number("formula"))
     if name.startswith("halfline"):
-        scale = "eps" if kind == "epsilon" else r"\(1 - eps\)"
-        bound = number_of(form, rf"min\(eps, 1 - eps\) <= {N}(?: in type double and {N} in type float)?", part, file)
-        pattern = rf"rounding of {kind}: adds at most {N} {scale} in type double(?: and {N} {scale})?"
-        return Stated(((float("inf"), bound),), number_of(form, pattern, part, file))
-    proven = part[part.index("proven: ") : part.index("rounding: ")]
-    smaller = tuple((float(end), float(bound)) for bound, end in re.findall(rf"{N} for v\* <= {N}", proven))
-    rounding = number_of(
-        form, rf"rounding: adds at most {N} eps in type double(?: and {N} eps in type float)?", part, file
-    )
-    return Stated(smaller, rounding, high=max(end for end, _ in smaller))
+        return Stated(((float("inf"), found.number("formula")),), rounding)
+    return Stated(found.up_to, rounding, high=max(end for end, _ in found.up_to))
 
 
-def _of_lookup(file: str, part: str, form: Form) -> Stated:
-    low, high = (float(end) for end in re.findall(rf"\({N} <= v\* < {N}\)", part)[0])
-    converted = form == "float" and re.search("type float: computed in type double", part) is not None
+def _of_lookup(name: str, form: Form) -> Stated:
+    double, found = proven.of(name, "double"), proven.of(name, form)
+    low, high = double.number("low"), double.number("high")
     # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.
-    own, doubles = (0.5001, 1.0) if converted else (1.0, 0.0) if form == "float" else (0.0, 1.0)
-    if "off by at most" in part:
-        ulps = number(rf"off by at most {N} units", part, file)
-        ulps += number(rf"beta\^5 speed does is at most {N} ulp", part, file)
-        return Stated(ulps=own if converted else own * ulps, double_ulps=doubles * ulps, low=low, high=high)
-    bound = number(rf"min\(eps, 1 - eps\) <= {N} in the table", part, file)
-    pattern = rf"rounding of restitution: adds at most {N} min\(eps, 1 - eps\) in type double(?: and {N} min)?"
-    rounding = number_of(form, pattern, part, file)
-    smaller, halves = ((float("inf"), bound),), own if converted else own / 2
-    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, low=low, high=high, rounding=rounding)
-
-
-def number(pattern: str, text: str, file: str) -> float:
-    """Return the number that a text states by a pattern's first group.
-
-    Raises
-    ------
-    ValueError
-        If it does not.
-    """
-    match = re.search(pattern, text)
-    if match is None:
-        raise ValueError(f"{file} states no {pattern}")
-    return float(match[1])
-
-
-def number_of(form: Form, pattern: str, text: str, file: str) -> float:
-    """Return the number for a type: there is one for both, or one for each."""
-    match = re.search(pattern, text)
-    if match is None:
-        raise ValueError(f"{file} states no {pattern}")
-    return float(match[2] if form == "float" and match[2] else match[1])
+    own, doubles = (1.0, 0.0) if found and form == "float" else (0.0, 1.0) if found else (0.5001, 1.0)
+    if double.has("ulps"):
+        ulps = double.number("ulps") + double.number("ulps of w")
+        return Stated(ulps=own * ulps if found else own, double_ulps=doubles * ulps, low=low, high=high)
+    numbers = found or double
+    smaller = ((float("inf"), numbers.number("formula")),)
+    halves = own / 2 if found else own
+    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, rounding=numbers.number("rounding"), low=low, high=high)
 
 
 # --- arguments and the truth ------------------------------------------------------------------------------------------

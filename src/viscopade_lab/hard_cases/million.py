@@ -1,4 +1,4 @@
-"""Exact values at a million arguments at a time, in long double, and what the headers allow there.
+"""Exact values at a million arguments at a time, in long double, and what the headers' proofs allow there.
 
 The polynomials are the rows of `double`'s table, whose relative error is proven (`panel_proof.proven_error`). Long
 double must have 64 bits, as on x86 and, with more of them, on aarch64: `enough` tells.
@@ -6,7 +6,6 @@ double must have 64 bits, as on x86 and, with more of them, on aarch64: `enough`
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,8 +16,8 @@ import numpy.typing as npt
 
 from viscopade.arrays import double, panels
 from viscopade.collision import panel_proof
-from viscopade_lab.bench.stated import passage
-from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, N, Stated, number, number_of
+from viscopade_lab import proven
+from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, Stated
 from viscopade_lab.hard_cases.compilers import functions as of_headers
 from viscopade_lab.hard_cases.machine import Array
 
@@ -28,6 +27,8 @@ UNKNOWN_DERIVATIVE = 1e-11
 """The same of d eps/d v*: `double.slope` is good to 12 digits."""
 CONVERTED = 0.5001
 """Units in the last place of type float that a conversion from type double adds, and that type's own error."""
+HALF_OF_SMALLEST = 0.5
+"""What underflow adds to a result of a kernel of speed, in the type's smallest numbers: its header says so."""
 ENDS = 0.01  # of a table: so near to them, relatively, an argument may be on either side
 # Of a type: the bits of its significand, and the exponent of its smallest number.
 _BITS = {"double": (53, -1074), "float": (24, -149)}
@@ -132,7 +133,7 @@ def _rows(name: str) -> Array:
 
 @dataclass(frozen=True)
 class Promise:
-    """A function, and what its header states of it: in its interval or table, elsewhere, and of underflow.
+    """A function, and what is proven of it: in its interval or table, elsewhere, and of underflow.
 
     Attributes
     ----------
@@ -205,12 +206,12 @@ def _unit(truth: Array, form: Form) -> Array:
 
 
 def claims(texts: Mapping[str, str]) -> dict[str, tuple[Promise, ...]]:
-    """Return all that headers state, by the header; a function that several have is that of the first."""
+    """Return all that is proven of the functions of headers, by the header; a function of several is the first's."""
     found: dict[str, list[Promise]] = {file: [] for file in texts}
     for function in of_headers(texts):
         file = next(file for file, text in texts.items() if _defines(text, function))
-        found[file] += _claims(function, file, texts)
-    return {file: tuple(stated) for file, stated in found.items()}
+        found[file] += _promises(function)
+    return {file: tuple(promises) for file, promises in found.items()}
 
 
 def _defines(text: str, function: HeaderFunction) -> bool:
@@ -218,34 +219,33 @@ def _defines(text: str, function: HeaderFunction) -> bool:
     return f" viscopade_{function.kind}_{function.name}{s}(" in text
 
 
-def _claims(function: HeaderFunction, file: str, texts: Mapping[str, str]) -> list[Promise]:
-    part, form, name = passage(function.name, texts[file]), function.form, function.name
+def _promises(function: HeaderFunction) -> list[Promise]:
+    form, name = function.form, function.name
+    found = proven.of(name, form)
     if name.startswith("lookup"):
-        return _of_lookup(function, file, texts)
+        return _of_lookup(function)
     if name.startswith("inverse"):
         return [Promise(function), Promise(replace(function, kind="v_star_from_loss"))]
     if name.startswith("halfline"):
-        return [Promise(function, underflow=number(rf"underflow: adds at most {N} of", part, file))]
+        return [Promise(function, underflow=found.number("underflow"))]
     if name.startswith("minimax"):
-        formula = number(rf"derivative: relative error <= {N}", part, file)
-        size = number_of(form, rf"rounding adds at most {N} in type double(?: and {N} in type float)?", part, file)
+        formula, size = found.number("derivative"), found.number("rounding of derivative")
         tiny = float(np.finfo(TYPES[form]).tiny)
         derivative = Stated(value=size, low=tiny, high=function.stated.high, formula=formula)
         return [Promise(function), Promise(replace(function, kind="epsilon_derivative", stated=derivative))]
     if name == "full" and form == "double":
-        least = number(rf"where results are denormal: at most {N} of the smallest", texts[file], file)
-        return [Promise(function, underflow=max(0.0, least - function.stated.ulps))]
+        return [Promise(function, underflow=max(0.0, found.number("underflow") - function.stated.ulps))]
     return [Promise(function)]
 
 
-def _of_lookup(function: HeaderFunction, file: str, texts: Mapping[str, str]) -> list[Promise]:
-    """Return eps with what is stated of it, and the same of eps speed and 1 - eps^2."""
-    part, form, stated = passage(function.name, texts[file]), function.form, function.stated
+def _of_lookup(function: HeaderFunction) -> list[Promise]:
+    """Return eps with what is proven of it, and the same of eps speed and 1 - eps^2."""
+    form, stated = function.form, function.stated
+    double = proven.of(function.name, "double")
     last = CONVERTED if form == "float" else 0.0  # beyond the table type float is computed in type double
-    if "ulp in all" in part:
-        outside = number(rf"and {N} ulp for every other speed", part, file)
-        pattern = rf"relative errors of at most {N} in the table, besides what the rounding of w does, at most {N}"
-        inside = sum(map(float, re.findall(pattern, part)[0]))
+    if double.has("ulps"):
+        outside = double.number("ulps elsewhere")
+        inside = double.number("relative") + double.number("relative of w")
         kinds = {
             "restitution": (stated, Stated(double_ulps=outside, ulps=last)),
             **dict.fromkeys(
@@ -253,10 +253,11 @@ def _of_lookup(function: HeaderFunction, file: str, texts: Mapping[str, str]) ->
                 (replace(stated, value=inside, double_ulps=0.0), Stated(value=outside * 2.0**-52, ulps=last)),
             ),
         }
-        kernel = _full(texts)
+        kernel = _full()
     else:
-        kernel = _full(texts) if "viscopade_full.h elsewhere" in part else _half_line(part, file)
-        of_v_star = number(rf"and {N} min\(eps, 1 - eps\) for every other speed", part, file)
+        slow = double.text("elsewhere")
+        kernel = _full() if slow == "full" else _half_line(slow)
+        of_v_star = double.number("of v*")
         ((whole, formula),) = stated.smaller
         converted = stated.double_ulps and form == "float"
         own = {"ulps": 3.0} if form == "float" and not converted else {"ulps": last, "double_ulps": 3.0}
@@ -268,15 +269,13 @@ def _of_lookup(function: HeaderFunction, file: str, texts: Mapping[str, str]) ->
             "rebound": (within, beyond),
             "dissipation": (within, replace(beyond, value=beyond.value + kernel.of_loss)),
         }
-    if "half of the smallest number besides" not in part:
-        raise ValueError(f"{file} does not state what underflow does")
     return [
-        Promise(replace(function, kind=kind, stated=inner), outer, 0.5, kernel.underflow)
+        Promise(replace(function, kind=kind, stated=inner), outer, HALF_OF_SMALLEST, kernel.underflow)
         for kind, (inner, outer) in kinds.items()
     ]
 
 
-class _Kernel(NamedTuple):
+class _Beyond(NamedTuple):
     """What serves speeds beyond a table: the errors of its formula and of rounding, relatively, and of underflow."""
 
     formula: float
@@ -285,15 +284,12 @@ class _Kernel(NamedTuple):
     underflow: float
 
 
-def _half_line(part: str, file: str) -> _Kernel:
-    formula = number(rf"in the table, {N} elsewhere", part, file)
-    of_eps = number(rf"rounding of epsilon: adds at most {N} eps", part, file)
-    of_loss = number(rf"rounding of one_minus_epsilon: adds at most {N} \(1 - eps\)", part, file)
-    return _Kernel(formula, of_eps, of_loss, number(rf"underflow: adds at most {N} of", part, file))
+def _half_line(name: str) -> _Beyond:
+    quantities = ("formula", "rounding of epsilon", "rounding of one_minus_epsilon", "underflow")
+    return _Beyond(*map(proven.of(name, "double").number, quantities))
 
 
-def _full(texts: Mapping[str, str]) -> _Kernel:
-    file = "viscopade_full.h"
-    ulps = [number(rf"double, +{kind}: +at most {N}", texts[file], file) for kind in ("epsilon", "one_minus_epsilon")]
-    least = number(rf"where results are denormal: at most {N} of the smallest", texts[file], file)
-    return _Kernel(0.0, ulps[0] * 2.0**-52, ulps[1] * 2.0**-52, least)
+def _full() -> _Beyond:
+    found = proven.of("full", "double")
+    ulps = [found.number(f"ulps of {kind}") for kind in ("epsilon", "one_minus_epsilon")]
+    return _Beyond(0.0, ulps[0] * 2.0**-52, ulps[1] * 2.0**-52, found.number("underflow"))
