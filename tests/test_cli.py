@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import VISCOPADE, called, started
+from tests.command_line import VISCOPADE, called, started
 from tests.patience import HANGS
 from viscopade import Pair, Sphere, pade, series
 from viscopade.cli.main import command

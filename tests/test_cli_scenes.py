@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import called
+from tests.command_line import called
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from mpmath import mp, mpf
 
 from tests import compiled
-from tests.commands import called
+from tests.command_line import called
 from viscopade import pade, series
 from viscopade.cli.main import command
 from viscopade.kernels import requests
