@@ -242,7 +242,9 @@ def _of_lookup(name: str, form: Form) -> Stated:
     numbers = found or double
     smaller = ((float("inf"), numbers.number("formula")),)
     halves = own / 2 if found else own
-    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, rounding=numbers.number("rounding"), low=low, high=high)
+    return Stated(
+        smaller, ulps=halves, double_ulps=doubles / 2, rounding=numbers.number("rounding"), low=low, high=high
+    )
 
 
 # --- arguments and the truth ------------------------------------------------------------------------------------------
