@@ -15,7 +15,7 @@ from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
 from viscopade.scene import read, shaders
-from viscopade.scene.candidate import PairConstant, Ready, candidates
+from viscopade.scene.candidate import PairConstant, Polynomial, Ready, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
@@ -81,7 +81,8 @@ def chosen(made, kind="compact"):
     """Take a kernel without asking whether it is the cheapest: that takes long."""
     met, code = encounters(made), made.code
     if kind in ("constant", "polynomial"):
-        found = next(c for c in candidates(made, met) if type(c).__name__.lower() == kind)
+        wanted = {"constant": PairConstant, "polynomial": Polynomial}[kind]
+        found = next(c for c in candidates(made, met) if isinstance(c, wanted))
     else:
         wanted = "half-line" if code.language in ("c", "python") else kind
         device = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, registry.HOST)
