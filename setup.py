@@ -1,4 +1,4 @@
-"""Build the extension `viscopade._native`, if there is a C compiler; all else is in pyproject.toml."""
+"""Build the extension `viscopade.arrays._native`, if there is a C compiler; all else is in pyproject.toml."""
 
 import numpy
 from setuptools import Extension, setup
@@ -24,8 +24,8 @@ class BuildNative(build_ext):
 setup(
     ext_modules=[
         Extension(
-            "viscopade._native",
-            sources=["src/viscopade/_native.c"],
+            "viscopade.arrays._native",
+            sources=["src/viscopade/arrays/_native.c"],
             depends=["exports/viscopade_speed_full.h"],
             include_dirs=["exports", numpy.get_include()],
             optional=True,  # without it NumPy computes the same

@@ -10,11 +10,12 @@ import random
 
 import sympy as sp
 
-from viscopade import model
+from viscopade.collision import spheres
+from viscopade.theory import equation
 
 m, rho, A, v = sp.symbols("m_eff rho A v", positive=True)
 X, T = sp.symbols("X T", positive=True)  # the units of length and time, to be chosen
-scaled = model.scaled_equation()  # only its symbols are used until the end
+scaled = equation.scaled_equation()  # only its symbols are used until the end
 x, tau = scaled.x, scaled.tau
 
 # %% [markdown]
@@ -99,18 +100,18 @@ assert on_the_way_out.subs(x_c, 2 * compression).is_negative  # before: it pushe
 assert sp.simplify(on_the_way_out.subs(x_c, compression / 2)).is_positive  # after: it would pull
 
 # %% [markdown]
-# ## The same in `viscopade.model`
+# ## The same in `viscopade.collision.spheres`
 #
 # First the symbols, then numbers: a pair of spheres drawn at random, its beta, v* and scales.
 
 # %%
 assert sp.simplify(scaled.lhs - scaled_lhs) == 0
-assert model.end_of_contact() == sp.Eq(x.diff(tau, 2), 0)
+assert equation.end_of_contact() == sp.Eq(x.diff(tau, 2), 0)
 
 draw = random.Random(1)
-pair = model.Pair(
+pair = spheres.Pair(
     *(
-        model.Sphere(
+        spheres.Sphere(
             radius=draw.uniform(0.01, 0.05),
             density=draw.uniform(500, 3000),
             young_modulus=10 ** draw.uniform(6, 9),

@@ -19,7 +19,7 @@ import random
 
 import sympy as sp
 
-from viscopade import model
+from viscopade.collision import spheres
 
 D1, D2, R = sp.symbols("D_1 D_2 R_eff", positive=True)
 A1, A2, rho = sp.symbols("A_1 A_2 rho", positive=True)
@@ -191,12 +191,12 @@ assert sp.simplify(second + D1 * D2 * (A1 - A2) ** 2 / (D1 + D2) ** 2) == 0
 # Phys. J. E) go beyond the quasi-static approximation, for different materials too; their result is not used
 # here. Whoever has an A for the pair, from theory or experiment, gives both spheres that A.
 #
-# ## The same in `viscopade.model`
+# ## The same in `viscopade.collision.spheres`
 
 # %%
 draw = random.Random(2)
 one, other = (
-    model.Sphere(
+    spheres.Sphere(
         radius=draw.uniform(0.01, 0.05),
         density=draw.uniform(500, 3000),
         young_modulus=10 ** draw.uniform(6, 9),
@@ -205,7 +205,7 @@ one, other = (
     )
     for _ in range(2)
 )
-pair = model.Pair(one, other)
+pair = spheres.Pair(one, other)
 numbers = {R: pair.R_eff, A1: one.dissipative_constant, A2: other.dissipative_constant}
 for D, sphere in ((D1, one), (D2, other)):
     numbers[D] = (1 - sphere.poisson_ratio**2) / sphere.young_modulus

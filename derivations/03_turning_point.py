@@ -10,11 +10,11 @@
 import sympy as sp
 from mpmath import findroot, mp, odefun
 
-from viscopade import model, perturbation
+from viscopade.theory import equation, symbolic
 
-scaled = model.scaled_equation()
+scaled = equation.scaled_equation()
 x, tau, kappa = scaled.x, scaled.tau, scaled.kappa
-g, r, K = perturbation.g, perturbation.r, perturbation.K  # only these symbols are used until the end
+g, r, K = symbolic.g, symbolic.r, symbolic.K  # only these symbols are used until the end
 x_max, S = sp.symbols("x_max S", positive=True)
 
 # %% [markdown]
@@ -80,14 +80,14 @@ assert eps0 == U / V
 assert sp.simplify(kappa_of_V / (sp.Rational(5, 4) ** sp.Rational(2, 5) * K * V ** sp.Rational(1, 5))) == 1
 
 # %% [markdown]
-# ## The same in `viscopade.perturbation`, and a check in numbers
+# ## The same in `viscopade.theory.symbolic`, and a check in numbers
 #
 # Choose K = 1/2, integrate both halves from the turning point, and compare the resulting eps0 with a direct
 # integration in time at the resulting kappa. Both systems are made polynomial by a suitable time: in the
 # first dr = -g ds, and in the second x = q^2, dtau = 2 q ds.
 
 # %%
-equation = perturbation.turning_point_equation()
+equation = symbolic.turning_point_equation()
 assert equation.lhs == sp.Derivative(g**2, r)
 assert sp.expand(equation.rhs - loading) == 0
 

@@ -9,12 +9,12 @@
 import sympy as sp
 from mpmath import mp, quad
 
-from viscopade import perturbation
-from viscopade.series import g_coefficients
+from viscopade.theory import symbolic
+from viscopade.theory.series import g_coefficients
 
-K, r = perturbation.K, perturbation.r
-g = perturbation.g_function
-equation = perturbation.turning_point_equation()
+K, r = symbolic.K, symbolic.r
+g = symbolic.g_function
+equation = symbolic.turning_point_equation()
 
 # %% [markdown]
 # ## Order by order
@@ -25,14 +25,14 @@ equation = perturbation.turning_point_equation()
 # %%
 HIGHEST = 8
 ansatz = sum(K**n * g(n) for n in range(HIGHEST + 1))
-left, right = (sp.expand(side.subs(perturbation.g, ansatz).doit()) for side in equation.args)
+left, right = (sp.expand(side.subs(symbolic.g, ansatz).doit()) for side in equation.args)
 for n in range(HIGHEST + 1):
     order_n = sp.Eq(left.coeff(K, n), right.coeff(K, n))
     square_n = sum(g(i) * g(n - i) for i in range(n + 1))
     source = -5 * r**2 * g(n - 1) if n else -5 * r**4
     assert sp.expand(order_n.lhs - square_n.diff(r)) == 0
     assert order_n.rhs == source
-    assert order_n == perturbation.hierarchy(n)
+    assert order_n == symbolic.hierarchy(n)
     if n < 3:
         print(f"K^{n}:", order_n)
 
@@ -46,7 +46,7 @@ for n in range(HIGHEST + 1):
 # %%
 g_0 = sp.sqrt(sp.integrate(5 * r**4, (r, r, 1)))
 assert sp.expand(g_0**2 - (1 - r**5)) == 0
-assert sp.simplify(perturbation.hierarchy(0).subs(g(0), g_0).doit()) == sp.true
+assert sp.simplify(symbolic.hierarchy(0).subs(g(0), g_0).doit()) == sp.true
 
 # %% [markdown]
 # ## Why it is regular: the turning point
@@ -147,7 +147,7 @@ with mp.workdps(DIGITS + 15):
     plain = values_at_zero(ORDERS, 130)
 
 # %% [markdown]
-# ## Second way: the proven enclosures of `viscopade.series`
+# ## Second way: the proven enclosures of `viscopade.theory.series`
 
 # %%
 proven = g_coefficients(ORDERS, DIGITS)
@@ -171,7 +171,7 @@ integrand = sp.powsimp(5 * g_0.subs(r, u ** sp.Rational(1, 5)) * u ** sp.Rationa
 assert sp.simplify(integrand - u ** sp.Rational(-2, 5) * sp.sqrt(1 - u)) == 0  # of B(3/5, 3/2)
 G_1 = sp.gamma(sp.Rational(3, 5)) * sp.gamma(sp.Rational(3, 2)) / sp.gamma(sp.Rational(21, 10)) / 2
 print("G_1 = B(3/5, 3/2)/2 =", G_1)
-assert sp.simplify(G_1 / perturbation.g_1_at_0()) == 1
+assert sp.simplify(G_1 / symbolic.g_1_at_0()) == 1
 
 with mp.workdps(DIGITS + 5):
     joint = (mp.mpf(1) / 2) ** (mp.mpf(1) / 5)

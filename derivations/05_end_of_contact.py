@@ -12,10 +12,10 @@ import sympy as sp
 from mpmath import findroot, mp, odefun
 from sympy.polys.ring_series import rs_pow, rs_trunc
 
-from viscopade import model, perturbation
-from viscopade.series import end_series
+from viscopade.theory import equation, symbolic
+from viscopade.theory.series import end_series
 
-g, r, K = perturbation.g, perturbation.r, perturbation.K
+g, r, K = symbolic.g, symbolic.r, symbolic.K
 U, V = sp.symbols("U V", positive=True)  # V(-K) and V(K)
 delta, mu, s, p, q = sp.symbols("delta mu s p q", positive=True)
 h = sp.Function("h")
@@ -29,7 +29,7 @@ k = sp.Function("k")
 
 # %%
 Kp = sp.Symbol("K", positive=True)
-unloading = perturbation.turning_point_equation().rhs.subs(K, -Kp)
+unloading = symbolic.turning_point_equation().rhs.subs(K, -Kp)
 scale_r = sp.sqrt(Kp * U)
 slope = unloading.subs(g, U * h(s)).subs(r, scale_r * s) * scale_r / U**2  # d(h^2)/ds
 delta_of_K = Kp ** sp.Rational(5, 2) * sp.sqrt(U)
@@ -43,7 +43,7 @@ print("d(h^2)/ds = 5 delta (h s^2 - s^4), delta =", delta_of_K)
 # The force vanishes where x^(3/2) = -kappa x' sqrt(x), that is x = kappa |x'|. In the present units:
 
 # %%
-scaled = model.scaled_equation()
+scaled = equation.scaled_equation()
 x_max, kappa = sp.symbols("x_max kappa", positive=True)
 S = sp.sqrt(sp.Rational(4, 5)) * x_max ** sp.Rational(5, 4)
 X, speed = sp.symbols("X w", positive=True)
@@ -87,7 +87,7 @@ for n in range(1, ORDER + 1):
     H = 1 + rs_trunc(sum(c * d**j * rs_pow(H, sp.Rational(m, 2), d, n) for j, m, c in terms), d, n + 1)
 first = [H.coeff(d**n) for n in range(ORDER + 1)]
 print("H =", H)
-assert [Fraction(int(c.numerator), int(c.denominator)) for c in first] == list(perturbation.end_series(ORDER))
+assert [Fraction(int(c.numerator), int(c.denominator)) for c in first] == list(symbolic.end_series(ORDER))
 
 # %% [markdown]
 # ## Second way: in units of the end itself
@@ -139,13 +139,13 @@ assert sp.simplify(delta_of_kappa.subs(U, V * eps0) * sp.sqrt(Hs) - mu_of_eps) =
 # %% [markdown]
 # ## Both ways in src, to higher order, and a check in numbers
 #
-# `viscopade.perturbation.end_series` takes the first way, `viscopade.series.end_series` the second. Then one
+# `viscopade.theory.symbolic.end_series` takes the first way, `viscopade.theory.series.end_series` the second. Then one
 # point of H by direct integration: in a time t with ds/dt = h the equation is the smooth system s' = h, h' =
 # (5/2) delta (h s^2 - s^4), from s = 0, h = 1 to s^2 = h.
 
 # %%
 HIGH = 32
-coefficients = perturbation.end_series(HIGH)
+coefficients = symbolic.end_series(HIGH)
 assert coefficients == end_series(HIGH)
 assert coefficients[:4] == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
 

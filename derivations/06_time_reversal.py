@@ -14,10 +14,10 @@ import sympy as sp
 from mpmath import findroot, mp, odefun
 from sympy.polys.ring_series import rs_exp, rs_log, rs_trunc
 
-from viscopade import model, perturbation
-from viscopade.series import g_coefficients, lambda_coefficients
+from viscopade.theory import equation, symbolic
+from viscopade.theory.series import g_coefficients, lambda_coefficients
 
-scaled = model.scaled_equation()
+scaled = equation.scaled_equation()
 x, tau, kappa = scaled.x, scaled.tau, scaled.kappa
 eps0, a, b, z_value, z_rate = sp.symbols("epsilon_0 a b z z_rate", positive=True)
 
@@ -93,12 +93,12 @@ assert sp.simplify(nu_of_V.subs(parts) / (c * K * sp.exp(E / 5))) == 1
 # ## lambda_k in terms of the G_n
 #
 # Straightforwardly: expand ln V = ln(1 + G_1 K + G_2 K^2 + …), split it, and determine lambda_1, lambda_3, …
-# one after the other so that Lambda(nu(K)) = 2 O(K). `perturbation.lambda_from_G` takes a shorter way, by
+# one after the other so that Lambda(nu(K)) = 2 O(K). `symbolic.lambda_from_G` takes a shorter way, by
 # Lagrange's inversion.
 
 # %%
 HIGHEST = 7
-ring, t, *G = sp.ring([K, *(perturbation.G_symbol(n) for n in range(1, HIGHEST + 1))], sp.QQ)
+ring, t, *G = sp.ring([K, *(symbolic.G_symbol(n) for n in range(1, HIGHEST + 1))], sp.QQ)
 
 
 def truncated(polynomial):
@@ -115,7 +115,7 @@ for k in range(1, HIGHEST + 1, 2):
     found[k] = sp.expand(leading.as_expr()) / c**k
     remaining = truncated(remaining - leading * nu_of_K**k)
     print(f"lambda_{k} =", found[k])
-    assert sp.expand(found[k] - perturbation.lambda_from_G(k)) == 0
+    assert sp.expand(found[k] - symbolic.lambda_from_G(k)) == 0
 assert remaining == 0  # no even power is left over
 
 # %% [markdown]
@@ -125,9 +125,9 @@ assert remaining == 0  # no even power is left over
 # quotes are compared digit by digit.
 
 # %%
-lambda_1 = found[1].subs(perturbation.G_symbol(1), perturbation.g_1_at_0())
-print("lambda_1 =", perturbation.lambda_1())
-assert sp.simplify(lambda_1 / perturbation.lambda_1()) == 1
+lambda_1 = found[1].subs(symbolic.G_symbol(1), symbolic.g_1_at_0())
+print("lambda_1 =", symbolic.lambda_1())
+assert sp.simplify(lambda_1 / symbolic.lambda_1()) == 1
 
 DIGITS = 25
 
@@ -137,7 +137,7 @@ def number_in(ball):
 
 
 balls = g_coefficients(HIGHEST, DIGITS)
-values = {perturbation.G_symbol(n): number_in(balls[n]) for n in range(1, HIGHEST + 1)}
+values = {symbolic.G_symbol(n): number_in(balls[n]) for n in range(1, HIGHEST + 1)}
 quoted = {1: "1.15344885809529", 3: "0.0906370642356782", 5: "0.0113029473180618"}
 for k, ball in zip(found, lambda_coefficients(len(found), DIGITS), strict=True):
     number = found[k].subs(values)

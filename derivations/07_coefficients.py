@@ -10,8 +10,8 @@
 import sympy as sp
 from sympy.polys.ring_series import rs_exp, rs_trunc
 
-from viscopade import perturbation
-from viscopade.series import end_series, lambda_coefficients, series
+from viscopade.theory import symbolic
+from viscopade.theory.series import end_series, lambda_coefficients, series
 
 HIGHEST = 20
 
@@ -45,7 +45,7 @@ assert sp.simplify(F_slope - p / (p + n) * sp.exp(-(p + n) * Lambda / 10).diff(n
 
 # %%
 odd = range(1, HIGHEST // 2 + 1, 2)
-ring, t, *lambdas = sp.ring([sp.Symbol("t"), *(perturbation.lambda_symbol(k) for k in odd)], sp.QQ)
+ring, t, *lambdas = sp.ring([sp.Symbol("t"), *(symbolic.lambda_symbol(k) for k in odd)], sp.QQ)
 Lambda_t = sum(symbol * t**k for k, symbol in zip(odd, lambdas, strict=True))
 H = [sp.QQ(c.numerator, c.denominator) for c in end_series(HIGHEST // 5)]
 
@@ -67,8 +67,8 @@ def h_by_formula(k):
 h = [h_by_formula(k) for k in range(HIGHEST + 1)]
 for k, h_k in enumerate(h):
     print(f"h_{k} =", h_k)
-    assert h_k == perturbation.h_polynomial(k)
-assert h[:4] == [1, 0, -perturbation.lambda_symbol(1), 0]
+    assert h_k == symbolic.h_polynomial(k)
+assert h[:4] == [1, 0, -symbolic.lambda_symbol(1), 0]
 
 # %% [markdown]
 # ## Brute force
@@ -107,14 +107,14 @@ print(f"brute force agrees to k = {ORDER}")
 # %% [markdown]
 # ## Numbers
 #
-# The polynomials at the proven lambda_k, against the proven h_k, which `viscopade.series` computes without
+# The polynomials at the proven lambda_k, against the proven h_k, which `viscopade.theory.series` computes without
 # the lambdas.
 
 # %%
 DIGITS = 30
 balls = lambda_coefficients(len(odd), DIGITS + 10)
 values = {
-    perturbation.lambda_symbol(k): sp.Float(ball.str(DIGITS + 10, radius=False), DIGITS + 10)
+    symbolic.lambda_symbol(k): sp.Float(ball.str(DIGITS + 10, radius=False), DIGITS + 10)
     for k, ball in zip(odd, balls, strict=True)
 }
 for k, ball in enumerate(series(HIGHEST, DIGITS + 5).h):

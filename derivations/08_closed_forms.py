@@ -17,8 +17,8 @@ import sympy as sp
 from flint import fmpz_mat
 from mpmath import mp, pslq, quad
 
-from viscopade import perturbation
-from viscopade.series import g_coefficients, lambda_coefficients
+from viscopade.theory import symbolic
+from viscopade.theory.series import g_coefficients, lambda_coefficients
 
 # %% [markdown]
 # ## The functions that can occur
@@ -95,12 +95,12 @@ def solve_hierarchy(orders, weights, constant):
 
 
 def assert_solved(orders, n):
-    """The equation of order n, as `viscopade.perturbation` writes it, holds identically."""
-    r = perturbation.r
-    equation = perturbation.hierarchy(n)
+    """The equation of order n, as `viscopade.theory.symbolic` writes it, holds identically."""
+    r = symbolic.r
+    equation = symbolic.hierarchy(n)
     residual = r * (equation.lhs - equation.rhs)
     for i in range(n + 1):
-        g_i = perturbation.g_function(i)
+        g_i = symbolic.g_function(i)
         residual = residual.subs(g_i.diff(r), theta(orders[i]) / r).subs(g_i, orders[i])
     assert sp.expand(residual.expand().subs(r, X ** sp.Rational(1, 3))) == 0
 
@@ -152,9 +152,9 @@ gamma_forms = {
     B_i: sp.gamma(q) * sp.sqrt(sp.pi) / sp.gamma(q + sp.Rational(1, 2))
     for B_i, q in ((B_1, sp.Rational(3, 5)), (B_3, sp.Rational(9, 5)))
 }
-assert sp.gammasimp(G[1].subs(gamma_forms) - perturbation.g_1_at_0()) == 0
-assert sp.gammasimp(G[2].subs(gamma_forms) - perturbation.g_2_at_0()) == 0
-assert sp.gammasimp(G[3].subs(gamma_forms) - perturbation.g_3_at_0()) == 0
+assert sp.gammasimp(G[1].subs(gamma_forms) - symbolic.g_1_at_0()) == 0
+assert sp.gammasimp(G[2].subs(gamma_forms) - symbolic.g_2_at_0()) == 0
+assert sp.gammasimp(G[3].subs(gamma_forms) - symbolic.g_3_at_0()) == 0
 
 # %% [markdown]
 # G_2 is a consequence of one integration by parts, with (y r^3)' = 11/2 y r^2 - 5/2 r^2/y. Written as a
@@ -236,21 +236,21 @@ for n in range(1, 6):
         assert sp.expand(difference) == 0
 
 scale = sp.Rational(4, 5) ** sp.Rational(2, 5)
-for n, unknown, closed in ((1, l_1, perturbation.lambda_1()), (3, l_3, perturbation.lambda_3())):
+for n, unknown, closed in ((1, l_1, symbolic.lambda_1()), (3, l_3, symbolic.lambda_3())):
     assert sp.gammasimp(sp.expand(closed / scale**n - found[unknown].subs(gamma_forms))) == 0
-    in_the_G = perturbation.lambda_from_G(n).subs({perturbation.G_symbol(i): G[i] for i in range(1, n + 1)})
+    in_the_G = symbolic.lambda_from_G(n).subs({symbolic.G_symbol(i): G[i] for i in range(1, n + 1)})
     assert sp.expand(in_the_G / scale**n - found[unknown]) == 0
 
 # %% [markdown]
 # So lambda_5 is the first to contain more than Gamma functions, and with it h_10. In h_6 the cubes combine.
 
 # %%
-lambda_1, lambda_3 = perturbation.lambda_symbol(1), perturbation.lambda_symbol(3)
-closed_h = [k for k in range(30) if perturbation.h_polynomial(k).free_symbols <= {lambda_1, lambda_3}]
+lambda_1, lambda_3 = symbolic.lambda_symbol(1), symbolic.lambda_symbol(3)
+closed_h = [k for k in range(30) if symbolic.h_polynomial(k).free_symbols <= {lambda_1, lambda_3}]
 print("in Gamma functions: h_k for k =", closed_h)
 assert closed_h == [*range(10), 11, 13]
 
-h_6 = perturbation.h_polynomial(6).subs(lambda_3, sp.Rational(125, 1452) * scale**3 * B_3 - lambda_1**3 / 600)
+h_6 = symbolic.h_polynomial(6).subs(lambda_3, sp.Rational(125, 1452) * scale**3 * B_3 - lambda_1**3 / 600)
 print("h_6 =", sp.expand(h_6))
 assert sp.expand(h_6 + sp.Rational(7, 25) * lambda_1**3 + sp.Rational(125, 1452) * scale**3 * B_3) == 0
 

@@ -17,9 +17,9 @@ import sympy as sp
 from flint import acb, arb, arb_mat, arb_series, fmpq
 from mpmath import findroot, mp
 
-from viscopade import model
-from viscopade.balls import bits_for, to_mpf, working
-from viscopade.series import end_series, series
+from viscopade.arithmetic.balls import bits_for, to_mpf, working
+from viscopade.theory import equation
+from viscopade.theory.series import end_series, series
 
 # %% [markdown]
 # ## All collisions are orbits of one flow without any parameter
@@ -33,7 +33,7 @@ from viscopade.series import end_series, series
 #     z' = g,   g' = z^2 (g - z^2).
 
 # %%
-scaled = model.scaled_equation()
+scaled = equation.scaled_equation()
 z, g, kappa, w = sp.symbols("z g kappa w", positive=True)
 length, time = kappa**-4, kappa
 X, X_rate = z**2 / 4, -g / 4

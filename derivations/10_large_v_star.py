@@ -23,8 +23,8 @@ import sympy as sp
 from flint import arb
 from mpmath import findroot, mp
 
-from viscopade import perturbation
-from viscopade.balls import bits_for, to_mpf, working
+from viscopade.arithmetic.balls import bits_for, to_mpf, working
+from viscopade.theory import symbolic
 
 s, t, r, x, phi, ell, X = sp.symbols("s t r x phi ell X")
 z, g, Z = sp.symbols("z g Z", positive=True)
@@ -35,10 +35,10 @@ slope = z**2 - z**4 / g  # dg/dz
 # k^2/2, k = sqrt(5) K. So this will be an expansion in 1/k^2, with ln k.
 
 # %%
-K, g_r = perturbation.K, perturbation.g
+K, g_r = symbolic.K, symbolic.g
 Z_of_K, unit = sp.Rational(5, 2) * K**2, -sp.Rational(25, 4) * K**5
-flow_slope = slope.subs({z: Z_of_K * perturbation.r, g: unit * g_r}, simultaneous=True) * Z_of_K / unit
-assert sp.simplify(2 * g_r * flow_slope - perturbation.turning_point_equation().rhs) == 0
+flow_slope = slope.subs({z: Z_of_K * symbolic.r, g: unit * g_r}, simultaneous=True) * Z_of_K / unit
+assert sp.simplify(2 * g_r * flow_slope - symbolic.turning_point_equation().rhs) == 0
 
 # %% [markdown]
 # ## Near the turning point, and all the way out: a first integral

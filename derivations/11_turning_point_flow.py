@@ -1,20 +1,21 @@
 # %% [markdown]
 # # 11. The collision as a polynomial flow from the turning point
 #
-# `viscopade.exact` integrates a polynomial flow without roots or singular points, and covers the difference
+# `viscopade.collision.exact` integrates a polynomial flow without roots or singular points, and covers the difference
 # between the parameter it found and the one it wanted with bounds of derivatives. The flow, the formulas for
 # kappa, eps, x_max and tau_c, the balance of energy and the equations behind those bounds are derived here from
-# the scaled equation of motion. The proofs that use them are in docs/exact-function.md, whose numbers (1) to (3)
+# the scaled equation of motion. The proofs that use them are in docs/theory/exact-function.md, whose numbers (1) to (3)
 # and steps are quoted. Contact ends where the force vanishes (eq:tEndAdvanced).
 
 # %%
 import sympy as sp
 from mpmath import findroot, mp, odefun
 
-from viscopade import exact, model
-from viscopade.balls import to_mpf
+from viscopade.arithmetic.balls import to_mpf
+from viscopade.collision import exact
+from viscopade.theory import equation
 
-scaled = model.scaled_equation()
+scaled = equation.scaled_equation()
 x, tau, kappa = scaled.x, scaled.tau, scaled.kappa
 X, x_max, k = sp.symbols("X x_max k", positive=True)
 r, u, s, F, m = sp.symbols("r u s F m", positive=True)

@@ -4,8 +4,8 @@
 # A gas of equal, smooth spheres loses energy in its collisions. If eps is a constant, its temperature follows Haff's
 # law, T = T_0 (1 + t/tau)^-2. For viscoelastic spheres slow impacts are nearly elastic, eps = 1 + h_2 v*^2 + …, and
 # the gas cools more slowly: T ~ t^(-5/3). Both are derived here, with their factors and, for the second one, with the
-# next terms, for velocities that are Maxwellian at all times. (They are nearly so; `viscopade.gas.cool`, which assumes
-# nothing of the kind, shows how nearly.)
+# next terms, for velocities that are Maxwellian at all times. (They are nearly so; `viscopade.simulators.gas.cool`,
+# which assumes nothing of the kind, shows how nearly.)
 #
 # T is the variance of one component of the velocities, the granular temperature over the mass of a particle.
 
@@ -16,8 +16,8 @@ import numpy as np
 import sympy as sp
 
 import viscopade as vp
-from viscopade import gas
-from viscopade.model import v_star
+from viscopade.collision.spheres import v_star
+from viscopade.simulators import gas
 
 T, T_0, v, u, x = sp.symbols("T T_0 v u x", positive=True)
 m, n, d, eps, t, k = sp.symbols("m n d epsilon t k", positive=True)

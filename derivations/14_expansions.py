@@ -1,8 +1,9 @@
 # %% [markdown]
 # # 14. Both ends to any order: expansions for v* -> 0 and v* -> infinity
 #
-# `viscopade.expansions` gives eps, x_max, tau_c and the inverse v*(eps) as asymptotic expansions to any order, without
-# anything of what computes the exact function, so that they can check it. Its recursions are derived here.
+# `viscopade.theory.asymptotics` gives eps, x_max, tau_c and the inverse v*(eps) as asymptotic expansions to any
+# order, without anything of what computes the exact function, so that they can check it. Its recursions are derived
+# here.
 #
 # v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. To any
 # order it becomes simpler if not the orbit is expanded but a constant of the motion and the time, as functions on
@@ -15,9 +16,10 @@ from itertools import pairwise
 import sympy as sp
 from mpmath import mp, quad
 
-from viscopade import exact, perturbation
-from viscopade.balls import to_mpf, working
-from viscopade.expansions import (
+from viscopade.arithmetic.balls import to_mpf, working
+from viscopade.collision import exact
+from viscopade.theory import symbolic
+from viscopade.theory.asymptotics import (
     elastic,
     elastic_in_closed_form,
     near_turning_point,
@@ -25,7 +27,7 @@ from viscopade.expansions import (
     viscous,
     way_in,
 )
-from viscopade.series import series
+from viscopade.theory.series import series
 
 z, g, C = sp.symbols("z g C", positive=True)
 s, ell, t, n, p = sp.symbols("sigma l t n p")
@@ -316,7 +318,7 @@ ends, times = turning_point_series(4, 30)
 with mp.workdps(30):
     closed_G = [
         1,
-        *(mp.mpf(sp.N(f(), 40)) for f in (perturbation.g_1_at_0, perturbation.g_2_at_0, perturbation.g_3_at_0)),
+        *(mp.mpf(sp.N(f(), 40)) for f in (symbolic.g_1_at_0, symbolic.g_2_at_0, symbolic.g_3_at_0)),
     ]
     assert all(abs(to_mpf(G_n) - c) < mp.mpf(10) ** -28 for G_n, c in zip(ends, closed_G, strict=False))
     assert abs(to_mpf(times[0]) - mp.beta(mp.mpf(2) / 5, mp.mpf(1) / 2) / 5) < mp.mpf(10) ** -28
@@ -372,9 +374,9 @@ inverse = (
 back = sp.expand(loss.subs(v, inverse))
 assert [sp.simplify(back.coeff(root, power)) for power in (2, 3, 4, 5)] == [1, 0, 0, 0]
 values = {
-    G_1: perturbation.g_1_at_0(),
+    G_1: symbolic.g_1_at_0(),
     D_0: sp.beta(sp.Rational(2, 5), sp.Rational(1, 2)) / 5,
-    lambda_1: perturbation.lambda_1(),
+    lambda_1: symbolic.lambda_1(),
 }
 wanted = {
     "one_minus_epsilon": [loss.coeff(v, power) for power in (2, 4, 5)],

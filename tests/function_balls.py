@@ -5,7 +5,7 @@ from fractions import Fraction
 from flint import fmpq_poly
 from hypothesis import strategies as st
 
-from viscopade.wiener import Element, Wiener
+from viscopade.arithmetic.function_balls import FunctionBall, Wiener
 
 BITS, TERMS = 40, 8
 ALGEBRA = Wiener(BITS, TERMS)
@@ -31,6 +31,6 @@ def members(draw, balls=elements):
     return element, as_polynomial(element) + error
 
 
-def assert_encloses(element: Element, function):
+def assert_encloses(element: FunctionBall, function):
     distance = exact_norm(as_polynomial(element) - function)
     assert distance * (1 << BITS) <= element.error

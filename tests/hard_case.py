@@ -2,7 +2,7 @@
 
 import json
 
-from viscopade.hardcases import Finding, from_json
+from viscopade_lab.hard_cases import Finding, from_json
 
 ROWS, CURVES = 40, 8  # that people read, in a table and in a chart of the quick run
 

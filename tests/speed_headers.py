@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 
 from tests.compiled import WARNINGS, compiler
-from viscopade import double, full
-from viscopade.kernels import speed
+from viscopade.arrays import panels
+from viscopade.kernels import prove_lacunary
+from viscopade.kernels.forms import last_place, speed_kernel
+from viscopade.kernels.targets import speed
 
 EXPORTS = Path(__file__).parents[1] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
@@ -86,10 +88,10 @@ class Header:
 @cache
 def header(tier):
     """Return a header as it lies in exports/, made anew only if it does not."""
-    path = EXPORTS / speed.file_of(tier)
+    path = EXPORTS / speed_kernel.file_of(tier)
     if path.exists():
         return Header(path.read_text(encoding="utf-8"))
-    return Header(speed.render(speed.kernel(tier), f"viscopade export c --from-speed {tier}"))
+    return Header(speed.render(prove_lacunary.speed_kernel(tier), f"viscopade export c --from-speed {tier}"))
 
 
 # --- compiled functions -----------------------------------------------------------------------------------------------
@@ -243,10 +245,10 @@ def machine_flags():
 
 
 class Truth:
-    """eps and 1 - eps in long double, from the table of `viscopade.double`, and the bounds that a header states.
+    """eps and 1 - eps in long double, from the table of `viscopade.arrays.double`, and the bounds that a header states.
 
     w = beta^5 speed is not rounded to double, and the polynomials are those of double.txt: nothing here comes from
-    `viscopade.lookup`. Relative errors are below 2^-56 (x86's long double).
+    `viscopade.kernels.forms.speed_table`. Relative errors are below 2^-56 (x86's long double).
     """
 
     def __init__(self, values, beta):
@@ -370,20 +372,20 @@ def _full_bounds(truth, function, table):
 
 @cache
 def _rows(function):
-    rows = [full.table_row(function, index) for index in range(double.PANELS)]
+    rows = [last_place.table_row(function, index) for index in range(panels.PANELS)]
     return np.array([[np.ldexp(np.longdouble(str(c)), row.exponent) for c in row.a] for row in rows])
 
 
 def _curve(function, v_star):
     """Return eps or 1 - eps of v* in long double; far out by the power law, which is exact to 2^-60."""
     exponent = np.frexp(v_star)[1] - 1
-    folds = np.where(exponent >= double.FOLD + 3, (exponent - double.FOLD) // 3, 0)
+    folds = np.where(exponent >= panels.FOLD + 3, (exponent - panels.FOLD) // 3, 0)
     folded = np.ldexp(v_star, -3 * folds)
     exponent = exponent - 3 * folds
-    octave = np.maximum(exponent - double.FIRST, 0)
-    part = np.floor(np.ldexp(folded, double.SPLIT - exponent)).astype(int) - (1 << double.SPLIT)
-    panel = np.where(exponent < double.FIRST, 0, 1 + (octave << double.SPLIT) + part)
-    centre, half = (x[panel].astype(np.longdouble) for x in (double.CENTRES, double.HALF_WIDTHS))
+    octave = np.maximum(exponent - panels.FIRST, 0)
+    part = np.floor(np.ldexp(folded, panels.SPLIT - exponent)).astype(int) - (1 << panels.SPLIT)
+    panel = np.where(exponent < panels.FIRST, 0, 1 + (octave << panels.SPLIT) + part)
+    centre, half = (x[panel].astype(np.longdouble) for x in (panels.CENTRES, panels.HALF_WIDTHS))
     z = (folded - centre) / half
     rows = _rows(function)
     total = np.zeros_like(z)

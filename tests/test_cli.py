@@ -18,9 +18,14 @@ import pytest
 
 from tests.command_line import VISCOPADE, called, started
 from tests.patience import HANGS
-from viscopade import Pair, Sphere, bench, exact, exports, figures, hardcases, pade, report, series
-from viscopade.cli import command
-from viscopade.paper import TABLE
+from viscopade import Pair, Sphere, pade, series
+from viscopade.cli.main import command
+from viscopade.collision import exact
+from viscopade.kernels import requests
+from viscopade.theory.paper import TABLE
+from viscopade_lab import bench, hard_cases
+from viscopade_lab.figures import paper
+from viscopade_lab.report import render
 
 
 def json_of(*words):
@@ -198,7 +203,7 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     words = ("export", "c", "--pade", "3/6", "--pade", "1/4")
     written = called(*words, "-o", target)
     assert (written.returncode, written.stdout, written.stderr) == (0, "", "")
-    assert target.read_text() == called(*words).stdout == exports.render("c", [(3, 6), (1, 4)])
+    assert target.read_text() == called(*words).stdout == requests.render("c", [(3, 6), (1, 4)])
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
 
 
@@ -321,7 +326,7 @@ def test_other_environments(environment):
 )
 def test_what_to_install_is_said_before_any_work(words, user, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # importing it fails, as if it were not there
-    for module, work in ((bench, "run"), (hardcases, "check"), (figures, "render"), (report, "render")):
+    for module, work in ((bench, "run"), (hard_cases, "check"), (paper, "render"), (render, "render")):
         monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
     result = called(*words, "--out", tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")

@@ -22,17 +22,19 @@ import pytest
 
 import viscopade as vp
 from tests import compiled
-from viscopade import compact, gapped, program, proofs_gapped
-from viscopade.balls import working
-from viscopade.compact import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
-from viscopade.gapped import Powers
-from viscopade.kernels import compact as exporter
-from viscopade.kernels import gapped as gapped_kernels
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.kernels.compact import TARGETS, name_of, render, shortest
+from viscopade.approximation import lacunary
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
+from viscopade.kernels.targets import root_powers as gapped_kernels
+from viscopade.kernels.targets import table_free as exporter
+from viscopade.kernels.targets.table_free import TARGETS, name_of, render, shortest
 
 COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
-BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "cuda" / "bench.cu"
+BENCHMARK = Path(__file__).parents[1] / "src" / "viscopade_lab" / "cuda" / "bench.cu"
 FORMS = {"double": DOUBLE, "float": FLOAT}
 TYPES = {"double": np.float64, "float": np.float32}
 BITS = {"double": np.uint64, "float": np.uint32}
@@ -41,7 +43,7 @@ OF_REFERENCE = 1e-13  # error of the reference, of v* as well
 
 @cache
 def kernels():
-    return tuple(proofs_gapped.half_line(accuracy) for accuracy in ("1e-3", "1e-5", "1e-7"))
+    return tuple(prove_lacunary.half_line_kernel(accuracy) for accuracy in ("1e-3", "1e-5", "1e-7"))
 
 
 @cache
@@ -67,24 +69,26 @@ def test_the_program_is_the_formula():
     y, speed = Fraction(3, 5), Fraction(7, 2)
     for kernel in kernels():
         variant = kernel.variants[0]
-        quotient = gapped.Quotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
         n, d = (sum(c * y**k for k, c in part) for part in (quotient.top, quotient.bottom))
         eps = d / (d + y**6 * n)
-        own = compact.kernel(kernel.powers)
-        given = {k: Fraction(c) for k, c in compact.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
-        values = program.run((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
-        found = {name: program.evaluate(e, values, Fraction) for name, e in own.results.items()}
+        own = table_free.kernel(kernel.powers)
+        given = {k: Fraction(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
+        values = expressions.run((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
+        found = {name: expressions.evaluate(e, values, Fraction) for name, e in own.results.items()}
         assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
 
 
 def test_w():
-    values = program.run(compact.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
+    values = expressions.run(table_free.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
     assert values["w"] == 3**5 * Fraction(5, 2)
 
 
 def test_powers_of_another_kind_are_refused():
     with pytest.raises(ValueError, match="deg N must be deg D"):
-        compact.kernel(Powers((0, 4), (0, 4)))
+        table_free.kernel(Powers((0, 4), (0, 4)))
 
 
 def emulated(kernel, machine, generator, w):
@@ -109,11 +113,11 @@ def emulated(kernel, machine, generator, w):
         ),
         "divide": lambda a, b: moved(np.divide(a, b, dtype=float), max(float(machine.quotient) - 0.5, 0)),
     }
-    own = compact.kernel(kernel.powers, compact.called)
-    given = {k: f32(c) for k, c in compact.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
+    own = table_free.kernel(kernel.powers, table_free.called)
+    given = {k: f32(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
     given |= {"w": w, "speed": np.ones(len(w), f32)}
-    values = program.run((*own.common, own.inverse), given, f32, functions)
-    return {name: program.evaluate(e, values, f32, functions) for name, e in own.results.items()}
+    values = expressions.run((*own.common, own.inverse), given, f32, functions)
+    return {name: expressions.evaluate(e, values, f32, functions) for name, e in own.results.items()}
 
 
 def formula(kernel, form, w):
@@ -138,7 +142,7 @@ def test_bounds_hold_for_machines_as_bad_as_assumed(machine, which):
     w = np.exp2(generator.uniform(-126, 120, 60_000)).astype(np.float32)
     common = (w >= 1e-30) & (w <= 1e10)
     found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
-    bounds = compact.bounds(kernel.powers, variant.a, variant.b, machine)
+    bounds = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
     for function in FUNCTIONS:
         error = np.abs(found[function] / true[function] - 1)
         for bound, part in ((bounds[function].everywhere, error), (bounds[function].common, error[common])):
@@ -153,24 +157,24 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(machine):
     w = np.linspace(1 - form.largest, LARGEST[form.name], 150)
     with working(128):
         parts = [Fraction(2.0**e) for e in (*(w / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
-        alone = [(y**3, compact._on_part(*given, y, y)) for y in parts]
-    for function, bound in compact.bounds(*given).items():
+        alone = [(y**3, table_free._on_part(*given, y, y)) for y in parts]
+    for function, bound in table_free.bounds(*given).items():
         everywhere = max(float(found[function]) for _, found in alone)
-        common = max(float(found[function]) for v, found in alone if compact.COMMON[0] <= v <= compact.COMMON[1])
+        common = max(float(found[function]) for v, found in alone if table_free.COMMON[0] <= v <= table_free.COMMON[1])
         assert 0.85 * float(bound.everywhere) < everywhere <= float(bound.everywhere)
         assert 0.85 * float(bound.common) < common <= float(bound.common)
 
 
 def test_common_speeds_are_covered():
-    low, high = compact._COMMON_Y
-    assert low**3 <= compact.COMMON[0]
-    assert compact.COMMON[1] <= high**3 < compact.COMMON[1] * Fraction(101, 100)
+    low, high = table_free._COMMON_Y
+    assert low**3 <= table_free.COMMON[0]
+    assert table_free.COMMON[1] <= high**3 < table_free.COMMON[1] * Fraction(101, 100)
     for form in FORMS.values():
-        for ends in (compact._COMMON_Y, compact._ends(form)):
-            parts = list(compact._parts(form, *ends))
+        for ends in (table_free._COMMON_Y, table_free._ends(form)):
+            parts = list(table_free._parts(form, *ends))
             assert (parts[0][0], parts[-1][1]) == ends
             assert all(left[1] == right[0] for left, right in itertools.pairwise(parts))
-        low, high = compact._ends(form)
+        low, high = table_free._ends(form)
         assert low**30 <= Fraction(2) ** (1 - form.largest)
         assert high**30 >= Fraction(2) ** LARGEST[form.name]
 
@@ -191,7 +195,7 @@ def test_every_error_of_a_machine_counts(machine):
     variant = kernel.variant(FLOAT)
     ends = (-1, 1) if machine.log2_absolute else (-126, 120)
     w = np.exp2(generator.uniform(*ends, 20_000)).astype(np.float32)
-    bound = compact.bounds(kernel.powers, variant.a, variant.b, machine)
+    bound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
     found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
     ratio = {f: np.abs(found[f] / true[f] - 1).max() / float(bound[f].everywhere) for f in FUNCTIONS}
     assert max(ratio.values()) <= 1
@@ -203,7 +207,7 @@ def test_powers_that_overflow_are_refused(monkeypatch):
     variant = kernel.variant(FLOAT)
     monkeypatch.setitem(LARGEST, "float", 150)
     with pytest.raises(ArithmeticError, match="may overflow in type float"):
-        compact.bounds.__wrapped__(kernel.powers, variant.a, variant.b, DEVICE)
+        table_free.bounds.__wrapped__(kernel.powers, variant.a, variant.b, DEVICE)
 
 
 def test_shortest_decimals():
@@ -218,11 +222,21 @@ def test_requests_that_are_refused():
     with pytest.raises(ValueError, match="target is 'cobol': accepted are cuda, glsl"):
         render("cobol", kernels(), COMMAND)
     with pytest.raises(ValueError, match="inverse"):
-        render("cuda", [proofs_gapped.inverse_kernel("1e-3")], COMMAND)
+        render("cuda", [prove_lacunary.inverse_kernel("1e-3")], COMMAND)
     with pytest.raises(ValueError, match="has type float only"):
         render("glsl", kernels()[2:], COMMAND)
     with pytest.raises(ValueError, match="twice"):
         render("rust", [kernels()[0], kernels()[0]], COMMAND)
+
+
+def test_a_module_of_another_name_in_fortran():
+    text = render("fortran", kernels(), COMMAND.replace("TARGET", "fortran"), "of_a_scene")
+    renamed = ("\nmodule viscopade\n", "\nmodule of_a_scene\n"), ("use viscopade\n", "use of_a_scene\n")
+    expected = made("fortran")
+    for old, new in renamed:
+        assert expected.count(old) == 1
+        expected = expected.replace(old, new)
+    assert text == expected
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -243,7 +257,7 @@ def test_the_file_says_what_it_is(target):
 
 
 def test_relative_kernels_claim_nothing_of_the_loss():
-    text = render("javascript", [proofs_gapped.half_line("1e-3", "relative")], COMMAND)
+    text = render("javascript", [prove_lacunary.half_line_kernel("1e-3", "relative")], COMMAND)
     assert "(1 - eps^2) <=" not in text
     assert "relative to of the formula's" not in text
     assert "relative to the formula's 1 - eps^2" in text.replace("\n//         ", " ")
@@ -616,7 +630,7 @@ def test_results_are_within_the_bounds(runner, name, form):
     for kernel in having(form):
         variant = kernel.variant(kind)
         bound = float(Fraction(variant.certificate.bound))
-        rounding = compact.bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
+        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
         for function in FUNCTIONS:
             result = np.float64(found[name_of(kernel), function])
             of_formula = bound * (1 + bound / 2) if function == "dissipation" else bound * np.minimum(1, 1 / eps - 1)
@@ -724,7 +738,7 @@ def test_results_do_not_depend_on_contraction(tmp_path, runner):
     _, true = exact("float", speed, beta)
     for kernel in having("float"):
         variant = kernel.variant(FLOAT)
-        rounding = compact.bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])["restitution"].everywhere
+        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])["restitution"].everywhere
         error = np.abs(found[name_of(kernel), "restitution"] / true["restitution"] - 1)
         assert error.max() <= float(variant.certificate.bound) + float(rounding) * 1.001
 

@@ -9,9 +9,9 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from viscopade import compensated
-from viscopade.balls import ball_of, exact_middle, working
-from viscopade.pade import horner
+from viscopade.arithmetic import compensated
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.theory.pade import horner
 
 near = partial(pytest.approx, abs=0)  # else all numbers below 1e-12 are equal
 
@@ -66,7 +66,7 @@ def measured(c, x, low=None):
             bound = compensated.bound(n, ball_of(truth), total, two_doubles=low is not None)
             used.append((
                 part_of_bound(horner(c, x)[i], exactly(c.tolist(), v), plain),
-                part_of_bound(compensated.horner(c, x, low)[i], truth, bound),
+                part_of_bound(compensated.compensated_horner(c, x, low)[i], truth, bound),
                 part_of_bound(horner(c, x)[i], truth, bound),
             ))  # fmt: skip
     return [max(column) for column in zip(*used, strict=True)]
@@ -94,7 +94,7 @@ def test_accurate_where_nothing_is_left_of_horner():
     c, x = expanded(7), np.array([1.0079])
     truth = float((Fraction(1.0079) - 1) ** 7)
     assert abs(horner(c, x) / truth - 1) > 0.01
-    assert abs(compensated.horner(c, x) / truth - 1) < 1e-15
+    assert abs(compensated.compensated_horner(c, x) / truth - 1) < 1e-15
 
 
 def test_coefficients_in_two_doubles():
@@ -109,9 +109,9 @@ def test_coefficients_in_two_doubles():
         for i, v in enumerate(x.tolist()):
             truth, total = exactly(exact, v), ball_of(size(exact, v))
             bound = compensated.bound(24, ball_of(truth), total, two_doubles=True)
-            assert part_of_bound(compensated.horner(c, x, low)[i], truth, bound) <= 1
+            assert part_of_bound(compensated.compensated_horner(c, x, low)[i], truth, bound) <= 1
             if i == 0:  # rounding the coefficients alone spoils every digit
-                assert part_of_bound(compensated.horner(c, x)[i], truth, bound) > 1e10
+                assert part_of_bound(compensated.compensated_horner(c, x)[i], truth, bound) > 1e10
     assert measured(c, x, low)[1] <= 1
 
 
@@ -124,9 +124,9 @@ def test_bounds_hold_for_any_polynomial(c, place):
 
 
 def test_a_constant():
-    assert compensated.horner(np.array([0.1]), np.array([3.0, 4.0])).tolist() == [0.1, 0.1]
+    assert compensated.compensated_horner(np.array([0.1]), np.array([3.0, 4.0])).tolist() == [0.1, 0.1]
     low = np.array([1e-18])
-    assert compensated.horner(np.array([0.1]), np.array([3.0]), low).tolist() == [0.1]
+    assert compensated.compensated_horner(np.array([0.1]), np.array([3.0]), low).tolist() == [0.1]
 
 
 def test_bounds_are_those_of_the_docstring():

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from tests.terminal import WIDTHS, assert_nothing_is_cut, on_terminal, run
-from viscopade import checks, console
+from viscopade import arguments
+from viscopade.cli import console
 
 ROOT = Path(__file__).parents[1]
 SCENE = ("scene", ROOT / "examples" / "ice_rings.toml", "--no-check")
@@ -96,7 +97,7 @@ def test_a_table_without_rows(monkeypatch, capsys):
 
 
 def test_two_columns_of_all_digits_stay_together_in_a_pipe(monkeypatch, capsys):
-    number = "-0." + "7" * checks.MAX_DIGITS
+    number = "-0." + "7" * arguments.MAX_DIGITS
     lines = table(monkeypatch, capsys, None, ("what", "real", "imaginary"), [("pole", number, number)])
     assert lines[-3].split() == ["pole", number, number]
 

@@ -12,9 +12,22 @@ import pytest
 from flint import acb, acb_poly, arb
 from mpmath import mp
 
-from viscopade import convergence, exact, pade, series, singularity
-from viscopade.balls import working
-from viscopade.convergence import ORDER, TERMS, Element, Square, agree, panels, prove, starts_elastically, theorem
+from viscopade.arithmetic.balls import working
+from viscopade.collision import exact
+from viscopade.theory import convergence, singularity
+from viscopade.theory.convergence import (
+    ORDER,
+    TERMS,
+    BivariateBall,
+    Square,
+    agree,
+    panels,
+    prove,
+    starts_elastically,
+    theorem,
+)
+from viscopade.theory.pade import pade
+from viscopade.theory.series import series
 
 ROOT = Path(__file__).parents[1]
 
@@ -196,7 +209,7 @@ def test_wrong_drafts_are_refused_or_enclose(drafted, size, leg, name):
     pieces = list(draft.legs[leg].pieces)
     change = np.zeros((3, 2), complex)
     change[2, 1] = size
-    pieces[1] = pieces[1]._replace(**{name: getattr(pieces[1], name) + Element.rounded(change)})
+    pieces[1] = pieces[1]._replace(**{name: getattr(pieces[1], name) + BivariateBall.rounded(change)})
     legs = list(draft.legs)
     legs[leg] = replace(draft.legs[leg], pieces=pieces)
     with working(80):
@@ -215,9 +228,9 @@ def test_a_draft_of_something_else_is_refused(drafted, change):
     """The other root of eps; a leg of another length."""
     square, draft, _ = drafted
     if "root" in change:
-        wrong = draft._replace(root=draft.root * Element.rounded(np.array([[change["root"]]])))
+        wrong = draft._replace(root=draft.root * BivariateBall.rounded(np.array([[change["root"]]])))
     else:
-        last = replace(draft.legs[1], h=draft.legs[1].h * Element.rounded(np.array([[change["h"]]])))
+        last = replace(draft.legs[1], h=draft.legs[1].h * BivariateBall.rounded(np.array([[change["h"]]])))
         wrong = draft._replace(legs=[draft.legs[0], last])
     with working(80), pytest.raises(ArithmeticError):
         convergence._proven(square, wrong)
@@ -230,7 +243,7 @@ def value_at(rows: np.ndarray, y: complex, z: complex) -> complex:
     return complex(np.polynomial.polynomial.polyval2d(y, z, rows))
 
 
-def coefficients(element: Element) -> np.ndarray:
+def coefficients(element: BivariateBall) -> np.ndarray:
     """The polynomial's, as floats."""
     re, im = (
         np.array([[float(c) for c in row] for row in convergence._rows(part)]) for part in (element.re, element.im)
@@ -242,8 +255,8 @@ def coefficients(element: Element) -> np.ndarray:
 def test_products_enclose():
     rng = np.random.default_rng(1)
     tables = [(rng.normal(size=(2, ORDER + 1, TERMS)) * [[[1]], [[1j]]]).sum(0) for _ in range(2)]
-    f, g = map(Element.rounded, tables)
-    product = f * (g + Element(f.re * 0, f.im * 0, 1 << 50))
+    f, g = map(BivariateBall.rounded, tables)
+    product = f * (g + BivariateBall(f.re * 0, f.im * 0, 1 << 50))
     for y, z in np.exp(2j * np.pi * rng.uniform(size=(20, 2))):
         true = value_at(tables[0], y, z) * (value_at(tables[1], y, z) + 2.0**-10)
         assert abs(true - value_at(coefficients(product), y, z)) < product.error / 2.0**60
@@ -282,9 +295,12 @@ def test_numbers_that_are_not_exact_are_refused():
 
 
 @pytest.mark.slow
-def test_the_series_converges_for_the_radius_that_the_readme_states():
+def test_the_series_converges_for_the_radius_that_the_page_states():
     radius, bound, found = theorem()
-    stated = re.search(r"proven for \|v\*\| <= ([0-9.]+), where \|eps\| <= ([0-9.]+)", (ROOT / "README.md").read_text())
+    page = (ROOT / "docs" / "results" / "paper.md").read_text()
+    stated = re.search(
+        r"v_\\ast \\rvert \\le ([0-9.]+)\$\. There \$\\lvert \\varepsilon \\rvert \\le ([0-9.]+)\$", page
+    )
     assert stated
     assert Fraction(stated[1]) == radius < abs(singular())
     assert bound < arb(stated[2])

@@ -9,11 +9,14 @@ from flint import arb, arb_series
 from mpmath import mp, mpf
 
 from tests import compiled
-from viscopade import certificate, double, exact, exports, minimax, proofs, reference
-from viscopade.balls import working
-from viscopade.certificate import Rational, RationalDerivative
-from viscopade.double import CENTRES, HALF_WIDTHS
-from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.approximation import machine_coefficients, minimax
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
+from viscopade.collision import exact, panel_proof
+from viscopade.kernels import certificate, prove_rational, requests
+from viscopade.kernels.certificate import Rational, RationalDerivative
 
 DEGREES = [(1, 4, "5"), (3, 7, "5"), (2, 5, "1.3")]
 GROWING = [(3, 2, "0.5"), (4, 2, "0.5"), (4, 1, "0.5")]
@@ -31,7 +34,7 @@ def test_second_derivatives_are_within_the_bound(v_star):
         step = mpf("1e-8")
         low, middle, high = (logarithms(mpf(v_star) * mp.exp(i * step)) for i in (-1, 0, 1))
         seconds = [abs(a - 2 * b + c) / step**2 for a, b, c in zip(low, middle, high, strict=True)]
-    assert all(second < reference.CURVATURE for second in seconds)
+    assert all(second < panel_proof.CURVATURE for second in seconds)
     assert max(seconds) > 1e-12
 
 
@@ -52,7 +55,7 @@ def true_derivative(v_star: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize(("m", "n", "end"), DEGREES)
 def test_the_derivative_of_a_quotient(m, n, end):
-    kernel = minimax.machine(minimax.fit(m, n, end))
+    kernel = machine_coefficients.machine(minimax.fit(m, n, end))
     formula = RationalDerivative.of(Rational(*kernel.exact))
     with working(128, 8):
         for v_star in (0.01, 0.6, float(end)):
@@ -68,7 +71,7 @@ def test_a_quotient_with_a_slope_at_0_is_refused():
 
 @pytest.fixture(scope="module")
 def headers():
-    requests = [exports.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES + GROWING]
+    requests = [requests.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES + GROWING]
     return [request.render("c") for request in requests]
 
 
@@ -80,7 +83,7 @@ def library(headers, tmp_path_factory):
 @pytest.mark.parametrize(("m", "n", "end"), DEGREES)
 @pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
 def test_exported_functions_keep_to_the_bound(m, n, end, form, library):
-    kernel = proofs.of_minimax(m, n, end)
+    kernel = prove_rational.of_minimax(m, n, end)
     proof = kernel.variant(form).derivative
     function = library[f"epsilon_derivative_{kernel.name}{form.suffix}"]
     v_star = np.unique(np.concatenate([np.geomspace(1e-9, float(end), 3000), np.linspace(1e-3, float(end), 3000)]))
@@ -94,7 +97,7 @@ def test_exported_functions_keep_to_the_bound(m, n, end, form, library):
 
 @pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
 def test_special_values(form, library):
-    name = f"epsilon_derivative_{proofs.of_minimax(1, 4, '5').name}{form.suffix}"
+    name = f"epsilon_derivative_{prove_rational.of_minimax(1, 4, '5').name}{form.suffix}"
     assert library[name](0.0) == 0.0
     assert library[name](math.inf) == 0.0
     assert math.isnan(library[name](-1.0))
@@ -106,7 +109,7 @@ def test_special_values(form, library):
 @pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=["double", "float"])
 def test_the_far_branch_is_the_same_quotient(m, n, end, form, headers, library):
     """Beyond 2^t code goes over to powers of 1/v*: against v* T/D^2 in exact numbers, as long as that is normal."""
-    kernel = proofs.of_minimax(m, n, end)
+    kernel = prove_rational.of_minimax(m, n, end)
     (t, b), exponent = kernel.derivative(form)
     name = f"epsilon_derivative_{kernel.name}{form.suffix}"
     start, compared = Fraction(2) ** exponent, 0

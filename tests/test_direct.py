@@ -7,10 +7,9 @@ from itertools import starmap
 import pytest
 from mpmath import mp, mpf
 
-from benchmarks.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon, scipy_epsilon
-from viscopade import series
-from viscopade.balls import to_mpf
-from viscopade.series import lambda_coefficients
+from viscopade.arithmetic.balls import to_mpf
+from viscopade.theory.series import lambda_coefficients, series
+from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon, scipy_epsilon
 
 QUANTITIES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c", "x_c")
 V_STARS = ("1e-6", "1e-3", "0.3", "1", "3", "30", "1e4")

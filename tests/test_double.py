@@ -1,6 +1,7 @@
 """Double precision against the proven values, in units in the last place; and the manners of the functions."""
 
 import math
+import pkgutil
 import random
 from decimal import Decimal
 from fractions import Fraction
@@ -11,9 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from viscopade import double, double_table, exact
-from viscopade.balls import to_mpf
-from viscopade.double import CENTRES, FIRST, FOLD, HALF_WIDTHS, NAMES, PANELS, ULP
+from tools import double_table
+from viscopade.arithmetic.balls import to_mpf
+from viscopade.arrays import double, panels
+from viscopade.arrays.double import ULP
+from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, NAMES, PANELS
+from viscopade.collision import exact
 
 FORWARD = {name: getattr(double, name) for name in NAMES}
 OF_V_STAR = [*FORWARD.values(), double.slope]
@@ -209,7 +213,7 @@ def test_the_inverse_knows_both_portions(epsilon):
 
 @given(speeds)
 def test_place(v_star):
-    place = double.place_of(np.array([v_star]))
+    place = panels.place_of(np.array([v_star]))
     s, panel, folds = place.s[0], place.panel[0], int(place.folds[0])
     assert 0 <= panel < PANELS
     assert (0 if panel == 0 else -1) <= place.z[0] <= 1
@@ -285,7 +289,7 @@ def test_the_inverse_takes_exactly_one_argument(portions):
 
 
 def committed() -> str:
-    return double.pkgutil.get_data("viscopade", double.DATA).decode()
+    return pkgutil.get_data("viscopade", panels.DATA).decode()
 
 
 @pytest.mark.parametrize("index", [0, *random.Random(1).sample(range(1, PANELS), 2)])
@@ -302,7 +306,7 @@ def test_table_is_made_again():
 
 def test_table_says_where_it_comes_from():
     head = [line for line in committed().splitlines() if line.startswith("#")]
-    assert "viscopade.double_table" in head[0]
+    assert "tools.double_table" in head[0]
     assert any("sampled" in line for line in head)
     assert f"[0, 2^{FIRST})" in head[1]
     assert len(committed().splitlines()) == len(head) + len(NAMES) * PANELS

@@ -13,10 +13,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from viscopade import enclosure, flow
-from viscopade.balls import fixed_point, to_mpf, working
-from viscopade.enclosure import GUARD_BITS, Ends, ends
-from viscopade.flow import Branch, Dyadic, Piece, integrate
+from viscopade.arithmetic.balls import fixed_point, to_mpf, working
+from viscopade.collision import flow, validation
+from viscopade.collision.flow import Branch, Dyadic, Piece, integrate
+from viscopade.collision.validation import GUARD_BITS, Ends, ends
 
 FINE = 200
 DAMPINGS = [Dyadic(0, 0), Dyadic(5, -60), Dyadic(5, -4), Dyadic(1, 0), Dyadic(11, 0), Dyadic(1001, 3)]
@@ -196,9 +196,9 @@ def errors_at_ends(branch: Branch, pieces: tuple[Piece, ...]) -> list[tuple[mpf,
 
 
 def parts(branch: Branch):
-    functions = [enclosure._Functions.of(branch, piece) for piece in branch.pieces]
-    residuals = [enclosure._residual(branch.k, f) for f in functions]
-    return functions, residuals, enclosure._shares(branch, functions, residuals)
+    functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
+    residuals = [validation._residual(branch.k, f) for f in functions]
+    return functions, residuals, validation._shares(branch, functions, residuals)
 
 
 @cache
@@ -244,7 +244,7 @@ def test_the_share_of_a_long_first_piece_in_loading():
         f = parts(branch)[0][0]
         r = f.r(arb(1))
         truth = 5 * (1 - r) / (1 - r**5)
-        assert 1.2 * truth < enclosure._first_piece(branch, f) * 2 * f.h**2 * 5 / 4 < 5 * truth
+        assert 1.2 * truth < validation._first_piece(branch, f) * 2 * f.h**2 * 5 / 4 < 5 * truth
 
 
 @pytest.mark.parametrize("k", [k for k in SIGNED if k.mantissa < 0 and k.size > -10])
@@ -271,7 +271,7 @@ def test_what_lies_behind_the_end_is_never_before_it(k):
         def is_before(u: mpf) -> bool:
             z = mp.findroot(lambda z: mp.polyval(u_of_z, z) - u, (mpf(0.4), mpf(0.6)))
             exact_z = fixed_point(int(z * 2**150), 0, 150)
-            return enclosure._is_before(functions[-1], exact_z, k.ball(), eta, residuals[-1])
+            return validation._is_before(functions[-1], exact_z, k.ball(), eta, residuals[-1])
 
         assert not is_before(u_end + mpf(10) ** -30)
         assert is_before(u_end - 2 * to_mpf(eta.mid()))
@@ -313,23 +313,23 @@ NOT_BEFORE = [
 def test_what_may_lie_behind_the_end_is_not_taken_to_be_before_it(r, p, h, k, disturbance):
     with working(100):
         r_poly = arb_poly([r, -2 * h * p])
-        f = enclosure._Functions(r_poly, -r_poly.derivative(), r_poly * r_poly, arb(h))
-        assert not enclosure._is_before(f, arb(0), arb(k), arb(0), arb(2 * h * disturbance))
+        f = validation._Functions(r_poly, -r_poly.derivative(), r_poly * r_poly, arb(h))
+        assert not validation._is_before(f, arb(0), arb(k), arb(0), arb(2 * h * disturbance))
         if r > 0 and p > 0:
-            assert enclosure._is_before(f, arb(0), arb(k), arb(0), arb(0))
+            assert validation._is_before(f, arb(0), arb(k), arb(0), arb(0))
 
 
 def test_a_first_piece_beyond_r_0_is_too_long():
     branch = Branch(Dyadic(0, 0), 30, (Piece([0, 0, 3 << 29], Dyadic(1, 0)),), 0)
     with working(100), pytest.raises(ArithmeticError, match="too long"):
-        enclosure._shares(branch, [enclosure._Functions.of(branch, branch.pieces[0])], [arb(0)])
+        validation._shares(branch, [validation._Functions.of(branch, branch.pieces[0])], [arb(0)])
 
 
 def test_too_few_bits_for_the_speed():
     h = Dyadic(1, 0)
     branch = Branch(Dyadic(0, 0), 30, (Piece([0, 0, 25], h), Piece([25, 50, 0], h)), 0)
     with working(100), pytest.raises(ArithmeticError, match="too few bits"):
-        enclosure._shares(branch, [enclosure._Functions.of(branch, p) for p in branch.pieces], [arb(0), arb(0)])
+        validation._shares(branch, [validation._Functions.of(branch, p) for p in branch.pieces], [arb(0), arb(0)])
 
 
 @pytest.mark.parametrize("k", SIGNED)
@@ -379,8 +379,8 @@ def test_jumps_of_p_that_pass_as_rounding_are_counted(k):
     """Each may change p^2 by six units/u', relatively, on top of whatever the residuals do: here nothing."""
     branch = coarse(k, 20)
     with working(100):
-        functions = [enclosure._Functions.of(branch, piece) for piece in branch.pieces]
-        shares = enclosure._shares(branch, functions, [arb(0)] * len(functions))
+        functions = [validation._Functions.of(branch, piece) for piece in branch.pieces]
+        shares = validation._shares(branch, functions, [arb(0)] * len(functions))
         for share, piece in zip(shares[1:], branch.pieces[1:], strict=True):
             assert share * piece.u[1] >= 6
 

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import viscopade as vp
-from benchmarks import direct
-from viscopade import exact, progress
-from viscopade.series import series
+from viscopade import progress
+from viscopade.collision import exact
+from viscopade.theory.series import series
+from viscopade_lab.studies import direct
 
 NUMBERS = ("epsilon", "one_minus_epsilon", "x_max", "tau_c")
 

@@ -6,10 +6,10 @@ import mpmath
 import pytest
 from flint import arb
 
-from benchmarks import direct
-from viscopade import expansions
-from viscopade.balls import to_mpf, working
-from viscopade.series import g_coefficients, series
+from viscopade.arithmetic.balls import to_mpf, working
+from viscopade.theory import asymptotics
+from viscopade.theory.series import g_coefficients, series
+from viscopade_lab.studies import direct
 
 
 def total(expansion, at):
@@ -18,7 +18,7 @@ def total(expansion, at):
 
 def test_g_n_are_those_of_the_two_sided_series():
     """One Taylor series from the turning point to r = 0 here, two that meet at r = 15/32 there."""
-    ends, _ = expansions.turning_point_series(8, 30)
+    ends, _ = asymptotics.turning_point_series(8, 30)
     with working(200):
         for ours, theirs in zip(ends, g_coefficients(8, 30), strict=True):
             assert ours.overlaps(theirs)
@@ -26,7 +26,7 @@ def test_g_n_are_those_of_the_two_sided_series():
 
 
 def test_one_minus_epsilon_has_the_coefficients_of_the_series():
-    coefficients = dict(expansions.elastic(8, 30)["one_minus_epsilon"].coefficients)
+    coefficients = dict(asymptotics.elastic(8, 30)["one_minus_epsilon"].coefficients)
     with working(200):
         for k, h_k in enumerate(series(16, 30).h[1:], 1):
             difference = h_k + coefficients.pop(k, arb(0))
@@ -36,7 +36,7 @@ def test_one_minus_epsilon_has_the_coefficients_of_the_series():
 
 
 def test_first_terms_in_closed_form():
-    closed, summed = expansions.elastic_in_closed_form(40), expansions.elastic(4, 40)
+    closed, summed = asymptotics.elastic_in_closed_form(40), asymptotics.elastic(4, 40)
     with working(200):
         for name, expansion in closed.items():
             for (n, ours), (m, theirs) in zip(expansion.coefficients, summed[name].coefficients, strict=False):
@@ -47,8 +47,8 @@ def test_first_terms_in_closed_form():
 
 @pytest.mark.parametrize(("v_star", "end"), [("0.001", "slow"), ("1000", "fast")])
 def test_the_difference_from_an_integration_in_time_is_the_first_omitted_term(v_star, end):
-    """`benchmarks.direct` integrates the scaled equation itself: all three results, term by term."""
-    found = expansions.elastic(5, 40) if end == "slow" else expansions.viscous(3, 40)
+    """`viscopade_lab.studies.direct` integrates the scaled equation itself: all three results, term by term."""
+    found = asymptotics.elastic(5, 40) if end == "slow" else asymptotics.viscous(3, 40)
     collision = direct.collide(v_star, 34)
     with mpmath.workdps(40), working(140):
         for name in found:
@@ -67,7 +67,7 @@ def test_large_v_star_has_the_first_terms_of_derivation_10():
     """S, U, A, B in doubles; the logarithm's powers are those expected."""
     a = math.log(3) / 2 - math.pi / math.sqrt(12) - 1.5
     b = 3.5 * (math.log(3) + math.pi / math.sqrt(3)) - 93 / 4
-    found = expansions.viscous(3, 20)
+    found = asymptotics.viscous(3, 20)
     s, u = a - 1 - math.log(2), 2 * a - b + 5 * math.log(2) + 5  # at lambda = 0
     constants = {
         "epsilon": [1, -2 * s, s * s + 2 * u],
@@ -84,7 +84,7 @@ def test_large_v_star_has_the_first_terms_of_derivation_10():
 
 def test_more_digits_lie_within_fewer():
     """For v* -> infinity the remainders are estimated only: the estimates hold."""
-    few, many = expansions.viscous(5, 20), expansions.viscous(5, 60)
+    few, many = asymptotics.viscous(5, 20), asymptotics.viscous(5, 60)
     with working(300):
         for name, expansion in few.items():
             for ours, theirs in zip(expansion.polynomials, many[name].polynomials, strict=True):
@@ -94,20 +94,20 @@ def test_more_digits_lie_within_fewer():
 
 
 def test_the_inverses_invert():
-    elastic, viscous = expansions.elastic(6, 60), expansions.viscous(5, 60)
+    elastic, viscous = asymptotics.elastic(6, 60), asymptotics.viscous(5, 60)
     with working(400):
         slow, fast = arb("1e-4"), arb("1e4")
         back = total(elastic["v_star"], total(elastic["one_minus_epsilon"], slow))
         assert abs(back / slow - 1) < 100 * slow**11
         back = total(viscous["v_star"], total(viscous["epsilon"], fast))
-        left_out = [expansions.viscous(6, 60)[name].terms(at)[-1] for name, at in
+        left_out = [asymptotics.viscous(6, 60)[name].terms(at)[-1] for name, at in
                     (("v_star", total(viscous["epsilon"], fast)), ("epsilon", fast))]  # fmt: skip
         assert abs(back / fast - 1) < 2 * (abs(left_out[0]) / fast + abs(left_out[1]) / total(viscous["epsilon"], fast))
 
 
 def test_what_is_known_near_the_turning_point_is_rational():
     """The first coefficients by hand: Q_1 = s^3 - 2 s - 2 and Q_2 of derivation 10 at s = -1 and s = 0."""
-    near = expansions.near_turning_point(3)
+    near = asymptotics.near_turning_point(3)
     assert {i: str(c) for i, c in near.q[1].items() if c} == {-1: "2", 0: "-2", 2: "1"}
     assert [str(c) for c in near.turning[1:3]] == ["1", "17/6"]  # ln(1 + t + 10/3 t^2)
     assert [str(c) for c in near.end[1:3]] == ["1", "3/2"]  # ln(1 + t + 2 t^2)
@@ -115,4 +115,4 @@ def test_what_is_known_near_the_turning_point_is_rational():
 
 def test_too_few_digits_are_noticed():
     with pytest.raises(ArithmeticError, match="too few digits"):
-        expansions._expansion(expansions.arb_series([arb(1), arb(0, 1)], 2), (1, 1), 1)
+        asymptotics._expansion(asymptotics.arb_series([arb(1), arb(0, 1)], 2), (1, 1), 1)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests import certificate_checker, interval_checker
-from tests.certificate_checker import Wrong
+import certificate_checker
+import interval_checker
+from certificate_checker import Wrong
 
 EXPORTS = Path(__file__).parents[1] / "exports"
 QUOTIENTS = ("minimax_certificates.json", "pade_certificates.json")

@@ -1,6 +1,6 @@
 """Families of collisions: what is proven for all z holds at every z tried, for polynomials wrong on purpose as well.
 
-The truth at single z comes from `enclosure`, with many more bits.
+The truth at single z comes from `validation`, with many more bits.
 """
 
 from contextlib import suppress
@@ -12,11 +12,11 @@ from flint import arb, arb_series, fmpq, fmpz_poly
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from viscopade import enclosure, family
-from viscopade.balls import working
-from viscopade.family import Ends, Family, Scaled, ends, integrated
-from viscopade.flow import Dyadic, integrate
-from viscopade.wiener import norm
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.function_balls import norm
+from viscopade.collision import parametric_flow, validation
+from viscopade.collision.flow import Dyadic, integrate
+from viscopade.collision.parametric_flow import Ends, Family, Scaled, ends, integrated
 
 ACCURACY, DEGREE = 50, 12
 FINE = 110
@@ -45,7 +45,7 @@ def truth(name, unloading, z):
     """Return the true p at the end, in a narrow enclosure."""
     with working(200):
         k = Dyadic.nearest(DAMPINGS[name].poly()(arb(z)), 190)
-    return enclosure.ends(integrate(Dyadic(-k.mantissa, k.exponent) if unloading else k, FINE)).p
+    return validation.ends(integrate(Dyadic(-k.mantissa, k.exponent) if unloading else k, FINE)).p
 
 
 def deviations(name, unloading, found: Ends):
@@ -80,7 +80,7 @@ def with_change(given: Family, index, j, polynomial):
 def continued(given: Family, pieces):
     """Integrate on with the same steps, so that the joints stay right."""
     signed = Scaled(-given.k.polynomial, given.k.exponent) if given.unloading else given.k
-    grow = family._Growth(signed, given.scale, given.bits, given.degree, len(given.pieces[0].u))
+    grow = parametric_flow._Growth(signed, given.scale, given.bits, given.degree, len(given.pieces[0].u))
     for old in given.pieces[len(pieces) :]:
         if max(norm(sum(c, fmpz_poly()).coeffs()) for c in (pieces[-1].u, pieces[-1].y)) > 1 << given.bits + 4:
             raise Astray
@@ -161,7 +161,7 @@ def test_a_speed_that_jumps_at_a_joint_is_refused_or_covered(case, index, size, 
     index = min(index, len(right.pieces) - 1)
     after = right.pieces[index]
     signed = Scaled(-right.k.polynomial, right.k.exponent) if right.unloading else right.k
-    grow = family._Growth(signed, right.scale, right.bits, right.degree, len(after.u))
+    grow = parametric_flow._Growth(signed, right.scale, right.bits, right.degree, len(after.u))
     jump = sign * (right.pieces[index].u[1] * (1 << 20)).coeffs()[0] >> (20 + size)
     pieces = [*right.pieces[:index]]
     pieces.append(after._replace(u=grow._coefficients(after.u[0], after.u[1] + jump, after.step)))
@@ -173,7 +173,7 @@ def test_a_jump_of_the_speed_is_in_the_bound():
     right = made("one", False)
     after = right.pieces[1]
     signed = right.k
-    grow = family._Growth(signed, right.scale, right.bits, right.degree, len(after.u))
+    grow = parametric_flow._Growth(signed, right.scale, right.bits, right.degree, len(after.u))
     change = -(int(after.u[1][0]) >> 12)  # slower: the end is not passed
     pieces = [right.pieces[0], after._replace(u=grow._coefficients(after.u[0], after.u[1] + change, after.step))]
     wrong = continued(right, pieces)
@@ -327,11 +327,11 @@ def test_least_and_most_are_attained():
 
 def test_on_the_panel_at_0_lower_bounds_are_those_of_positive_z():
     with working(64):
-        proof = family._Proof(made("origin", False), True)
-        both = family._Proof(made("one", False), False)
+        proof = parametric_flow._Proof(made("origin", False), True)
+        both = parametric_flow._Proof(made("one", False), False)
         for coefficients, least in (([10, 4], 10), ([10, -4], 6), ([10, 4, -1, 2], 10), ([10, 1, -3], 8)):
-            assert proof._least_poly(family.arb_poly(coefficients)) == least
-            assert both._least_poly(family.arb_poly(coefficients)) == 10 - sum(map(abs, coefficients[1:]))
+            assert proof._least_poly(parametric_flow.arb_poly(coefficients)) == least
+            assert both._least_poly(parametric_flow.arb_poly(coefficients)) == 10 - sum(map(abs, coefficients[1:]))
 
 
 @pytest.mark.parametrize(("name", "unloading"), FEW)
@@ -342,7 +342,7 @@ def test_the_residual_is_bounded_for_all_y_and_z(name, unloading):
         u = [c + fmpz_poly([0, (-1) ** j << right.bits - 9]) for j, c in enumerate(piece.u)]
         wrong = piece._replace(u=u)
         with working(300):
-            bound = family._residual(right, wrong)
+            bound = parametric_flow._residual(right, wrong)
             largest = max(residual(right, wrong, fmpq(y, 4), z) for y in range(5) for z in POINTS)
             assert largest <= bound
             assert largest > bound / 100
@@ -351,7 +351,7 @@ def test_the_residual_is_bounded_for_all_y_and_z(name, unloading):
 def residual(given: Family, piece, y, z):
     """Return the residual's absolute value at a point, from power series in y."""
     y, z, unit = arb(y), arb(z), arb(2) ** -given.bits
-    coefficients = [family.arb_poly(c)(z) * unit for c in piece.u]
+    coefficients = [parametric_flow.arb_poly(c)(z) * unit for c in piece.u]
     series = sum((arb_series([y, 1], 3) ** j * c for j, c in enumerate(coefficients)), arb_series([0], 3))
     u, slope, second = (series[i] for i in range(3))
     h = piece.step.ball() * given.scale.poly()(z)

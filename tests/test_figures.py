@@ -16,11 +16,16 @@ import pytest
 from matplotlib.text import Annotation, Text
 from mpmath import mp, mpf
 
-from viscopade import double, exact, figures, minimax, pade, series
-from viscopade.figures import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
-from viscopade.figures_gas import FIGURES
-from viscopade.kernels import MARKER, marker_line
-from viscopade.paper import BETA_ICE_CGS
+from viscopade.approximation import minimax
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.generated import MARKER, marker_line
+from viscopade.theory.pade import pade
+from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade.theory.series import series
+from viscopade_lab.figures import paper
+from viscopade_lab.figures.cooling import FIGURES
+from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
 
 DIGITS = 25
 NAMES = list(FIGURES)
@@ -243,16 +248,16 @@ def test_the_fit_is_a_curve_over_the_range_of_its_speeds_and_labelled_so(sheets,
 def test_poles_and_zeros(sheets):
     """Each point annihilates its polynomial, and with the mirror images they are all there."""
     sheet = sheets["polesAndZeros"]
-    approximants = [pade(m, m + 3, figures.DIGITS) for m in range(MAX_M + 1)]
+    approximants = [pade(m, m + 3, paper.DIGITS) for m in range(MAX_M + 1)]
     for gid, roots in (("zeros", lambda p: p.zeros), ("poles", lambda p: p.poles)):
         z = [complex(*point) for point in artist(sheet, gid).get_offsets()]
-        expected = [complex(*map(float, r.decimals(figures.DIGITS))) for p in approximants for r in roots(p)]
+        expected = [complex(*map(float, r.decimals(paper.DIGITS))) for p in approximants for r in roots(p)]
         everything = [*z, *(x.conjugate() for x in z if x.imag)]
         np.testing.assert_allclose(*(np.sort_complex(np.round(x, 10)) for x in (everything, expected)))
     marked = set()
     for gid in ("poles-positive", "zeros-positive"):
         for x, m in zip(*artist(sheet, gid).get_data(), strict=True):
-            a, b = pade(int(m), int(m) + 3, figures.DIGITS).decimals()
+            a, b = pade(int(m), int(m) + 3, paper.DIGITS).decimals()
             coefficients = [mpf(c) for c in (a if gid == "zeros-positive" else b)[::-1]]
             value, slope = mp.polyval(coefficients, mpf(x), derivative=1)
             assert abs(value / slope) < 1e-12 * x
@@ -276,7 +281,7 @@ def test_the_singularity_limits_the_convergence(sheets):
     radius = abs(complex(x, y))
     assert np.hypot(*artist(sheet, "circle").get_data()) == pytest.approx(radius)
     assert artist(sheets["seriesErrors"], "radius").get_xdata()[0] == pytest.approx(radius)
-    h = np.arange(81) * np.abs(series(80, figures.DIGITS).floats())
+    h = np.arange(81) * np.abs(series(80, paper.DIGITS).floats())
     assert (np.max(h[40:60]) / np.max(h[60:80])) ** (1 / 20) == pytest.approx(radius, rel=0.01)
     assert min(abs(complex(*p) - complex(x, y)) for p in artist(sheet, "poles").get_offsets()) < 0.01
 
@@ -453,7 +458,7 @@ def test_svg_has_every_curve_once_and_the_labels_of_the_axes(files, sheets, name
 
 CODE = f"""
 import hashlib, sys
-from viscopade.figures import FORMATS, render
+from viscopade_lab.figures.paper import FORMATS, render
 assert "matplotlib" not in sys.modules
 files = render(["{NAME}"], FORMATS)
 assert "matplotlib.pyplot" not in sys.modules

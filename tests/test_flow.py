@@ -1,4 +1,4 @@
-"""The pieces of a branch: Taylor coefficients, steps and the end. Nothing here is proven; `enclosure` does that."""
+"""The pieces of a branch: Taylor coefficients, steps and the end. Nothing here is proven; `validation` does that."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from viscopade import flow
-from viscopade.balls import exact_middle, working
-from viscopade.flow import Dyadic, integrate
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.collision import flow
+from viscopade.collision.flow import Dyadic, integrate
 
 BITS = 400
 ONE = 1 << BITS

@@ -15,16 +15,19 @@ import numpy as np
 import pytest
 from flint import fmpz
 
-from benchmarks import exhaustive, exhaustive_float, ulp_double
 from tests.compiled import WARNINGS, compiler
-from viscopade import double, full, series
-from viscopade.balls import working
-from viscopade.kernels import END_CONDITION
-from viscopade.kernels import full as header
+from viscopade.arithmetic.balls import working
+from viscopade.arrays import panels
+from viscopade.generated import END_CONDITION
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.targets import last_place as header
+from viscopade.theory.series import series
+from viscopade_lab import exhaustive
+from viscopade_lab.exhaustive import doubles, floats
 
 COMMAND = "viscopade export c --full"
 TYPES = {"double": (np.float64, 53, -1022), "float": (np.float32, 24, -126)}
-CASES = [(form, function) for form in full.FORMATS for function in full.FUNCTIONS]
+CASES = [(form, function) for form in last_place.FORMATS for function in last_place.FUNCTIONS]
 BUILDS = {
     "O0": ("-O0",),
     "plain": ("-O3", "-ffp-contract=off"),
@@ -102,7 +105,7 @@ def truth(function, v_star):
 def power_law(v_star):
     """Return (3/2)^(2/3) v*^(-10/3) to more than 100 bits."""
     cube = Fraction(9, 4) / Fraction(v_star) ** 10
-    shift = 128 - full.exponent(cube) // 3
+    shift = 128 - last_place.exponent(cube) // 3
     return Fraction(int(fmpz(int(cube * Fraction(8) ** shift)).root(3))) / Fraction(2) ** shift
 
 
@@ -112,7 +115,7 @@ def ulps(form, result, true):
 
 
 def nearest(form, true):
-    return exhaustive_float.rounded(true) if form == "float" else float(true)
+    return floats.rounded(true) if form == "float" else float(true)
 
 
 def bound(form, function, v_star, true):
@@ -128,7 +131,7 @@ def bound(form, function, v_star, true):
 
 @cache
 def certificate(form, function):
-    return full.certificate(form, function)
+    return last_place.certificate(form, function)
 
 
 def at_exponents(form, generator):
@@ -155,7 +158,7 @@ def points(form):
 # --- compiled code against the truth --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("function", full.FUNCTIONS)
+@pytest.mark.parametrize("function", last_place.FUNCTIONS)
 @pytest.mark.parametrize("build", EXACT_BUILDS)
 def test_double_is_within_the_proven_bounds(library, build, function):
     values = points("double")
@@ -164,7 +167,7 @@ def test_double_is_within_the_proven_bounds(library, build, function):
         assert ulps("double", result, true) <= bound("double", function, v_star, true), v_star.hex()
 
 
-@pytest.mark.parametrize("function", full.FUNCTIONS)
+@pytest.mark.parametrize("function", last_place.FUNCTIONS)
 @pytest.mark.parametrize("build", EXACT_BUILDS)
 def test_float_is_rounded_correctly(library, build, function):
     values = points("float")
@@ -207,13 +210,13 @@ def test_c_does_the_operations_that_the_certificate_is_about(library, form, func
     generator = random.Random(2)
     kind = TYPES[form][0]
     values = [float(kind(2.0 ** generator.uniform(-6, 24))) for _ in range(3000)]
-    values += [*points(form), 0.0, math.inf, 2.0**-400, 2.0**-401, *map(float, double.CENTRES)]
+    values += [*points(form), 0.0, math.inf, 2.0**-400, 2.0**-401, *map(float, panels.CENTRES)]
     found = library("plain", form, function, values)
-    expected = [full.evaluate(form, function, float(kind(v_star))) for v_star in values]
+    expected = [last_place.evaluate(form, function, float(kind(v_star))) for v_star in values]
     assert found.astype(float).tolist() == expected
 
 
-@pytest.mark.parametrize("function", full.FUNCTIONS)
+@pytest.mark.parametrize("function", last_place.FUNCTIONS)
 @pytest.mark.parametrize("build", [*EXACT_BUILDS, "clang"])
 def test_floats_that_are_hardest_to_round(library, build, function):
     """Those nearer to a boundary than the proven error before the last rounding: the others are proven to be right."""
@@ -228,10 +231,10 @@ def test_floats_that_are_hardest_to_round(library, build, function):
 
 @pytest.mark.parametrize("step", [9973, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("mode", exhaustive.MODES)
-@pytest.mark.parametrize("function", full.FUNCTIONS)
+@pytest.mark.parametrize("function", last_place.FUNCTIONS)
 def test_all_floats(text, function, mode, step):
     compiler("c11")  # or skip
-    result = exhaustive_float.check(function, mode, step, text=text)
+    result = floats.check(function, mode, step, text=text)
     assert result["inputs"] == -(-(2**31) // step)
     assert result["not_correctly_rounded"] == 0, result
     assert 0.49 < result["largest_error_ulp"] <= certificate("float", function)["maximum"]
@@ -239,13 +242,13 @@ def test_all_floats(text, function, mode, step):
 
 def test_the_check_of_floats_finds_a_wrong_coefficient(text):
     compiler("c11")
-    right = full.DOUBLE.hexadecimal(full.float_rows()[100][1])
+    right = last_place.DOUBLE.hexadecimal(last_place.float_rows()[100][1])
     value = float.fromhex(right)
     assert text.count(right) == 1
-    wrong = text.replace(right, full.DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
-    result = exhaustive_float.check("epsilon", "plain", 997, text=wrong)
+    wrong = text.replace(right, last_place.DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
+    result = floats.check("epsilon", "plain", 997, text=wrong)
     assert 0 < result["not_correctly_rounded"] < 1000
-    panel = full.panels()[100]
+    panel = last_place.panels()[100]
     low, high = float(panel.centre - panel.half), float(panel.centre + panel.half)
     assert all(low <= float.fromhex(at) < high for at in result["wrong_at"])
 
@@ -257,7 +260,7 @@ def test_the_check_of_floats_finds_a_wrong_coefficient(text):
 def test_certificate_covers_the_half_line(form, function):
     proven = certificate(form, function)
     panels = proven["panels"]
-    assert (panels[0]["low"], panels[-1]["high"]) == (0, 2.0 ** (full.FOLD + full.PERIOD))
+    assert (panels[0]["low"], panels[-1]["high"]) == (0, 2.0 ** (last_place.FOLD + last_place.PERIOD))
     assert all(one["high"] == other["low"] for one, other in pairwise(panels))
     assert proven["maximum"] == max(panel["ulp"] for panel in panels)
     assert 0.5 < proven["maximum"] < (0.5 + 2**-20 if form == "float" else 0.6)
@@ -265,10 +268,10 @@ def test_certificate_covers_the_half_line(form, function):
 
 
 def table_value(function, v_star):
-    """Return the value of the polynomials of `viscopade.double`, exactly."""
-    index = int(np.searchsorted(double.CENTRES + double.HALF_WIDTHS, v_star, side="right"))
-    z = (Fraction(v_star) - Fraction(double.CENTRES[index])) / Fraction(double.HALF_WIDTHS[index])
-    return full.table_row(function, index)(z)
+    """Return the value of the polynomials of `viscopade.arrays.double`, exactly."""
+    index = int(np.searchsorted(panels.CENTRES + panels.HALF_WIDTHS, v_star, side="right"))
+    z = (Fraction(v_star) - Fraction(panels.CENTRES[index])) / Fraction(panels.HALF_WIDTHS[index])
+    return last_place.table_row(function, index)(z)
 
 
 @pytest.mark.parametrize(("form", "function"), CASES)
@@ -288,40 +291,40 @@ def test_errors_are_below_the_bounds_and_not_far_below(library, form, function):
 
 @pytest.mark.parametrize("place", ["a0_high", "a0_low", "a1_low"])
 def test_certificate_sees_a_wrong_coefficient(monkeypatch, place):
-    rows = list(full.double_rows())
+    rows = list(last_place.double_rows())
     row = rows[200]
     size = Fraction(math.ulp(row.a0_high)) * 4
-    change = size / full.panels()[199].half if place == "a1_low" else size
+    change = size / last_place.panels()[199].half if place == "a1_low" else size
     rows[200] = row._replace(**{place: getattr(row, place) + float(change)})
-    monkeypatch.setattr(full, "double_rows", lambda: tuple(rows))
+    monkeypatch.setattr(last_place, "double_rows", lambda: tuple(rows))
     with working(128):
-        assert full._double_bound(199, loss=False) > 2
+        assert last_place._double_bound(199, loss=False) > 2
 
 
 def test_certificate_refuses_a_leading_part_that_is_not_exact(monkeypatch):
-    rows = list(full.double_rows())
+    rows = list(last_place.double_rows())
     rows[200] = rows[200]._replace(a1_high=rows[200].a1_high * (1 + 2.0**-40))
-    monkeypatch.setattr(full, "double_rows", lambda: tuple(rows))
+    monkeypatch.setattr(last_place, "double_rows", lambda: tuple(rows))
     with working(128), pytest.raises(ArithmeticError, match="not exact"):
-        full._double_bound(199, loss=False)
+        last_place._double_bound(199, loss=False)
 
 
 def test_certificate_sees_a_wrong_coefficient_of_type_float(monkeypatch):
-    rows = list(full.float_rows())
+    rows = list(last_place.float_rows())
     rows[199] = (rows[199][0] * (1 + 2.0**-30), *rows[199][1:])
-    monkeypatch.setattr(full, "float_rows", lambda: tuple(rows))
+    monkeypatch.setattr(last_place, "float_rows", lambda: tuple(rows))
     with working(128):
-        assert full._float_bound(199, loss=False) > Fraction(1, 2) + Fraction(1, 2**8)
+        assert last_place._float_bound(199, loss=False) > Fraction(1, 2) + Fraction(1, 2**8)
 
 
-@pytest.mark.parametrize("form", full.FORMATS)
+@pytest.mark.parametrize("form", last_place.FORMATS)
 def test_certificate_sees_a_wrong_coefficient_near_0(monkeypatch, form):
-    proven = full.near(form)
+    proven = last_place.near(form)
     wrong = proven._replace(a=(proven.a[0] * (1 + 2.0**-20), *proven.a[1:]))
-    monkeypatch.setattr(full, "near", lambda _: wrong)
+    monkeypatch.setattr(last_place, "near", lambda _: wrong)
     least = 1 if form == "double" else Fraction(1, 2) + Fraction(1, 2**10)
     with working(128):
-        assert full._near_bound(form, loss=True) > least
+        assert last_place._near_bound(form, loss=True) > least
 
 
 def test_bounds_of_rounding_errors_hold():
@@ -334,9 +337,13 @@ def test_bounds_of_rounding_errors_hold():
         low, high = sorted((Fraction(t), Fraction(t) * Fraction(9, 8)))
         exactly = sum(Fraction(c) * Fraction(t) ** n for n, c in enumerate(a))
         with working(128):
-            rounded = full._pairs(a, x := full.Rounded.between(low, high), x * x) if len(a) > 1 else full.Rounded(a[0])
-            error = Fraction(full.exact_middle(full._above(rounded.error)))
-        found = abs(Fraction(full._pairs(a, t, t * t)) - exactly)
+            rounded = (
+                last_place._pairs(a, x := last_place.RoundedDouble.between(low, high), x * x)
+                if len(a) > 1
+                else last_place.RoundedDouble(a[0])
+            )
+            error = Fraction(last_place.exact_middle(last_place._above(rounded.error)))
+        found = abs(Fraction(last_place._pairs(a, t, t * t)) - exactly)
         assert found <= error
         largest = max(largest, float(found / error) if error else 0.0)
     assert largest > 0.1
@@ -344,10 +351,10 @@ def test_bounds_of_rounding_errors_hold():
 
 def test_bad_forms_and_functions_are_refused():
     with pytest.raises(ValueError, match="form is 'half': accepted are double, float"):
-        full.certificate("half", "epsilon")
+        last_place.certificate("half", "epsilon")
     with pytest.raises(ValueError, match="function is 'x_max': accepted are epsilon, one_minus_epsilon"):
-        full.evaluate("double", "x_max", 1.0)
-    assert math.isnan(full.evaluate("double", "epsilon", -1.0))
+        last_place.evaluate("double", "x_max", 1.0)
+    assert math.isnan(last_place.evaluate("double", "epsilon", -1.0))
 
 
 # --- the header -----------------------------------------------------------------------------------------------------
@@ -451,9 +458,9 @@ def test_reference_of_the_checks_is_right(text):
     compiler("c11")
     values = [v for v in points("double") if 1e-3 < v < 1e6] + [1e-170, 3e-5, 1e60, 1e94]
     with exhaustive.compiled("check_double", "plain", text) as program:
-        for function in full.FUNCTIONS:
-            bits = np.array([ulp_double.bits_of(v) for v in values], dtype=np.uint64)
-            found, results = ulp_double.errors(program, function, bits)
+        for function in last_place.FUNCTIONS:
+            bits = np.array([doubles.bits_of(v) for v in values], dtype=np.uint64)
+            found, results = doubles.errors(program, function, bits)
             for v_star, error, result in zip(values, found, results, strict=True):
                 exactly = ulps("double", float.fromhex(result), truth(function, v_star))
                 assert abs(float(exactly) - error) < 0.01, v_star
@@ -466,8 +473,8 @@ def test_rounding_of_fractions_to_float():
         number = (
             number if generator.random() < 0.5 else Fraction(float(np.float32(float(number)))) + Fraction(1, 2**170)
         )
-        packed = struct.unpack("<f", struct.pack("<f", exhaustive_float.rounded(number)))[0]
-        assert packed == exhaustive_float.rounded(number)
+        packed = struct.unpack("<f", struct.pack("<f", floats.rounded(number)))[0]
+        assert packed == floats.rounded(number)
         other = np.float32(packed)
         for neighbour in (np.nextafter(other, np.float32(0)), np.nextafter(other, np.float32(2))):
             assert abs(Fraction(packed) - number) <= abs(Fraction(float(neighbour)) - number)

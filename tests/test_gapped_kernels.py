@@ -18,13 +18,30 @@ import pytest
 from flint import arb
 
 from tests import compiled, daily
-from viscopade import double, evaluation, exact, gapped, halfline, inverse, program, proofs_gapped
-from viscopade.balls import ball_of, working
-from viscopade.gapped import Powers
-from viscopade.hardcases import exported
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.kernels.gapped import HalfLineKernel, InverseKernel, interval_start, render_c, render_python
-from viscopade.program import PYTHON, Literal, Name, Rounded, c_language, chain, horner, powers, run, smallest, text
+from viscopade.approximation import half_line, inverse, lacunary
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels.expressions import (
+    PYTHON,
+    Literal,
+    Name,
+    Rounded,
+    c_language,
+    chain,
+    horner_expression,
+    powers,
+    run,
+    smallest,
+    text,
+)
+from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, interval_start
+from viscopade.kernels.targets.root_powers import render_c, render_python
+from viscopade_lab.hard_cases import exported
 
 COMMAND = "viscopade export c --half-line 1e-3"
 FORMS = {"double": DOUBLE, "float": FLOAT}
@@ -41,10 +58,10 @@ NOT_IN_FLOAT = Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22))
 def kernels():
     """Return one kernel of each kind; that of half-line "both" has sums of mixed signs."""
     return (
-        proofs_gapped.of_half_line(MIXED_SIGNS, "both"),
-        proofs_gapped.of_half_line(SMALL, "relative"),
-        proofs_gapped.of_inverse(WHOLE),
-        proofs_gapped.of_inverse_on(2, 2, EPSILON_MIN),
+        prove_lacunary.of_half_line(MIXED_SIGNS, "both"),
+        prove_lacunary.of_half_line(SMALL, "relative"),
+        prove_lacunary.of_inverse(WHOLE),
+        prove_lacunary.of_inverse_on(2, 2, EPSILON_MIN),
     )
 
 
@@ -124,14 +141,14 @@ def test_text_keeps_the_order_of_evaluation():
 
     for _ in range(300):
         made = expression(4)
-        value = program.evaluate(made, names, float)
+        value = expressions.evaluate(made, names, float)
         assert eval(text(made, PYTHON), dict(names)) == value
         assert eval(text(made, c_language(DOUBLE)), dict(names)) == value
 
 
 def test_horner_with_gaps():
-    assert text(horner((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
-    assert text(horner((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
+    assert text(horner_expression((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
+    assert text(horner_expression((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
     values = run(powers("y", {3, 5}), {"y": Fraction(2)}, Fraction)
     assert (values["y3"], values["y5"]) == (8, 32)
 
@@ -141,13 +158,15 @@ def test_programs_are_the_formulas():
     y = Fraction(3, 5)
     for kernel in kernels():
         variant = kernel.variants[0]
-        numbers = {k: Fraction(c) for k, c in evaluation.constants(kernel.powers, variant.a, variant.b).items()}
-        quotient = gapped.Quotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+        numbers = {k: Fraction(c) for k, c in lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items()}
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
         for branch in kernel.branches:
             at = y if branch.variable == "y" else 1 / y
             given = {**numbers, branch.variable: y, "v_star": at**3}
             values = run(branch.program, given, Fraction)
-            found = {k: program.evaluate(e, values, Fraction) for k, e in branch.results.items()}
+            found = {k: expressions.evaluate(e, values, Fraction) for k, e in branch.results.items()}
             n, d = (sum(c * at**k for k, c in part) for part in (quotient.top, quotient.bottom))
             if isinstance(kernel, HalfLineKernel):
                 assert found == {"epsilon": d / (d + at**6 * n), "one_minus_epsilon": at**6 * n / (d + at**6 * n)}
@@ -165,7 +184,7 @@ def random_float(generator, low, high):
 def test_bounds_of_rounding_errors_hold():
     """Random programs of type float: no error beyond the bound, and some not far below."""
     generator, closest = random.Random(3), 0.0
-    program_ = (*powers("y", {2, 5}), program.Statement("sum", horner((0, 2, 7), ("a", "b", "c"), "y")))
+    program_ = (*powers("y", {2, 5}), expressions.Statement("sum", horner_expression((0, 2, 7), ("a", "b", "c"), "y")))
     result = Name("sum") / (Name("a") + Name("y5") * Name("y2"))
     for _ in range(400):
         low = generator.uniform(0, 1)
@@ -176,14 +195,14 @@ def test_bounds_of_rounding_errors_hold():
             y = arb(part[0]).union(arb(part[1]))
             values = run(program_, given | {"y": Rounded(y, FLOAT, slope=1)}, lambda t: Rounded(arb(t), FLOAT))
             try:
-                bound = program.evaluate(result, values, None).with_error_of_y(arb(0))
+                bound = expressions.evaluate(result, values, None).with_error_of_y(arb(0))
             except ArithmeticError:  # the sum vanishes
                 continue
         for _ in range(20):
             x = random_float(generator, *part)
             inputs = {"a": a, "b": b, "c": c, "y": x}
             found, true = (
-                program.evaluate(result, run(program_, {k: kind(v) for k, v in inputs.items()}, kind), kind)
+                expressions.evaluate(result, run(program_, {k: kind(v) for k, v in inputs.items()}, kind), kind)
                 for kind in (np.float32, Fraction)
             )
             error = abs(Fraction(float(found)) - true)
@@ -257,21 +276,21 @@ def test_the_part_with_the_largest_bound_is_halved():
         return ball_of(nearest * (1 - nearest) + part[1] - part[0])
 
     with working(64):
-        found = evaluation.largest(on, [(Fraction(0), Fraction(1))], bound)
+        found = lacunary_rounding.largest(on, [(Fraction(0), Fraction(1))], bound)
         assert 0.25 <= found <= 0.25 * (1 + 1 / 16)
 
 
 def test_what_has_no_bound_is_refused(monkeypatch):
-    monkeypatch.setattr(evaluation, "MOST_PARTS", 30)
+    monkeypatch.setattr(lacunary, "MOST_PARTS", 30)
     whole = [(Fraction(0), Fraction(1))]
 
     def never(part):
         raise ArithmeticError("never")
 
     with pytest.raises(ArithmeticError, match="never"):
-        evaluation.largest(never, whole, lambda _: arb(1))
+        lacunary_rounding.largest(never, whole, lambda _: arb(1))
     with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
-        evaluation.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
+        lacunary_rounding.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
 
 
 @pytest.mark.parametrize("of", [exported.of_half_line, exported.of_inverse])
@@ -319,7 +338,7 @@ def test_math_h_is_as_accurate_as_assumed(form, tmp_path):
                 true = (arb(x).log() * exponent[name].numerator / exponent[name].denominator).exp()
                 ulp = float(np.spacing(TYPES[form](found)))
                 worst = max(worst, float(abs(found - true) / ulp))
-        assert 0.3 < worst < evaluation.ULPS
+        assert 0.3 < worst < lacunary_rounding.ULPS
 
 
 # --- half-line: compiled code against the truth -----------------------------------------------------------------------
@@ -614,7 +633,7 @@ def test_every_standard_gives_the_same_numbers(standard, libraries, tmp_path):
 
 def test_header_combines_with_that_of_other_kernels(tmp_path):
     from tests.test_kernels import PAPER
-    from viscopade.kernels import c
+    from viscopade.kernels.targets import c
 
     library = compiled.build(tmp_path, [c.render(PAPER[3:], COMMAND), header()])
     assert "epsilon_pade_3_6" in library
@@ -696,9 +715,9 @@ def test_header_and_module_say_what_they_hold():
 
 def test_the_same_text_again():
     assert render_c(kernels(), COMMAND) == header()
-    proofs_gapped.of_half_line.cache_clear()
-    evaluation.half_line_sizes.cache_clear()
-    assert render_c([proofs_gapped.of_half_line(MIXED_SIGNS, "both")], COMMAND) == render_c(kernels()[:1], COMMAND)
+    prove_lacunary.of_half_line.cache_clear()
+    lacunary_rounding.half_line_sizes.cache_clear()
+    assert render_c([prove_lacunary.of_half_line(MIXED_SIGNS, "both")], COMMAND) == render_c(kernels()[:1], COMMAND)
 
 
 def test_one_kind_alone(tmp_path):
@@ -770,17 +789,19 @@ def test_python_refuses_bad_arguments(module):
 
 @pytest.mark.parametrize(("accuracy", "measure"), [("1e-3", "relative"), (3.5e-6, "both")])
 def test_the_fewest_coefficients_that_are_accurate_enough(accuracy, measure):
-    kernel = proofs_gapped.half_line(accuracy, measure)
+    kernel = prove_lacunary.half_line_kernel(accuracy, measure)
     total = kernel.variants[0].total(kernel.checked)
     assert Fraction(kernel.variants[0].certificate.bound) < total <= Fraction(accuracy)
-    best = halfline.BEST[measure]
+    best = half_line.BEST[measure]
     before = best[: best.index(kernel.powers)]
-    assert all(halfline.fit(powers_, measure).error > float(accuracy) for powers_ in before)
+    assert all(half_line.fit(powers_, measure).error > float(accuracy) for powers_ in before)
 
 
 def test_inverse_constructor():
-    assert proofs_gapped.inverse_kernel("1e-3").powers.coefficients == inverse.kernel(1e-3).quotient.powers.coefficients
-    kernel = proofs_gapped.inverse_kernel("1e-3", 0.5)
+    assert (
+        prove_lacunary.inverse_kernel("1e-3").powers.coefficients == inverse.kernel(1e-3).quotient.powers.coefficients
+    )
+    kernel = prove_lacunary.inverse_kernel("1e-3", 0.5)
     assert isinstance(kernel, InverseKernel)
     assert kernel.variants[0].total(kernel.checked) <= Fraction("1e-3")
     count = kernel.powers.coefficients
@@ -790,13 +811,13 @@ def test_inverse_constructor():
 
 def test_what_is_said_to_be_accepted_is_accepted():
     with pytest.raises(ValueError) as refused:
-        proofs_gapped.half_line(1e-9)
+        prove_lacunary.half_line_kernel(1e-9)
     accuracy = re.search(r">= (\S+),", str(refused.value))[1]
-    assert proofs_gapped.half_line(accuracy).variants[0].total(("epsilon",)) <= Fraction(accuracy)
+    assert prove_lacunary.half_line_kernel(accuracy).variants[0].total(("epsilon",)) <= Fraction(accuracy)
 
 
 def test_a_float_that_is_much_less_accurate_is_left_out():
-    kernel = proofs_gapped.of_half_line(NOT_IN_FLOAT, "both")
+    kernel = prove_lacunary.of_half_line(NOT_IN_FLOAT, "both")
     assert [v.form for v in kernel.variants] == [DOUBLE]
     header_ = " ".join(render_c([kernel], COMMAND).replace(" *", " ").split())
     assert "There are no functions of type float: with coefficients of that type the error would be" in header_
@@ -808,14 +829,26 @@ def test_a_float_that_is_much_less_accurate_is_left_out():
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: proofs_gapped.half_line(1e-9), ValueError, "accuracy is 1e-09: accepted is a number >= 2.8.*e-8"),
-        (lambda: proofs_gapped.half_line(1), ValueError, "accuracy is 1: accepted is a number from 1e-15 to 0.99"),
-        (lambda: proofs_gapped.half_line(0.1, "absolute"), ValueError, "measure is 'absolute': accepted is one of"),
-        (lambda: proofs_gapped.half_line(None), TypeError, "accuracy is None: accepted is a number from"),
-        (lambda: proofs_gapped.inverse_kernel("x"), ValueError, "accuracy is 'x': accepted is a number from"),
-        (lambda: proofs_gapped.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
-        (lambda: proofs_gapped.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
-        (lambda: proofs_gapped.inverse_kernel(1e-12), ValueError, "accuracy is 1e-12: accepted is a number >="),
+        (
+            lambda: prove_lacunary.half_line_kernel(1e-9),
+            ValueError,
+            "accuracy is 1e-09: accepted is a number >= 2.8.*e-8",
+        ),
+        (
+            lambda: prove_lacunary.half_line_kernel(1),
+            ValueError,
+            "accuracy is 1: accepted is a number from 1e-15 to 0.99",
+        ),
+        (
+            lambda: prove_lacunary.half_line_kernel(0.1, "absolute"),
+            ValueError,
+            "measure is 'absolute': accepted is one of",
+        ),
+        (lambda: prove_lacunary.half_line_kernel(None), TypeError, "accuracy is None: accepted is a number from"),
+        (lambda: prove_lacunary.inverse_kernel("x"), ValueError, "accuracy is 'x': accepted is a number from"),
+        (lambda: prove_lacunary.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
+        (lambda: prove_lacunary.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
+        (lambda: prove_lacunary.inverse_kernel(1e-12), ValueError, "accuracy is 1e-12: accepted is a number >="),
         (lambda: render_c([], COMMAND), ValueError, "there is no approximant to export"),
         (lambda: render_python(kernels() * 2, COMMAND), ValueError, "is asked for twice"),
         (lambda: render_c(kernels(), "two\nlines"), ValueError, "command must be one printable line"),

@@ -13,8 +13,10 @@ import pytest
 
 import viscopade as vp
 from tests.speed_headers import Functions, header, named_compiler
-from viscopade import figures, figures_gas, gas, halfline
-from viscopade.model import v_star
+from viscopade.approximation import half_line
+from viscopade.collision.spheres import v_star
+from viscopade.simulators import gas
+from viscopade_lab.figures import cooling, paper
 
 BETA = 1.307
 
@@ -322,7 +324,7 @@ def test_the_kernel_of_the_figure_is_that_of_the_header(tmp_path):
     def compiled(speed):
         return functions("array", "restitution", header("1e-3"), speed, np.array(BETA))
 
-    given = figures_gas.kernel("1e-3")
+    given = cooling.kernel("1e-3")
     speeds = np.geomspace(1e-35, 1e35, 100001)
     assert given(speeds) == pytest.approx(compiled(speeds), rel=1e-12, abs=0)
     one, other = (gas.cool(f, particles=500, time=3.0) for f in (given, compiled))
@@ -332,13 +334,13 @@ def test_the_kernel_of_the_figure_is_that_of_the_header(tmp_path):
 def test_errors_of_the_kernel_are_what_it_promises():
     speeds = np.geomspace(1e-12, 10, 100001)
     star = v_star(speeds, BETA)
-    error = np.abs(figures_gas.kernel("1e-3")(speeds) - vp.epsilon(star))
+    error = np.abs(cooling.kernel("1e-3")(speeds) - vp.epsilon(star))
     assert np.max(error / np.minimum(vp.epsilon(star), vp.one_minus_epsilon(star))) < 4.1e-4
 
 
 @pytest.fixture(scope="module")
 def sheet():
-    with figures.drawn("cooling") as drawn:
+    with paper.drawn("cooling") as drawn:
         yield drawn
 
 
@@ -359,7 +361,7 @@ def test_figure_simulated_temperatures_lie_on_the_curves(sheet, name):
     x, y = line(sheet, name)
     at, simulated = line(sheet, f"simulated-{name}")
     assert simulated == pytest.approx(np.exp(np.interp(np.log(at), np.log(x), np.log(y))), rel=0.2, abs=0)
-    restitution = {"exact": exact, "constant": figures_gas.constant()}[name]
+    restitution = {"exact": exact, "constant": cooling.constant()}[name]
     assert y == pytest.approx(gas.maxwellian(restitution, x), rel=1e-6, abs=0)
 
 
@@ -391,7 +393,7 @@ def written():
     notebook = nbformat.read(ROOT / "notebooks" / "06_granular_gas.ipynb", as_version=4)
     cells = [cell.source for cell in notebook.cells]
     shown = [output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", [])]
-    return (ROOT / "docs" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
+    return (ROOT / "docs" / "results" / "gas.md").read_text(encoding="utf-8"), "\n".join([*cells, *shown])
 
 
 def test_documented_numbers_are_those_of_the_notebook():
@@ -424,9 +426,9 @@ def test_a_kernel_that_is_good_in_epsilon_only_is_not_good_for_a_slow_gas():
     late = np.array([1e10])
     errors = {}
     for measure in ("relative", "both"):
-        kernel = halfline.kernel(1e-3, measure)
+        kernel = half_line.kernel(1e-3, measure)
         found = gas.maxwellian(lambda v, kernel=kernel: np.minimum(kernel.epsilon(v_star(v, BETA)), 1), late)
         errors[measure] = float(np.abs(found / gas.maxwellian(exact, late) - 1)[0])
     assert f"{errors['relative']:.0e}" == "4e-03"
-    assert "4e-3 at t = 1e10" in written()[0]
+    assert "4e-3 at $t$ = 1e10" in written()[0]
     assert errors["both"] < 1e-3

@@ -8,21 +8,23 @@ import numpy as np
 import pytest
 from flint import arb
 
-from viscopade import double, exact, gapped, halfline
-from viscopade.balls import working
-from viscopade.gapped import Powers, Quotient, Sample
+from viscopade.approximation import half_line, lacunary
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers, Sample
+from viscopade.arithmetic.balls import working
+from viscopade.arrays import double
+from viscopade.collision import exact
 
-RECOMMENDED = [(halfline.RELATIVE[0], "relative"), (halfline.RELATIVE[2], "relative"), (halfline.BOTH[3], "both")]
+RECOMMENDED = [(half_line.RELATIVE[0], "relative"), (half_line.RELATIVE[2], "relative"), (half_line.BOTH[3], "both")]
 SPEEDS = np.geomspace(1e-6, 1e9, 20_011)
 
 
 @pytest.fixture(params=RECOMMENDED, ids=lambda case: case[0].label)
 def kernel(request):
-    return halfline.fit(*request.param)
+    return half_line.fit(*request.param)
 
 
 def test_accuracies_and_sizes_that_are_claimed():
-    sizes = {(accuracy, measure): halfline.kernel(accuracy, measure).powers.coefficients
+    sizes = {(accuracy, measure): half_line.kernel(accuracy, measure).powers.coefficients
              for accuracy in (1e-3, 1e-5, 1e-7) for measure in ("relative", "both")}  # fmt: skip
     assert sizes == {
         (1e-3, "relative"): 4,
@@ -67,15 +69,15 @@ def test_errors_are_level_with_alternating_signs(kernel):
 
 def test_every_neighbouring_choice_of_powers_is_worse():
     """The search's result is a local optimum: no exponent can be moved by one."""
-    powers = halfline.RELATIVE[2]
-    sample = halfline.sample("relative")
+    powers = half_line.RELATIVE[2]
+    sample = half_line.sample("relative")
     top, bottom = powers.top, powers.bottom
     others = [
         Powers((0, a, b, top[3]), (0, c, bottom[2]))
         for a, b, c in ((2, 4, 3), (3, 5, 3), (2, 3, 3), (3, 4, 2), (3, 4, 4))
     ]
     others += [Powers((*top[:3], 15), (0, 3, 11)), Powers((*top[:3], 17), (0, 3, 13))]
-    found = gapped.rough([powers, *others], sample)
+    found = lacunary.rough([powers, *others], sample)
     assert found.error[0] < 8e-6
     assert found.error[1:].min() > 2 * found.error[0]
 
@@ -114,10 +116,10 @@ def test_slope_is_the_derivative(kernel):
     np.testing.assert_allclose(kernel.slope(v_star), (ends[1] - ends[0]) / (2 * step), rtol=1e-6)
 
 
-@pytest.mark.parametrize("powers", halfline.BOTH[1:], ids=lambda powers: powers.label)
+@pytest.mark.parametrize("powers", half_line.BOTH[1:], ids=lambda powers: powers.label)
 def test_slope_is_nearly_as_good_as_epsilon(powers):
     """As `slope` says: a relative error of 3 to 8 times that of eps."""
-    kernel = halfline.fit(powers, "both")
+    kernel = half_line.fit(powers, "both")
     v_star = np.geomspace(1e-4, 1e6, 20_001)
     error = np.abs(kernel.slope(v_star) / double.slope(v_star) - 1).max()
     assert 3 * kernel.error < error < 8 * kernel.error
@@ -134,24 +136,27 @@ def test_formulas_are_the_kernel(kernel):
 
 def test_the_same_twice():
     powers, measure = RECOMMENDED[0]
-    halfline._fit.cache_clear()
-    first = halfline.fit(powers, measure)
-    halfline._fit.cache_clear()
-    assert halfline.fit(powers, measure) == first
+    half_line._fit.cache_clear()
+    first = half_line.fit(powers, measure)
+    half_line._fit.cache_clear()
+    assert half_line.fit(powers, measure) == first
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: halfline.fit(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
-        (lambda: halfline.fit(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is one of relative, both"),
-        (lambda: halfline.kernel(1e-9), "accepted is a number >= 5.9"),
-        (lambda: halfline.kernel(1e-3, "absolute"), "accepted is one of relative, both"),
+        (lambda: half_line.fit(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
+        (lambda: half_line.fit(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is one of relative, both"),
+        (lambda: half_line.kernel(1e-9), "accepted is a number >= 5.9"),
+        (lambda: half_line.kernel(1e-3, "absolute"), "accepted is one of relative, both"),
         (lambda: Powers((0, 4, 4), (0, 4)), "ascending exponents that begin with 0"),
         (lambda: Powers((1, 4), (0, 4)), "ascending exponents that begin with 0"),
-        (lambda: Quotient(Powers((0, 4), (0,)), (Fraction(1),), (Fraction(1),)), "other numbers of coefficients"),
-        (lambda: Quotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
-        (lambda: halfline.fit(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
+        (
+            lambda: LacunaryQuotient(Powers((0, 4), (0,)), (Fraction(1),), (Fraction(1),)),
+            "other numbers of coefficients",
+        ),
+        (lambda: LacunaryQuotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
+        (lambda: half_line.fit(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
     ],
 )
 def test_bad_input(call, message):
@@ -160,8 +165,8 @@ def test_bad_input(call, message):
 
 
 def test_a_kernel_with_the_wrong_limit_cannot_be_made():
-    found = halfline.fit(*RECOMMENDED[0])
-    wrong = Quotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
+    found = half_line.fit(*RECOMMENDED[0])
+    wrong = LacunaryQuotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
     with pytest.raises(ValueError, match="deg N"):
         dataclasses.replace(found, quotient=wrong)
 
@@ -172,7 +177,7 @@ def test_a_kernel_with_the_wrong_limit_cannot_be_made():
 def test_rough_fits_find_what_is_there():
     y = np.geomspace(0.01, 100, 60)
     sample = Sample(y, (2 + 3 * y**5) / (1 + 0.5 * y**2), np.ones_like(y))
-    found = gapped.rough([Powers((0, 5), (0, 2)), Powers((0, 4), (0, 1))], sample)
+    found = lacunary.rough([Powers((0, 5), (0, 2)), Powers((0, 4), (0, 1))], sample)
     np.testing.assert_allclose(found.coefficients[0], [2, 3, 0.5], rtol=1e-9)
     assert found.error[0] < 1e-12
     assert found.error[1] > 1e-3
@@ -181,5 +186,5 @@ def test_rough_fits_find_what_is_there():
 def test_rough_fits_come_near_the_best():
     """Chebyshev: the best line for y^2 on [-1, 1] + 2 is known; here e^y by a constant, error tanh(1/2)."""
     y = np.linspace(1e-9, 1, 200)
-    found = gapped.rough([Powers((0,), (0,))], Sample(y, np.exp(y), np.ones_like(y)), steps=400)
+    found = lacunary.rough([Powers((0,), (0,))], Sample(y, np.exp(y), np.ones_like(y)), steps=400)
     assert found.error[0] == pytest.approx(math.tanh(0.5), rel=1e-2)

@@ -13,9 +13,10 @@ import click.testing
 import numpy as np
 import pytest
 
-from viscopade import cli, hardcases
-from viscopade.hardcases import Case, Chart, Check, Curve, Finding, Result, Table, page, picture
-from viscopade.hardcases.finding import curve
+from viscopade.cli import main
+from viscopade_lab import hard_cases
+from viscopade_lab.hard_cases import Case, Chart, ChartCurve, Check, Finding, Outcome, Table, page, picture
+from viscopade_lab.hard_cases.finding import curve
 
 REPORT = Path(__file__).parents[1] / "docs" / "hard-cases"
 X = np.geomspace(1e-3, 10, 20)
@@ -29,7 +30,7 @@ def result(*checks, **changes):
         (curve("Horner", X, X * 1e-16), curve("bound", X, 2e-16 * X, "bound"), curve("found", X, X * 1e-17, "points")),
     )
     table = Table("Sizes | of a*b_c", ("order", "v*"), ((20, 0.5), (40, "0.7 | <b>")))
-    whole = Result(
+    whole = Outcome(
         "It went well: 1.5*.", (table,), (chart,), checks or (Check("error stays below", 1e-16, "<=", 2e-16),)
     )
     return replace(whole, **changes)
@@ -45,11 +46,11 @@ BROKEN = Case("broken", "Broken", "Does it?", lambda thorough: result(Check("not
 
 @pytest.fixture
 def few(monkeypatch):
-    monkeypatch.setattr(hardcases, "CASES", (FAKE, BROKEN))
+    monkeypatch.setattr(hard_cases, "CASES", (FAKE, BROKEN))
 
 
 def invoke(*arguments):
-    return click.testing.CliRunner().invoke(cli.command, ["hardcases", *map(str, arguments)])
+    return click.testing.CliRunner().invoke(main.command, ["hardcases", *map(str, arguments)])
 
 
 @pytest.fixture
@@ -59,7 +60,7 @@ def refusal(monkeypatch, capsys):
     def run(*arguments):
         monkeypatch.setattr("sys.argv", ["viscopade", "hardcases", *map(str, arguments)])
         with pytest.raises(SystemExit) as stop:
-            cli.main()
+            main.main()
         out, line = capsys.readouterr()
         assert (stop.value.code, out) == (2, "")
         assert re.fullmatch(r"viscopade: [^\n]+\n", line)
@@ -93,10 +94,10 @@ def test_a_check_compares_what_was_measured(measured, relation, limit, holds):
         lambda: Check("so", 1, "<=", math.inf),
         lambda: Check("so", 1, "<=", math.nan),
         lambda: Table("t", ("a", "b"), ((1,),)),
-        lambda: Curve("c", (1.0,), (1.0, 2.0)),
-        lambda: Curve("c", (), ()),
-        lambda: Curve("c", (1.0,), (math.nan,)),
-        lambda: Curve("c", (1.0,), (1.0,), "dots"),
+        lambda: ChartCurve("c", (1.0,), (1.0, 2.0)),
+        lambda: ChartCurve("c", (), ()),
+        lambda: ChartCurve("c", (1.0,), (math.nan,)),
+        lambda: ChartCurve("c", (1.0,), (1.0,), "dots"),
         lambda: result(charts=()),
         lambda: replace(result(), checks=()),
     ],
@@ -107,7 +108,7 @@ def test_inconsistent_data_is_refused(make):
 
 
 def test_a_curve_leaves_out_what_is_not_finite():
-    assert curve("c", [1, 2, 3], [1, math.nan, 3]) == Curve("c", (1.0, 3.0), (1.0, 3.0))
+    assert curve("c", [1, 2, 3], [1, math.nan, 3]) == ChartCurve("c", (1.0, 3.0), (1.0, 3.0))
 
 
 def test_one_failing_check_fails_the_case():
@@ -118,21 +119,21 @@ def test_one_failing_check_fails_the_case():
 
 def test_findings_go_to_json_and_back():
     findings = (finding(), finding("other", thorough=True))
-    assert hardcases.from_json(page.numbers(findings), "x.json") == findings
+    assert hard_cases.from_json(page.numbers(findings), "x.json") == findings
 
 
 def test_numbers_stand_on_one_line_and_text_stays_as_it_is():
     table = Table("[ 1,  2 ]", ("a",), (("[  3 ]",), (4.5,)))
     whole = (finding(result=result(tables=(table,))),)
     text = page.numbers(whole)
-    assert hardcases.from_json(text, "x") == whole
+    assert hard_cases.from_json(text, "x") == whole
     assert all("," in line for line in text.splitlines() if line.strip().startswith('"x": ['))
 
 
 def test_a_measured_nan_goes_to_json_and_back_as_a_failure():
     text = page.numbers((finding(result=result(Check("so", math.nan, "<=", 1))),))
     assert json.loads(text)["passes"] is False
-    (back,) = hardcases.from_json(text, "x.json")
+    (back,) = hard_cases.from_json(text, "x.json")
     assert math.isnan(back.result.checks[0].measured)
     assert not back.result.passes
 
@@ -168,18 +169,18 @@ def test_wrong_json_is_refused_with_its_place(change, message):
     data = json.loads(page.numbers((finding(),)))
     change(data)
     with pytest.raises(ValueError, match=message):
-        hardcases.from_json(json.dumps(data), "x.json")
+        hard_cases.from_json(json.dumps(data), "x.json")
 
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 100_000, b"\xff", "3"])
 def test_what_is_no_report_is_refused(text):
     with pytest.raises(ValueError, match=r"^x.json: "):
-        hardcases.from_json(text, "x.json")
+        hard_cases.from_json(text, "x.json")
 
 
 def test_the_command_names_what_was_run(few):
-    assert hardcases.command((finding("fake"), finding("broken"))) == "viscopade hardcases"
-    assert hardcases.command((finding("broken", thorough=True),)) == "viscopade hardcases --only broken --thorough"
+    assert hard_cases.command((finding("fake"), finding("broken"))) == "viscopade hardcases"
+    assert hard_cases.command((finding("broken", thorough=True),)) == "viscopade hardcases --only broken --thorough"
 
 
 def test_the_page_says_everything_and_escapes_what_markdown_would_take():
@@ -240,13 +241,13 @@ def test_a_case_that_stops_in_an_exception_fails_and_the_others_are_run(monkeypa
     def stops(thorough):
         raise error
 
-    monkeypatch.setattr(hardcases, "CASES", (Case("stops", "Stops", "Does it?", stops), FAKE))
-    stopped, fake = hardcases.check()
+    monkeypatch.setattr(hard_cases, "CASES", (Case("stops", "Stops", "Does it?", stops), FAKE))
+    stopped, fake = hard_cases.check()
     assert not stopped.result.passes
     assert type(error).__name__ in stopped.result.summary
     assert fake.result.passes
     text = page.numbers((stopped, fake))
-    assert hardcases.from_json(text, "x.json")[0] == stopped
+    assert hard_cases.from_json(text, "x.json")[0] == stopped
     assert "![Stops]" not in page.markdown((stopped, fake))
     assert set(page.files((stopped, fake))) == {page.PAGE, page.NUMBERS, "fake.svg"}
 
@@ -255,9 +256,9 @@ def test_an_interruption_is_passed_on(monkeypatch):
     def interrupted(thorough):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(hardcases, "CASES", (Case("stops", "Stops", "Does it?", interrupted), FAKE))
+    monkeypatch.setattr(hard_cases, "CASES", (Case("stops", "Stops", "Does it?", interrupted), FAKE))
     with pytest.raises(KeyboardInterrupt):
-        hardcases.check()
+        hard_cases.check()
 
 
 def test_unknown_names_are_refused(refusal):
@@ -308,13 +309,13 @@ def test_the_report_is_written_and_can_be_shown_again(few, tmp_path):
 
 
 def test_some_cases_are_run_again_and_put_in_their_place(monkeypatch, tmp_path):
-    monkeypatch.setattr(hardcases, "CASES", (FAKE, BROKEN))
+    monkeypatch.setattr(hard_cases, "CASES", (FAKE, BROKEN))
     assert invoke("--out", tmp_path).exit_code == 1
     mended = replace(BROKEN, run=lambda thorough: result(Check("nothing is lost", 0, "==", 0)))
-    monkeypatch.setattr(hardcases, "CASES", (replace(FAKE, run=None), mended))
+    monkeypatch.setattr(hard_cases, "CASES", (replace(FAKE, run=None), mended))
     report = tmp_path / "hard-cases.json"
     assert invoke("--from", report, "--only", "broken", "--thorough", "--out", tmp_path).exit_code == 0
-    fake, broken = hardcases.from_json(report.read_bytes(), "x")
+    fake, broken = hard_cases.from_json(report.read_bytes(), "x")
     assert (fake.name, fake.thorough, fake.result.passes) == ("fake", False, True)
     assert (broken.name, broken.thorough, broken.result.passes) == ("broken", True, True)
 
@@ -331,12 +332,12 @@ def test_a_name_that_is_no_file_name_is_refused(name):
     data = json.loads(page.numbers((finding(),)))
     data["cases"][0]["name"] = name
     with pytest.raises(ValueError, match=r"x.json: cases\[0\]"):
-        hardcases.from_json(json.dumps(data), "x.json")
+        hard_cases.from_json(json.dumps(data), "x.json")
 
 
 def test_a_place_that_cannot_be_written_to_is_refused_before_anything_is_run(few, tmp_path, monkeypatch, refusal):
     (tmp_path / "hard-cases.md").write_text("mine")
-    monkeypatch.setattr(hardcases, "check", lambda *_, **__: pytest.fail("it was run"))
+    monkeypatch.setattr(hard_cases, "check", lambda *_, **__: pytest.fail("it was run"))
     assert "was not generated by viscopade" in refusal("--out", tmp_path)
 
 
@@ -353,7 +354,7 @@ def test_bad_options_get_one_line(refusal, arguments, message):
 
 
 def test_every_case_has_a_name_of_its_own_and_a_test():
-    names = [case.name for case in hardcases.CASES]
+    names = [case.name for case in hard_cases.CASES]
     assert len(set(names)) == len(names)
     tests = {
         path.stem.removeprefix("test_hardcases_").replace("_", "-") for path in Path(__file__).parent.glob("test_*")
@@ -363,14 +364,14 @@ def test_every_case_has_a_name_of_its_own_and_a_test():
 
 @pytest.fixture(scope="module")
 def committed():
-    return hardcases.from_json((REPORT / page.NUMBERS).read_bytes(), page.NUMBERS)
+    return hard_cases.from_json((REPORT / page.NUMBERS).read_bytes(), page.NUMBERS)
 
 
 def test_the_committed_report_has_every_case_thoroughly_and_all_pass(committed):
-    assert [finding.name for finding in committed] == [case.name for case in hardcases.CASES]
+    assert [finding.name for finding in committed] == [case.name for case in hard_cases.CASES]
     assert all(finding.thorough and finding.result.passes for finding in committed)
     assert [(finding.title, finding.question) for finding in committed] == [
-        (case.title, case.question) for case in hardcases.CASES
+        (case.title, case.question) for case in hard_cases.CASES
     ]
 
 

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tests.hard_case import assert_goes_to_json_and_back, assert_passes, assert_readable, assert_same_checks
-from viscopade import double, exact, native
-from viscopade.balls import working
-from viscopade.hardcases import always
-from viscopade.pade import pade
+from viscopade.arithmetic.balls import working
+from viscopade.arrays import double, native
+from viscopade.collision import exact
+from viscopade.theory.pade import pade
+from viscopade_lab.hard_cases import always
 
 CASE = always.CASE
 moderate = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))

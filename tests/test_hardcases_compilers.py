@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.hard_case import assert_passes
-from viscopade import double
-from viscopade.hardcases import compilers
-from viscopade.hardcases.compilers import Build, Stated
-from viscopade.paper import TABLE
-from viscopade.series import series
+from viscopade.arrays import double
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
+from viscopade_lab.hard_cases import compilers
+from viscopade_lab.hard_cases.compilers import Build, Stated
 
 NEEDS_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
 PADE = "viscopade_pade.h"
@@ -134,10 +134,9 @@ def test_flags_that_a_compiler_does_not_know_are_left_out():
     assert not compilers.missing(made._replace(reason="viscopade-check.c:3: error: unused variable 'x'"))
 
 
-def test_what_headers_state_is_read():
-    text = compilers.header(PADE)
-    assert compilers.stated(PADE, text, "epsilon", "pade_3_6", "float") == Stated(
+def test_what_is_proven_is_taken_from_the_record():
+    assert compilers.stated("epsilon", "pade_3_6", "float") == Stated(
         ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064)), 1.4e-6, high=5.0
     )
-    with pytest.raises(ValueError, match="states no"):
-        compilers.stated("x.h", "", "epsilon", "full", "double")
+    with pytest.raises(KeyError, match="nothing is recorded"):
+        compilers.stated("epsilon", "no_such_kernel", "double")

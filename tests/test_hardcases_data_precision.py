@@ -9,9 +9,11 @@ import pytest
 from mpmath import mp, mpf
 
 from tests.hard_case import assert_passes, assert_readable
-from viscopade.balls import exact_middle
-from viscopade.hardcases import data_precision
-from viscopade.hardcases.data_precision import (
+from viscopade.arithmetic.balls import exact_middle
+from viscopade.theory.pade import pade, rational_pade
+from viscopade.theory.series import series
+from viscopade_lab.hard_cases import data_precision
+from viscopade_lab.hard_cases.data_precision import (
     CASE,
     KEPT,
     V_STARS,
@@ -25,8 +27,6 @@ from viscopade.hardcases.data_precision import (
     slope,
     trusted,
 )
-from viscopade.pade import pade, rational_pade
-from viscopade.series import series
 
 LARGEST_M = 13
 
@@ -156,7 +156,7 @@ def test_true_poles_stay(h, data):
 
 
 def test_the_singularity_is_about_where_the_flow_has_it(h):
-    there = cmath.rect(1.04702431222, 0.428884641576 * cmath.pi)  # as `viscopade.singularity` finds it
+    there = cmath.rect(1.04702431222, 0.428884641576 * cmath.pi)  # as `viscopade.theory.singularity` finds it
     found = {LARGEST_M: (known(h, LARGEST_M), ())}
     assert data_precision.singularity(found) == pytest.approx(there, rel=0.03)
 

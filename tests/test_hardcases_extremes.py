@@ -10,9 +10,9 @@ import pytest
 from flint import arb
 
 from tests.hard_case import assert_passes
-from viscopade import exact
-from viscopade.hardcases import extremes
-from viscopade.hardcases.extremes import CASE, FAR, NEAR, QUICK
+from viscopade.collision import exact
+from viscopade_lab.hard_cases import extremes
+from viscopade_lab.hard_cases.extremes import CASE, FAR, NEAR, QUICK
 
 SMALL = replace(
     QUICK,

@@ -15,12 +15,15 @@ from flint import arb
 
 from tests import compiled
 from tests.hard_case import assert_passes, assert_readable
-from viscopade import exact, exports, full
-from viscopade.balls import exact_middle, working
-from viscopade.hardcases import exported, machine
-from viscopade.hardcases import kernel_rounding as case
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.kernels.speed import HALF_LINE, TIERS
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import exact
+from viscopade.kernels import requests
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.speed_kernel import HALF_LINE
+from viscopade.kernels.names import TIERS
+from viscopade_lab.hard_cases import exported, machine
+from viscopade_lab.hard_cases import kernel_rounding as case
 
 EXPORTS = Path(__file__).parents[1] / "exports"
 each_form = pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=lambda form: form.name)
@@ -128,14 +131,14 @@ def test_pade_approximants_are_those_of_the_header():
 
 
 def test_nothing_that_is_exported_is_left_out():
-    assert exports.HALF_LINE.accuracy == HALF_LINE == tuple(exported.HALF_LINE) == case.THOROUGH.half_line
-    assert exports.INVERSE.inverse == tuple(exported.INVERSE) == case.THOROUGH.inverse
+    assert requests.HALF_LINE.accuracy == HALF_LINE == tuple(exported.HALF_LINE) == case.THOROUGH.half_line
+    assert requests.INVERSE.inverse == tuple(exported.INVERSE) == case.THOROUGH.inverse
     assert case.THOROUGH.compact == HALF_LINE
     assert (*case.THOROUGH.tables, "full") == TIERS
     degrees = {tuple(map(int, c["name"].split("_")[1:3])) for c in certificates("minimax")}
     assert tuple(sorted(degrees)) == case.THOROUGH.minimax
     assert sorted((form.name, name) for form, name in case.THOROUGH.full) == sorted(
-        (form, name) for form in ("double", "float") for name in full.FUNCTIONS
+        (form, name) for form in ("double", "float") for name in last_place.FUNCTIONS
     )
 
 
@@ -282,7 +285,7 @@ def test_the_search_is_better_than_chance():
 
 
 def test_truth_of_full_accuracy():
-    for name in full.FUNCTIONS:
+    for name in last_place.FUNCTIONS:
         for v_star in (2.0**-20, 0.01, 0.3, 1.0, 1.75, 40.0, 2.0**19):
             with working(exported.BITS):
                 found = exact_middle(exported.true_value(name, arb(v_star)))
@@ -344,7 +347,7 @@ def test_a_search_in_another_precision_is_noticed(functions, monkeypatch):
         def computed(self, x, steps=0, contracted=False):
             return self.given_function.computed(x.astype(float), steps, contracted)
 
-        exact, allowed = exported.Function.exact, exported.Function.allowed
+        exact, allowed = exported.ExportedFunction.exact, exported.ExportedFunction.allowed
 
     assert case.worst(InDouble(function), case.SEPARATE, 300, 2, generator()).roundings < 1
 

@@ -12,11 +12,13 @@ import pytest
 
 import viscopade as vp
 from tests.hard_case import assert_passes, assert_readable
-from viscopade import catalogue, fallback, full
-from viscopade.hardcases import exported
-from viscopade.hardcases import near_elastic as case
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.paper import TABLE
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import fallback
+from viscopade.kernels import registry
+from viscopade.kernels.forms import last_place
+from viscopade.theory.paper import TABLE
+from viscopade_lab.hard_cases import exported
+from viscopade_lab.hard_cases import near_elastic as case
 
 EXPORTS = Path(__file__).parents[1] / "exports"
 each_form = pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=lambda form: form.name)
@@ -114,7 +116,7 @@ def test_bounds_are_those_of_the_headers(ways):
 
 def test_every_exported_function_is_there(ways):
     kernels = {kernel for kernel, _ in ways}
-    for entry in catalogue.entries():
+    for entry in registry.entries():
         if entry.kind != "v*" and entry.size == "fast":
             name = {"speed": "table", "full": ""}.get(entry.kind, entry.kind)
             assert f"{name} {entry.tier}".strip() in kernels
@@ -122,7 +124,7 @@ def test_every_exported_function_is_there(ways):
 
 def test_the_functions_are_the_exported_ones(ways):
     v_star = 1e-8
-    assert ways["full", DOUBLE].of(v_star) == full.evaluate("double", "one_minus_epsilon", v_star)
+    assert ways["full", DOUBLE].of(v_star) == last_place.evaluate("double", "one_minus_epsilon", v_star)
     # eps of the table's kernel at speed 1: where it is no longer 1, 1 - eps^2 is that of it.
     beta = np.array([1e-4])
     eps = float(fallback.restitution(np.ones(1), beta)[0])

@@ -10,10 +10,10 @@ import pytest
 from tests import compiled
 from tests.hard_case import assert_passes, assert_readable
 from tests.test_hardcases_kernel_rounding import horner, library
-from viscopade import full
-from viscopade.hardcases import exported
-from viscopade.hardcases import overflow as case
-from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels.forms import last_place
+from viscopade_lab.hard_cases import exported
+from viscopade_lab.hard_cases import overflow as case
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +105,9 @@ def test_c_code_of_full_accuracy_and_speed_at_the_ends(tmp_path):
     ]
     built = compiled.build(tmp_path, texts)
     x = [*case.all_sizes(DOUBLE, 0)[::5].tolist(), *case.REFUSED]
-    for name in full.FUNCTIONS:
+    for name in last_place.FUNCTIONS:
         assert np.array_equal(
-            [built[f"{name}_full"](v) for v in x], [full.evaluate("double", name, v) for v in x], equal_nan=True
+            [built[f"{name}_full"](v) for v in x], [last_place.evaluate("double", name, v) for v in x], equal_nan=True
         )
 
 
@@ -145,8 +145,8 @@ def test_a_kernel_that_leaves_the_range_fails(kernels):
 
 def test_wrong_results_of_full_accuracy_are_counted(monkeypatch):
     assert case._full() == 0
-    true = full.evaluate
-    monkeypatch.setattr(full, "evaluate", lambda form, name, x: 0.5 if x == math.inf else true(form, name, x))
+    true = last_place.evaluate
+    monkeypatch.setattr(last_place, "evaluate", lambda form, name, x: 0.5 if x == math.inf else true(form, name, x))
     assert case._full() == 4
     assert case._of_speed() == 0
     monkeypatch.setattr(case, "restitution", lambda speed, beta: np.where(speed >= 0, 0.5, np.nan))

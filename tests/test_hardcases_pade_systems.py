@@ -10,9 +10,11 @@ import pytest
 from flint import fmpq
 
 from tests.hard_case import assert_passes, assert_readable
-from viscopade.balls import exact_middle
-from viscopade.hardcases import pade_systems
-from viscopade.hardcases.pade_systems import (
+from viscopade.arithmetic.balls import exact_middle
+from viscopade.theory.pade import pade, rational_pade
+from viscopade.theory.series import series
+from viscopade_lab.hard_cases import pade_systems
+from viscopade_lab.hard_cases.pade_systems import (
     CASE,
     berlekamp_massey,
     breaks_down,
@@ -25,8 +27,6 @@ from viscopade.hardcases.pade_systems import (
     reciprocal,
     rounded,
 )
-from viscopade.pade import pade, rational_pade
-from viscopade.series import series
 
 
 @pytest.fixture(scope="module")

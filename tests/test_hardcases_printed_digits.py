@@ -7,10 +7,10 @@ from math import sqrt
 import pytest
 
 from tests.hard_case import assert_passes
-from viscopade import paper, perturbation
-from viscopade.balls import exact_middle, working
-from viscopade.claims.curve import error_at
-from viscopade.hardcases import printed_digits as case
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.theory import paper, symbolic
+from viscopade_lab.claims.approximants import error_at
+from viscopade_lab.hard_cases import printed_digits as case
 
 near = partial(pytest.approx, abs=0)  # else all numbers below 1e-12 are equal
 
@@ -80,7 +80,7 @@ def test_small_speeds_by_the_first_coefficient(found, label):
     """1 - eps = (b_2 - a_2) v*^2 + …, and b_2 - a_2 is lambda_1 in closed form."""
     p = by_label(label)
     printed = p.b[2] - (p.a[2] if len(p.a) > 2 else 0)
-    expected = float(printed / Fraction(str(perturbation.lambda_1().evalf(30)))) - 1
+    expected = float(printed / Fraction(str(symbolic.lambda_1().evalf(30)))) - 1
     assert found[label]["1e-8"].loss == near(abs(expected), rel=1e-6)
 
 
@@ -113,7 +113,7 @@ def test_zero_of_two_five_by_the_quadratic_formula():
 
 def test_poles_of_zero_three_in_closed_form():
     (moved,) = case.moved(by_label("[0/3]"))
-    lambda_1 = float(perturbation.lambda_1())
+    lambda_1 = float(symbolic.lambda_1())
     assert moved.by == near(1.15345**-0.5 * (1.15345 / lambda_1 - 1) / 2, rel=1e-4)
 
 
@@ -186,7 +186,7 @@ def test_a_sign_lost_is_noticed(monkeypatch):
 
 def test_unequal_first_coefficients_spoil_the_loss(found):
     """1e-5 v* in the numerator, against lambda_1 v*^2."""
-    expected = 1e-5 * 1e8 / float(perturbation.lambda_1())
+    expected = 1e-5 * 1e8 / float(symbolic.lambda_1())
     assert found["[3/6]"]["1e-8"].loss_if_unequal == near(expected, rel=1e-5)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.hard_case import assert_goes_to_json_and_back, assert_passes, assert_readable, assert_same_checks
-from viscopade import exact
-from viscopade.balls import to_mpf
-from viscopade.hardcases import compilers, million, processors
-from viscopade.hardcases.compilers import HEADERS, TYPES
-from viscopade.hardcases.processors import HERE, TARGETS
+from viscopade.arithmetic.balls import to_mpf
+from viscopade.collision import exact
+from viscopade_lab.hard_cases import compilers, million, processors
+from viscopade_lab.hard_cases.compilers import HEADERS, TYPES
+from viscopade_lab.hard_cases.processors import HERE, TARGETS
 
 NEEDS_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
 NEEDS_LONG_DOUBLE = pytest.mark.skipif(not million.enough(), reason="long double is too short here for the truth")

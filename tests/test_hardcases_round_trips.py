@@ -14,12 +14,14 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from tests.hard_case import assert_goes_to_json_and_back, assert_passes, assert_readable, assert_same_checks
-from viscopade import console, double, exact, exports, model
-from viscopade.bench import compilers
-from viscopade.hardcases import compiled_text, double_trips, material_trips, round_trips, tables_read_back
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.model import Pair, Sphere
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.cli import console
+from viscopade.collision import exact, spheres
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.kernels import requests, toolchain
 from viscopade.scene.units import Scale
+from viscopade_lab.hard_cases import compiled_text, double_trips, material_trips, round_trips, tables_read_back
 
 CASE = round_trips.CASE
 moderate = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))
@@ -217,8 +219,8 @@ def test_a_pressure_in_any_units_is_right_where_it_is_a_double():
 
 
 def test_a_wrong_factor_is_seen(monkeypatch):
-    monkeypatch.setattr(model, "_BETA_SI_PER_CGS", model._BETA_SI_PER_CGS)
-    monkeypatch.setattr(model, "beta_cgs_from_si", lambda beta: beta / (100**0.2 * (1 + 2.0**-51)))
+    monkeypatch.setattr(spheres, "_BETA_SI_PER_CGS", spheres._BETA_SI_PER_CGS)
+    monkeypatch.setattr(spheres, "beta_cgs_from_si", lambda beta: beta / (100**0.2 * (1 + 2.0**-51)))
     assert material_trips.tally(lambda: material_trips.units_of_beta(1.307), 1).worst > 1
 
 
@@ -308,8 +310,8 @@ def test_a_changed_digit_is_seen():
 
 def has_compiler():
     try:
-        compilers.find()
-    except compilers.BenchError:
+        toolchain.find()
+    except toolchain.BenchError:
         return False
     return True
 
@@ -317,7 +319,7 @@ def has_compiler():
 @pytest.mark.parametrize("v_star", ["1e-300", "0.3", "4.5", "1e20", "1e200"])
 @pytest.mark.parametrize("form", [DOUBLE, FLOAT])
 def test_the_exact_quotient_in_mpmath(v_star, form):
-    (kernel,) = exports.Request(pade=[(3, 6)]).quotients()
+    (kernel,) = requests.Request(pade=[(3, 6)]).quotients()
     a, b = ([Fraction(c) for c in part] for part in kernel.rounded(form))
     found = compiled_text.allowed(a, b, form, Fraction(v_star), kernel.threshold(form))
     with mpmath.workdps(60):
@@ -335,7 +337,7 @@ def test_the_exact_quotient_in_mpmath(v_star, form):
 def test_a_header_that_computes_something_else_is_seen(old, new):
     if not has_compiler():
         pytest.skip("there is no C compiler")
-    request = exports.Request(pade=[(3, 6)])
+    request = requests.Request(pade=[(3, 6)])
     header = request.render("c")
     assert old in header
     good, bad = (compiled_text.compiled(text)["epsilon_pade_3_6"] for text in (header, header.replace(old, new)))
@@ -346,9 +348,9 @@ def test_a_header_that_computes_something_else_is_seen(old, new):
 
 
 def test_a_rounding_error_beyond_the_bound_is_seen():
-    (kernel,) = exports.Request(pade=[(3, 6)]).quotients()
-    (record,) = json.loads(exports.Request(pade=[(3, 6)]).render("json"))["approximants"]
-    function = compiled_text.python(exports.Request(pade=[(3, 6)]).render("python"))["epsilon_pade_3_6"]
+    (kernel,) = requests.Request(pade=[(3, 6)]).quotients()
+    (record,) = json.loads(requests.Request(pade=[(3, 6)]).render("json"))["approximants"]
+    function = compiled_text.python(requests.Request(pade=[(3, 6)]).render("python"))["epsilon_pade_3_6"]
     found = compiled_text.Compared()
     x = np.geomspace(1e-3, 1e20, 40)
     for factor in (1, 1 + 2.0**-48):
@@ -360,7 +362,7 @@ def test_a_rounding_error_beyond_the_bound_is_seen():
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_an_export_that_gives_no_number_is_seen(value):
-    request = exports.Request(pade=[(3, 6)])
+    request = requests.Request(pade=[(3, 6)])
     (kernel,), (record,) = request.quotients(), json.loads(request.render("json"))["approximants"]
     found = compiled_text.Compared()
     x = np.array([0.5, 1.0])
@@ -380,11 +382,11 @@ def test_a_changed_coefficient_in_a_table_is_seen():
 
 def test_without_a_compiler_it_is_said(monkeypatch):
     def none(command=None):
-        raise compilers.BenchError("there is no C compiler 'cc'")
+        raise toolchain.BenchError("there is no C compiler 'cc'")
 
-    monkeypatch.setattr(compilers, "find", none)
+    monkeypatch.setattr(toolchain, "find", none)
     found = compiled_text.Compared()
-    compiled_text.compare_quotients(exports.Request(pade=[(3, 6)]), np.random.default_rng(1), 20, found)
+    compiled_text.compare_quotients(requests.Request(pade=[(3, 6)]), np.random.default_rng(1), 20, found)
     assert found.compared == 0
     assert found.rows[0][2] > 10  # Python against exact values
     assert compiled_text.table(found).rows[-1][3] == "not run: no compiler"

@@ -10,11 +10,13 @@ import pytest
 
 import viscopade as vp
 from tests.hard_case import assert_passes, assert_readable
-from viscopade import compensated, exact, singularity
-from viscopade.balls import exact_middle, working
-from viscopade.certificate import at_least
-from viscopade.hardcases import truncated_series as case
-from viscopade.pade import horner
+from viscopade.arithmetic import compensated
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arithmetic.decimals import at_least
+from viscopade.collision import exact
+from viscopade.theory import singularity
+from viscopade.theory.pade import horner
+from viscopade_lab.hard_cases import truncated_series as case
 
 close_to = partial(pytest.approx, abs=0)  # else all numbers below 1e-12 are equal
 
@@ -182,7 +184,7 @@ def test_zero_by_numpy(given):
 def test_errors_by_fractions(given, hard):
     c = given.floats()[:41]
     exactly = [sum(Fraction(x) * Fraction(v) ** k for k, x in enumerate(c.tolist())) for v in hard.v_star.tolist()]
-    for row, computed in ((0, horner(c, hard.v_star)), (2, compensated.horner(c, hard.v_star))):
+    for row, computed in ((0, horner(c, hard.v_star)), (2, compensated.compensated_horner(c, hard.v_star))):
         for i, truth in enumerate(exactly):
             assert hard.errors[row, i] == close_to(float(abs(Fraction(float(computed[i])) / truth - 1)), rel=1e-9)
     sizes = [sum(abs(Fraction(x)) * Fraction(v) ** k for k, x in enumerate(c.tolist())) for v in hard.v_star.tolist()]
@@ -194,7 +196,7 @@ def test_errors_against_the_series_by_fractions(given, hard):
     h = [exact_middle(h_k) for h_k in given.h[:41]]
     c = np.array([float(h_k) for h_k in h])
     low = np.array([float(h_k - Fraction(float(h_k))) for h_k in h])
-    computed = compensated.horner(c, hard.v_star, low)
+    computed = compensated.compensated_horner(c, hard.v_star, low)
     for i, v in enumerate(hard.v_star.tolist()):
         truth = sum(h_k * Fraction(v) ** k for k, h_k in enumerate(h))
         assert hard.errors[3, i] == close_to(float(abs(Fraction(float(computed[i])) / truth - 1)), rel=1e-6)
@@ -224,7 +226,7 @@ def test_all_checks_of_rounding_hold_before_anything_is_broken(hard):
 
 
 def test_compensated_without_correction_is_noticed(given, monkeypatch):
-    monkeypatch.setattr(compensated, "horner", lambda c, x, low=None: horner(c, x))
+    monkeypatch.setattr(compensated, "compensated_horner", lambda c, x, low=None: horner(c, x))
     assert evaluated_with(monkeypatch, given) == [COMPENSATED, TWO_DOUBLES]
 
 
@@ -235,8 +237,8 @@ def test_a_product_whose_error_is_not_split_is_noticed(given, monkeypatch):
 
 
 def test_low_parts_left_out_are_noticed(given, monkeypatch):
-    whole = compensated.horner
-    monkeypatch.setattr(compensated, "horner", lambda c, x, low=None: whole(c, x))
+    whole = compensated.compensated_horner
+    monkeypatch.setattr(compensated, "compensated_horner", lambda c, x, low=None: whole(c, x))
     assert evaluated_with(monkeypatch, given) == [TWO_DOUBLES]
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.function_balls import ALGEBRA, BITS, TERMS, assert_encloses, elements, members
-from viscopade.series import MEETING_POINT, _Inner, _next_order, _Outer
+from viscopade.theory.series import MEETING_POINT, _Inner, _next_order, _Outer
 
 UNIT = fmpq(1, 1 << BITS)
 # Errors as large as the functions, or none: then single terms of the bounds decide.

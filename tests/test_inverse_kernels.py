@@ -7,8 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from viscopade import double, exact, gapped, halfline, inverse
-from viscopade.gapped import Powers
+from viscopade.approximation import half_line, inverse, lacunary
+from viscopade.approximation.lacunary import Powers
+from viscopade.arrays import double
+from viscopade.collision import exact
 
 INTERVALS = [(2, 2, "0.1", 2.4e-4), (2, 3, "0.5", 1.72e-7), (3, 3, "0.1", 1.23e-6)]
 
@@ -53,7 +55,7 @@ def test_against_the_exact_inverse(whole):
 
 def test_there_and_back():
     """An error e of eps in both measures is one of at most 2 e in q, which is at least the square of v*."""
-    back, forward = inverse.kernel(1e-7), halfline.kernel(1e-7, "both")
+    back, forward = inverse.kernel(1e-7), half_line.kernel(1e-7, "both")
     slow, fast = np.geomspace(1e-3, 1, 151), np.geomspace(1, 1e6, 151)
     found = np.concatenate(
         [back.v_star(one_minus_epsilon=forward.one_minus_epsilon(slow)), back.v_star(forward.epsilon(fast))]
@@ -115,10 +117,10 @@ def test_what_is_recommended():
     assert inverse.kernel(1e-5).quotient.powers.coefficients == 8
     assert inverse.kernel(1e-7).quotient.powers.coefficients == 13
     assert all(Fraction(float(c)) == c for c in inverse.kernel(1e-3).quotient.a)
-    assert math.isinf(gapped.rough([Powers((0,), (0, 1))], _negative()).error[0])
+    assert math.isinf(lacunary.rough([Powers((0,), (0, 1))], _negative()).error[0])
 
 
 def _negative():
     """A target that no quotient with a positive denominator comes near: 1/(1 - y) beyond its pole."""
     y = np.linspace(1.5, 3, 30)
-    return gapped.Sample(y, 1 / (1 - y), np.ones_like(y))
+    return lacunary.Sample(y, 1 / (1 - y), np.ones_like(y))

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
-from viscopade.latex import latex
+from viscopade.cli.latex import latex
 
 FORMULA = re.compile(r"(?<!\\)\$[^$]*\$")
 

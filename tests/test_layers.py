@@ -1,222 +1,114 @@
-"""Imports point downward only, and importing the package stays cheap."""
+"""Imports point downward, from wing to wing and inside each; and importing the package stays cheap."""
 
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).parents[1] / "src" / "viscopade"
+import viscopade
 
-# Design section 3, foundations first: a module imports only from those before it. What is not in the design's list
-# (checks, progress, balls, wiener, exports, writer) stands where it is used from; CHANGELOG.md says why it exists.
-ORDER = (
-    "checks",
-    "document",
-    "progress",
-    "balls",
-    "chebyshev",
-    "arrays",
-    "compensated",
-    "ufunc",
-    "double",
-    "fallback",
-    "native",
-    "model",
-    "gas",
-    "perturbation",
-    "wiener",
-    "series",
-    "pade",
-    "flow",
-    "enclosure",
-    "exact",
-    "expansions",
-    "family",
-    "reference",
-    "curve",
-    "certificate",
-    "kernels.binary",
-    "lookup",
-    "lookup_full",
-    "rounding",
-    "remez",
-    "minimax",
-    "gapped",
-    "formulas",
-    "halfline",
-    "inverse",
-    "program",
-    "evaluation",
-    "compact",
-    "singularity",
-    "convergence",
-    "paper",
-    "claims.evidence",
-    "claims.curve",
-    "claims.motion",
-    "claims.series",
-    "claims.asymptotics",
-    "claims.pade",
-    "claims.physics",
-    "claims",
-    "kernels",
-    "double_table",
-    "frontier",
-    "figures",
-    "full",
-    "restitution_table",
-    "kernels.full",
-    "kernels.minimax",
-    "kernels.v_star",
-    "kernels.gapped",
-    "kernels.compact",
-    "kernels.c",
-    "kernels.python",
-    "kernels.tables",
-    "proofs",
-    "proofs_gapped",
-    "kernels.speed",
-    "catalogue",
-    "tabulated",
-    "exports",
-    "bench.kernel",
-    "bench.compilers",
-    "bench.scene",
-    "bench.sources",
-    "bench.measured",
-    "bench.stated",
-    "bench.ours",
-    "bench.rivals",
-    "bench.harness",
-    "bench.calls",
-    "bench.targets",
-    "bench.tables",
-    "bench",
-    "report.result",
-    "report.choice",
-    "report.labels",
-    "report.picture",
-    "report.page",
-    "report",
-    "simulators.setup",
-    "simulators.lammps",
-    "simulators.stated",
-    "simulators.tsuji",
-    "simulators.rebound",
-    "simulators.mercurydpm",
-    "simulators.yade",
-    "simulators.liggghts",
-    "simulators",
-    "scene.description",
-    "scene.quantity",
-    "scene.read",
-    "scene.encounter",
-    "scene.sense",
-    "scene.units",
-    "scene.tolerance",
-    "scene.cost",
-    "scene.candidate",
-    "scene.choice",
-    "scene.render",
-    "scene.runners",
-    "scene.shaders",
-    "scene.check",
-    "scene.tables",
-    "scene",
-    "figures_gas",
-    "writer",
-    "latex",
-    "console",
-    "hardcases.finding",
-    "hardcases.truncated_series",
-    "hardcases.pade_systems",
-    "hardcases.data_precision",
-    "hardcases.printed_digits",
-    "hardcases.machine",
-    "hardcases.exported",
-    "hardcases.kernel_rounding",
-    "hardcases.overflow",
-    "hardcases.near_elastic",
-    "hardcases.extremes",
-    "hardcases.double_trips",
-    "hardcases.material_trips",
-    "hardcases.compiled_text",
-    "hardcases.tables_read_back",
-    "hardcases.round_trips",
-    "hardcases.always",
-    "hardcases.streams",
-    "hardcases.inputs",
-    "hardcases.trial",
-    "hardcases.hostile_input",
-    "hardcases.interruption",
-    "hardcases.interrupted_writes",
-    "hardcases.compilers",
-    "hardcases.million",
-    "hardcases.processors",
-    "hardcases.environments",
-    "hardcases",
-    "hardcases.picture",
-    "hardcases.page",
-    "cli",
+SOURCE = Path(__file__).parents[1] / "src"
+
+# Design section 3, from the ground up. The first four are files; a wing imports from those before it.
+WINGS = (
+    *("arguments", "records", "progress", "generated"),
+    *("arithmetic", "arrays", "theory", "collision", "approximation", "kernels", "simulators", "scene", "cli"),
 )
-# All but the first two do so in temporary directories only: they hand sources to compilers, or are the hard cases that
-# attack the writer and the command line.
-TOUCH_FILES = {"cli", "writer", "bench.compilers", "scene.runners"} | {
-    f"hardcases.{name}"
-    for name in (
-        "trial",
-        "hostile_input",
-        "interruption",
-        "interrupted_writes",
-        "compilers",
-        "processors",
-        "streams",
-        "environments",
-    )
+FRAME = {"viscopade", "viscopade.__main__"}
+# What hands sources to compilers does so in temporary directories.
+TOUCH_FILES = {
+    "viscopade.cli.writer",
+    "viscopade.cli.console",
+    "viscopade.kernels.toolchain",
+    "viscopade.scene.runners",
 }
 
 
-def name_of(path: Path) -> str:
+def name_of(path):
     return ".".join(path.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__")
 
 
 MODULES = {name_of(path): path for path in SOURCE.rglob("*.py")}
-FRAME = {"__init__", "__main__"}
+PRODUCT = sorted(module for module in MODULES if module.split(".")[0] == "viscopade" and module not in FRAME)
 
 
-def imported(path: Path) -> set[str]:
-    """Modules of this package that a file imports, anywhere in it (type-checking imports too)."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+def imports(module):
+    """Yield what a module imports of ours, anywhere in it (type-checking imports too): modules, and names in them."""
+    for node in ast.walk(ast.parse(MODULES[module].read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            yield from ((alias.name, "") for alias in node.names if alias.name.startswith("viscopade"))
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path.name} uses a relative import"
+            assert node.level == 0, f"{module} uses a relative import"
             for alias in node.names:
-                whole = f"{node.module}.{alias.name}".removeprefix("viscopade.")
-                found.add(f"viscopade.{whole}" if whole in MODULES else str(node.module))
-    return {name.removeprefix("viscopade.") for name in found if name.startswith("viscopade.")}
+                whole = f"{node.module}.{alias.name}"
+                if whole in MODULES:
+                    yield whole, ""
+                elif str(node.module) in MODULES:
+                    yield str(node.module), alias.name
+
+
+def wing_of(module):
+    return module.split(".")[1] if "." in module else ""
 
 
 def test_every_module_has_its_place():
-    assert set(MODULES) - FRAME == set(ORDER)
+    assert {wing_of(module) for module in PRODUCT} == set(WINGS)
 
 
-@pytest.mark.parametrize("module", ORDER)
+@pytest.mark.parametrize("module", PRODUCT)
 def test_imports_point_downward(module):
-    below = ORDER[: ORDER.index(module)]
-    assert imported(MODULES[module]) <= set(below)
+    below = WINGS[: WINGS.index(wing_of(module)) + 1]
+    for other, _ in imports(module):
+        assert wing_of(other) in below, other
 
 
-@pytest.mark.parametrize("module", sorted(set(ORDER) - TOUCH_FILES))
-def test_only_the_command_line_and_the_writer_touch_files(module):
+def test_no_module_of_the_product_imports_the_evidence():
+    """`viscopade.cli.main` names the module of the laboratory's commands, and loads it when one is looked for."""
+    for module in PRODUCT:
+        assert not any(other.startswith("viscopade_lab") for other, _ in imports(module))
+
+
+def test_no_imports_run_in_a_circle():
+    TopologicalSorter({module: {other for other, _ in imports(module)} - {module} for module in MODULES}).prepare()
+
+
+@pytest.mark.parametrize("module", PRODUCT)
+def test_wings_take_from_each_other_what_their_faces_list(module):
+    for other, name in imports(module):
+        if other in FRAME or other.split(".")[:2] == module.split(".")[:2]:
+            continue
+        assert not name.startswith("_"), f"{other}.{name} is private"
+        if other.count(".") > 1:
+            wing, _, inside = other.rpartition(".")
+            assert inside in import_module(wing).__all__, f"{other} is not in the face of {wing}"
+
+
+@pytest.mark.parametrize("wing", sorted({module.rpartition(".")[0] for module in PRODUCT if module.count(".") > 1}))
+def test_faces_list_modules_that_are_there_and_wanted(wing):
+    """Wanted by other wings, by the laboratory, or by nobody else: then they are not listed."""
+    face = import_module(wing).__all__
+    wanted = {
+        other.removeprefix(f"{wing}.")
+        for module in MODULES
+        for other, _ in imports(module)
+        if other.rpartition(".")[0] == wing and module.split(".")[:2] != other.split(".")[:2]
+    }
+    assert sorted(face) == sorted(wanted)
+
+
+@pytest.mark.parametrize("module", sorted(set(PRODUCT) - TOUCH_FILES))
+def test_only_the_command_line_and_compilers_touch_files(module):
+    if module.startswith("viscopade.cli"):
+        return
     names = {node.id for node in ast.walk(ast.parse(MODULES[module].read_text())) if isinstance(node, ast.Name)}
     assert not names & {"open", "Path", "os", "shutil", "tempfile"}
 
 
-def loaded_after(statement: str) -> set[str]:
+def loaded_after(statement):
     code = f"import sys\n{statement}\nprint(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     return set(run.stdout.split())
@@ -225,8 +117,35 @@ def loaded_after(statement: str) -> set[str]:
 HEAVY = {"pint", "sympy", "matplotlib", "jinja2", "click", "rich", "scipy"}
 
 
-def test_importing_the_package_loads_nothing_heavy():
-    assert not loaded_after("import viscopade") & HEAVY
+def test_importing_the_package_loads_nothing():
+    assert not loaded_after("import viscopade") & {*HEAVY, "numpy", "flint", "mpmath"}
+
+
+def test_public_names_load_nothing_heavy():
+    names = "[getattr(viscopade, name) for name in viscopade.__all__]"
+    assert not loaded_after(f"import viscopade\n{names}") & HEAVY
+
+
+def test_public_names_are_where_type_checkers_find_them():
+    for node in ast.walk(ast.parse((SOURCE / "viscopade" / "__init__.py").read_text())):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("viscopade."):
+            for alias in node.names:
+                here = getattr(viscopade, alias.name)
+                assert here is getattr(import_module(node.module), alias.name, here)
+                assert alias.name in viscopade.__all__
+
+
+def test_help_loads_nothing_heavy():
+    """Each command's, that of the laboratory's commands as well, in one process."""
+    code = """
+import contextlib, io
+from viscopade.cli.main import command
+import click
+with contextlib.redirect_stdout(io.StringIO()):
+    for words in ((), *((name,) for name in command.list_commands(click.Context(command)))):
+        command.main([*words, "--help"], standalone_mode=False)
+"""
+    assert not loaded_after(code) & {*HEAVY - {"click"}, "numpy", "flint", "mpmath"}
 
 
 def test_deriving_coefficients_needs_no_sympy():

@@ -7,11 +7,21 @@ from random import Random
 import pytest
 from flint import fmpq_poly
 
-from viscopade import exact, lookup, lookup_full, reference
-from viscopade.chebyshev import chebyshev, cut, greatest, in_chebyshev, interpolated, nodes, to_fmpq, to_fraction
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.lookup import OCTAVES, Layout, Table
-from viscopade.lookup_full import FullTable
+from viscopade.arithmetic.chebyshev import (
+    chebyshev,
+    cut,
+    greatest,
+    in_chebyshev,
+    interpolated,
+    nodes,
+    to_fmpq,
+    to_fraction,
+)
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import exact, panel_proof
+from viscopade.kernels.forms import speed_table, speed_table_last_place
+from viscopade.kernels.forms.speed_table import OCTAVES, Layout, Table
+from viscopade.kernels.forms.speed_table_last_place import FullTable
 
 SMALL = Table(2, -96, 3, FLOAT)
 FULL = FullTable()
@@ -75,8 +85,8 @@ def test_rounding_of_w():
     """Five roundings of the same sign at a place where eps is steep."""
     w, change = Fraction(2**31), (1 + Fraction(1, 2**24)) ** 5
     before, after = true(w, 0), true(w * change, 0)
-    assert lookup.of_w(FLOAT) * Fraction(9, 10) < abs(after / before - 1) < lookup.of_w(FLOAT)
-    assert lookup_full.ulp_of_w() < 2
+    assert speed_table.of_w(FLOAT) * Fraction(9, 10) < abs(after / before - 1) < speed_table.of_w(FLOAT)
+    assert speed_table_last_place.ulp_of_w() < 2
 
 
 def test_eps_falls_within_rows_and_hardly_rises_between_them():
@@ -146,7 +156,7 @@ def test_full_table_has_a_bound_below_one_ulp():
 
 def test_steepest_slopes():
     """The limits are 10/3 and 2; local slopes by differences."""
-    bound = reference.steepest()
+    bound = panel_proof.steepest()
     assert Fraction(10, 3) <= bound < Fraction(7, 2)
     for w in (Fraction(1, 2**30), Fraction(1), Fraction(2**30)):
         p, q = (true(w * k, 0) for k in (1, Fraction(1001, 1000)))
@@ -189,5 +199,5 @@ def test_a_function_that_may_vanish_is_refused():
 
 
 def test_constants_agree_with_the_full_module():
-    assert lookup_full.DEGREE % 2 == 0  # so that a_1 … come in pairs
-    assert -lookup.SWITCH in range(-SMALL.first)
+    assert speed_table_last_place.DEGREE % 2 == 0  # so that a_1 … come in pairs
+    assert -speed_table.SWITCH in range(-SMALL.first)

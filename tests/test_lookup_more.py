@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import pytest
 from flint import fmpq_poly
 
-from viscopade import exact, lookup, lookup_full, reference
-from viscopade.chebyshev import greatest, to_fmpq, to_fraction
-from viscopade.kernels import speed
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.lookup import ROUNDINGS_OF_W, Piece, Table, gamma
-from viscopade.lookup_full import DEGREE, FullTable
+from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import exact, panel_proof
+from viscopade.kernels.forms import speed_table, speed_table_last_place
+from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, MantissaPiece, Table, gamma
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
+from viscopade.kernels.targets import speed
 
 SMALL = Table(2, -96, 3, FLOAT)
 FULL = FullTable()
@@ -39,7 +40,7 @@ def with_rows(table, changes):
 
 
 def test_least_and_most_count_the_polynomial_and_its_error():
-    piece = Piece(Fraction(1), Fraction(1, 2), fmpq_poly([1, 0, to_fmpq(Fraction(1, 8))]), Fraction(1, 100))
+    piece = MantissaPiece(Fraction(1), Fraction(1, 2), fmpq_poly([1, 0, to_fmpq(Fraction(1, 8))]), Fraction(1, 100))
     assert piece.least == 1 - Fraction(1, 8) - Fraction(1, 100)
     assert piece.most == 1 + Fraction(1, 8) + Fraction(1, 100)
     negative = piece._replace(p=-piece.p)
@@ -63,9 +64,9 @@ def test_errors_of_pieces_count_the_remainder_and_the_reference(index):
 
 def test_a_panel_of_the_reference_ends_where_the_next_begins():
     for number in (0, 5, 40):
-        edge = lookup._edges()[number]
-        assert lookup._panel_at(0, edge) == number
-        assert lookup._panel_at(0, edge * (1 + E)) == number + 1
+        edge = speed_table._edges()[number]
+        assert speed_table._panel_at(0, edge) == number
+        assert speed_table._panel_at(0, edge * (1 + E)) == number + 1
 
 
 # --- bounds of rows ---------------------------------------------------------------------------------------------------
@@ -90,7 +91,7 @@ def test_bounds_of_a_row_count_every_part(index):
 
 def test_the_worst_of_all_rows():
     first, second = SMALL.bounds(3), SMALL.bounds(400)._replace(falling=False)
-    for found in (lookup._worst([first, second]), lookup._worst([second, first])):
+    for found in (speed_table._worst([first, second]), speed_table._worst([second, first])):
         for name, value in found._asdict().items():
             a, b = getattr(first, name), getattr(second, name)
             assert value == (a and b if isinstance(a, bool) else max(a, b)), name
@@ -114,8 +115,8 @@ def test_a_rise_is_relative_to_the_smaller_function():
     index = table.switch
     first, *others = table.rows[index + 1]
     changed = with_rows(table, {index + 1: (first + 0.125, *others)})
-    before = lookup.value(table.rows[index], table.interval(index)[2])
-    after = lookup.value(changed.rows[index + 1], table.interval(index)[2])
+    before = speed_table.value(table.rows[index], table.interval(index)[2])
+    after = speed_table.value(changed.rows[index + 1], table.interval(index)[2])
     assert before > Fraction(1, 2)
     assert (after - before) / (1 - before) <= changed.rise <= (after - before) / (1 - before) * (1 + Fraction(1, 100))
     last = table.size - 1
@@ -182,17 +183,17 @@ def test_gamma_bounds_products():
 def test_what_the_rounding_of_w_does_is_within_its_bound(w):
     """W is off by five units, to both sides; at 1/8 that is into another row, whose p means something else."""
     (low, low_loss), (middle, loss), (high, high_loss) = (eps(w * (1 + n * U)) for n in (-5, 0, 5))
-    bound = lookup.of_w(DOUBLE)
+    bound = speed_table.of_w(DOUBLE)
     assert max(low - middle, middle - high) / middle <= bound
     assert max(loss - low_loss, high_loss - loss) / loss <= bound
     if w > 1000:  # the slope is nearly 1/3
         assert (low - middle) / middle > bound * Fraction(95, 100)
-    assert lookup_full.ulp_of_w() == bound / U
+    assert speed_table_last_place.ulp_of_w() == bound / U
 
 
 def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
     for form in (DOUBLE, FLOAT):
-        assert lookup.of_w(form) >= gamma(ROUNDINGS_OF_W, form) * reference.steepest() / 10 + 4 * E
+        assert speed_table.of_w(form) >= gamma(ROUNDINGS_OF_W, form) * panel_proof.steepest() / 10 + 4 * E
 
 
 # --- the full table ---------------------------------------------------------------------------------------------------
@@ -222,7 +223,7 @@ def test_bounds_of_a_full_row_count_every_part(index):
         assert plain.relative <= ((given + rest) / piece.least + U) * (1 + 2 * U)
         lost = U / 2 if base else Fraction(0)  # half a unit of base + high, which is less than 1
         error = given + rest + U * (abs(low) + terms + lost)
-        unit = lookup_full._ulp(least)
+        unit = speed_table_last_place._ulp(least)
         assert Fraction(1, 2) + error / unit <= plain.ulp
         assert plain.ulp <= Fraction(1, 2) + (error + U * U) * (1 + 64 * U) / unit
 
@@ -240,9 +241,9 @@ def test_the_unit_is_that_of_the_least_eps():
 
 def test_units_in_the_last_place():
     for number, exponent in ((1, -52), (1 - E, -53), (Fraction(1, 2), -53), (Fraction(3, 4), -53), (3, -51)):
-        assert lookup_full._ulp(Fraction(number)) == Fraction(2) ** exponent
-        assert lookup_full._half_ulp(Fraction(number)) == Fraction(2) ** (exponent - 1)
-    assert lookup_full._ulp(Fraction(1, 3) / 2**30) == Fraction(2) ** (-2 - 30 - 52)
+        assert speed_table_last_place._ulp(Fraction(number)) == Fraction(2) ** exponent
+        assert speed_table_last_place._half_ulp(Fraction(number)) == Fraction(2) ** (exponent - 1)
+    assert speed_table_last_place._ulp(Fraction(1, 3) / 2**30) == Fraction(2) ** (-2 - 30 - 52)
 
 
 def test_p_of_1_or_more_is_refused():
@@ -263,4 +264,4 @@ def test_greatest_sees_the_whole_interval():
 def test_sizes_in_memory():
     assert Table(6, -96, 1, FLOAT).bytes == 65536
     assert Table(4, -96, 3, DOUBLE).bytes == 65536
-    assert reference.ERROR == E
+    assert panel_proof.proven_error() == E

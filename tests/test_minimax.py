@@ -11,10 +11,13 @@ import pytest
 from flint import ctx
 
 import viscopade as vp
-from viscopade import exact, minimax
-from viscopade.balls import exact_middle
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.minimax import Fit, MachineFit, choose, cost, fit, machine
+from viscopade.approximation import machine_coefficients, minimax
+from viscopade.approximation.cheapest import choose
+from viscopade.approximation.machine_coefficients import MachineFit, machine
+from viscopade.approximation.minimax import Fit, cost, fit
+from viscopade.arithmetic.balls import exact_middle
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import exact
 
 DEGREES = [(m, n) for m in range(7) for n in range(10) if max(m, n) >= 2]
 SPEEDS = ("0.1", "0.5", 1, 2, 5, 10, 30, 100, 1000)
@@ -269,7 +272,7 @@ def test_no_neighbours_are_better(m, n):
                     if index is not None:
                         unit = Fraction(2) ** (math.frexp(float(values[index]))[1] - 8)
                         values[index] += step * unit
-            errors.append(minimax._error(task, (a, b), found.fit.points))
+            errors.append(machine_coefficients._error(task, (a, b), found.fit.points))
     assert found.error <= min(errors) * (1 + 1e-9)
 
 
@@ -354,7 +357,7 @@ def test_types_that_are_no_numbers(arguments):
 
 
 def test_useless_fits_are_refused():
-    with pytest.raises(ValueError, match=r"the best \[2/0\] on \[0, 5\] is off by 23.6"):
+    with pytest.raises(minimax.TooCoarse, match=r"the best \[2/0\] on \[0, 5\] is off by 23.6"):
         fit(2, 0, 5)
 
 

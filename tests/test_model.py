@@ -16,8 +16,9 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viscopade import model
-from viscopade.model import Pair, Sphere
+from viscopade.collision import spheres
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.theory import equation
 
 ICE_BETA = 1.307  # the paper's value, in (s/cm)^(1/5)
 
@@ -35,7 +36,7 @@ def magnitudes(low, high):
     return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
-spheres = st.builds(
+some_spheres = st.builds(
     Sphere,
     radius=magnitudes(-6, 1),
     density=magnitudes(1, 5),
@@ -60,7 +61,7 @@ def test_mass_and_density_give_each_other():
     assert by_mass.density == close(2500)
 
 
-@given(spheres)
+@given(some_spheres)
 def test_equality_does_not_depend_on_the_rounding_of_the_density(sphere):
     by_mass = dataclasses.replace(sphere)
     assert by_mass.density == close(sphere.density)
@@ -241,7 +242,7 @@ def test_equal_spheres_give_the_papers_rho_and_beta():
     assert pair.beta == close(1.5 * A * (pair.rho / pair.m_eff) ** (2 / 5))
 
 
-@given(spheres, spheres)
+@given(some_spheres, some_spheres)
 def test_effective_values(one, other):
     pair = Pair(one, other)
     D1, D2 = ((1 - s.poisson_ratio**2) / s.young_modulus for s in (one, other))
@@ -253,7 +254,7 @@ def test_effective_values(one, other):
     assert close(A, rel=1e-12) == pair.A
 
 
-@given(spheres, spheres, speeds)
+@given(some_spheres, some_spheres, speeds)
 def test_exchanging_the_spheres_changes_nothing(one, other, speed):
     names = ("m_eff", "R_eff", "E_eff", "rho", "A", "beta")
     ab, ba = Pair(one, other), Pair(other, one)
@@ -266,13 +267,13 @@ def test_exchange_when_only_the_dissipative_constants_differ():
     assert Pair(one, other).A == Pair(other, one).A == close(0.4)
 
 
-@given(spheres, spheres)
+@given(some_spheres, some_spheres)
 def test_one_dissipative_constant_is_the_pairs(one, other):
     other = dataclasses.replace(other, dissipative_constant=one.dissipative_constant)
     assert one.dissipative_constant == Pair(one, other).A
 
 
-@given(spheres, spheres)
+@given(some_spheres, some_spheres)
 def test_dissipative_constant_lies_between_and_nearer_to_the_softer(one, other):
     A = Pair(one, other).A
     soft, stiff = sorted((one, other), key=lambda sphere: sphere.plane_strain_modulus)
@@ -364,7 +365,7 @@ def test_elastic_pair():
 # Units
 
 
-@given(spheres, spheres, speeds, magnitudes(-6, 6), magnitudes(-6, 6), magnitudes(-6, 6))
+@given(some_spheres, some_spheres, speeds, magnitudes(-6, 6), magnitudes(-6, 6), magnitudes(-6, 6))
 def test_dimensions(one, other, speed, length, mass, time):
     """In units smaller by these factors, every quantity grows as its dimension says."""
 
@@ -394,23 +395,23 @@ def test_si_and_cgs_agree():
     cgs = Sphere(radius=2.5, density=0.917, young_modulus=9e10, poisson_ratio=0.31, dissipative_constant=1e-6)
     pair_si, pair_cgs = Pair(si, si), Pair(cgs, cgs)
     assert pair_cgs.v_star(1.0) == close(pair_si.v_star(0.01))
-    assert model.beta_cgs_from_si(pair_si.beta) == close(pair_cgs.beta)
-    assert model.beta_si_from_cgs(pair_cgs.beta) == close(pair_si.beta)
+    assert spheres.beta_cgs_from_si(pair_si.beta) == close(pair_cgs.beta)
+    assert spheres.beta_si_from_cgs(pair_cgs.beta) == close(pair_si.beta)
 
 
 def test_one_per_metre_is_less_per_centimetre():
     with mpmath.workdps(30):
         expected = mpmath.mpf(100) ** (-mpmath.mpf(1) / 5)
-    assert model.beta_cgs_from_si(1.0) == close(float(expected), rel=1e-15)
-    assert model.beta_si_from_cgs(model.beta_cgs_from_si(ICE_BETA)) == close(ICE_BETA, rel=1e-15)
+    assert spheres.beta_cgs_from_si(1.0) == close(float(expected), rel=1e-15)
+    assert spheres.beta_si_from_cgs(spheres.beta_cgs_from_si(ICE_BETA)) == close(ICE_BETA, rel=1e-15)
 
 
 def test_the_papers_ice():
-    speed = model.speed_from_v_star(1.0, ICE_BETA)
+    speed = spheres.speed_from_v_star(1.0, ICE_BETA)
     assert f"{speed:.3f}" == "0.262"  # cm/s
-    in_si = model.speed_from_v_star(1.0, model.beta_si_from_cgs(ICE_BETA))
+    in_si = spheres.speed_from_v_star(1.0, spheres.beta_si_from_cgs(ICE_BETA))
     assert in_si == close(speed / 100)
-    assert model.speed_from_v_star(10**0.3, ICE_BETA) == close(speed * 1000, rel=1e-12)  # the paper's 2.6 m/s
+    assert spheres.speed_from_v_star(10**0.3, ICE_BETA) == close(speed * 1000, rel=1e-12)  # the paper's 2.6 m/s
 
 
 # v*, speed and scales
@@ -420,12 +421,12 @@ def test_the_papers_ice():
 def test_v_star_against_many_digits(speed, beta):
     with mpmath.workdps(30):
         expected = mpmath.sqrt(beta) * mpmath.mpf(speed) ** (mpmath.mpf(1) / 10)
-    assert model.v_star(speed, beta) == close(float(expected), rel=1e-14)
+    assert spheres.v_star(speed, beta) == close(float(expected), rel=1e-14)
 
 
 @given(beta=extreme, speed=extreme)
 def test_v_star_and_speed_are_inverse_over_the_whole_range(speed, beta):
-    assert model.speed_from_v_star(model.v_star(speed, beta), beta) == close(speed)
+    assert spheres.speed_from_v_star(spheres.v_star(speed, beta), beta) == close(speed)
 
 
 @pytest.mark.parametrize(
@@ -439,23 +440,23 @@ def test_v_star_and_speed_are_inverse_over_the_whole_range(speed, beta):
     ],
 )
 def test_no_overflow_on_the_way_to_the_speed(v_star, beta, speed):
-    assert model.speed_from_v_star(v_star, beta) == close(speed)
+    assert spheres.speed_from_v_star(v_star, beta) == close(speed)
 
 
 def test_speed_beyond_double_precision():
-    assert model.speed_from_v_star(1e300, 1e-300) == math.inf
-    assert model.speed_from_v_star(1e-300, 1e300) == 0
+    assert spheres.speed_from_v_star(1e300, 1e-300) == math.inf
+    assert spheres.speed_from_v_star(1e-300, 1e300) == 0
     smallest = 2.0**-1074
-    assert model.v_star(smallest, smallest) == close(2.0**-537 * 2**-107.4)
+    assert spheres.v_star(smallest, smallest) == close(2.0**-537 * 2**-107.4)
 
 
 def test_rest():
-    assert model.v_star(0, 1.0) == model.v_star(0.0, 0) == model.v_star(1.0, 0) == 0
+    assert spheres.v_star(0, 1.0) == spheres.v_star(0.0, 0) == spheres.v_star(1.0, 0) == 0
     assert PAIR.v_star(0.0) == PAIR.length_scale(0.0) == 0
     assert PAIR.time_scale(0.0) == math.inf
 
 
-@given(spheres, spheres, speeds)
+@given(some_spheres, some_spheres, speeds)
 def test_scales_solve_their_defining_equations(one, other, speed):
     """With X and T as units the elastic term and the initial velocity are 1, the viscous term is v*^2."""
     pair = Pair(one, other)
@@ -465,7 +466,7 @@ def test_scales_solve_their_defining_equations(one, other, speed):
     assert 1.5 * pair.A * pair.rho * X**0.5 / (pair.m_eff / T) == close(pair.v_star(speed) ** 2, rel=1e-12)
 
 
-@given(spheres, spheres, speeds, magnitudes(-9, 3))
+@given(some_spheres, some_spheres, speeds, magnitudes(-9, 3))
 def test_round_trips_of_a_pair(one, other, speed, beta):
     pair = Pair(one, other)
     assert pair.speed(pair.v_star(speed)) == close(speed, rel=1e-12)
@@ -476,15 +477,15 @@ def test_round_trips_of_a_pair(one, other, speed, beta):
 
 
 FUNCTIONS = {
-    "v_star": lambda x: model.v_star(x, 2.0),
-    "speed_from_v_star": lambda x: model.speed_from_v_star(x, 2.0),
+    "v_star": lambda x: spheres.v_star(x, 2.0),
+    "speed_from_v_star": lambda x: spheres.speed_from_v_star(x, 2.0),
     "Pair.v_star": PAIR.v_star,
     "Pair.speed": PAIR.speed,
     "length_scale": PAIR.length_scale,
     "time_scale": PAIR.time_scale,
     "dissipative_constant": PAIR.dissipative_constant,
-    "beta_cgs_from_si": model.beta_cgs_from_si,
-    "beta_si_from_cgs": model.beta_si_from_cgs,
+    "beta_cgs_from_si": spheres.beta_cgs_from_si,
+    "beta_si_from_cgs": spheres.beta_si_from_cgs,
 }
 
 
@@ -553,13 +554,13 @@ def test_what_is_no_number_is_refused(function, bad):
 
 def test_beta_is_checked_too():
     with pytest.raises(ValueError, match=r"^beta is -1\.0: accepted is a finite number >= 0$"):
-        model.v_star(1.0, -1.0)
+        spheres.v_star(1.0, -1.0)
     with pytest.raises(TypeError, match=r"^beta is '1': accepted is a finite number >= 0"):
-        model.v_star(1.0, "1")
+        spheres.v_star(1.0, "1")
     with pytest.raises(ValueError, match=r"^beta is 0\.0: accepted is a finite number > 0$"):
-        model.speed_from_v_star(1.0, 0.0)
+        spheres.speed_from_v_star(1.0, 0.0)
     with pytest.raises(ValueError, match=r"^v_star is 1000.*: accepted is a finite number >= 0$"):
-        model.speed_from_v_star([10**400], 1.0)
+        spheres.speed_from_v_star([10**400], 1.0)
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).max == np.finfo(float).max, reason="no long double here")
@@ -570,39 +571,39 @@ def test_long_double_beyond_double():
 
 def test_speeds_and_betas_are_broadcast():
     speeds, betas = np.array([[1.0], [2.0]]), np.array([0.5, 1.0, 2.0])
-    result = model.v_star(speeds, betas)
+    result = spheres.v_star(speeds, betas)
     assert result.shape == (2, 3)
-    assert result[1, 2] == model.v_star(2.0, 2.0)
-    assert model.v_star(1.0, betas).shape == (3,)
-    np.testing.assert_allclose(model.speed_from_v_star(result, betas), np.broadcast_to(speeds, (2, 3)), rtol=1e-14)
+    assert result[1, 2] == spheres.v_star(2.0, 2.0)
+    assert spheres.v_star(1.0, betas).shape == (3,)
+    np.testing.assert_allclose(spheres.speed_from_v_star(result, betas), np.broadcast_to(speeds, (2, 3)), rtol=1e-14)
 
 
 # The scaled equation
 
 
 def test_scaled_equation_is_the_papers():
-    lhs, x, tau, kappa = model.scaled_equation()
+    lhs, x, tau, kappa = equation.scaled_equation()
     assert lhs == x.diff(tau, 2) + x ** sympy.Rational(3, 2) + kappa * x.diff(tau) * sympy.sqrt(x)
     assert lhs.free_symbols == {tau, kappa}
     assert x == x.func(tau)
     assert kappa.is_positive
-    assert model.scaled_equation() == model.scaled_equation()
+    assert equation.scaled_equation() == equation.scaled_equation()
 
 
 def test_contact_ends_at_kappa_epsilon():
-    lhs, x, tau, kappa = model.scaled_equation()
+    lhs, x, tau, kappa = equation.scaled_equation()
     eps, x_c = sympy.symbols("epsilon x_c", positive=True)
-    end = model.end_of_contact()
+    end = equation.end_of_contact()
     force = lhs.subs(end.lhs, end.rhs).subs(x.diff(tau), -eps).subs(x, x_c)
     assert sympy.solve(force, x_c) == [kappa * eps]
 
 
 def test_sympy_is_loaded_only_when_used():
-    code = "import sys, viscopade.model; assert 'sympy' not in sys.modules"
+    code = "import sys, viscopade.collision.spheres; assert 'sympy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_examples_in_the_docstrings():
-    result = doctest.testmod(model)
+    result = doctest.testmod(spheres)
     assert result.attempted > 0
     assert result.failed == 0

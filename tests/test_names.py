@@ -8,8 +8,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "viscopade"
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PATHS = re.compile(r"\b(?:src/viscopade|tests|docs|derivations|benchmarks|examples|notebooks|exports)/[\w./-]*\w\.\w+")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PATHS = re.compile(
+    r"\b(?:src/viscopade(?:_lab)?|checkers|tools|tests|docs|derivations|examples|notebooks|exports)/[\w./-]*\w\.\w+"
+)
 
 
 @cache
@@ -95,12 +97,12 @@ def test_files_that_are_named():
 
 
 def test_code_spans_are_on_one_line():
-    for page in PAGES:
+    for page in (page for page in PAGES if page.name != "hard-cases.md" or "Generated" not in page.read_text()[:20]):
         text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
         assert [(page, line) for line in text.splitlines() if line.count("`") % 2] == []
 
 
 def test_stale_names_are_found():
-    assert all(map(resolves, ("reference.prove", "viscopade.reference.prove", "np.exp")))
-    assert not any(map(resolves, ("reference.prove_elastic", "kernels.lookup")))
+    assert all(map(resolves, ("panel_proof.prove", "viscopade.collision.panel_proof.prove", "np.exp")))
+    assert not any(map(resolves, ("panel_proof.prove_elastic", "kernels.lookup")))
     assert {"prove", "prove_elastic"} - known() == {"prove_elastic"}

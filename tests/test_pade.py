@@ -10,9 +10,8 @@ import pytest
 from flint import acb, arb, fmpq, fmpq_mat, fmpq_poly
 from mpmath import MPContext, mp, mpf
 
-from viscopade import pade
-from viscopade.balls import exact_middle, to_mpf, working
-from viscopade.pade import (
+from viscopade.arithmetic.balls import exact_middle, to_mpf, working
+from viscopade.theory.pade import (
     DegenerateError,
     Pade,
     Root,
@@ -21,11 +20,12 @@ from viscopade.pade import (
     _pade,
     _solved,
     _TooWideError,
+    pade,
     rational_pade,
     solution,
 )
-from viscopade.paper import TABLE
-from viscopade.series import series
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
 
 PAPER_RANGE = range(26)
 MPMATH_PADE = MPContext.pade
@@ -403,7 +403,7 @@ def test_too_short_a_series_is_noticed(m, n):
 
 @pytest.mark.parametrize(("m", "n", "order"), [(2, 0, 8), (3, 6, 15)])
 def test_coefficients_are_checked_even_without_roots(monkeypatch, m, n, order):
-    module = sys.modules["viscopade.pade"]
+    module = sys.modules["viscopade.theory.pade"]
     monkeypatch.setattr(module, "_roots", lambda coefficients, digits: ())
     with working(300), pytest.raises(_TooWideError):
         _solved(series(order, 12).h, m, n, 30)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from viscopade.paper import TABLE, approximants, compare
+from viscopade.theory.paper import TABLE, approximants, compare
 
 ENTRIES = compare(approximants(20))
 

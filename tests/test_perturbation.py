@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy.polys.ring_series import rs_pow, rs_trunc
 
-from viscopade import perturbation
-from viscopade.perturbation import (
+from viscopade.theory import symbolic
+from viscopade.theory.series import end_series as end_series_from_the_end
+from viscopade.theory.series import g_coefficients, lambda_coefficients, series
+from viscopade.theory.symbolic import (
     G_symbol,
     K,
     end_series,
@@ -23,8 +25,6 @@ from viscopade.perturbation import (
     r,
     turning_point_equation,
 )
-from viscopade.series import end_series as end_series_from_the_end
-from viscopade.series import g_coefficients, lambda_coefficients, series
 
 DIGITS = 60
 
@@ -186,25 +186,25 @@ def test_lambda_3_in_the_G():
 
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_closed_forms_of_G(n):
-    closed = getattr(perturbation, f"g_{n}_at_0")()
+    closed = getattr(symbolic, f"g_{n}_at_0")()
     assert closed.has(sp.gamma)
     assert close(closed, sympy_float(g_coefficients(n, DIGITS)[n]))
 
 
 @pytest.mark.parametrize("k", [1, 3])
 def test_closed_forms_of_lambda(k):
-    closed = getattr(perturbation, f"lambda_{k}")()
+    closed = getattr(symbolic, f"lambda_{k}")()
     assert close(closed, sympy_float(lambda_coefficients(2, DIGITS)[k // 2]))
-    closed_G = {G_symbol(n): getattr(perturbation, f"g_{n}_at_0")() for n in range(1, k + 1)}
+    closed_G = {G_symbol(n): getattr(symbolic, f"g_{n}_at_0")() for n in range(1, k + 1)}
     assert close(closed, lambda_from_G(k).subs(closed_G))
 
 
 def test_h_6_needs_no_more_than_the_gamma_function():
     """The cubes of lambda_1 combine to 7/25 (section 2.4 and the closed form of lambda_3)."""
     scale = sp.Rational(4, 5) ** sp.Rational(6, 5)
-    h_6 = h_polynomial(6).subs({lambda_symbol(1): perturbation.lambda_1(), lambda_symbol(3): perturbation.lambda_3()})
+    h_6 = h_polynomial(6).subs({lambda_symbol(1): symbolic.lambda_1(), lambda_symbol(3): symbolic.lambda_3()})
     beta = sp.beta(sp.Rational(9, 5), sp.Rational(1, 2))
-    assert close(h_6, -sp.Rational(7, 25) * perturbation.lambda_1() ** 3 - sp.Rational(125, 1452) * scale * beta)
+    assert close(h_6, -sp.Rational(7, 25) * symbolic.lambda_1() ** 3 - sp.Rational(125, 1452) * scale * beta)
 
 
 # --- arguments ------------------------------------------------------------------------------------------------

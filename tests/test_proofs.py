@@ -1,37 +1,42 @@
 """Kernels with their proofs, and the compiled code against the exact function: what a header says is true."""
 
 import json
+import math
 import re
+from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.certificate_checker import Checker
+from certificate_checker import Checker
 from tests.compiled import build
-from viscopade import double, exact, minimax, proofs, rounding
-from viscopade.certificate import Rational, prove
-from viscopade.kernels import c, python, span
-from viscopade.kernels.binary import DOUBLE, FLOAT
-from viscopade.kernels.binary import exact as fraction
-from viscopade.pade import pade
+from viscopade.approximation import minimax
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.kernels import prove_rational, rounding
+from viscopade.kernels.certificate import Rational, prove
+from viscopade.kernels.forms.quotient import span
+from viscopade.kernels.targets import c, python
+from viscopade.theory.pade import pade
 
 TYPES = {"": ("double", np.float64), "f": ("float", np.float32)}
 
 
 @cache
 def small():
-    return proofs.of_minimax(1, 4, 5)
+    return prove_rational.of_minimax(1, 4, 5)
 
 
 @cache
 def kernels():
     return [
-        proofs.of_pade(3, 6),
-        proofs.of_pade(1, 4),
+        prove_rational.of_pade(3, 6),
+        prove_rational.of_pade(1, 4),
         small(),
-        proofs.of_minimax(2, 5, 2, Fraction(1, 10), "relative"),
+        prove_rational.of_minimax(2, 5, 2, Fraction(1, 10), "relative"),
     ]
 
 
@@ -123,10 +128,10 @@ def test_generated_code_states_what_is_proven(index):
 
 
 def test_pade_bounds_are_those_of_the_exact_formula():
-    kernel = proofs.of_pade(3, 6)
+    kernel = prove_rational.of_pade(3, 6)
     assert [bound.high for bound in kernel.bounds] == [Fraction(1, 2), 1, 2, 5]
     assert all((bound.low, bound.measure) == (0, "both") for bound in kernel.bounds)
-    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    a, b = kernel.exact
     assert kernel.bounds[1].bound == prove(Rational(a, b), Fraction(0), Fraction(1)).bound
     bounds = [Fraction(bound.bound) for bound in kernel.bounds]
     assert bounds == sorted(bounds)
@@ -134,9 +139,9 @@ def test_pade_bounds_are_those_of_the_exact_formula():
 
 
 def test_pade_rounding_covers_that_of_the_coefficients():
-    kernel = proofs.of_pade(3, 6)
+    kernel = prove_rational.of_pade(3, 6)
     assert [name for name, _ in kernel.rounding] == ["double", "float"]
-    a, b = (tuple(map(fraction, values)) for values in (kernel.a, kernel.b))
+    a, b = kernel.exact
     for form, (_, size) in zip((DOUBLE, FLOAT), kernel.rounding, strict=True):
         without = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5)))
         with_them = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5), coefficients=True))
@@ -145,25 +150,44 @@ def test_pade_rounding_covers_that_of_the_coefficients():
 
 
 def test_pade_bounds_end_before_the_first_pole_or_zero():
-    kernel = proofs.of_pade(5, 6)
-    full = proofs.without_proof(pade(5, 6, proofs.DIGITS))
-    assert (kernel.a, kernel.b, kernel.pole) == (full.a, full.b, full.pole)
+    kernel = prove_rational.of_pade(5, 6)
+    full = prove_rational.without_proof(pade(5, 6, prove_rational.DIGITS))
+    assert (kernel.a, kernel.b, kernel.end) == (full.a, full.b, full.end)
     if kernel.end is not None:
-        assert all(bound.high < fraction(kernel.end[1]) for bound in kernel.bounds)
-    poles = proofs.of_pade(3, 5)
+        assert all(bound.high < Fraction(kernel.end[1]) for bound in kernel.bounds)
+    poles = prove_rational.of_pade(3, 5)
     assert float(poles.end[1]) < 0.5
     assert poles.bounds == poles.rounding == ()
-    assert not any(fact.startswith("proven") for fact in poles.facts)
+    assert poles.proven == ()
+
+
+@pytest.mark.parametrize(("m", "n"), [(2, 5), (3, 5), (4, 2), (3, 6)])
+def test_poles_and_zeros_are_those_that_theory_proves(m, n):
+    approximant, kernel = pade(m, n, prove_rational.DIGITS), prove_rational.of_pade(m, n)
+    ends = {"pole": kernel.pole, "zero": kernel.zero}
+    for kind, roots in (("pole", approximant.poles), ("zero", approximant.zeros)):
+        positive = [Decimal(root.decimals(prove_rational.DIGITS)[0]) for root in roots if root.positive]
+        assert ends[kind] == min(positive, default=None)
+    assert (kernel.end is None) == (approximant.domain_end is None)
+    record = kernel.record()
+    assert record["zero"] == (kernel.zero and repr(float(kernel.zero)))
+    assert (record["a"], record["b"]) == tuple(map(list, approximant.decimals(prove_rational.DIGITS)))
+
+
+@pytest.mark.parametrize(("m", "n"), [(2, 5), (4, 2), (5, 6)])
+def test_python_ends_at_the_last_double_before_the_zero(m, n):
+    kernel = prove_rational.of_pade(m, n)
+    end = float(re.search(r"if value >= (\S+):", python.render([kernel], "viscopade export python"))[1])
+    assert Decimal(end) <= kernel.zero < Decimal(math.nextafter(end, math.inf))
 
 
 def test_types_whose_range_is_too_small_have_no_rounding_bound():
     """[30/60] in float changes to powers of 1/v* at v* = 4, before 5: nothing is proven of that."""
-    kernel = proofs.of_pade(3, 6)
-    exact = tuple(map(Fraction, kernel.a)), tuple(map(Fraction, kernel.b))
+    kernel = prove_rational.of_pade(3, 6)
     assert 2 ** kernel.threshold(FLOAT) > 5
-    proofs._require_horner(kernel.label, *exact, FLOAT, Fraction(5))
+    prove_rational._require_horner(kernel.label, *kernel.exact, FLOAT, Fraction(5))
     with pytest.raises(ValueError, match="float"):
-        proofs._require_horner(kernel.label, *exact, FLOAT, Fraction(2 ** (kernel.threshold(FLOAT) + 1)))
+        prove_rational._require_horner(kernel.label, *kernel.exact, FLOAT, Fraction(2 ** (kernel.threshold(FLOAT) + 1)))
 
 
 # --- minimax ----------------------------------------------------------------------------------------------------------
@@ -182,7 +206,7 @@ def test_minimax_variants_are_proven_with_their_own_coefficients():
 
 
 def test_rounding_is_relative_to_eps_and_not_to_the_formula():
-    kernel = proofs.of_minimax(0, 3, 1000)
+    kernel = prove_rational.of_minimax(0, 3, 1000)
     (variant, *_) = kernel.variants
     a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
     relative = float(rounding.quotient(a, b, DOUBLE, Fraction(0), Fraction(1000)))
@@ -200,7 +224,7 @@ def test_names_tell_degrees_interval_and_bound():
 
 @pytest.mark.parametrize("wanted", ["1e-2", "1e-5"])
 def test_accuracy_is_met_by_bound_and_rounding_together(wanted):
-    kernel = proofs.accurate(wanted, 2)
+    kernel = prove_rational.accurate(wanted, 2)
     for variant in kernel.variants:
         assert Fraction(variant.certificate.bound) + Fraction(variant.rounding) <= Fraction(wanted)
     first = kernel.variants[0]
@@ -209,15 +233,15 @@ def test_accuracy_is_met_by_bound_and_rounding_together(wanted):
 
 def test_accuracy_is_met_where_rounding_counts():
     """What is wanted is just above what the best approximant alone would have, but below its sum with rounding."""
-    best = proofs.of_minimax(4, 8, 1)
+    best = prove_rational.of_minimax(4, 8, 1)
     bound, size = (Fraction(x) for x in (best.variants[0].certificate.bound, best.variants[0].rounding))
     wanted = bound + size / 2
-    kernel = proofs.accurate(str(float(wanted)), 1)
+    kernel = prove_rational.accurate(str(float(wanted)), 1)
     assert Fraction(kernel.variants[0].certificate.bound) + Fraction(kernel.variants[0].rounding) <= wanted
 
 
 def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
-    kernel = proofs.accurate("1e-7", 1)
+    kernel = prove_rational.accurate("1e-7", 1)
     assert [v.form for v in kernel.variants] == [DOUBLE]
     ((name, reason),) = kernel.missing
     assert name == "float"
@@ -231,7 +255,7 @@ def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
 @pytest.mark.slow
 def test_a_float_much_worse_than_the_double_is_left_out():
     """The best [6/9] in double precision is far better than rounded coefficients of float allow."""
-    kernel = proofs.of_minimax(6, 9, 2)
+    kernel = prove_rational.of_minimax(6, 9, 2)
     assert [name for name, _ in kernel.missing] == ["float"]
     kept = small()
     assert kept.missing == ()
@@ -241,11 +265,11 @@ def test_a_float_much_worse_than_the_double_is_left_out():
 @pytest.mark.parametrize("accuracy", ["0", "1e-16", "1", "-1", "nan"])
 def test_accuracies_that_are_refused(accuracy):
     with pytest.raises(ValueError, match="accuracy"):
-        proofs.accurate(accuracy, 5)
+        prove_rational.accurate(accuracy, 5)
 
 
 def test_certificates_of_all_kernels_are_accepted_by_the_checker():
-    for kernel in (proofs.of_pade(1, 4), kernels()[3]):
+    for kernel in (prove_rational.of_pade(1, 4), kernels()[3]):
         for entry in kernel.certificates()[:1]:
             assert Checker(json.loads(json.dumps(entry))).check() > 0
 

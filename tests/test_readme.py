@@ -1,4 +1,4 @@
-"""The README's examples run, and print what it says they print."""
+"""The examples of the README and of the pages run and print what they show; numbers are those of code and exports."""
 
 import doctest
 import json
@@ -13,16 +13,26 @@ import pytest
 
 import viscopade
 from tests.patience import HANGS
-from viscopade.model import beta_si_from_cgs
+from viscopade.collision.spheres import beta_si_from_cgs
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text()
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+USAGE = ROOT / "docs" / "usage"
+README = (ROOT / "README.md").read_text("utf-8")
+PAGES = [README, *(page.read_text("utf-8") for page in sorted(USAGE.glob("*.md")))]
+EVERYWHERE = [README, *(page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))]
+RESULT = json.loads((ROOT / "docs" / "bench" / "result.json").read_text("utf-8"))
 
 
-def followed_by_output(language):
-    pairs = pairwise(BLOCKS)
-    return [(code, out) for (kind, code), (following, out) in pairs if (kind, following) == (language, "text")]
+def blocks(text):
+    """Return the kind and the text of each block of code; one that is only indented has no kind."""
+    found = re.findall(r"^```(\w+)\n(.*?)^```$|(?<=\n\n)((?: {4}[^\n]*\n)+)", text, re.MULTILINE | re.DOTALL)
+    return [(kind, code or re.sub(r"^ {4}", "", indented, flags=re.MULTILINE)) for kind, code, indented in found]
+
+
+def commands(text):
+    """Return the commands of a page that are to be typed, without comments."""
+    lines = [line.partition("  # ")[0].strip() for kind, code in blocks(text) if not kind for line in code.splitlines()]
+    return [line for line in lines if line]
 
 
 def output_of(words, directory):
@@ -31,64 +41,203 @@ def output_of(words, directory):
     return run.stdout
 
 
-def test_there_are_examples_of_each_kind():
-    assert len(followed_by_output("c")) == len(followed_by_output("python")) == 1
-    assert sum(kind == "console" for kind, _ in BLOCKS) >= 3
+def of_viscopade(line, directory):
+    return output_of([sys.executable, "-m", "viscopade", *line.removeprefix("viscopade ").split()], directory)
 
 
-def test_c_example(tmp_path):
-    compiler = shutil.which("cc")
-    if compiler is None:
+def test_the_readme_has_these_commands():
+    """Two that set up, one that puts viscopade on the PATH, and one for each door; the first door's is a console."""
+    assert [line.split()[0] for line in commands(README)] == ["make", "make", ".", "cc", "viscopade"]
+    assert [kind for kind, _ in blocks(README)].count("console") == 1
+    assert README.index("    . .venv/bin/activate") < README.index("$ viscopade")
+
+
+def test_a_program_in_c(tmp_path):
+    if shutil.which("cc") is None:
         pytest.skip("no C compiler")
-    ((code, expected),) = followed_by_output("c")
-    (tmp_path / "example.c").write_text(code)
-    assert "cc -O2 -I exports example.c -lm && ./a.out" in README
-    output_of([compiler, "-O2", "-I", str(ROOT / "exports"), "example.c", "-lm"], tmp_path)
-    assert output_of(["./a.out"], tmp_path) == expected
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    shutil.copytree(ROOT / "exports", tmp_path / "exports")
+    ((_, line), (_, expected)) = next(pair for pair in pairwise(blocks(README)) if pair[0][1].startswith("cc "))
+    assert output_of(["sh", "-c", line], tmp_path) == expected
+
+
+def test_lines_for_another_program(tmp_path):
+    ((_, line), (_, expected)) = next(pair for pair in pairwise(blocks(README)) if "viscopade sim" in pair[0][1])
+    assert expected.startswith("pair_coeff ")
+    assert of_viscopade(line, tmp_path).endswith(f"\n{expected}")
+    others = re.search(r"LAMMPS; (.*?) are the other targets", README, re.DOTALL)[1]
+    listed = {"lammps", *re.findall(r"`([\w-]+)`", others)}
+    programs = re.search(r"\{([\w|-]+)\}", re.sub(r"\s+", "", of_viscopade("viscopade simulators -h", tmp_path)))
+    assert listed == set(programs[1].split("|"))
+
+
+@pytest.mark.parametrize("block", [code for page in PAGES for kind, code in blocks(page) if kind == "console"])
+def test_console_examples(block, tmp_path):
+    first, _, expected = block.partition("\n")
+    if "examples/" in first:
+        shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    assert of_viscopade(first.removeprefix("$ "), tmp_path) == expected
 
 
 def test_python_example(tmp_path):
-    ((code, expected),) = followed_by_output("python")
+    pairs = pairwise(blocks((USAGE / "python.md").read_text("utf-8")))
+    ((code, expected),) = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
     assert output_of([sys.executable, "-c", code], tmp_path) == expected
 
 
-@pytest.mark.parametrize("block", [code for kind, code in BLOCKS if kind == "console"])
-def test_console_examples(block, tmp_path):
-    first, _, expected = block.partition("\n")
-    words = first.removeprefix("$ viscopade ").split()
-    if "examples/" in first:
-        shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    assert output_of([sys.executable, "-m", "viscopade", *words], tmp_path) == expected
+def test_the_example_in_the_package():
+    assert doctest.testmod(viscopade).failed == 0
+    assert doctest.testmod(viscopade).attempted >= 4
+
+
+def test_commands_and_targets_that_are_named_exist(tmp_path):
+    named = {
+        name for text in EVERYWHERE for name in re.findall(r"(?:`|^ {4}|^\\$ )viscopade ([a-z]+)", text, re.MULTILINE)
+    }
+    shown = re.findall(r"^  (\w+) ", of_viscopade("viscopade --help", tmp_path).partition("Commands:")[2], re.MULTILINE)
+    assert named == set(shown)
+    targets = {name for text in EVERYWHERE for name in re.findall(r"(?:`|^ {4})make ([a-z-]+)", text, re.MULTILINE)}
+    assert {"reproduce", "test"} <= targets
+    assert targets <= set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+
+
+# --- which kernel? ----------------------------------------------------------------------------------------------------
+
+ROWS = re.findall(
+    r"^\| [^|]+ \| \[`([\w.]+)`\]\(exports/([\w.]+)\)[^|]* \| ([^|]+) \| ([^|]+) \|$", README, re.MULTILINE
+)
+MEASURED = {
+    "viscopade_speed_1em3.h": "speed-1e-3",
+    "viscopade_speed_1em5.h": "speed-1e-5",
+    "viscopade_speed_1em7.h": "speed-1e-7",
+    "viscopade_speed_1em10.h": "speed-1e-10",
+    "viscopade_speed_full.h": "speed-full",
+    "viscopade_full.h": "full",
+    "viscopade_minimax.h": "minimax-2.84e-6",
+    "viscopade_half_line.h": "half-line-3.4e-6",
+    "viscopade_pade.h": "pow+[3/6]",
+}
+
+
+def comment(file):
+    return re.sub(r"[\s*/]+", " ", (ROOT / "exports" / file).read_text("utf-8").partition("*/")[0])
+
+
+def test_the_table_has_every_header():
+    assert {file for _, file, _, _ in ROWS} >= {path.name for path in ROOT.glob("exports/*.h")}
+    assert all(shown == file for shown, file, _, _ in ROWS)
+
+
+@pytest.mark.parametrize(("file", "error"), [(file, error) for _, file, error, _ in ROWS])
+def test_the_tables_errors_are_those_that_the_files_state(file, error):
+    text = comment(file)
+    if error.endswith(" ulp"):
+        assert f"at most {error.removesuffix(' ulp')} " in text
+    elif "speed" in file:
+        stated = re.search(r"min\(eps, 1 - eps\) <= (\S+) in the table, (?:(\S+) elsewhere|that of)", text)
+        assert error == max(filter(None, stated.groups()), key=float)
+    else:
+        assert error in re.findall(r"\d[\d.]*(?:e-\d+)?", " ".join(re.findall(r"proven: .formula.*?rounding", text)))
+
+
+@pytest.mark.parametrize(("file", "cost"), [(file, cost) for _, file, _, cost in ROWS])
+def test_the_tables_times_are_measured(file, cost):
+    if file not in MEASURED:
+        assert cost == "not measured"
+        return
+    key = {"id": MEASURED[file], "format": "double", "speeds": "log-uniform", "measure": "throughput"}
+    (row,) = [row for row in RESULT["rows"] if key.items() <= row.items()]
+    assert cost == f"{row['ns']['median']:.2g}"
+
+
+# --- numbers on the pages ---------------------------------------------------------------------------------------------
+
+
+def page(name):
+    return (ROOT / "docs" / f"{name}.md").read_text("utf-8")
 
 
 def test_measured_ratios_are_those_of_the_result():
-    result = json.loads((ROOT / "docs" / "bench" / "result.json").read_text())
-    measured = [target["measured"] for target in result["targets"] if target["measured"] is not None]
+    measured = [target["measured"] for target in RESULT["targets"] if target["measured"] is not None]
     assert len(measured) == 10
-    section = README.partition("## Speed against error")[2].partition("## ")[0]
+    section = page("results/benchmark").partition("## Speed against error")[2].partition("## ")[0]
     assert [f"{ratio:.3g}" for ratio in measured if f"{ratio:.3g}" not in section] == []
 
 
-def test_the_table_of_lammps_is_that_of_its_page():
-    rows = [line for line in README.splitlines() if line.startswith("| v* = ")]
-    page = (ROOT / "docs" / "simulators-lammps.md").read_text().splitlines()
+def test_the_readme_counts_the_statements_as_the_page_does():
+    sentence = (
+        r"(\d+)(?: of its)? statements[:,] (?:of which )?(\d+) hold, (\d+) hold with a limit, (?:and )?(\d+) do not"
+    )
+    (counts,) = re.findall(sentence, README)
+    assert [counts] == re.findall(sentence, page("results/paper"))
+
+
+def test_lammps_with_a_thousand_steps():
+    rows = re.findall(r"^\| v\* = [^|]+\| \S+ \| \S+ \| (\S+) \|", page("usage/simulators-lammps"), re.MULTILINE)
     assert len(rows) == 10
-    assert [row for row in rows if row not in page] == []
+    (stated,) = re.findall(r"delivers \S+ to (\S+) or better", page("usage/simulators"))
+    assert float(stated) == max(abs(float(error)) for error in rows)
 
 
 def test_the_number_to_write_into_liggghts():
     from viscopade.simulators import tsuji
 
     sentence = r"`coefficientRestitution 0.3` with.*?gives eps = ([0-9.]+); the number to write is ([0-9.]+)"
-    naive, right = (number.rstrip(".") for number in re.search(sentence, README, re.DOTALL).groups())
+    naive, right = re.search(sentence, page("usage/simulators"), re.DOTALL).groups()
     assert naive == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='position'), end='force'):.3f}"
     assert right == f"{tsuji.epsilon(tsuji.damping_ratio(0.3, end='force'), end='position'):.6f}"
 
 
+def test_the_restitutions_of_the_tsuji_damping():
+    """Wanted eps, e to write, eps if e = eps is written, betan."""
+    from viscopade.simulators import tsuji
+
+    rows = re.findall(
+        r"^\| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \|$", page("usage/simulators-dem"), re.MULTILINE
+    )
+    assert len(rows) == 7
+    for wanted, write, naive, betan in rows:
+        ratio = tsuji.damping_ratio(float(wanted), end="force")
+        assert write == f"{tsuji.epsilon(ratio, end='position'):.6f}"
+        assert naive == f"{tsuji.epsilon(tsuji.damping_ratio(float(wanted), end='position'), end='force'):.6f}"
+        assert betan == f"{ratio * (5 / 6) ** 0.5:.6f}"
+
+
 def test_ice_in_si_units():
-    assert f"{beta_si_from_cgs(1.307):.3f} (s/m)^(1/5)" in README
+    assert rf"${beta_si_from_cgs(1.307):.3f} (\mathrm{{s/m}})^{{1/5}}$" in page("usage/python")
 
 
-def test_the_example_in_the_package():
-    assert doctest.testmod(viscopade).failed == 0
-    assert doctest.testmod(viscopade).attempted >= 4
+def test_proven_errors_of_full_accuracy():
+    rows = re.findall(r"^\| (double|float) \| `(\w+)` \| ([\d.]+) ulp", page("reference/full-kernels"), re.MULTILINE)
+    stated = re.findall(r"(double|float), (\w+): at most ([\d.]+)", comment("viscopade_full.h"))  # rounded up
+    assert [row[:2] for row in rows] == [row[:2] for row in stated]
+    for (*_, exact), (*_, rounded) in zip(rows, stated, strict=True):
+        assert float(exact) <= float(rounded) < float(exact) + 0.001
+
+
+def test_sizes_of_the_tables_of_full_accuracy():
+    sentence = r"(\d+) rows of (\d+) numbers, the float table (\d+) rows of (\d+)"
+    (numbers,) = re.findall(sentence, page("reference/full-kernels"))
+    rows, width, rows_float, width_float = map(int, numbers)
+    assert f"tables: {8 * rows * width} bytes for double, {8 * rows_float * width_float} bytes for float" in comment(
+        "viscopade_full.h"
+    )
+
+
+def stated():
+    """Return all proven errors of the exported headers and of the file for other languages, as they are written."""
+    files = [*ROOT.glob("exports/*.h"), ROOT / "exports" / "viscopade.cuh"]
+    return set(re.findall(r"\d\.\d\de-\d+", " ".join(comment(path.name) for path in files)))
+
+
+@pytest.mark.parametrize("name", ["reference/exports", "reference/languages", "usage/which-kernel"])
+def test_proven_errors_on_pages_are_those_of_the_files(name):
+    numbers = set(re.findall(r"\d\.\d\de-\d+", page(name)))
+    assert numbers
+    assert numbers <= stated()
+
+
+def test_proven_errors_of_the_half_line_are_those_of_the_header():
+    rows = re.findall(r"^\|.*\| 1e-\d \| [^|]+ \| \d+ \| (\S+) \|$", page("reference/half-line"), re.MULTILINE)
+    assert len(rows) == 6
+    assert set(rows[:3]) <= stated()

@@ -9,19 +9,22 @@ import pytest
 from flint import arb, arb_poly, fmpz_poly
 
 from tests import daily
-from viscopade import exact, reference
-from viscopade.balls import working
-from viscopade.double import CENTRES, HALF_WIDTHS, PANELS
-from viscopade.exact import Collision
-from viscopade.reference import END, ERROR, RECORD_BITS, Bounds, Row, rows
-from viscopade.series import series
+from tools import panel_bounds
+from viscopade.arithmetic.balls import working
+from viscopade.arrays import panels
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
+from viscopade.collision import exact, panel_proof
+from viscopade.collision.exact import Collision
+from viscopade.collision.panel_proof import END, RECORD_BITS, PanelBounds, PanelRow, rows
+from viscopade.theory.series import series
 
 CHEAP = (5, 30)  # a few seconds each
+ERROR = panel_proof.proven_error()
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
 WRONG = Fraction(1, 2**55)
 
 
-class Kept(reference._Panel):
+class Kept(panel_proof._Panel):
     """A proof that keeps what it compares the rows with."""
 
     def _compared(self, *found):
@@ -58,8 +61,8 @@ def change(monkeypatch, name, index, power, factor=1 + WRONG, add=Fraction(0)):
     row = rows()[name, index]
     fine = [c << 80 for c in row.a]
     fine[power] = int(fine[power] * factor + add * fine[0 if index else 2])
-    wrong = {**rows(), (name, index): Row(row.exponent - 80, tuple(fine))}
-    monkeypatch.setattr(reference, "rows", lambda: wrong)
+    wrong = {**rows(), (name, index): PanelRow(row.exponent - 80, tuple(fine))}
+    monkeypatch.setattr(panel_proof, "rows", lambda: wrong)
 
 
 # --- panels -----------------------------------------------------------------------------------------------------------
@@ -83,7 +86,7 @@ DAYS = 30  # after which all panels have been proven again
 def proven_again(index):
     """Prove a panel; the record has the same bounds but for what another libm may change."""
     print(f"panel {index} of VISCOPADE_DAY={index % DAYS}")
-    for found, recorded in zip(reference.prove(index).recorded(), reference.proven()[index], strict=True):
+    for found, recorded in zip(panel_proof.prove(index).recorded(), panel_proof.proven()[index], strict=True):
         assert 0.99 * found < recorded < 1.01 * found + 1
         assert found * 2.0**-RECORD_BITS < ERROR / 2
 
@@ -136,7 +139,7 @@ def test_the_errors_of_the_ends_are_in_the_bound():
         more = arb(2) ** -50
         for worse in ((loading._replace(error=loading.error + more), unloading),
                       (loading, unloading._replace(error=unloading.error + more))):  # fmt: skip
-            bounds = reference._Panel._compared(kept, k, *worse)
+            bounds = panel_proof._Panel._compared(kept, k, *worse)
             assert float(bounds.epsilon) >= float(right.epsilon) + 2.0**-50
             assert float(bounds.one_minus_epsilon) >= float(right.one_minus_epsilon) + 2.0**-50
 
@@ -147,7 +150,7 @@ def test_another_k_is_in_the_bound():
     k, loading, unloading = kept.found
     with working(2 * kept.bits):
         wrong = k._replace(polynomial=k.polynomial * (2**50 + 1), exponent=k.exponent - 50)
-        bounds = reference._Panel._compared(kept, wrong, loading, unloading)
+        bounds = panel_proof._Panel._compared(kept, wrong, loading, unloading)
     # kappa is larger by 2^-50: eps changes by at most 2, 1 - eps by at most 3 times that.
     assert float(bounds.epsilon) > float(right.epsilon) + 2 * 2.0**-50
     assert float(bounds.one_minus_epsilon) > float(right.one_minus_epsilon) + 3 * 2.0**-50
@@ -156,7 +159,7 @@ def test_another_k_is_in_the_bound():
 @pytest.mark.parametrize("index", [-1, PANELS])
 def test_there_is_no_such_panel(index):
     with pytest.raises(ValueError, match=f"accepted are 0 to {PANELS - 1}"):
-        reference.prove(index)
+        panel_proof.prove(index)
 
 
 def test_rows_are_within_the_proven_error_of_exact():
@@ -173,7 +176,7 @@ def test_parts_of_a_panel_bound_a_polynomial_closely(index):
     """T_14 is steepest at the ends; there an error of interpolation is as large as in the middle."""
     steep = fmpz_poly.chebyshev_t(14)
     with working(200):
-        assert 1 <= reference._Panel(index)._most(arb_poly(steep(fmpz_poly([-1, 2])) if index == 0 else steep)) < 1.2
+        assert 1 <= panel_proof._Panel(index)._most(arb_poly(steep(fmpz_poly([-1, 2])) if index == 0 else steep)) < 1.2
 
 
 def test_panels_are_exact_and_without_gaps():
@@ -184,7 +187,7 @@ def test_panels_are_exact_and_without_gaps():
 
 
 def test_row_as_value_and_as_polynomial():
-    row = Row(-3, (8, 4, -2))
+    row = PanelRow(-3, (8, 4, -2))
     assert row(Fraction(1, 2)) == Fraction(19, 16)
     with working(64):
         assert row.poly().coeffs() == [1, arb(1) / 2, -arb(1) / 4]
@@ -194,43 +197,44 @@ def test_row_as_value_and_as_polynomial():
 
 
 def test_the_error_is_a_power_of_2_that_leaves_a_bit():
-    worst = max(map(max, reference.proven().values()))
-    assert ERROR == reference.proven_error() == 2.0 ** round(math.log2(ERROR))
+    worst = max(map(max, panel_proof.proven().values()))
+    assert math.frexp(ERROR)[0] == 0.5
     assert 2 * worst <= ERROR * 2**RECORD_BITS < 4 * worst
 
 
 @pytest.fixture
 def files(monkeypatch):
     """Put other texts into the place of the package's."""
-    texts = {name: reference._text(name) for name in (reference.DATA, reference.RECORD)}
-    monkeypatch.setattr(reference, "_text", texts.__getitem__)
-    reference.proven.cache_clear()
+    texts = {name: panel_proof._text(name) for name in (panels.DATA, panel_proof.RECORD)}
+    monkeypatch.setattr(panel_proof, "_text", texts.__getitem__)
+    panel_proof.proven_error.cache_clear()
     yield texts
-    reference.proven.cache_clear()
+    panel_proof.proven_error.cache_clear()
 
 
 def test_a_worse_panel_is_a_larger_error(files):
-    files[reference.RECORD] = files[reference.RECORD].replace("\n73 ", f"\n73 {2**21}", 1)
-    assert reference.ERROR > ERROR
+    files[panel_proof.RECORD] = files[panel_proof.RECORD].replace("\n73 ", f"\n73 {2**21}", 1)
+    assert panel_proof.proven_error() > ERROR
 
 
-@pytest.mark.parametrize("name", [reference.DATA, reference.RECORD])
+@pytest.mark.parametrize("name", [panels.DATA, panel_proof.RECORD])
 def test_a_record_of_another_table_is_refused(files, name):
     files[name] = "\n".join(files[name].splitlines()[:-1])
-    with pytest.raises(OSError, match=r"python -m viscopade\.reference"):
-        _ = reference.ERROR
+    with pytest.raises(OSError, match=r"python -m tools\.panel_bounds"):
+        panel_proof.proven_error()
 
 
 def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
-    monkeypatch.setattr(reference, "prove", lambda index: Bounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
-    files[reference.RECORD] = "\n".join(reference.record())
-    assert set(map(tuple, reference.proven().values())) == {(2**18, 2**19 + 1)}
-    assert reference.ERROR == 2.0**-59
+    monkeypatch.setattr(panel_bounds, "prove", lambda index: PanelBounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
+    files[panel_proof.RECORD] = "of another table"
+    files[panel_proof.RECORD] = "\n".join(panel_bounds.record())
+    assert set(map(tuple, panel_proof.proven().values())) == {(2**18, 2**19 + 1)}
+    assert panel_proof.proven_error() == 2.0**-59
 
 
 def test_no_panel_is_proven_with_less_than_a_bit_of_margin():
     """Panel 73, whose proof on 64 equal parts had 2^-60.97, among them."""
-    assert max(map(max, reference.proven().values())) < 2 ** (RECORD_BITS - 61)
+    assert max(map(max, panel_proof.proven().values())) < 2 ** (RECORD_BITS - 61)
 
 
 # --- panel 0 ----------------------------------------------------------------------------------------------------------
@@ -245,7 +249,7 @@ def test_a_wrong_row_at_0_is_found_out(monkeypatch, name, power):
 
 
 def test_below_elastic():
-    bounds = reference.elastic_error()
+    bounds = panel_proof.elastic_error()
     assert max(bounds) < ERROR
     for exponent in (37, 45, 70):
         z = Fraction(1, 2 ** (exponent - 4))
@@ -255,21 +259,21 @@ def test_below_elastic():
 
 
 def test_the_series_second_term_is_in_the_bound_below_elastic(monkeypatch):
-    monkeypatch.setattr(reference, "ELASTIC", Fraction(1, 2**24))
-    assert float(reference.elastic_error().one_minus_epsilon) >= 8 * 2.0**-48
+    monkeypatch.setattr(panel_proof, "ELASTIC", Fraction(1, 2**24))
+    assert float(panel_proof.elastic_error().one_minus_epsilon) >= 8 * 2.0**-48
 
 
 @pytest.mark.parametrize(("name", "power"), [("epsilon", 0), ("one_minus_epsilon", 2)])
 def test_a_wrong_row_below_elastic_is_found_out(monkeypatch, name, power):
     change(monkeypatch, name, 0, power)
-    assert float(getattr(reference.elastic_error(), name)) > 0.999 * float(WRONG)
+    assert float(getattr(panel_proof.elastic_error(), name)) > 0.999 * float(WRONG)
 
 
 @pytest.mark.parametrize("power", [0, 1])
 def test_a_row_that_does_not_vanish_at_0_is_refused(monkeypatch, power):
     change(monkeypatch, "one_minus_epsilon", 0, power, 1, Fraction(1, 2**70))
     with pytest.raises(ArithmeticError, match="z"):
-        reference.elastic_error()
+        panel_proof.elastic_error()
 
 
 # --- step 8 -----------------------------------------------------------------------------------------------------------
@@ -278,7 +282,7 @@ def test_a_row_that_does_not_vanish_at_0_is_refused(monkeypatch, power):
 def test_lambda_1_is_the_series_first_coefficient():
     h_2 = Fraction(series(2, 40).decimals()[2])
     with working(200):
-        assert abs(reference.lambda_1() + arb(h_2.numerator) / h_2.denominator) < arb(10) ** -39
+        assert abs(panel_proof.lambda_1() + arb(h_2.numerator) / h_2.denominator) < arb(10) ** -39
 
 
 @pytest.mark.parametrize("exponent", [10, 12, 20])
@@ -287,7 +291,9 @@ def test_small_v_star(exponent):
     kappa = Fraction(1, 2 ** (2 * exponent))
     truth = Fraction(exact.collision(Fraction(1, 2**exponent), 40).decimals()["one_minus_epsilon"])
     with working(200):
-        ratio = arb(truth.numerator) / truth.denominator / (reference.lambda_1() * kappa.numerator / kappa.denominator)
+        ratio = (
+            arb(truth.numerator) / truth.denominator / (panel_proof.lambda_1() * kappa.numerator / kappa.denominator)
+        )
         assert abs(ratio - 1) <= 8 * arb(kappa.numerator) / kappa.denominator
         assert abs(ratio - 1) >= arb(kappa.numerator) / kappa.denominator / 10
 
@@ -297,17 +303,17 @@ def test_large_v_star(v_star):
     truth = Fraction(exact.collision(v_star, 40).decimals()["epsilon"])
     with working(200):
         at = arb(v_star)
-        scaled = (arb(truth.numerator) / truth.denominator * at ** (arb(10) / 3) / reference.limit()).log()
-        assert abs(scaled) <= reference.tail(at)
-        assert reference.tail(at) < 4 * abs(scaled)
+        scaled = (arb(truth.numerator) / truth.denominator * at ** (arb(10) / 3) / panel_proof.limit()).log()
+        assert abs(scaled) <= panel_proof.tail(at)
+        assert panel_proof.tail(at) < 4 * abs(scaled)
 
 
 def test_the_limit():
     with working(100):
-        assert abs(reference.limit() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
+        assert abs(panel_proof.limit() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
 
 
 @pytest.mark.parametrize("v_star", ["3.9", "0", "-5"])
 def test_tail_is_refused_for_small_v_star(v_star):
     with working(64), pytest.raises(ValueError, match="4 or more"):
-        reference.tail(arb(v_star))
+        panel_proof.tail(arb(v_star))

@@ -8,9 +8,10 @@ import pytest
 from flint import arb, ctx
 from scipy.optimize import linprog
 
-from viscopade import curve, remez
-from viscopade.balls import working
-from viscopade.remez import Coordinate, NoBest, NotAttained, Problem, TooAccurate
+from viscopade.approximation import remez
+from viscopade.approximation.remez import Coordinate, NoBest, NotAttained, Problem, TooAccurate
+from viscopade.approximation.target import curve
+from viscopade.arithmetic.balls import working
 
 
 def one(_):
@@ -24,7 +25,7 @@ def free(m, n, f, interval, weight=one, **more):
 
 def restitution(m, n, v_max, measure="both", v_min=0.0, **more):
     """The elastic problem, written down once more."""
-    target = curve.curve()
+    target = curve()
 
     def sharpness(v):
         epsilon, loss = target.both(v)
@@ -230,7 +231,7 @@ def test_a_start_saves_exchanges():
 
 def power_of_restitution(m, n, **more):
     """eps^(3/2), relative, on the half-line."""
-    target = curve.curve()
+    target = curve()
 
     def f(v):
         epsilon = target.epsilon(v)

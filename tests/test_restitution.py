@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from viscopade import Pair, Sphere, exact
-from viscopade.model import beta_from_restitution
+from viscopade import Pair, Sphere
+from viscopade.collision import exact
+from viscopade.collision.spheres import beta_from_restitution
 
 STEEL = {"young_modulus": 2.1e11, "poisson_ratio": 0.28, "dissipative_constant": 3e-7}
 RUBBER = {"young_modulus": 1e7, "poisson_ratio": 0.49, "dissipative_constant": 2e-4}

@@ -22,10 +22,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import viscopade as vp
-from viscopade import exact, fallback, native, restitution_table
+from tools import restitution_table
+from viscopade.arrays import fallback, native
+from viscopade.collision import exact
 
 try:
-    from viscopade import _native
+    from viscopade.arrays import _native
 except ImportError:
     _native = None
 
@@ -601,8 +603,8 @@ def test_a_bad_environment_is_refused():
 
 
 def test_without_the_extension(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viscopade._native", None)
-    monkeypatch.delattr("viscopade._native", raising=False)
+    monkeypatch.setitem(sys.modules, "viscopade.arrays._native", None)
+    monkeypatch.delattr("viscopade.arrays._native", raising=False)
     for wanted in (None, "", "numpy"):
         name, restitution = native.choose(wanted)
         assert (name, type(restitution)) == ("numpy", type(NUMPY))
@@ -630,8 +632,8 @@ def test_a_compiler_was_used_if_there_is_one():
 
 def test_tables_are_read_when_needed():
     code = (
-        "import sys, viscopade; from viscopade import fallback; print(fallback._tables.cache_info().currsize, "
-        "'viscopade.lookup' in sys.modules)"
+        "import sys, viscopade; from viscopade.arrays import fallback; print(fallback._tables.cache_info().currsize, "
+        "'viscopade.kernels.forms.speed_table' in sys.modules)"
     )
     assert python(code, VISCOPADE_BACKEND="numpy").stdout.split() == ["0", "False"]
 
@@ -649,5 +651,5 @@ def test_tables_are_those_of_the_header():
 
 
 def test_the_data_file_is_what_the_module_writes():
-    path = Path(native.__file__).with_name("data") / "restitution.txt"
+    path = Path(native.__file__).parents[1] / "data" / "restitution.txt"
     assert restitution_table.text() == path.read_text()

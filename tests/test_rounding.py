@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from viscopade import proofs, rounding
-from viscopade.kernels.binary import DOUBLE, FLOAT, Format
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels import prove_rational, rounding
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
 A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))
@@ -118,16 +118,16 @@ def test_horner_follows_the_running_error_exactly():
     """One step by hand: c_0 + v c_1 in [1, 2], product and sum rounded."""
     from flint import arb
 
-    from viscopade.balls import working
+    from viscopade.arithmetic.balls import working
 
     with working(200):
         u = arb(2) ** -24
-        total, error = rounding.horner([Fraction(3), Fraction(2)], FLOAT, arb(5))
+        total, error = rounding.horner_with_error([Fraction(3), Fraction(2)], FLOAT, arb(5))
         assert total == 13
         # product: 10 u, then the sum: 13 u, of second order 10 u^2
         assert error >= 23 * u + 10 * u**2
         assert error < 23 * u + 11 * u**2 + arb(2) ** -140
-        _, more = rounding.horner([Fraction(3), Fraction(2)], FLOAT, arb(5), True)
+        _, more = rounding.horner_with_error([Fraction(3), Fraction(2)], FLOAT, arb(5), True)
         assert more >= (10 + 3 + 10 + 13) * u
         assert more < (10 + 3 + 10 + 13) * u * (1 + 10 * u)
 
@@ -136,13 +136,15 @@ def test_horner_counts_errors_of_errors():
     """Two steps by hand with a precision of 4 bits, where products of errors are seen: 3 + 5 (2 + 5 1)."""
     from flint import arb
 
-    from viscopade.balls import working
+    from viscopade.arithmetic.balls import working
 
     u = Fraction(1, 16)
     first = u * 5 + u * (7 + 5 * u)
     product = 5 * first + u * 5 * (7 + first)
     with working(200):
-        _, error = rounding.horner([Fraction(3), Fraction(2), Fraction(1)], Format("short", "", 4, 127, 2), arb(5))
+        _, error = rounding.horner_with_error(
+            [Fraction(3), Fraction(2), Fraction(1)], Format("short", "", 4, 127, 2), arb(5)
+        )
         assert float(error) == pytest.approx(float(product + u * (38 + product)), rel=1e-12)
 
 
@@ -151,12 +153,12 @@ def test_underflow_is_in_the_bound(name):
     """Denormal products: half the smallest denormal number is added, and the relative error stays about one unit."""
     from flint import arb
 
-    from viscopade.balls import working
+    from viscopade.arithmetic.balls import working
 
     form, kind = FORMS[name]
     tiny = float(np.finfo(kind).smallest_subnormal)
     with working(2200):
-        _, error = rounding.horner([Fraction(0), Fraction(1, 2)], form, arb(tiny))
+        _, error = rounding.horner_with_error([Fraction(0), Fraction(1, 2)], form, arb(tiny))
         # Half of it for the product and as much for the sum, and no more: nothing else is rounded here.
         assert arb(tiny) <= error < arb(tiny) * (1 + arb(2) ** -20)
     assert kind(0.5) * kind(tiny) == 0  # an error of half of it
@@ -209,13 +211,14 @@ def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
     """Where v* is one number: those of N or T once, that of D once in quotients and twice in derivatives."""
     from flint import arb
 
-    from viscopade.balls import working
+    from viscopade.arithmetic.balls import working
 
     low, u = Fraction(2), 2.0**-24
     ends = low, low + Fraction(1, 2**40)
     with working(200):
         first, second = (
-            float(error / total) for total, error in (rounding.horner(c, FLOAT, arb(2)) for c in (top, bottom))
+            float(error / total)
+            for total, error in (rounding.horner_with_error(c, FLOAT, arb(2)) for c in (top, bottom))
         )
     assert first + second > 2 * u
     assert float(rounding.quotient(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + u, rel=1e-4)
@@ -242,7 +245,7 @@ def test_more_operations_and_fewer_bits_make_it_larger():
 
 
 def test_a_real_kernel_in_float():
-    kernel = proofs.of_minimax(1, 4, 5)
+    kernel = prove_rational.of_minimax(1, 4, 5)
     variant = kernel.variant(FLOAT)
     a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
     error = largest_error(a, b, np.float32, *kernel.interval, 400_000)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tests.test_scene_render import COMMAND, EACH, choice, chosen, scene, text
-from viscopade.bench.compilers import BenchError
+from viscopade.kernels.toolchain import BenchError
 from viscopade.scene import check as checks
 from viscopade.scene import read, runners, shaders
-from viscopade.scene.check import Check, check
+from viscopade.scene.check import SceneCheck, check
 from viscopade.scene.choice import choose
 from viscopade.scene.cost import Costs
 from viscopade.scene.render import file_name, render
@@ -54,7 +54,7 @@ def need(language):
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
 def test_every_example_gets_a_validated_kernel(file):
-    made = choose(read.scene(file.read_bytes(), file.name), Costs())
+    made = choose(read.from_toml(file.read_bytes(), file.name), Costs())
     language = made.scene.code.language
     found = check(made, render(made, f"viscopade scene {file.name}"))
     if not there(language):
@@ -81,7 +81,7 @@ def test_languages(few, no_device, language, form, constant):
     made = choice(language, form, constant)
     found = check(made, text(language, form, constant))
     if language in SHADERS and shaders.device() is None:
-        assert found == Check(found.how, reason=COMPILED)
+        assert found == SceneCheck(found.how, reason=COMPILED)
         return
     assert found.how
     assert not found.reason

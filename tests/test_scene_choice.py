@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 
 from tests.compiled import build
-from viscopade import double, exact, minimax, tabulated
-from viscopade.catalogue import entries
+from viscopade.approximation import cheapest, minimax
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.kernels import registry_arrays
+from viscopade.kernels.registry import entries
 from viscopade.scene import candidate
-from viscopade.scene.candidate import Constant, Polynomial, Ready, in_format, interval, uncovered
+from viscopade.scene.candidate import PairConstant, Polynomial, Ready, in_format, interval, uncovered
 from viscopade.scene.choice import AS_CHEAP, Choice, choose
-from viscopade.scene.cost import Costs, Measured, Operations
-from viscopade.scene.description import Body, Code, Material, Meeting, Range, Scene, Sizes, Tolerance
+from viscopade.scene.cost import Costs, MeasuredCosts, Operations
+from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Tolerance
 from viscopade.scene.encounter import encounters
 
 EXPORTS = Path(__file__).parent.parent / "exports"
@@ -36,7 +39,7 @@ def _scene(speeds, tolerance, code, materials) -> Scene:
     names = [f"m{i}" for i in range(len(materials))]
     return Scene(
         "s.toml", "s", "s", dict(zip(names, materials, strict=True)), {n: Body(n, SIZE) for n in names},
-        tuple(Meeting(n, n, Range(*s)) for n, s in zip(names, speeds, strict=True)), tolerance, code,
+        tuple(Meeting(n, n, SpeedLimits(*s)) for n, s in zip(names, speeds, strict=True)), tolerance, code,
     )  # fmt: skip
 
 
@@ -115,7 +118,7 @@ def test_the_cheapest_of_all_kinds(code: Code, tolerance: dict[str, float]) -> N
     found = choose(scene((0.3, 0.9), (0.4, 1.3), code=code, **tolerance), Costs())
     is_sound(found)
     kinds = {type(offer.candidate) for offer in found.offers}
-    assert kinds == {Constant, Polynomial, Ready}
+    assert kinds == {PairConstant, Polynomial, Ready}
 
 
 def test_equal_prices_are_decided_by_the_table() -> None:
@@ -151,7 +154,7 @@ def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
     low, high = interval(met, asked.code)
     price = minimax.cost(found.kernel.m, found.kernel.n)
     for measure in ("both", "relative"):
-        fit = minimax.most_accurate(price - 1, high, low, measure)
+        fit = cheapest.most_accurate(price - 1, high, low, measure)
         v_star = np.linspace(float(met[0].v_star[0]), float(met[0].v_star[1]), 3001)
         a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (fit.a, fit.b))
         eps = np.asarray(double.epsilon(v_star))
@@ -281,7 +284,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
     (met,) = encounters(asked)
     kind, unit = (np.float32, 2.0**-24) if form == "float" else (np.float64, 2.0**-53)
     for name, size in (("epsilon", unit / 8), ("epsilon", 1e-3), ("absolute", 1e-6), ("dissipation", 1e-2)):
-        constant = Constant([met], Tolerance(**{name: size}), asked.code)
+        constant = PairConstant([met], Tolerance(**{name: size}), asked.code)
         value = Fraction(float(kind(constant.values[0])))
         for eps in met.epsilon:
             off = abs(value - eps)
@@ -290,7 +293,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
             assert abs((1 - value**2) - (1 - eps**2)) / (1 - eps**2) < constant.errors.dissipation
         if size > 1e-6:
             assert not constant.errors.failing(Tolerance(**{name: size}))
-    assert Constant([met], Tolerance(epsilon=unit / 100), asked.code).errors.epsilon > Fraction(unit / 100)
+    assert PairConstant([met], Tolerance(epsilon=unit / 100), asked.code).errors.epsilon > Fraction(unit / 100)
 
 
 @pytest.mark.parametrize("ranges", [(0.5, 0.5), (0.1, 0.5), (3.0, 30.0)])
@@ -306,15 +309,15 @@ def test_a_constant_is_found_as_soon_as_there_is_one(ranges: tuple[float, float]
         "dissipation": (high**2 - low**2) / (2 - high**2 - low**2),
     }[name]
     enough, short = float(least * Fraction(101, 100)) + 1e-14, float(least * Fraction(99, 100))
-    assert not Constant(met, Tolerance(**{name: enough}), asked.code).errors.failing(Tolerance(**{name: enough}))
+    assert not PairConstant(met, Tolerance(**{name: enough}), asked.code).errors.failing(Tolerance(**{name: enough}))
     if short > 1e-9:
-        assert Constant(met, Tolerance(**{name: short}), asked.code).errors.failing(Tolerance(**{name: short}))
+        assert PairConstant(met, Tolerance(**{name: short}), asked.code).errors.failing(Tolerance(**{name: short}))
 
 
 def test_each_pair_has_its_constant() -> None:
     found = choose(scene((0.1, 0.11), (1.0, 1.1), (4.0, 4.1), code=ready("cuda"), epsilon=0.1), Costs())
     constant = found.chosen.candidate
-    assert isinstance(constant, Constant)
+    assert isinstance(constant, PairConstant)
     assert len(set(constant.values)) == 3
     for value, met in zip(constant.values, found.encounters, strict=True):
         assert met.epsilon[0] * Fraction(9, 10) < Fraction(value) < met.epsilon[1] * Fraction(11, 10)
@@ -348,7 +351,7 @@ def test_tables_compute_dissipation_of_nearly_elastic_collisions() -> None:
 @pytest.mark.parametrize("language", ["glsl", "wgsl", "cuda", "rust"])
 def test_compact_kernels_of_type_float_are_not_offered_beyond_their_domain(ends, language: str) -> None:
     asked = scene(ends, code=ready(language, "float"), dissipation=1e-3)
-    assert [type(c) for c in candidate.candidates(asked, encounters(asked))] == [Constant]
+    assert [type(c) for c in candidate.candidates(asked, encounters(asked))] == [PairConstant]
     if language == "glsl":
         tight = scene(ends, code=ready(language, "float"), dissipation=1e-3, epsilon=1e-4)
         with pytest.raises(ValueError, match=r"s\.toml: a constant does not suffice, and v\* is from .*: accepted for"):
@@ -365,7 +368,7 @@ def test_compact_kernels_need_a_beta_whose_fifth_power_is_normal() -> None:
 
 def test_a_single_speed() -> None:
     found = choose(scene((1.2, 1.2), epsilon=1e-9), Costs())
-    assert isinstance(found.chosen.candidate, Constant)
+    assert isinstance(found.chosen.candidate, PairConstant)
     is_sound(found)
 
 
@@ -432,7 +435,7 @@ def test_formulas_are_as_far_off_as_the_catalogue_says(entry) -> None:
     """Largest errors of what shows where a kernel fails: at most the bound, and not far below."""
     v_star = np.geomspace(0.05, 8.0, 20001)
     eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-    off = (np.abs(tabulated.epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
+    off = (np.abs(registry_arrays.epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
     bound = float(entry.error(Fraction(1, 20), Fraction(8)))
     assert off <= bound + 1e-14
     if bound > 1e-13:
@@ -444,7 +447,7 @@ def test_formulas_hold_beyond_the_tables(tier: str) -> None:
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     v_star = np.array([1e-9, 1e-4, 1e2, 1e6])
     eps = np.asarray(double.epsilon(v_star))
-    assert np.abs(tabulated.epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
+    assert np.abs(registry_arrays.epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
 
 
 # --- costs ------------------------------------------------------------------------------------------------------------
@@ -464,7 +467,7 @@ def test_operations_of_polynomials_and_ready_kernels() -> None:
 
 def test_measured_costs_decide() -> None:
     times = {"pow": 20.0, "pow+[3/6]": 24.0, "speed-1e-3": 5.0, "speed-1e-5": 40.0, "speed-1e-7": 6.0}
-    found = choose(scene((0.2, 2000.0), epsilon=1e-5), Measured("ns", "a test", times))
+    found = choose(scene((0.2, 2000.0), epsilon=1e-5), MeasuredCosts("ns", "a test", times))
     is_sound(found)
     assert found.chosen.candidate.bench_id == "speed-1e-7" or found.chosen.price.how == "estimated"
     assert next(o for o in found.offers if o.candidate.bench_id == "speed-1e-5").price.value == 40

@@ -7,16 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from viscopade.bench import rivals
-from viscopade.catalogue import Entry, entries
-from viscopade.report import result
-from viscopade.report.result import Result
+from viscopade.kernels.registry import Entry, entries
 from viscopade.scene.cost import (
     CUBE_ROOT,
     DIVISION,
+    PADE,
     POWER,
     Costs,
-    Measured,
+    MeasuredCosts,
+    MeasuredTimes,
     Operations,
     id_of_name,
     id_of_tier,
@@ -30,13 +29,13 @@ TIERS = ("1e-3", "1e-5", "1e-7", "1e-10", "full")
 
 
 @pytest.fixture(scope="module")
-def benchmark() -> Result:
-    return result.checked(result.from_json(FILE.read_text(), FILE.name))
+def benchmark() -> MeasuredTimes:
+    return MeasuredTimes.from_json(FILE.read_text(), FILE.name)
 
 
-def of(given: Result, code: Code) -> Measured:
-    found = measured(given, code, given.machine.cpu)
-    assert isinstance(found, Measured)
+def of(given: MeasuredTimes, code: Code) -> MeasuredCosts:
+    found = measured(given, code, given.cpu)
+    assert isinstance(found, MeasuredCosts)
     return found
 
 
@@ -49,12 +48,12 @@ def test_counted_costs() -> None:
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda c: f"{c.format}-{c.use}")
-def test_the_committed_measurement_serves_every_format_and_use(code: Code, benchmark: Result) -> None:
+def test_the_committed_measurement_serves_every_format_and_use(code: Code, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, code)
     measure = "memory" if code.use == "batch" else "throughput"
     assert found.unit == "ns"
-    assert benchmark.machine.cpu in found.source
-    assert benchmark.machine.compiler in found.source
+    assert benchmark.cpu in found.source
+    assert benchmark.compiler in found.source
     assert f", {measure}," in found.source
     assert "not this machine" not in found.source
     those = [row for row in benchmark.rows if (row.format, row.measure) == (code.format, measure)]
@@ -66,11 +65,11 @@ def test_the_committed_measurement_serves_every_format_and_use(code: Code, bench
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda c: f"{c.format}-{c.use}")
-def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark: Result) -> None:
+def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, code)
     times = found.times
     assert times is not None
-    power, whole = times["pow"], times[rivals.PADE]
+    power, whole = times["pow"], times[PADE]
     # What [3/6] itself is estimated to cost is what was measured.
     assert found.of(None, Operations(18, 1, 1)).value == pytest.approx(whole)
     assert found.of(None, Operations(18, 1)).value == pytest.approx(whole - power)
@@ -82,12 +81,12 @@ def test_estimates_are_in_proportion_and_of_the_right_size(code: Code, benchmark
     assert found.of("speed-1e-4", Operations(18, 1, 1)).how == "estimated"
 
 
-def test_another_machine_is_named(benchmark: Result) -> None:
+def test_another_machine_is_named(benchmark: MeasuredTimes) -> None:
     found = measured(benchmark, Code(), "Abacus 1")
-    assert f"on {benchmark.machine.cpu}, which is not this machine (Abacus 1)" in found.source
+    assert f"on {benchmark.cpu}, which is not this machine (Abacus 1)" in found.source
 
 
-def test_one_distribution_of_speeds_counts(benchmark: Result) -> None:
+def test_one_distribution_of_speeds_counts(benchmark: MeasuredTimes) -> None:
     found = of(benchmark, Code())
     rows = [row for row in benchmark.rows if (row.format, row.measure) == ("double", "throughput")]
     speeds = rows[0].speeds
@@ -95,10 +94,10 @@ def test_one_distribution_of_speeds_counts(benchmark: Result) -> None:
 
 
 @pytest.mark.parametrize(("use", "second"), [("scalar", "latency"), ("batch", "cache")])
-def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, benchmark: Result) -> None:
+def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, benchmark: MeasuredTimes) -> None:
     rows = tuple(row for row in benchmark.rows if row.measure == second)
     given = replace(benchmark, rows=rows)
-    if {"pow", rivals.PADE} <= {row.id for row in rows if row.format == "double"}:
+    if {"pow", PADE} <= {row.id for row in rows if row.format == "double"}:
         assert f", {second}," in of(given, Code(use=use)).source
     else:
         with pytest.raises(ValueError, match="has no times of pow"):
@@ -107,8 +106,8 @@ def test_the_next_measure_is_taken_if_the_first_is_missing(use, second: str, ben
 
 @pytest.mark.parametrize("form", ["double", "float"])
 @pytest.mark.parametrize("use", ["scalar", "batch"])
-@pytest.mark.parametrize("missing", ["format", "pow", rivals.PADE])
-def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str, benchmark: Result) -> None:
+@pytest.mark.parametrize("missing", ["format", "pow", PADE])
+def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str, benchmark: MeasuredTimes) -> None:
     rows = [row for row in benchmark.rows if row.id != missing and not (missing == "format" and row.format == form)]
     with pytest.raises(ValueError, match=f"in type {form} .*accepted is the result of") as refused:
         measured(replace(benchmark, rows=tuple(rows)), Code("c", form, use), "")
@@ -116,14 +115,14 @@ def test_a_measurement_without_what_is_needed_is_refused(form, use, missing: str
 
 
 def test_a_quotient_that_seems_to_take_no_time_still_costs_something() -> None:
-    found = Measured("ns", "noise", {"pow": 20.0, rivals.PADE: 19.0})
+    found = MeasuredCosts("ns", "noise", {"pow": 20.0, PADE: 19.0})
     few, many = (found.of(None, Operations(n, 1, 1)).value for n in (4, 30))
     assert 20 < few < many
     assert found.of(None, Operations(4)).value > 0
 
 
 @pytest.mark.parametrize("entry", [e for e in entries() if e.kind in ("half-line", "full")], ids=lambda e: e.name)
-def test_kernels_of_v_star_are_measured_too(entry: Entry, benchmark: Result) -> None:
+def test_kernels_of_v_star_are_measured_too(entry: Entry, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, Code("c", entry.format))
     name = id_of_name(entry.name)
     assert name is not None

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from viscopade import Pair, Sphere
 from viscopade.scene import description, read
-from viscopade.scene.description import Code, Range, Sizes, Temperature, Tolerance
+from viscopade.scene.description import Code, Sizes, SpeedLimits, Temperature, Tolerance
 from viscopade.simulators.setup import Units
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -79,13 +79,13 @@ def edited(*changes, base=BASE):
 
 
 def parsed(*changes, base=BASE):
-    return read.scene(text(edited(*changes, base=base)), FILE)
+    return read.from_toml(text(edited(*changes, base=base)), FILE)
 
 
 def refusal(content, source=FILE):
     """Return the message of a refusal; it is one line that begins with the file's name."""
     with pytest.raises(ValueError) as caught:
-        read.scene(content, source)
+        read.from_toml(content, source)
     message = str(caught.value)
     assert message.isprintable()
     assert message.startswith(f"{source}: ")
@@ -147,7 +147,7 @@ def test_title_and_name():
     ],
 )
 def test_name_from_the_files(source, name):
-    assert read.scene(text(edited(("name", GONE), base={"name": "x", **BASE})), source).name == name
+    assert read.from_toml(text(edited(("name", GONE), base={"name": "x", **BASE})), source).name == name
 
 
 def test_all_pairs_meet_but_for_walls():
@@ -155,7 +155,7 @@ def test_all_pairs_meet_but_for_walls():
     assert [m.name for m in scene.meetings] == [
         "bead-bead", "bead-ball", "ball-ball", "bead-floor", "bead-lid", "ball-floor", "ball-lid",
     ]  # fmt: skip
-    assert {m.speeds for m in scene.meetings} == {Range(0.01, 2.0)}
+    assert {m.speeds for m in scene.meetings} == {SpeedLimits(0.01, 2.0)}
     assert {(m.dissipative_constant, m.known_at) for m in scene.meetings} == {(None, None)}
 
 
@@ -166,12 +166,12 @@ def test_contacts_that_are_listed_are_all():
     assert (first.first, first.second) == ("ball", "floor")
     assert first.speeds.temperature == pytest.approx(4e-4, rel=1e-15, abs=0)
     assert first.speeds.tail == 1e-9
-    assert (second.name, second.speeds) == ("bead-bead", Range(0.01, 2.0))
+    assert (second.name, second.speeds) == ("bead-bead", SpeedLimits(0.01, 2.0))
 
 
 def test_no_common_speed_is_needed_if_each_contact_has_one():
     contacts = [{"between": ["bead", "bead"], "speed": {"min": 1, "max": 1}}]
-    assert parsed(("speed", GONE), ("contact", contacts)).meetings[0].speeds == Range(1.0, 1.0)
+    assert parsed(("speed", GONE), ("contact", contacts)).meetings[0].speeds == SpeedLimits(1.0, 1.0)
 
 
 def test_granular_temperature():
@@ -614,14 +614,14 @@ def test_what_is_no_toml(content, accepted):
 
 def test_a_mark_of_the_byte_order_is_no_harm():
     plain = text(edited())
-    assert read.scene(b"\xef\xbb\xbf" + plain, "scene.toml") == read.scene(plain, "scene.toml")
+    assert read.from_toml(b"\xef\xbb\xbf" + plain, "scene.toml") == read.from_toml(plain, "scene.toml")
 
 
 @pytest.mark.parametrize("size", ["1 mm", 1e-3, "0.1 mm", 3e-7, 1 / 3])
 def test_ends_may_be_equal(size):
     speed = f"{size}/s" if isinstance(size, str) else size
     changes = ("body.bead.radius", {"min": size, "max": size}), ("speed", {"min": speed, "max": speed})
-    found = read.scene(text(edited(*changes)), "scene.toml")
+    found = read.from_toml(text(edited(*changes)), "scene.toml")
     sizes = found.bodies["bead"].sizes
     assert sizes.least == sizes.typical == sizes.largest
     assert len(set(found.meetings[0].speeds.of(False))) == 1
@@ -656,7 +656,7 @@ LEAVES = st.one_of(
     st.sampled_from(["glass", "steel", "bead", "floor", "c", "glsl", "float", "v_star", "batch"]),
 )
 KEYS = st.one_of(
-    st.sampled_from(re.findall(r"(\w+)`", (ROOT / "docs" / "scenes.md").read_text("utf-8"))),
+    st.sampled_from(re.findall(r"(\w+)`", (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8"))),
     st.text(TEXT, max_size=5),
 )
 VALUES = st.recursive(
@@ -685,7 +685,7 @@ def places(table, place=()):
 def only_one_line_refusals(content):
     message = scene = None
     try:
-        scene = read.scene(content, FILE)
+        scene = read.from_toml(content, FILE)
     except ValueError as error:
         message = str(error)
     if scene is None:
@@ -729,7 +729,7 @@ def test_any_tables_are_refused_in_one_line(scene):
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_read(path):
-    scene = read.scene(path.read_bytes(), path.name)
+    scene = read.from_toml(path.read_bytes(), path.name)
     raw = tomllib.loads(path.read_text("utf-8"))
     assert all(len(material["source"].strip()) > 10 for material in raw["material"].values())
     assert {material for body in scene.bodies.values() for material in [body.material]} == set(scene.materials)
@@ -738,20 +738,20 @@ def test_examples_are_read(path):
 
 
 def test_examples_exercise_what_there_is():
-    scenes = [read.scene(path.read_bytes(), path.name) for path in EXAMPLES]
+    scenes = [read.from_toml(path.read_bytes(), path.name) for path in EXAMPLES]
     assert len(scenes) >= 5
     assert {"c", "python", "cuda", "glsl", "javascript", "fortran"} <= {scene.code.language for scene in scenes}
     for attribute in ("format", "use", "argument"):
         assert len({getattr(scene.code, attribute) for scene in scenes}) == 2
     assert {name for scene in scenes for name in scene.tolerance.given()} == {"epsilon", "dissipation", "absolute"}
     met = [m for scene in scenes for m in scene.meetings]
-    assert {type(m.speeds) for m in met} == {Range, Temperature}
+    assert {type(m.speeds) for m in met} == {SpeedLimits, Temperature}
     assert any(m.known_at for m in met)
     assert any(scene.bodies[m.second].is_wall for scene in scenes for m in scene.meetings)
     assert any(scene.scale != (1.0, 1.0, 1.0) for scene in scenes)
 
 
-DOCUMENT = (ROOT / "docs" / "scenes.md").read_text("utf-8")
+DOCUMENT = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
 TABLE = re.findall(r"^\| (`.*?`) \|", DOCUMENT, re.MULTILINE)
 
 
@@ -806,7 +806,7 @@ def test_document_has_the_rest_of_the_keys():
 
 def test_documents_scene_is_read():
     block = re.search(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)[1]
-    assert [m.name for m in read.scene(block.encode(), "x.toml").meetings] == ["bead-bead"]
+    assert [m.name for m in read.from_toml(block.encode(), "x.toml").meetings] == ["bead-bead"]
 
 
 def test_documents_refusal_is_what_is_said():

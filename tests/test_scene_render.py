@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from tests import compiled
-from viscopade import catalogue
-from viscopade.kernels import MARKER
+from viscopade.generated import MARKER
+from viscopade.kernels import registry
 from viscopade.scene import read, shaders
-from viscopade.scene.candidate import Constant, Ready, candidates
+from viscopade.scene.candidate import PairConstant, Ready, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
-from viscopade.scene.description import Meeting, Range
+from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
 from viscopade.scene.render import FILES, file_name, names, prefix, render
 from viscopade.scene.units import Scale
@@ -74,7 +74,7 @@ def scene(language, form=None, bodies=SPREAD, top="", code="", slowest="0.1 m/s"
     rest = REST.format(
         slowest=slowest, tolerance=tolerance, language=language, form=form or ONLY.get(language, "double"), code=code
     )
-    return read.scene(f"{top}\n{MATERIALS}{bodies}{rest}{end}".encode(), "some/where/tiny.toml")
+    return read.from_toml(f"{top}\n{MATERIALS}{bodies}{rest}{end}".encode(), "some/where/tiny.toml")
 
 
 def chosen(made, kind="compact"):
@@ -84,10 +84,10 @@ def chosen(made, kind="compact"):
         found = next(c for c in candidates(made, met) if type(c).__name__.lower() == kind)
     else:
         wanted = "half-line" if code.language in ("c", "python") else kind
-        device = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, catalogue.HOST)
-        place = catalogue.HOST if code.format == "double" else device
+        device = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, registry.HOST)
+        place = registry.HOST if code.format == "double" else device
         looked_for = (wanted, "1e-3", code.format, place)
-        entries = catalogue.entries()
+        entries = registry.entries()
         found = next(Ready(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
     offer = Offer(found, Price(1.0, "counted"), ())
     return Choice(made, met, [offer], offer, Costs(), "no kernel is cheaper", ())
@@ -278,8 +278,8 @@ def test_numbers_that_float_does_not_have_are_refused():
 
 
 BETAS = {
-    "a-b": scene("c").pair(Meeting("a", "b", Range(1.0, 1.0)), (0.02, 0.005)).beta,
-    "a-wall": scene("c").pair(Meeting("a", "wall", Range(1.0, 1.0)), (0.01, None)).beta,
+    "a-b": scene("c").pair(Meeting("a", "b", SpeedLimits(1.0, 1.0)), (0.02, 0.005)).beta,
+    "a-wall": scene("c").pair(Meeting("a", "wall", SpeedLimits(1.0, 1.0)), (0.01, None)).beta,
 }
 
 # --- compilers, with warnings -----------------------------------------------------------------------------------------
@@ -421,7 +421,7 @@ fn main() {
 
 def test_constants_of_pairs():
     candidate = choice("glsl", None, True).chosen.candidate
-    assert isinstance(candidate, Constant)
+    assert isinstance(candidate, PairConstant)
     numbers = re.search(r"tiny_epsilon\[5\] = float\[5\]\((.*?)\);", text("glsl", None, True), re.DOTALL)[1]
     found = [float(line.split(",")[0].split("//")[0]) for line in numbers.strip().splitlines()]
     assert found == pytest.approx([float(value) for value in candidate.values], rel=1e-7)

@@ -11,11 +11,10 @@ import pytest
 from flint import arb, arb_series, ctx
 from mpmath import mp, mpf
 
-from benchmarks import baseline
-from viscopade import checks
+from viscopade import arguments
 from viscopade import series as exported
-from viscopade.balls import bits_for, exact_middle, working
-from viscopade.series import (
+from viscopade.arithmetic.balls import bits_for, exact_middle, working
+from viscopade.theory.series import (
     Effort,
     Series,
     _g_fixed_point,
@@ -25,6 +24,7 @@ from viscopade.series import (
     lambda_coefficients,
     series,
 )
+from viscopade_lab.studies import baseline
 
 
 def agree(ours: str, theirs: mpf, digits: int) -> bool:
@@ -43,7 +43,7 @@ def test_the_package_offers_the_function():
 
 
 def test_against_joint_taylor_expansion_in_time_and_kappa():
-    """Nothing is shared: no turning point, no time reversal, no end series (benchmarks/baseline.py)."""
+    """Nothing is shared: no turning point, no time reversal, no end series (src/viscopade_lab/studies/baseline.py)."""
     theirs = baseline.coefficients(order=12, digits=25)
     ours = series(12, 25).decimals()
     assert all(agree(x, y, 25) for x, y in zip(ours, theirs, strict=True))
@@ -240,7 +240,7 @@ def test_threads_take_turns():
 @pytest.mark.parametrize("step", ["_g", "_k_times"])
 def test_a_series_cut_by_somebody_else_is_noticed(monkeypatch, step):
     """A cut series padded with zeros would be a wrong proven number; it must be an error."""
-    module = sys.modules["viscopade.series"]
+    module = sys.modules["viscopade.theory.series"]
     original = getattr(module, step)
 
     def meddling(*arguments):
@@ -265,7 +265,7 @@ def test_constructor_checks_identities():
         Series(4, 3000, h)
 
 
-@pytest.mark.parametrize("order", [-1, checks.MAX_ORDER + 1])
+@pytest.mark.parametrize("order", [-1, arguments.MAX_ORDER + 1])
 def test_order_out_of_range(order):
     with pytest.raises(ValueError, match=f"order is {order}: accepted is an integer from 0 to"):
         series(order, 10)

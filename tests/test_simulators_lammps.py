@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import lammps_collisions as validation
-from viscopade import Pair, Sphere, simulators
-from viscopade.simulators import lammps
-from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade import Pair, Sphere
+from viscopade.simulators import TARGETS, lammps
+from viscopade.simulators.render import render
+from viscopade.simulators.setup import Contact, Setup, Units, of_pair
+from viscopade_lab.programs import lammps_collisions as validation
 
 COMMAND = "viscopade simulators lammps scene.toml"
 STEEL = Sphere(radius=0.005, density=7800, young_modulus=2e9, poisson_ratio=0.28, dissipative_constant=1e-5)
@@ -283,8 +284,8 @@ def test_other_sizes_have_the_stated_error():
 
 
 def test_the_measured_table_is_what_the_scheme_gives():
-    """All columns of docs/simulators-lammps.md up to 100,000 steps; the rows of two like spheres."""
-    document = (Path(__file__).parents[1] / "docs" / "simulators-lammps.md").read_text()
+    """All columns of docs/usage/simulators-lammps.md up to 100,000 steps; the rows of two like spheres."""
+    document = (Path(__file__).parents[1] / "docs" / "usage" / "simulators-lammps.md").read_text()
     rows = re.findall(r"^\| v\* = (\S+) \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|", document, re.MULTILINE)
     assert [float(row[0]) for row in rows] == list(validation.V_STARS)
     for v_star, epsilon, *errors in rows:
@@ -456,7 +457,7 @@ def test_an_eps_that_is_no_normal_number_is_refused(dissipative_constant):
         poisson_ratio=0.3,
         dissipative_constant=dissipative_constant,
     )
-    setup = simulators.of_pair(Pair(ball, ball), 1e-3)
-    for target in simulators.TARGETS:
+    setup = of_pair(Pair(ball, ball), 1e-3)
+    for target in TARGETS:
         with pytest.raises(ValueError, match="eps is too small for double precision at the fastest impact"):
-            simulators.render(target, setup, "viscopade simulators")
+            render(target, setup, "viscopade simulators")

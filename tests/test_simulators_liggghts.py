@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks import liggghts_collisions as validation
-from benchmarks.two_spheres import integrated, setup, time_step
 from viscopade import Pair, Sphere
 from viscopade.simulators import lammps, liggghts, tsuji
 from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade_lab.programs import liggghts_collisions as validation
+from viscopade_lab.programs.two_spheres import integrated, setup, time_step
 
 COMMAND = "viscopade simulators liggghts scene.toml"
 PRESENT = pytest.mark.skipif(shutil.which("liggghts") is None, reason="the program liggghts is not installed")

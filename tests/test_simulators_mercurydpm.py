@@ -1,6 +1,6 @@
 """MercuryDPM: the header compiled with stand-ins for the program's, and its laws integrated in time.
 
-The program itself is not needed here, and it is in no package: docs/simulators-dem.md says how it was compared.
+The program itself is not needed here, and it is in no package: docs/usage/simulators-dem.md says how it was compared.
 """
 
 import math
@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.two_spheres import integrated, setup
 from tests.patience import HANGS
 from viscopade import Pair, Sphere
 from viscopade.simulators import mercurydpm
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs.two_spheres import integrated, setup
 
 COMMAND = "viscopade simulators mercurydpm scene.toml"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.compiled import WARNINGS, compiler
-from viscopade.kernels import speed
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.kernels import names, prove_lacunary
 from viscopade.simulators import rebound
 from viscopade.simulators.setup import Contact, Setup, Units
 
@@ -171,8 +171,8 @@ def test_callback(tier, tmp_path):
 
 
 def test_small_tables_are_chosen_where_there_are_any():
-    assert rebound.kernel("1e-10") == speed.kernel("1e-10", speed.SMALL)
-    assert rebound.kernel(speed.FULL) == speed.kernel(speed.FULL)
+    assert rebound.kernel("1e-10") == prove_lacunary.speed_kernel("1e-10", names.SMALL)
+    assert rebound.kernel(names.FULL) == prove_lacunary.speed_kernel(names.FULL)
 
 
 def test_callback_at_the_ends(tmp_path):

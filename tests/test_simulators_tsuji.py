@@ -6,10 +6,10 @@ import math
 import mpmath
 import pytest
 
-from benchmarks.two_spheres import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.simulators import liggghts, mercurydpm, stated, tsuji, yade
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs.two_spheres import integrated, setup
 
 ENDS = ("force", "position")
 
@@ -153,7 +153,7 @@ def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes)
 
 
 def test_errors_as_text():
-    lines = stated.Errors(-0.01, 2e-16, ((0.5, 0.25), (-1e-3, 0.0))).lines
+    lines = stated.ProgramErrors(-0.01, 2e-16, ((0.5, 0.25), (-1e-3, 0.0))).lines
     assert lines == [
         "Error of eps: -1.00e-02 at the slowest, 0 at the fastest speed",
         "  sizes with the least v*: +5.00e-01 at the slowest, +2.50e-01 at the fastest speed",

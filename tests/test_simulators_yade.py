@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks import yade_collisions as validation
-from benchmarks.two_spheres import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.simulators import yade
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs import yade_collisions as validation
+from viscopade_lab.programs.two_spheres import integrated, setup
 
 COMMAND = "viscopade simulators yade scene.toml"
 PRESENT = pytest.mark.skipif(shutil.which("yade") is None, reason="the program yade is not installed")

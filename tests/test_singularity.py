@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from viscopade import series, singularity
+from viscopade.theory import singularity
+from viscopade.theory.series import series
 
 
 @cache

@@ -13,7 +13,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks import exhaustive_speed_float
 from tests.compiled import WARNINGS
 from tests.speed_headers import (
     FORMS,
@@ -31,8 +30,10 @@ from tests.speed_headers import (
     relative_bounds,
     spacing,
 )
-from viscopade import lookup, lookup_full
-from viscopade.kernels import speed
+from viscopade.kernels import names, prove_lacunary
+from viscopade.kernels.forms import speed_table, speed_table_last_place
+from viscopade.kernels.targets import speed
+from viscopade_lab.exhaustive import speed_floats
 
 STANDARDS = ("c99", "c11", "c17", "c2x", "c++17", "c++20")
 FUSED = ("-ffp-contract=fast",)
@@ -55,7 +56,7 @@ GRID = [
 ]
 
 slow = pytest.mark.slow
-each_tier = pytest.mark.parametrize("tier", speed.TIERS)
+each_tier = pytest.mark.parametrize("tier", names.TIERS)
 each_form = pytest.mark.parametrize("form", FORMS)
 each_function = pytest.mark.parametrize("function", FUNCTIONS)
 
@@ -67,8 +68,8 @@ FEW = {"native": ("1e-5", "1e-7", "full"), "clang": ("1e-5",), "fast": ("1e-3", 
 def few(builds):
     """Return all pairs of build and tier, most of those that take long being marked as slow."""
     return [
-        pytest.param(build, tier, marks=slow if tier not in FEW.get(build, speed.TIERS) else ())
-        for build, tier in itertools.product(builds, speed.TIERS)
+        pytest.param(build, tier, marks=slow if tier not in FEW.get(build, names.TIERS) else ())
+        for build, tier in itertools.product(builds, names.TIERS)
     ]
 
 
@@ -201,7 +202,7 @@ def test_header_compiles_without_warnings(tmp_path, tier, standard):
 @slow
 @each_tier
 def test_the_bounds_read_from_the_text_are_those_of_the_proofs(tier):
-    given, kernel = header(tier), speed.kernel(tier)
+    given, kernel = header(tier), prove_lacunary.speed_kernel(tier)
     table = kernel.table
     assert given.name == kernel.name
     assert (given.first, given.split, given.native) == (table.first, table.split, [f.name for f in kernel.formats])
@@ -210,7 +211,7 @@ def test_the_bounds_read_from_the_text_are_those_of_the_proofs(tier):
     for form in kernel.formats:
         found = at.bound("restitution", given, form.name)[0]
         if given.full:
-            proven = float(table.proven.ulp + lookup_full.ulp_of_w()) * float(spacing(at.eps, float)[0])
+            proven = float(table.proven.ulp + speed_table_last_place.ulp_of_w()) * float(spacing(at.eps, float)[0])
         else:
             relative = table.proven.error + speed.rounding_of(table, form)
             proven = float(relative) * float(at.smaller[0]) + float(spacing(at.eps, FORMS[form.name])[0]) / 2
@@ -748,7 +749,7 @@ def test_the_truth_is_that_of_the_proofs():
     true = Truth(w, 1.0)
     for base, found in ((0, true.eps), (1, true.loss)):
         for x, y in zip(w, found, strict=True):
-            exactly = abs(lookup._smaller_at(Fraction(x), base))
+            exactly = abs(speed_table._smaller_at(Fraction(x), base))
             assert abs(Fraction(int(np.ldexp(y, 150))) / 2**150 / exactly - 1) < Fraction(1, 2**58)
 
 
@@ -825,15 +826,15 @@ def test_the_checks_find_mistakes(tmp_path, mistake):
 
 
 @pytest.mark.parametrize("step", [9973, pytest.param(1, marks=slow)])
-@pytest.mark.parametrize("tier", speed.TIERS)
+@pytest.mark.parametrize("tier", names.TIERS)
 def test_all_floats(tier, step):
     """The benchmark that tests all positive floats, with the bounds that the header states."""
     named_compiler("cc", "c11")  # or skip
     given = header(tier)
     native = "float" in given.native
     relative = stated(given, "float")
-    bounds = exhaustive_speed_float.Bounds(given.first, given.end, *relative, 3.5 if native else 0.5)
-    result = exhaustive_speed_float.check(given.text, given.name, bounds, "fused", step)
+    bounds = speed_floats.FloatBounds(given.first, given.end, *relative, 3.5 if native else 0.5)
+    result = speed_floats.check(given.text, given.name, bounds, "fused", step)
     assert result["inputs"] == -(-(2**31 - 2**23 - 1) // step)
     assert result["differ"] == 0
     for function in FUNCTIONS:

@@ -1,4 +1,4 @@
-"""The numbers of docs/speed.md are those of the code and of the exported headers."""
+"""The numbers of docs/reference/speed.md are those of the code and of the exported headers."""
 
 import csv
 import re
@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from viscopade import catalogue, lookup_full, reference
-from viscopade.certificate import at_most
-from viscopade.kernels import speed
+from viscopade.arithmetic.decimals import at_most
+from viscopade.collision import panel_proof
+from viscopade.kernels import registry
+from viscopade.kernels.forms import speed_table_last_place
+from viscopade.kernels.targets import speed
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "speed.md").read_text()
+PAGE = (ROOT / "docs" / "reference" / "speed.md").read_text()
 WORDS = " ".join(PAGE.split())
 ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")]
@@ -60,22 +62,22 @@ def test_rows_of_the_catalogue():
 
 
 def catalogue_lines():
-    return (Path(catalogue.__file__).parent / "data" / "catalogue.csv").read_text().splitlines()
+    return (Path(registry.__file__).parents[1] / "data" / "catalogue.csv").read_text().splitlines()
 
 
 def test_step_7_has_the_bounds_of_full_accuracy():
-    sentence = r"within ([\d.]+) ulp where w is .*? the roundings of w do up to ([\d.]+) ulp"
+    sentence = r"is within ([\d.]+) ulp of its value at .*? The roundings of \$w\$ itself cost up to ([\d.]+) ulp"
     of_table, of_w = re.search(sentence, WORDS).groups()
-    assert of_w == at_most(lookup_full.ulp_of_w())
+    assert of_w == at_most(speed_table_last_place.ulp_of_w())
     text = header("viscopade_speed_full.h")
     assert f"off by at most {of_table} units in the last place (ulp) of eps(w)" in text
     assert f"what the rounding of w = beta^5 speed does is at most {of_w} ulp" in text
-    assert [row[5] for row in ROWS if "speed_full" in row[0]] == [f"{of_table} ulp of eps(w)"]
+    assert [row[5] for row in ROWS if "speed_full" in row[0]] == [rf"{of_table} ulp of $\varepsilon(w)$"]
 
 
 def test_step_4_has_the_steepest_slope():
-    (slope,) = re.findall(r"are at most ([\d.]+) for the polynomials of `reference`", WORDS)
-    assert slope == at_most(reference.steepest() / 10)
+    (slope,) = re.findall(r"are at most ([\d.]+) for the proven polynomials", WORDS)
+    assert slope == at_most(panel_proof.steepest() / 10)
 
 
 @pytest.mark.slow

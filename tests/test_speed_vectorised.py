@@ -17,7 +17,7 @@ import pytest
 
 from tests.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
 from tests.test_speed_kernels import inputs, part, truth_and_bound
-from viscopade.kernels import speed
+from viscopade.kernels import names
 
 ARM = "aarch64-linux-gnu"
 REPORTS = {
@@ -51,11 +51,11 @@ TARGETS = {
     "clang-avx512-wide": Target("clang", ("-march=skylake-avx512", "-mprefer-vector-width=512"), 64),
     "clang-neon": Target("clang", (f"--target={ARM}", "-isystem", f"/usr/{ARM}/include"), 16),
 }
-ALWAYS = {"gcc-haswell": speed.TIERS, "clang-haswell": ("1e-5", "1e-7")}
+ALWAYS = {"gcc-haswell": names.TIERS, "clang-haswell": ("1e-5", "1e-7")}
 CASES = [
     pytest.param(target, tier, marks=() if tier in ALWAYS.get(target, ()) else slow)
     for target in TARGETS
-    for tier in speed.TIERS
+    for tier in names.TIERS
 ]
 
 
@@ -208,7 +208,7 @@ int main(void)
 
 @slow
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("tier", speed.TIERS)
+@pytest.mark.parametrize("tier", names.TIERS)
 def test_errors_on_an_emulated_arm_processor(tmp_path, tier, form):
     command, emulator = shutil.which(f"{ARM}-gcc"), shutil.which("qemu-aarch64")
     if command is None or emulator is None:

@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from tests.table_checker import (
+from table_checker import (
     Machine,
     Wrong,
     check_points,
@@ -24,11 +24,12 @@ from tests.table_checker import (
     shares_of_results,
     ulp,
 )
-from viscopade import exact
-from viscopade.kernels import speed
+from viscopade.collision import exact
+from viscopade.kernels import names
+from viscopade.kernels.forms import speed_kernel
 
 EXPORTS = Path(__file__).parents[1] / "exports"
-TEXTS = {tier: (EXPORTS / speed.file_of(tier)).read_text() for tier in speed.TIERS}
+TEXTS = {tier: (EXPORTS / speed_kernel.file_of(tier)).read_text() for tier in names.TIERS}
 EVERY = pytest.mark.parametrize("tier", TEXTS)
 
 
@@ -155,5 +156,5 @@ def test_command_line(tmp_path, capsys):
         points.append({"w": str(w), **{key: found[key] for key in ("epsilon", "one_minus_epsilon")}})
     file = tmp_path / "points.json"
     file.write_text(json.dumps(points))
-    assert main([str(EXPORTS / speed.file_of("1e-3")), "--points", str(file)]) == 0
+    assert main([str(EXPORTS / speed_kernel.file_of("1e-3")), "--points", str(file)]) == 0
     assert "1024 rows, 2 points: 0." in capsys.readouterr().out

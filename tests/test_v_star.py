@@ -10,9 +10,9 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from tests.compiled import build
-from viscopade import exact
-from viscopade.certificate import at_most
-from viscopade.kernels.binary import DOUBLE, FLOAT
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.collision import exact
 from viscopade.kernels.v_star import USUAL, of_v_star
 
 EXPORTS = Path(__file__).parents[1] / "exports"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.function_balls import ALGEBRA, BITS, assert_encloses, exact_norm, members
-from viscopade.wiener import Wiener, divided_up, shifted_up
+from viscopade.arithmetic.function_balls import Wiener, divided_up, shifted_up
 
 
 @given(members(), members())
@@ -89,7 +89,7 @@ def _inverse(polynomial, bits, terms):
     """Coefficients of 1/polynomial, both in units of 2^-bits."""
     from flint import fmpq_series
 
-    from viscopade.balls import working
+    from viscopade.arithmetic.balls import working
 
     with working(64, terms):
         series = fmpq_series([fmpq(int(c), 1 << bits) for c in polynomial.coeffs()], prec=terms).inv()

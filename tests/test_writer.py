@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viscopade import writer
-from viscopade.kernels import MARKER
-from viscopade.writer import WriteError, write, write_all
+from viscopade.cli import writer
+from viscopade.cli.writer import WriteError, write, write_all
+from viscopade.generated import MARKER
 
 OURS = f"# {MARKER} 0.1.0: viscopade export csv\nm,n\n"
 OLD = f"# {MARKER} 0.0.9: viscopade export csv\nold\n"

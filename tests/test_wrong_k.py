@@ -1,4 +1,4 @@
-"""Step 5 of docs/exact-function.md: what is found at one k encloses what is true at another.
+"""Step 5 of docs/theory/exact-function.md: what is found at one k encloses what is true at another.
 
 The bounds of the derivatives are compared with differences, and results are enclosed from a k that is wrong on purpose.
 """
@@ -9,11 +9,11 @@ from functools import cache
 import pytest
 from flint import arb
 
-from viscopade import exact
-from viscopade.balls import exact_middle, working
-from viscopade.enclosure import ends
-from viscopade.exact import _AtK, _Restitution, _Speed
-from viscopade.flow import Dyadic
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.collision import exact
+from viscopade.collision.exact import _AtK, _Restitution, _Speed
+from viscopade.collision.flow import Dyadic
+from viscopade.collision.validation import ends
 
 ACCURACY = 120
 WORKING = 250

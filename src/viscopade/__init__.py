@@ -11,16 +11,19 @@
 [1.0, 0.760037160544, 0.186489674732]
 """
 
-from importlib.metadata import version
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from viscopade import double, exact
-from viscopade.double import epsilon, one_minus_epsilon
-from viscopade.model import Pair, Sphere, beta_from_restitution
-from viscopade.native import backend, restitution
-from viscopade.pade import pade
-from viscopade.series import series
+if TYPE_CHECKING:
+    from viscopade.arrays import double
+    from viscopade.arrays.double import epsilon, one_minus_epsilon
+    from viscopade.arrays.native import backend, restitution
+    from viscopade.collision import exact
+    from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
+    from viscopade.theory.pade import pade
+    from viscopade.theory.series import series
 
-__version__ = version("viscopade")
+    __version__: str
 
 __all__ = [
     "Pair",
@@ -36,3 +39,30 @@ __all__ = [
     "restitution",
     "series",
 ]
+
+# Where each public name is: it is imported when it is first used, so that the command line answers at once.
+_MODULES = {"double": "viscopade.arrays.double", "exact": "viscopade.collision.exact"}
+_HOME = {
+    **dict.fromkeys(("Pair", "Sphere", "beta_from_restitution"), "viscopade.collision.spheres"),
+    **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
+    **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
+    "pade": "viscopade.theory.pade",
+    "series": "viscopade.theory.series",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        value: Any = import_module("importlib.metadata").version("viscopade")
+    elif name in _MODULES:
+        value = import_module(_MODULES[name])
+    elif name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

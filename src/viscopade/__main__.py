@@ -1,5 +1,5 @@
 """`python -m viscopade` is the command line."""
 
-from viscopade.cli import main
+from viscopade.cli.main import main
 
 main()

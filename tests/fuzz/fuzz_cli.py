@@ -1,10 +1,10 @@
-"""Coverage-guided fuzzing of the command line, with the grammar of the hard case "hostile-input"; run by hand.
+"""Coverage-guided fuzzing of the command line, with the grammar of tests/command_line; run by hand.
 
     pip install atheris -e .
-    python tests/fuzz/fuzz_cli.py -max_len=400 -max_total_time=600 CORPUS
+    python -m tests.fuzz.fuzz_cli -max_len=400 -max_total_time=600 CORPUS
 
 The fuzzer's bytes are the dice that the grammar throws: it learns which choices lead to new code. A crash is any fault
-that `viscopade.hardcases.trial` knows.
+that `tests.command_line.trial` knows.
 """
 
 import os
@@ -14,10 +14,19 @@ import tempfile
 
 import atheris
 
-INSTRUMENTED = ["viscopade.cli", "viscopade.console", "viscopade.checks", "viscopade.document", "viscopade.exports"]
+INSTRUMENTED = [
+    "viscopade.cli.main",
+    "viscopade.cli.console",
+    "viscopade.arguments",
+    "viscopade.records",
+    "viscopade.kernels.requests",
+]
 
-with atheris.instrument_imports(include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.model"]):
-    from viscopade.hardcases import trial
+with atheris.instrument_imports(
+    include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.collision.spheres"]
+):
+    from tests.command_line import trial
+    from tests.command_line.processes import memory
 
 
 class Dice(random.Random):
@@ -39,14 +48,13 @@ class Dice(random.Random):
 
 
 def one(data: bytes) -> None:
-    found = trial.trial(program, sandbox, grammar.made(Dice(data)))
+    found = trial.trial(sandbox, grammar.made(Dice(data)))
     assert not found["faults"], found
 
 
 if __name__ == "__main__":
-    program = trial.Program()
-    grammar = program.grammar()
+    grammar = trial.grammar()
     os.environ["PATH"] = ""
-    sandbox = trial.Sandbox(tempfile.mkdtemp(dir=trial.SHARED if os.access(trial.SHARED, os.W_OK) else None))
+    sandbox = trial.Sandbox(tempfile.mkdtemp(dir=memory()))
     atheris.Setup(sys.argv, one)
     atheris.Fuzz()

@@ -14,25 +14,25 @@ import sys
 
 import atheris
 
-INSTRUMENTED = ["viscopade.scene", "viscopade.document", "viscopade.report.result", "tomllib"]
+INSTRUMENTED = ["viscopade.scene", "viscopade.records", "viscopade_lab.bench.result", "tomllib"]
 
 with atheris.instrument_imports(include=INSTRUMENTED):
-    from viscopade.report.result import from_json
-    from viscopade.scene.read import scene
+    from viscopade.scene.read import from_toml
+    from viscopade_lab.bench.result import Result
 
 SOURCE = "scene.toml"
 
 
 def read_scene(data: bytes) -> None:
     """Read a scene, and see that the numbers that the rest works with are finite."""
-    found = scene(data, SOURCE)
+    found = from_toml(data, SOURCE)
     for meeting in found.meetings:
         pair = found.pair(meeting)
         assert 0 < pair.beta < float("inf"), pair
 
 
 def read_result(data: bytes) -> None:
-    from_json(data, SOURCE)
+    Result.from_text(data, SOURCE)
 
 
 def one(data: bytes) -> None:

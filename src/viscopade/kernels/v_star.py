@@ -7,15 +7,17 @@ from fractions import Fraction
 from functools import cache
 from textwrap import wrap
 
-from viscopade import reference
-from viscopade.certificate import at_most
-from viscopade.evaluation import ULPS, of_speed
-from viscopade.kernels import WIDTH, Quotient
-from viscopade.kernels.binary import DOUBLE, Format
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.collision import panel_proof
+from viscopade.generated import WIDTH
+from viscopade.kernels.forms.lacunary_rounding import ULPS, of_speed
+from viscopade.kernels.forms.quotient import Quotient
 
-USUAL = Fraction(10) ** 30
+_DECADES = 30
+USUAL = Fraction(10) ** _DECADES
 """Speeds from 1/USUAL to USUAL have a bound of their own: 0.1 is no binary number, which costs more beyond."""
-USUAL_TEXT = "1e-30 <= speed <= 1e30"
+USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 
 @cache
@@ -30,8 +32,8 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
     # The slope of the rows is that of eps but for their errors.
-    change = of_speed(form, largest) * reference.steepest() * (1 + Fraction(1, 2**20))
-    return change + 4 * Fraction(reference.ERROR)
+    change = of_speed(form, largest) * panel_proof.steepest() * (1 + Fraction(1, 2**20))
+    return change + 4 * Fraction(panel_proof.proven_error())
 
 
 def stated(forms: Sequence[Format]) -> str:

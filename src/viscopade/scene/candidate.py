@@ -13,13 +13,15 @@ from typing import cast
 
 import numpy as np
 
-from viscopade import catalogue, double, exports, minimax, proofs, tabulated
-from viscopade.arrays import FloatArray
-from viscopade.catalogue import HOST, Entry, limits
-from viscopade.certificate import Measure
-from viscopade.kernels.binary import DOUBLE, FLOAT, FORMATS
-from viscopade.kernels.compact import TARGETS
-from viscopade.kernels.minimax import MinimaxKernel
+from viscopade.approximation import cheapest, minimax
+from viscopade.approximation.measure import Measure
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.kernels import prove_rational, registry, registry_arrays, requests
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.registry import HOST, Entry, limits
+from viscopade.kernels.targets.table_free import TARGETS
 from viscopade.scene.cost import Operations, id_of_name, id_of_tier
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
@@ -82,7 +84,7 @@ class Candidate(ABC):
         """Size of the table."""
         return 0
 
-    def request(self) -> exports.Request | None:
+    def request(self) -> requests.Request | None:
         """Return what `viscopade export` is to be asked for; None if there is no such file."""
         return None
 
@@ -104,7 +106,7 @@ class Candidate(ABC):
 
 
 @dataclass(frozen=True)
-class Constant(Candidate):
+class PairConstant(Candidate):
     """One number for each pair.
 
     Attributes
@@ -223,7 +225,7 @@ class Polynomial(Candidate):
 
     kernel: MinimaxKernel
     code: Code
-    wanted: exports.Request
+    wanted: requests.Request
 
     @property
     def label(self) -> str:
@@ -260,7 +262,7 @@ class Polynomial(Candidate):
         a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (self.kernel.a, self.kernel.b))
         return np.asarray(a(v_star) / b(v_star))
 
-    def request(self) -> exports.Request:
+    def request(self) -> requests.Request:
         """Return what `viscopade export` is to be asked for."""
         return self.wanted
 
@@ -336,15 +338,15 @@ class Ready(Candidate):
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return what the kernel computes, without rounding."""
-        return tabulated.epsilon(self.entry, v_star)
+        return registry_arrays.epsilon(self.entry, v_star)
 
-    def request(self) -> exports.Request:
+    def request(self) -> requests.Request:
         """Return what `viscopade export` is to be asked for."""
         if self.entry.kind == "speed":
-            return exports.Request(from_speed=(self.entry.tier,), size=self.entry.size)
+            return requests.Request(from_speed=(self.entry.tier,), size=self.entry.size)
         if self.entry.kind == "full":
-            return exports.Request(full=True)
-        return exports.Request(accuracy=(self.entry.tier,))
+            return requests.Request(full=True)
+        return requests.Request(accuracy=(self.entry.tier,))
 
 
 def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
@@ -372,7 +374,7 @@ def _of_v_star(code: Code) -> Fraction:
     """Return what the rounding of v* adds, if the kernel is given a speed."""
     if code.argument == "v_star":
         return Fraction(0)
-    entry = next(e for e in catalogue.entries() if e.kind == "v*" and e.format == code.format)
+    entry = next(e for e in registry.entries() if e.kind == "v*" and e.format == code.format)
     return Fraction(entry.inside)
 
 
@@ -382,7 +384,7 @@ def _of_v_star(code: Code) -> Fraction:
 def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels that language, format and argument admit; of best quotients on the range, the cheapest."""
     code = scene.code
-    yield Constant(encounters, scene.tolerance, code)
+    yield PairConstant(encounters, scene.tolerance, code)
     kinds = _kinds(code)
     if "polynomial" in kinds:
         found = polynomial(scene, encounters)
@@ -390,7 +392,7 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
             yield found
     covered = uncovered(scene, encounters) is None
     place = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, HOST)
-    for entry in catalogue.entries():
+    for entry in registry.entries():
         fits = code.largest_table is None or entry.bytes <= code.largest_table
         here = entry.place == (HOST if code.format == "double" else place)
         if entry.kind in kinds and entry.format == code.format and here and fits and covered:
@@ -440,7 +442,7 @@ def polynomial(scene: Scene, encounters: Sequence[Encounter]) -> Polynomial | No
     first = _best(scene, encounters, (low, high), "both")
     if first is not None and not first.errors.failing(scene.tolerance):
         price, accuracy = minimax.cost(first.kernel.m, first.kernel.n), _accuracy(scene, encounters, "relative")
-        fit = minimax.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
+        fit = cheapest.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
         if accuracy is None or fit is None or fit.error > accuracy:
             return first
     found = [c for c in (first, _best(scene, encounters, (low, high), "relative")) if c is not None]
@@ -457,11 +459,11 @@ def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure
             return None
         text = _short(accuracy * factor)
         try:
-            kernel = proofs.accurate(text, high, low, measure)
+            kernel = prove_rational.accurate(text, high, low, measure)
         except (ValueError, ArithmeticError):
             return None
         if any(v.form.name == scene.code.format for v in kernel.variants):
-            request = exports.Request(
+            request = requests.Request(
                 accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
             )
             return Polynomial(encounters, kernel, scene.code, request)
@@ -503,6 +505,6 @@ def cheaper_polynomial(found: Polynomial) -> tuple[str, float, str] | None:
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, found.kernel.bounds[0].measure)
-    fit = minimax.most_accurate(price, high, low, measure)
+    fit = cheapest.most_accurate(price, high, low, measure)
     words = "min(eps, 1 - eps)" if measure == "both" else "eps"
     return None if fit is None else (fit.label, float(fit.error), words)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from viscopade import double
-from viscopade.arrays import FloatArray
-from viscopade.bench.compilers import BenchError
-from viscopade.bench.scene import exact
-from viscopade.kernels import MARKER, template
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.arrays.double import exact
+from viscopade.generated import MARKER, template
+from viscopade.kernels.toolchain import BenchError
 from viscopade.scene import runners, shaders
-from viscopade.scene.candidate import Constant
+from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.render import file_name, layout
 from viscopade.scene.units import Scale
@@ -29,7 +29,7 @@ Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Check:
+class SceneCheck:
     """What was found.
 
     Attributes
@@ -67,7 +67,7 @@ class Collisions:
         return b"".join(values.tobytes() for values in (self.speed, self.argument, self.pair))
 
 
-def check(choice: Choice, text: str, cc: str | None = None) -> Check:
+def check(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     """Run the generated code at many speeds, and compare.
 
     Parameters
@@ -96,14 +96,14 @@ def check(choice: Choice, text: str, cc: str | None = None) -> Check:
     return _by_tool(choice, text, cc if choice.scene.code.language == "c" else None)
 
 
-def _by_tool(choice: Choice, text: str, cc: str | None) -> Check:
+def _by_tool(choice: Choice, text: str, cc: str | None) -> SceneCheck:
     """Compile the code and what calls it, and run both."""
     runner = runners.RUNNERS[choice.scene.code.language]
     tool = runners.find(runner, cc)
     device = _device(choice, text) if choice.scene.code.language == "cuda" else ""
     if tool is None:
         reason = f"not run: there is no {runners.missing(runner)}"
-        return Check(device, reason=f"{reason}; {device}" if device else reason)
+        return SceneCheck(device, reason=f"{reason}; {device}" if device else reason)
     given = _collisions(choice)
     size = given.speed.size
     file = file_name(choice.scene), text
@@ -112,7 +112,7 @@ def _by_tool(choice: Choice, text: str, cc: str | None) -> Check:
     return _compared(choice, given, how, np.frombuffer(written).reshape(2, size))
 
 
-def _shader(choice: Choice, text: str) -> Check:
+def _shader(choice: Choice, text: str) -> SceneCheck:
     """Compile a shader, and run it if something here does."""
     language = choice.scene.code.language
     runner = runners.RUNNERS[language]
@@ -124,10 +124,10 @@ def _shader(choice: Choice, text: str) -> Check:
         shader = compiled if language == "glsl" else driver
     if tool is None and (language == "glsl" or device is None):
         instead = "" if language == "glsl" else ", nor a device for the Python package wgpu"
-        return Check("", reason=f"not run: there is no {runners.missing(runner)}{instead}")
+        return SceneCheck("", reason=f"not run: there is no {runners.missing(runner)}{instead}")
     version = "" if tool is None else tool.version
     if device is None:
-        return Check(version, reason="compiled, not run: there is no device for the Python package wgpu")
+        return SceneCheck(version, reason="compiled, not run: there is no device for the Python package wgpu")
     found = shaders.run(shader, (given.speed, given.argument, given.pair), 2 * given.speed.size)
     return _compared(choice, given, f"{version}; {device}" if version else device, found.reshape(2, -1))
 
@@ -146,13 +146,13 @@ def _driver(choice: Choice, text: str, size: int, ending: str = "") -> str:
     scene, code = choice.scene, choice.scene.code
     given = layout(choice)
     ending = ending or {"h": "c"}.get(given["dialect"], given["dialect"])
-    return template(f"check.{ending}.jinja").render(
+    return template(__name__, f"check.{ending}.jinja").render(
         marker=MARKER,
         text=text,
         file=file_name(scene),
         size=size,
         bytes=4 if code.format == "float" else 8,
-        constant=isinstance(choice.chosen.candidate, Constant),
+        constant=isinstance(choice.chosen.candidate, PairConstant),
         by_v_star=code.argument == "v_star",
         input=runners.INPUT,
         output=runners.OUTPUT,
@@ -204,7 +204,7 @@ def _v_star(speed: Array, beta: Array) -> Array:
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) -> Check:
+def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) -> SceneCheck:
     """Return the largest errors of the eps and 1 - eps^2 that were found, or refuse them."""
     eps, dissipation = given.eps, given.loss * (1 + given.eps)
     off = np.abs(found[0] - eps)
@@ -221,7 +221,7 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
             raise BenchError(
                 f"the generated code fails its check: {WORDS[name]} is {errors[name]:.3g}, more than {limit:.3g}"
             )
-    return Check(how, given.speed.size, errors)
+    return SceneCheck(how, given.speed.size, errors)
 
 
 def _largest(errors: FloatArray) -> float:
@@ -233,7 +233,7 @@ def _in_python(choice: Choice, text: str, given: Collisions) -> FloatArray:
     """Return what the functions of a generated module give."""
     module: dict[str, Any] = {"__name__": choice.scene.name}
     exec(compile(text, file_name(choice.scene), "exec"), module)
-    if isinstance(choice.chosen.candidate, Constant):
+    if isinstance(choice.chosen.candidate, PairConstant):
         by_pair = np.array([module["EPSILON"][encounter.name] for encounter in choice.encounters])
         values = by_pair[given.pair]
         return np.array([values, (1 - values) * (1 + values)])

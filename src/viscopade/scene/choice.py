@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.certificate import at_most
+from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
 from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial, uncovered

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from viscopade.bench import rivals
-from viscopade.bench.ours import tier_id
-from viscopade.report.result import Result
+from viscopade.records import Node
 from viscopade.scene.description import Code
 
 # In multiplications: about what these take on processors of our days (docs/bench/result.json).
 DIVISION, POWER, CUBE_ROOT = 4, 50, 50
 LEAST_SHARE = 0.01  # of pow that [3/6] takes at least, should a measurement say less
+
+POW, PADE = "pow", "pow+[3/6]"
+"""Ids in the benchmark of what all other times are related to."""
+_FULL, _HALF_LINE = "full", "half-line-"
+_BY_POW = (_FULL, _HALF_LINE)
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,9 @@ class Operations:
     def count(self) -> int:
         """The weighted number."""
         return self.simple + DIVISION * self.divisions + POWER * self.powers + CUBE_ROOT * self.cube_roots
+
+
+_OF_PADE = Operations(simple=18, divisions=1)  # [3/6], besides the power
 
 
 @dataclass(frozen=True)
@@ -71,7 +77,7 @@ COUNTED = Costs()
 
 
 @dataclass(frozen=True)
-class Measured(Costs):
+class MeasuredCosts(Costs):
     """By time.
 
     Attributes
@@ -92,28 +98,59 @@ class Measured(Costs):
             return Price(0.0, "nothing to compute")
         if bench_id is not None and bench_id in times:
             # All are measured from the speed on; a kernel that is given v* is spared pow.
-            spared = times[_POW] if bench_id.startswith(_BY_POW) and operations.powers == 0 else 0.0
+            spared = times[POW] if bench_id.startswith(_BY_POW) and operations.powers == 0 else 0.0
             if times[bench_id] > spared:
                 return Price(times[bench_id] - spared, "measured")
-        each = max(times[rivals.PADE] - times[_POW], LEAST_SHARE * times[_POW]) / _OF_PADE.count
+        each = max(times[PADE] - times[POW], LEAST_SHARE * times[POW]) / _OF_PADE.count
         return Price(
-            operations.powers * times[_POW] + each * (operations.count - POWER * operations.powers), "estimated"
+            operations.powers * times[POW] + each * (operations.count - POWER * operations.powers), "estimated"
         )
 
 
-_POW = "pow"
-_FULL, _HALF_LINE = "full", "half-line-"
-_BY_POW = (_FULL, _HALF_LINE)
-_OF_PADE = Operations(simple=18, divisions=1)  # [3/6], besides the power
+@dataclass(frozen=True)
+class Time:
+    """One measured time: nanoseconds per collision of a kernel (`id`), in a type, on some speeds, by one measure."""
+
+    id: str
+    format: str
+    speeds: str
+    measure: str
+    median: float
 
 
-def measured(result: Result, code: Code, processor: str) -> Costs:
+@dataclass(frozen=True)
+class MeasuredTimes:
+    """What `viscopade bench` measured, as far as costs need it: the machine, its compiler, and the times."""
+
+    cpu: str
+    compiler: str
+    rows: tuple[Time, ...]
+
+    @classmethod
+    def from_json(cls, text: str | bytes, source: str) -> MeasuredTimes:
+        """Return the times in what `viscopade bench --out` wrote.
+
+        Raises
+        ------
+        ValueError
+            One line that names the file, the key, what is there and what is accepted.
+        """
+        whole = Node.of_json(text, source)
+        machine = whole["machine"]
+        return cls(machine["cpu"].text(), machine["compiler"].text(), tuple(map(_time, whole["rows"].items())))
+
+
+def _time(row: Node) -> Time:
+    identity = {name: row[name].text() for name in ("id", "format", "speeds", "measure")}
+    return Time(**identity, median=row["ns"]["median"].number(positive=True))
+
+
+def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
     """Return the costs that a benchmark found.
 
     Parameters
     ----------
-    result : Result
-        Of `viscopade bench`.
+    result : MeasuredTimes
     code : Code
         What is wanted: it decides which of the measurements counts.
     processor : str
@@ -129,21 +166,21 @@ def measured(result: Result, code: Code, processor: str) -> Costs:
         rows = [row for row in result.rows if (row.format, row.measure) == (code.format, measure)]
         speeds = rows[0].speeds if rows else ""
         times = {row.id: row.median for row in rows if row.speeds == speeds}
-        if {rivals.PADE, _POW} <= times.keys():
-            machine = result.machine.cpu
+        if {PADE, POW} <= times.keys():
+            machine = result.cpu
             elsewhere = "" if machine == processor else f", which is not this machine ({processor})"
             of_c = "" if code.language == "c" else " for the code in C"
-            source = f"nanoseconds, {measure}, measured{of_c} with {result.machine.compiler} on {machine}{elsewhere}"
-            return Measured("ns", source, times)
+            source = f"nanoseconds, {measure}, measured{of_c} with {result.compiler} on {machine}{elsewhere}"
+            return MeasuredCosts("ns", source, times)
     raise ValueError(
-        f"the benchmark has no times of pow and {rivals.PADE} in type {code.format} ({' or '.join(measures)}): "
+        f"the benchmark has no times of pow and {PADE} in type {code.format} ({' or '.join(measures)}): "
         "accepted is the result of `viscopade bench` without --only"
     )
 
 
 def id_of_tier(tier: str, size: str) -> str | None:
     """Return the id of a kernel of speed in the benchmark, if it is measured there."""
-    return tier_id(tier) if size == "fast" else None
+    return f"speed-{tier}" if size == "fast" else None
 
 
 def id_of_name(name: str) -> str | None:

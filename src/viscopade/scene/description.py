@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators.setup import SI, Units
 
-Language = Literal["c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"]
-Format = Literal["double", "float"]
+LanguageName = Literal["c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"]
+FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
 Argument = Literal["speed", "v_star"]
 
@@ -88,7 +88,7 @@ def geometric_mean(low: float, high: float) -> float:
 
 
 @dataclass(frozen=True)
-class Range:
+class SpeedLimits:
     """Impact speeds from `slowest` to `fastest`."""
 
     slowest: float
@@ -128,7 +128,7 @@ class Temperature:
         return slowest, s * _HALF_WAY, fastest
 
 
-Speeds = Range | Temperature
+Speeds = SpeedLimits | Temperature
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Meeting:
     ----------
     first, second : str
         The second may be a wall.
-    speeds : Range or Temperature
+    speeds : SpeedLimits or Temperature
     dissipative_constant : float or None
         Of this pair, instead of what follows from the materials.
     known_at : float or None
@@ -195,8 +195,8 @@ class Code:
         Bytes.
     """
 
-    language: Language = "c"
-    format: Format = "double"
+    language: LanguageName = "c"
+    format: FormatName = "double"
     use: Use = "scalar"
     argument: Argument = "speed"
     largest_table: int | None = None

@@ -10,8 +10,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from viscopade import exact
-from viscopade.model import Pair
+from viscopade.collision import exact
+from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
 from viscopade.simulators.setup import Contact
 

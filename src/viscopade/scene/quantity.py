@@ -9,7 +9,7 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from viscopade.document import Node
+from viscopade.records import Node
 
 if TYPE_CHECKING:
     import pint

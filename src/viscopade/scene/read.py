@@ -1,4 +1,4 @@
-"""A scene from the text of a TOML file; docs/scenes.md describes the keys."""
+"""A scene from the text of a TOML file; docs/usage/scenes.md describes the keys."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
-from viscopade.document import Node
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.records import Node
 from viscopade.scene.description import (
     Argument,
     Body,
     Code,
-    Format,
-    Language,
+    FormatName,
+    LanguageName,
     Material,
     Meeting,
-    Range,
     Scene,
     Sizes,
+    SpeedLimits,
     Speeds,
     Temperature,
     Tolerance,
@@ -34,7 +34,7 @@ from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
-LANGUAGES = get_args(Language)
+LANGUAGES = get_args(LanguageName)
 ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
 TAIL = 1e-6
 POISSON = "a number > -1 and <= 0.5"
@@ -46,7 +46,7 @@ T = TypeVar("T")
 _TOP = ("name", "title", "material", "body", "contact", "speed", "tolerance", "code", "gas", "units")
 
 
-def scene(content: bytes | str, source: str) -> Scene:
+def from_toml(content: bytes | str, source: str) -> Scene:
     """Return the scene in a TOML file.
 
     Parameters
@@ -269,7 +269,7 @@ def _speeds(node: Node) -> Speeds:
     slowest, fastest = (_required(node, name, "speed") for name in ("min", "max"))
     if slowest > fastest:
         raise node.refuse("min <= max, or granular_temperature")
-    return Range(slowest, fastest)
+    return SpeedLimits(slowest, fastest)
 
 
 def _meetings(
@@ -380,8 +380,8 @@ def _code(node: Node | None) -> Code:
     only = ONE_FORMAT.get(language)
     table = node.get("largest_table")
     return Code(
-        language=cast(Language, language),
-        format=cast(Format, word("format", (only,) if only else get_args(Format))),
+        language=cast(LanguageName, language),
+        format=cast(FormatName, word("format", (only,) if only else get_args(FormatName))),
         use=cast(Use, word("use", get_args(Use))),
         argument=cast(Argument, word("argument", get_args(Argument) if language in ("c", "python") else ("speed",))),
         largest_table=None if table is None else table.count(),

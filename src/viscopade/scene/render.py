@@ -11,11 +11,13 @@ from math import sqrt
 from textwrap import wrap
 from typing import Any
 
-from viscopade.certificate import at_most
-from viscopade.kernels import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.binary import FORMATS
-from viscopade.kernels.compact import TARGETS, shortest
-from viscopade.scene.candidate import Candidate, Constant, Ready
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.requests import Request
+from viscopade.kernels.targets import table_free
+from viscopade.kernels.targets.table_free import TARGETS, shortest
+from viscopade.scene.candidate import Candidate, PairConstant, Ready
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter
@@ -79,10 +81,10 @@ def render(choice: Choice, command: str) -> str:
     scene, request = choice.scene, choice.chosen.candidate.request()
     language = scene.code.language
     pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
-    return template("scene.jinja").render(
+    return template(__name__, "scene.jinja").render(
         **layout(choice),
         head=_comment(language, _head(choice, command)),
-        kernel="" if request is None else _kernel(choice, request.render(language)),
+        kernel="" if request is None else _kernel(choice, request),
         pairs=pairs,
         rows=[pairs[i : i + _IN_A_ROW] for i in range(0, len(pairs), _IN_A_ROW)],
         speed=scene.units.speed,
@@ -94,7 +96,7 @@ def layout(choice: Choice) -> dict[str, Any]:
     """Return what the file's templates, and those of a program that calls it, need to know of names and types."""
     scene, candidate = choice.scene, choice.chosen.candidate
     language, name = scene.code.language, prefix(scene)
-    constant, spread = isinstance(candidate, Constant), _is_spread(scene)
+    constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
     typical = ", for typical radii" if spread else ""
     return {
         "language": language,
@@ -113,16 +115,18 @@ def layout(choice: Choice) -> dict[str, Any]:
     }
 
 
-def _kernel(choice: Choice, text: str) -> str:
+def _kernel(choice: Choice, request: Request) -> str:
     """Return the kernel's text; in Fortran its module is named after the scene, as there may be several scenes."""
-    if choice.scene.code.language != "fortran":
-        return text
-    return re.sub(r"\b(module|use) viscopade$", rf"\1 {prefix(choice.scene)}_kernel", text, flags=re.MULTILINE)
+    language = choice.scene.code.language
+    if language != "fortran":
+        return request.render(language)
+    kernels, command = request.in_powers_of_a_root(), request.command(language)
+    return table_free.render(language, kernels, command, f"{prefix(choice.scene)}_kernel")
 
 
 def _kind(candidate: Candidate) -> str:
     """Return which functions the kernel's text has."""
-    if isinstance(candidate, Constant):
+    if isinstance(candidate, PairConstant):
         return "constant"
     return candidate.entry.kind if isinstance(candidate, Ready) else "polynomial"
 
@@ -185,7 +189,7 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
     of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / sqrt(1 + ratio)) ** 0.4
-    value = float(candidate.values[index]) if isinstance(candidate, Constant) else pair.beta
+    value = float(candidate.values[index]) if isinstance(candidate, PairConstant) else pair.beta
     return {
         "name": name,
         "index": index + _base(scene),
@@ -269,23 +273,17 @@ def _use(choice: Choice) -> list[str]:
     """Return how the file's functions are called, as lines of code."""
     scene, name, file = choice.scene, prefix(choice.scene), file_name(choice.scene)
     first, language = names(choice)[0], scene.code.language
-    constant = isinstance(choice.chosen.candidate, Constant)
+    constant = isinstance(choice.chosen.candidate, PairConstant)
     what = "epsilon" if constant else "beta"
-    number = {
-        "c": f"{name}_{what}[{name}_{first}]",
-        "glsl": f"{name}_{what}[{name}_{first}]",
-        "cuda": f"{name}_{what}({name}_{first})",
-        "wgsl": f"{name}_{what}({name}_{first})",
-        "fortran": f"{name}_{what}({name}_{first})",
-        "python": f'scene.{what.upper()}["{choice.encounters[0].name}"]',
-        "javascript": f"scene.{what}[scene.{first}]",
-        "rust": f"scene::{what.upper()}[scene::{first.upper()}]",
-        "julia": f"{module(scene)}.{what}[{module(scene)}.{first}]",
-    }[language]
+    index = {
+        "python": f'"{choice.encounters[0].name}"',
+        "rust": place_of(scene) + first.upper(),
+    }.get(language, place_of(scene) + first)
     if _is_spread(scene) and not constant:
-        of = place_of(scene) + "beta_of"
-        index = re.sub(r"^.*?[\[(](.*)[\])]$", r"\1", number)
-        number = f"{of}({index}, first_radius, second_radius)"
+        number = f"{place_of(scene)}beta_of({index}, first_radius, second_radius)"
+    else:
+        array = place_of(scene) + (what.upper() if language in ("python", "rust") else what)
+        number = f"{array}({index})" if language in ("cuda", "wgsl", "fortran") else f"{array}[{index}]"
     arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
     call = number if constant else f"{place_of(scene)}restitution({arguments})"
     begin = {

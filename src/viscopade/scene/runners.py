@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from viscopade.bench import compilers
-from viscopade.bench.compilers import BenchError
+from viscopade.kernels import toolchain
+from viscopade.kernels.toolchain import BenchError
 
 INPUT, OUTPUT = "in.bin", "out.bin"  # a driver reads the one and writes the other
 _STEM = "viscopade-check"  # of the driver; no scene can have this name
@@ -85,7 +85,7 @@ def find(runner: Runner, command: str | None = None) -> Tool | None:
         If the C compiler that is asked for cannot be used.
     """
     if command is not None:
-        compiler = compilers.find(command)
+        compiler = toolchain.find(command)
         return Tool(compiler.words, compiler.version)
     named = os.environ.get(runner.variable) if runner.variable else None
     for candidate in (named,) if named else runner.tools:

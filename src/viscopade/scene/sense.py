@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from viscopade.model import Pair
+from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, mean_free_time
 

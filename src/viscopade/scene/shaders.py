@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arrays import FloatArray
-from viscopade.bench.compilers import BenchError
+from viscopade.arrays.checked import FloatArray
+from viscopade.kernels.toolchain import BenchError
 
 WORKGROUP = 64
 

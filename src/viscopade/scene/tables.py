@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from viscopade.certificate import at_most
-from viscopade.scene.check import Check
+from viscopade.arithmetic.decimals import at_most
+from viscopade.scene.check import SceneCheck
 from viscopade.scene.choice import WORDS, Choice, Offer
 from viscopade.scene.encounter import Encounter, mean_free_time
 from viscopade.scene.render import errors, file_name
@@ -68,7 +68,7 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from (f"Warning: {text}." for text in choice.warnings)
 
 
-def checked(found: Check) -> str:
+def checked(found: SceneCheck) -> str:
     """Return a sentence on the check."""
     if found.reason:
         how = f" ({found.how})" if found.how else ""
@@ -77,7 +77,7 @@ def checked(found: Check) -> str:
     return f"Checked: largest {largest}, at {found.collisions:,} collisions. Run by {found.how}."
 
 
-def to_json(choice: Choice, found: Check | None) -> dict[str, Any]:
+def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
     """Return all of it as JSON-able data."""
     scene, chosen = choice.scene, choice.chosen
     return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import encounters
 from viscopade.simulators.setup import Contact, Setup

@@ -28,9 +28,10 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any
 
-from viscopade import arrays
-from viscopade.kernels import WIDTH, environment, marker_line, one_line
-from viscopade.model import Pair, Sphere
+from viscopade import generated
+from viscopade.arrays import checked
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.generated import WIDTH, marker_line, one_line
 from viscopade.simulators.setup import Contact, Setup, Units
 
 STEPS = (50, 200, 1000)
@@ -44,7 +45,7 @@ _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): 
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _TOO_MANY_STEPS = 10_000_000
 _PATIENCE = 20  # a collision that takes so many times as long as it should does not end
-_POSITIVE = arrays.Range("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_POSITIVE = checked.Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 
 
 @dataclass(frozen=True)
@@ -157,8 +158,8 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     ValueError
         If speed or timestep is not a finite number > 0, or the time step is a 10,000,000th of the contact or less.
     """
-    v = arrays.number("speed", speed, _POSITIVE)
-    h = arrays.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
+    v = checked.number("speed", speed, _POSITIVE)
+    h = checked.number("timestep", timestep, _POSITIVE) / float(pair.time_scale(v))
     contact = float(pair.contact_time(v))
     steps = contact / float(timestep)
     if steps > _TOO_MANY_STEPS:
@@ -335,9 +336,9 @@ def collision(
         If a name is not one printable line, speed or timestep is not a finite number > 0.
     """
     pair = contact.pair
-    v = arrays.number("speed", contact.typical if speed is None else speed, _POSITIVE)
+    v = checked.number("speed", contact.typical if speed is None else speed, _POSITIVE)
     duration = float(pair.contact_time(v))
-    dt = arrays.number("timestep", duration / 1000 if timestep is None else timestep, _POSITIVE)
+    dt = checked.number("timestep", duration / 1000 if timestep is None else timestep, _POSITIVE)
     atoms = _atoms(setup, contact, v, phase * v * dt)
     radii = [body.radius for body in (pair.first, pair.second) if not body.is_wall]
     wall = pair.second.is_wall
@@ -531,4 +532,4 @@ def _number(x: float) -> str:
 
 def _render(template: str, /, **values: Any) -> str:
     """Return a template, filled in."""
-    return environment("viscopade").get_template(template).render(values)
+    return generated.template(__name__, template).render(values)

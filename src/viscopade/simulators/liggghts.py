@@ -24,14 +24,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from viscopade.kernels import environment, marker_line
-from viscopade.model import Pair
+from viscopade.collision.spheres import Pair
+from viscopade.generated import marker_line, template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import SI, Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
-    Errors,
+    ConstantEpsilon,
+    ProgramErrors,
     constant,
     errors,
     facts,
@@ -80,7 +80,7 @@ def _shear_modulus(pair: Pair) -> float:
     return 1 / sum(s / body.young_modulus for s, body in zip(softness, (pair.first, pair.second), strict=True))
 
 
-def stiffness_errors(contact: Contact) -> Errors:
+def stiffness_errors(contact: Contact) -> ProgramErrors:
     """Return the errors of `hertz/stiffness`: none for the pair itself, some for other sizes of the same types."""
     gamman = stiffness(contact.pair).gamman
 
@@ -135,7 +135,7 @@ class Restitution:
 
     Attributes
     ----------
-    constant : Constant
+    constant : ConstantEpsilon
         Its eps, which is exact at the typical speed, and its errors.
     coefficient : float
         `coefficientRestitution` for that eps.
@@ -143,7 +143,7 @@ class Restitution:
         The same for the eps with the smallest largest error; None if the program does not accept it.
     """
 
-    constant: Constant
+    constant: ConstantEpsilon
     coefficient: float
     balanced: float | None
 
@@ -192,24 +192,20 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
     if model not in ("hertz/stiffness", "hertz"):
         raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
     timestep = shortest_contact(setup) / STEPS
-    return (
-        environment("viscopade")
-        .get_template("liggghts.in.jinja")
-        .render(
-            marker=marker_line(command),
-            title=heading(setup),
-            setup=setup,
-            types=list(enumerate(setup.bodies, 1)),
-            si=setup.units == SI,
-            facts=[facts(contact, setup.units) for contact in setup.contacts],
-            model=model,
-            timestep=short(timestep),
-            step_error=f"{largest_step_error(setup, timestep):.1e}",
-            steps=STEPS,
-            stiffness_errors=[stiffness_errors(contact) for contact in setup.contacts],
-            **(_stiffness_matrices(setup) if model == "hertz/stiffness" else {}),
-            **_hertz(setup, model),
-        )
+    return template(__name__, "liggghts.in.jinja").render(
+        marker=marker_line(command),
+        title=heading(setup),
+        setup=setup,
+        types=list(enumerate(setup.bodies, 1)),
+        si=setup.units == SI,
+        facts=[facts(contact, setup.units) for contact in setup.contacts],
+        model=model,
+        timestep=short(timestep),
+        step_error=f"{largest_step_error(setup, timestep):.1e}",
+        steps=STEPS,
+        stiffness_errors=[stiffness_errors(contact) for contact in setup.contacts],
+        **(_stiffness_matrices(setup) if model == "hertz/stiffness" else {}),
+        **_hertz(setup, model),
     )
 
 

@@ -21,13 +21,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from viscopade.kernels import environment, marker_line
-from viscopade.model import Sphere
+from viscopade.collision.spheres import Sphere
+from viscopade.generated import marker_line, template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
+    ConstantEpsilon,
     constant,
     facts,
     full,
@@ -48,7 +48,7 @@ class Parameters:
         E_eff, for `setEffectiveElasticModulus`, a pressure.
     dissipation : float
         A, for `setDissipation` of the species with BSHP in their names, a time.
-    constant : Constant
+    constant : ConstantEpsilon
         The eps that species without BSHP can have, and its errors.
     constant_dissipation : float
         `setDissipation` of these for it.
@@ -56,7 +56,7 @@ class Parameters:
 
     elastic_modulus: float
     dissipation: float
-    constant: Constant
+    constant: ConstantEpsilon
     constant_dissipation: float
 
 
@@ -96,27 +96,23 @@ def render(setup: Setup, command: str) -> str:
     names = identifiers(list(setup.bodies))
     of_contacts = {frozenset((c.first, c.second)): parameters(c) for c in setup.contacts}
     timestep = shortest_contact(setup) / STEPS
-    return (
-        environment("viscopade")
-        .get_template("mercurydpm.h.jinja")
-        .render(
-            marker=marker_line(command),
-            title=heading(setup),
-            setup=setup,
-            contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
-            species=[
-                (names[name], *_own(body, of_contacts.get(frozenset((name,))))) for name, body in setup.bodies.items()
-            ],
-            mixed=[
-                (names[contact.first], names[contact.second], parameters(contact))
-                for contact in setup.contacts
-                if contact.first != contact.second
-            ],
-            timestep=short(timestep),
-            step_error=f"{largest_step_error(setup, timestep):.1e}",
-            steps=STEPS,
-            full=full,
-        )
+    return template(__name__, "mercurydpm.h.jinja").render(
+        marker=marker_line(command),
+        title=heading(setup),
+        setup=setup,
+        contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
+        species=[
+            (names[name], *_own(body, of_contacts.get(frozenset((name,))))) for name, body in setup.bodies.items()
+        ],
+        mixed=[
+            (names[contact.first], names[contact.second], parameters(contact))
+            for contact in setup.contacts
+            if contact.first != contact.second
+        ],
+        timestep=short(timestep),
+        step_error=f"{largest_step_error(setup, timestep):.1e}",
+        steps=STEPS,
+        full=full,
     )
 
 

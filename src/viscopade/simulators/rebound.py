@@ -27,14 +27,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from viscopade.arrays import FloatArray
-from viscopade.kernels import END_CONDITION, WIDTH, environment, marker_line, one_line, speed
-from viscopade.kernels.binary import DOUBLE
-from viscopade.model import Pair
+from viscopade.arithmetic.formats import DOUBLE
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.spheres import Pair
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, one_line, template
+from viscopade.kernels import names, prove_lacunary
+from viscopade.kernels.forms import speed_kernel
+from viscopade.kernels.targets import speed
 from viscopade.simulators.setup import Contact, Setup
 
 if TYPE_CHECKING:
-    from jinja2 import Template
+    pass
 
 LANGUAGES = ("c", "python")
 SAMPLES = 1001  # speeds at which errors are looked for
@@ -74,7 +77,7 @@ def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeErro
     return SizeError(pair, float(error.max()), float((error / exact).max()), float(speeds[error.argmax()]))
 
 
-def kernel(tier: str) -> speed.SpeedKernel:
+def kernel(tier: str) -> speed_kernel.SpeedKernel:
     """Return the kernel from speed to eps that the files contain: the one with the small table, if there are two.
 
     Collisions come one at a time, between other work: a large table would not stay in the cache.
@@ -84,7 +87,7 @@ def kernel(tier: str) -> speed.SpeedKernel:
     ValueError
         If there is no such tier.
     """
-    return speed.kernel(tier, speed.SMALL if (tier, speed.SMALL) in speed.TABLES else speed.FAST)
+    return prove_lacunary.speed_kernel(tier, names.SMALL if (tier, names.SMALL) in speed_kernel.TABLES else names.FAST)
 
 
 def contacts(setup: Setup) -> dict[str, Contact]:
@@ -126,7 +129,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
         The command line that makes the file.
     language : "c" or "python"
     tier : str
-        Accuracy of the kernel in the C file, as for `viscopade.kernels.speed.kernel`.
+        Accuracy of the kernel in the C file, as for `kernels.prove_lacunary.speed_kernel`.
 
     Raises
     ------
@@ -140,19 +143,15 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     chosen = kernel(tier)
     head = _head(setup, named, chosen, command, _ON[language])
     if language == "python":
-        return _template("rebound.py.jinja").render(
+        return template(__name__, "rebound.py.jinja").render(
             head="\n".join(f"# {line}".rstrip() for line in head), contacts=_numbers(named)
         )
-    return _template("rebound.c.jinja").render(
+    return template(__name__, "rebound.c.jinja").render(
         head="\n".join(f" * {line}".rstrip() for line in head),
         kernel=speed.render(chosen, command),
         name=chosen.name,
         contacts=_numbers(named),
     )
-
-
-def _template(name: str) -> Template:
-    return environment("viscopade").get_template(name)
 
 
 def _numbers(named: dict[str, Contact]) -> list[dict[str, str]]:
@@ -200,7 +199,9 @@ Without it Python functions with viscopade.restitution (full accuracy) are calle
 _ON = {"c": _C, "python": _PYTHON}
 
 
-def _head(setup: Setup, named: dict[str, Contact], chosen: speed.SpeedKernel, command: str, use: str) -> list[str]:
+def _head(
+    setup: Setup, named: dict[str, Contact], chosen: speed_kernel.SpeedKernel, command: str, use: str
+) -> list[str]:
     """Return the lines of the comment that begins a file."""
     units = setup.units
     return [

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from viscopade.model import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere
 
 
 @dataclass(frozen=True)
@@ -113,3 +113,18 @@ class Setup:
     def spheres(self) -> list[str]:
         """Names of the bodies that are no walls."""
         return [name for name, body in self.bodies.items() if not body.is_wall]
+
+
+def of_pair(pair: Pair, speed: float) -> Setup:
+    """Return the setup of one pair at one speed, in SI units."""
+    if pair.second.is_wall:
+        bodies = {"ball": pair.first, "wall": pair.second}
+    elif pair.first == pair.second:
+        bodies = {"ball": pair.first}
+    else:
+        bodies = {"first": pair.first, "second": pair.second}
+    names = list(bodies)
+    contact = Contact(names[0], names[-1], pair, speed, speed, speed)
+    return Setup(
+        "Two spheres" if len(bodies) == 1 or not pair.second.is_wall else "A ball and a wall", bodies, (contact,)
+    )

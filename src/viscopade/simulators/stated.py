@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from viscopade.kernels import one_line
-from viscopade.model import Pair
+from viscopade.collision.spheres import Pair
+from viscopade.generated import one_line
 from viscopade.simulators.lammps import timestep_error
 from viscopade.simulators.setup import Contact, Setup, Units
 
@@ -17,7 +17,7 @@ STEPS = 100
 
 
 @dataclass(frozen=True)
-class Errors:
+class ProgramErrors:
     """Relative errors of a program's eps against the viscoelastic one, eps_program/eps - 1.
 
     Attributes
@@ -47,47 +47,47 @@ class Errors:
         ]
 
 
-def errors(program: Callable[[Pair, float], float], contact: Contact) -> Errors:
+def errors(program: Callable[[Pair, float], float], contact: Contact) -> ProgramErrors:
     """Return the errors of what a program has as eps for a pair at a speed."""
 
     def ends(pair: Pair) -> tuple[float, float]:
         slowest, fastest = (program(pair, v) / pair.epsilon(v) - 1 for v in (contact.slowest, contact.fastest))
         return slowest, fastest
 
-    return Errors(*ends(contact.pair), tuple(ends(pair) for pair in contact.extremes))
+    return ProgramErrors(*ends(contact.pair), tuple(ends(pair) for pair in contact.extremes))
 
 
 @dataclass(frozen=True)
-class Constant:
+class ConstantEpsilon:
     """The constant eps that is right at a contact's typical speed, and the one whose largest error is smallest.
 
     Attributes
     ----------
     epsilon : float
         The exact eps at the typical speed.
-    errors : Errors
+    errors : ProgramErrors
         What taking it at all speeds costs.
     balanced : float
         The harmonic mean of the largest and the smallest eps of the contact, extreme sizes too: no constant has a
         smaller largest relative error.
-    balanced_errors : Errors
+    balanced_errors : ProgramErrors
         Its errors.
     """
 
     epsilon: float
-    errors: Errors
+    errors: ProgramErrors
     balanced: float
-    balanced_errors: Errors
+    balanced_errors: ProgramErrors
 
 
-def constant(contact: Contact) -> Constant:
+def constant(contact: Contact) -> ConstantEpsilon:
     """Return the constants for a contact."""
     typical = contact.pair.epsilon(contact.typical)
     pairs = (contact.pair, *contact.extremes)
     most = max(pair.epsilon(contact.slowest) for pair in pairs)
     least = min(pair.epsilon(contact.fastest) for pair in pairs)
     balanced = 2 * least / (1 + least / most)
-    return Constant(
+    return ConstantEpsilon(
         typical,
         errors(lambda pair, speed: typical, contact),
         balanced,

@@ -26,14 +26,14 @@ import math
 from collections.abc import Callable
 from typing import Literal
 
-from viscopade import arrays
-from viscopade.arrays import Number, Range
+from viscopade.arrays import checked
+from viscopade.arrays.checked import Accepted, Number
 
 End = Literal["force", "position"]
 
-_RATIO = Range("a finite number >= 0", lambda x: 0 <= x < math.inf)
-_EPSILON = Range("a number > 0 and <= 1", lambda x: 0 < x <= 1)
-_LOSS = Range("a number >= 0 and < 1", lambda x: 0 <= x < 1)
+_RATIO = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
+_EPSILON = Accepted("a number > 0 and <= 1", lambda x: 0 < x <= 1)
+_LOSS = Accepted("a number >= 0 and < 1", lambda x: 0 <= x < 1)
 _STEPS = 200
 
 
@@ -120,19 +120,19 @@ def _wanted(epsilon: Number | None, loss: Number | None) -> float:
         given = "neither" if loss is None else "both"
         raise TypeError(f"epsilon and one_minus_epsilon: {given} given, accepted is exactly one of them")
     if epsilon is not None:
-        return -math.log(arrays.number("epsilon", epsilon, _EPSILON)) + 0.0
-    return -math.log1p(-arrays.number("one_minus_epsilon", loss, _LOSS)) + 0.0
+        return -math.log(checked.number("epsilon", epsilon, _EPSILON)) + 0.0
+    return -math.log1p(-checked.number("one_minus_epsilon", loss, _LOSS)) + 0.0
 
 
 def _checked(end: str) -> str:
     if end not in ("force", "position"):
-        raise ValueError(arrays.refusal("end", end, "'force' or 'position'"))
+        raise ValueError(checked.refusal("end", end, "'force' or 'position'"))
     return end
 
 
 def _decrement(damping_ratio: Number, end: End) -> float:
     """Return -ln eps."""
-    zeta = arrays.number("damping_ratio", damping_ratio, _RATIO)
+    zeta = checked.number("damping_ratio", damping_ratio, _RATIO)
     if _checked(end) == "force":
         return 2 * zeta * _g(zeta)
     return math.inf if zeta >= 1 else math.pi * zeta / math.sqrt((1 - zeta) * (1 + zeta))

@@ -30,16 +30,15 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.double import epsilon as exact_epsilon
-from viscopade.kernels import environment, marker_line
-from viscopade.model import Pair
-from viscopade.paper import TABLE
+from viscopade.arrays.double import epsilon as exact_epsilon
+from viscopade.collision.spheres import Pair
+from viscopade.generated import marker_line, template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import (
     STEPS,
-    Constant,
-    Errors,
+    ConstantEpsilon,
+    ProgramErrors,
     constant,
     errors,
     facts,
@@ -49,6 +48,7 @@ from viscopade.simulators.stated import (
     short,
     shortest_contact,
 )
+from viscopade.theory.paper import TABLE
 
 
 @dataclass(frozen=True)
@@ -57,22 +57,22 @@ class Parameters:
 
     Attributes
     ----------
-    constant : Constant
+    constant : ConstantEpsilon
         The constant eps of `betan`, which is exact at the typical speed, and its errors.
     betan, balanced : float
         For that eps, and for the one with the smallest largest error.
     en, vn : float
         For the viscoelastic law, where the program has it.
-    errors : Errors
+    errors : ProgramErrors
         Of that law: none for the pair itself, some for other sizes.
     """
 
-    constant: Constant
+    constant: ConstantEpsilon
     betan: float
     balanced: float
     en: float
     vn: float
-    errors: Errors
+    errors: ProgramErrors
 
 
 def betan(epsilon: float) -> float:
@@ -98,7 +98,7 @@ def parameters(contact: Contact) -> Parameters:
     pair = contact.pair
 
     def same_beta(size: Pair, speed: float) -> float:
-        return exact_epsilon(math.sqrt(pair.beta) * speed**0.1) if size is not pair else size.epsilon(speed)
+        return exact_epsilon(pair.v_star(speed)) if size is not pair else size.epsilon(speed)
 
     return Parameters(
         found,
@@ -126,17 +126,13 @@ def render(setup: Setup, command: str) -> str:
         If a name or the title is not one printable line.
     """
     timestep = shortest_contact(setup) / STEPS
-    return (
-        environment("viscopade")
-        .get_template("yade.py.jinja")
-        .render(
-            marker=marker_line(command),
-            title=heading(setup),
-            setup=setup,
-            contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
-            timestep=short(timestep),
-            step_error=f"{largest_step_error(setup, timestep):.1e}",
-            steps=STEPS,
-            full=full,
-        )
+    return template(__name__, "yade.py.jinja").render(
+        marker=marker_line(command),
+        title=heading(setup),
+        setup=setup,
+        contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
+        timestep=short(timestep),
+        step_error=f"{largest_step_error(setup, timestep):.1e}",
+        steps=STEPS,
+        full=full,
     )

@@ -1,0 +1,14 @@
+"""Best approximants of eps and of its inverse: Remez exchange, minimax and lacunary quotients, machine coefficients."""
+
+__all__ = [
+    "cheapest",
+    "frontier",
+    "half_line",
+    "inverse",
+    "lacunary",
+    "machine_coefficients",
+    "measure",
+    "minimax",
+    "remez",
+    "target",
+]

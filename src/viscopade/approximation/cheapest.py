@@ -1,0 +1,88 @@
+"""The cheapest degrees [m/n] of best approximants for an accuracy, and the most accurate ones for a price."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from fractions import Fraction
+
+from viscopade import arguments
+from viscopade.approximation.machine_coefficients import MachineFit, machine
+from viscopade.approximation.measure import Measure
+from viscopade.approximation.minimax import MAX_M, MAX_N, Fit, _fit, _interval, _measure, _shown, cost
+from viscopade.approximation.target import TABLE_DIGITS
+from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.collision.exact import Exact
+
+
+def choose(
+    accuracy: Exact,
+    v_star_max: Exact,
+    v_star_min: Exact = 0,
+    form: Format = DOUBLE,
+    measure: Measure = "both",
+) -> MachineFit:
+    """Return the cheapest approximant, with coefficients of a format, that is as accurate as wanted.
+
+    The cost is that of `cost`; among equally cheap ones, the most accurate is returned.
+
+    Parameters
+    ----------
+    accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        Largest error in the measure, below 1 and at least four units of rounding of the format.
+    v_star_max, v_star_min, measure
+        As for `fit`.
+    form : Format
+        kernels.binary.DOUBLE or FLOAT.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `fit`; or if no degrees up to [6/9] are accurate enough: one line that says what would do.
+    """
+    interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
+    least = Fraction(2) ** (2 - form.precision)
+    accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
+    limit = float(arguments.exact("accuracy", accuracy, accepted, lambda x: least <= x < 1))
+    fits: dict[tuple[int, int], Fit | None] = {}
+
+    def good(price: int) -> list[Fit]:
+        for m, n in _degrees(price):
+            if (m, n) not in fits:
+                fits[m, n] = _fit_or_none(m, n, interval, measure)
+        found = (fits[degrees] for degrees in _degrees(price))
+        return [fit for fit in found if fit is not None and fit.error <= limit]
+
+    prices = range(2, cost(MAX_M, MAX_N) + 1)
+    rounded: list[MachineFit] = []
+    for price in prices[bisect_left(prices, True, key=lambda price: bool(good(price))) :]:
+        new = [machine(fit, form) for fit in good(price)]
+        best = min(new, key=lambda fit: fit.error, default=None)
+        if best is not None and best.error <= limit:
+            return best
+        rounded += new
+    errors = [fit.error for fit in rounded] or [fit.error for fit in fits.values() if fit]
+    raise ValueError(
+        f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
+        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{MAX_M}/{MAX_N}] reach), or a shorter"
+        " interval"
+    )
+
+
+def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
+    """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
+    interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
+    found = (_fit_or_none(m, n, interval, measure) for m, n in _degrees(price))
+    return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
+
+
+def _degrees(price: int) -> list[tuple[int, int]]:
+    """Return the degrees of a cost."""
+    pairs = ((m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1))
+    return [(m, n) for m, n in pairs if max(m, n) >= 2 and cost(m, n) == price]
+
+
+def _fit_or_none(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure) -> Fit | None:
+    try:
+        return _fit(m, n, interval, measure, TABLE_DIGITS)
+    except ValueError:  # no best approximant, or no good one
+        return None

@@ -1,0 +1,294 @@
+r"""Compact kernels for every v* >= 0: both limits are right by structure, and one division is all they need.
+
+With kappa = v*^2 and y = v*^(1/3),
+
+    eps = D(y)/(D(y) + v*^2 N(y)),    that is    1/eps - 1 = v*^2 N(y)/D(y),
+
+N and D polynomials with gaps, deg N = deg D + 4. As 1/eps - 1 goes like c v*^2 at 0 and like (2/3)^(2/3) v*^(10/3) at
+infinity (section 2.5), N/D only has to go from c to (2/3)^(2/3) y^4. No root is taken: whoever computes v* = w^(1/10),
+w = beta^5 v, gets y = w^(1/30) by the same operation; given v*, y is a cube root. Which powers of y occur was searched
+for (src/viscopade_lab/studies/half_line_search.py), among these and many other forms. If N/D is off by a relative
+delta, then
+
+    |d eps| = |delta| eps (1 - eps):    |d eps|/eps <= |delta| (1 - eps),    |d eps|/(1 - eps) <= |delta| eps,
+
+to first order in delta, so that both measures of section 2.7 are finite. In this order the errors are levelled.
+Errors here are sampled, in double precision, for coefficients that are doubles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import get_args
+
+import numpy as np
+from flint import arb
+
+from viscopade.approximation import lacunary, remez
+from viscopade.approximation.lacunary import (
+    LacunaryFormula,
+    LacunaryQuotient,
+    Powers,
+    Sample,
+    Terms,
+    added,
+    evaluated,
+    mirrored,
+    terms,
+)
+from viscopade.approximation.measure import Measure
+from viscopade.approximation.target import TABLE_DIGITS, curve
+from viscopade.arithmetic.balls import working
+from viscopade.arrays import checked, double
+from viscopade.arrays.checked import Accepted, FloatArray, Values
+
+ROOT = Fraction(1, 3)  # y = v*^ROOT
+SHIFT = 6  # v*^2 = y^SHIFT
+DEGREES_MORE = 4  # deg N - deg D
+LIMIT = Fraction(10, 3)  # eps ~ v*^-LIMIT
+
+_Y_MAX = 2000.0  # beyond, v* > 8e9, the error is that at infinity but for 1e-30
+_COORDINATE = remez.Coordinate(1.0, True)
+_BITS = 128
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
+
+# The best powers found for 4, 5, … coefficients.
+RELATIVE = (
+    Powers((0, 4, 8), (0, 4)),
+    Powers((0, 5, 7, 16), (0, 12)),
+    Powers((0, 3, 4, 16), (0, 3, 12)),
+    Powers((0, 5, 6, 11, 20), (0, 5, 6, 16)),
+    Powers((0, 5, 7, 11, 12, 20), (0, 5, 6, 16)),
+    Powers((0, 6, 7, 11, 13, 21), (0, 5, 6, 8, 17)),
+)
+BOTH = (
+    Powers((0, 6, 15), (0, 11)),
+    Powers((0, 9, 19), (0, 6, 15)),
+    Powers((0, 6, 8, 19), (0, 6, 15)),
+    Powers((0, 4, 12, 19), (0, 4, 6, 8, 15)),
+    Powers((0, 6, 12, 18, 25), (0, 9, 12, 14, 21)),
+    Powers((0, 6, 12, 18, 19, 27), (0, 9, 12, 15, 23)),
+    Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22)),
+)
+BEST: dict[Measure, tuple[Powers, ...]] = {"relative": RELATIVE, "both": BOTH}
+
+
+@dataclass(frozen=True)
+class HalfLine:
+    """eps = D/(D + v*^2 N) with N, D polynomials in y = v*^(1/3), for every v* >= 0.
+
+    Attributes
+    ----------
+    quotient : LacunaryQuotient
+        N/D with coefficients that are doubles.
+    measure : "relative" or "both"
+        The error that was made small: |d eps|/eps, or the larger one of that and |d eps|/(1 - eps).
+    level : float
+        The levelled error of the best N/D with these powers, to first order (sampled).
+    relative_error, both_error : float
+        Largest errors of this kernel in the two measures, over all v* >= 0 (sampled; exact evaluation).
+    points : tuple of float
+        v* where the error is largest, with alternating signs.
+
+    Raises
+    ------
+    ValueError
+        If N/D is not of the structure that both limits ask for.
+    """
+
+    quotient: LacunaryQuotient
+    measure: Measure
+    level: float
+    relative_error: float
+    both_error: float
+    points: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        check(self.powers)
+
+    @property
+    def powers(self) -> Powers:
+        """Which powers of y occur."""
+        return self.quotient.powers
+
+    @property
+    def error(self) -> float:
+        """The largest error in the kernel's own measure (sampled)."""
+        return self.relative_error if self.measure == "relative" else self.both_error
+
+    @property
+    def epsilon_formula(self) -> LacunaryFormula:
+        """Eps as a formula in exact numbers."""
+        return LacunaryFormula("v_star", ROOT, self._bottom, added(self._bottom, self._top))
+
+    @property
+    def loss_formula(self) -> LacunaryFormula:
+        """1 - eps as a formula in exact numbers."""
+        return LacunaryFormula("v_star", ROOT, self._top, added(self._bottom, self._top))
+
+    @property
+    def _top(self) -> Terms:
+        """y^6 N."""
+        return terms(self.powers.top, self.quotient.a, SHIFT)
+
+    @property
+    def _bottom(self) -> Terms:
+        """D."""
+        return self.quotient.bottom
+
+    def epsilon(self, v_star: Values) -> Values:
+        """Return eps(v*) in double precision; v_star is a number >= 0, infinity, or an array of such.
+
+        Raises
+        ------
+        TypeError
+            If a v* is not a real number.
+        ValueError
+            If a v* is negative or NaN.
+        """
+        return checked.elementwise(lambda v: self._portion(v, 0), "v_star", v_star, _SPEEDS)
+
+    def one_minus_epsilon(self, v_star: Values) -> Values:
+        """Return 1 - eps(v*) without cancellation; arguments and errors as for `epsilon`."""
+        return checked.elementwise(lambda v: self._portion(v, 1), "v_star", v_star, _SPEEDS)
+
+    def slope(self, v_star: Values) -> Values:
+        """Return d ln eps/d ln v*, the kernel's own; arguments and errors as for `epsilon`.
+
+        In the measure "both" its relative error is 3 to 8 times the error of eps (sampled).
+        """
+        return checked.elementwise(self._slope, "v_star", v_star, _SPEEDS)
+
+    def _portion(self, v_star: FloatArray, index: int) -> FloatArray:
+        """Return D (index 0) or v*^2 N (index 1) divided by the sum of both."""
+        y, degree = np.cbrt(v_star), self._top[-1][0]
+        bottom, top = _evaluated(self._bottom, y, degree), _evaluated(self._top, y, degree)
+        return (bottom, top)[index] / (bottom + top)
+
+    def _slope(self, v_star: FloatArray) -> FloatArray:
+        """Return -(1 - eps) d ln(v*^2 N/D)/d ln v*."""
+        y = np.cbrt(v_star)
+        rates = [
+            _evaluated(_rate(part), y, part[-1][0]) / _evaluated(part, y, part[-1][0])
+            for part in (self.quotient.top, self.quotient.bottom)
+        ]
+        return -self._portion(v_star, 1) * (SHIFT + rates[0] - rates[1]) * float(ROOT)
+
+
+def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:
+    """Return a polynomial, for y > 1 divided by y^degree."""
+    with np.errstate(divide="ignore"):
+        inverse = np.minimum(1 / y, 1)
+    upper = evaluated(mirrored(polynomial, degree), inverse)
+    return np.where(y <= 1, evaluated(polynomial, np.minimum(y, 1)), upper)
+
+
+def _rate(polynomial: Terms) -> Terms:
+    """Return y times the derivative."""
+    return tuple((exponent, exponent * c) for exponent, c in polynomial)
+
+
+def check(powers: Powers) -> None:
+    """Raise a ValueError if N/D with these powers has not the right order at infinity."""
+    if powers.top[-1] - powers.bottom[-1] != DEGREES_MORE:
+        raise ValueError(
+            f"powers are {powers.label}: deg N must be deg D + {DEGREES_MORE}, as eps goes like v*^(-10/3)"
+        )
+
+
+def fit(powers: Powers, measure: Measure = "relative") -> HalfLine:
+    """Return the best kernel with given powers of y = v*^(1/3).
+
+    Parameters
+    ----------
+    powers : Powers
+        Exponents, deg N = deg D + 4.
+    measure : "relative" or "both"
+        The error to be made small.
+
+    Raises
+    ------
+    ValueError
+        If degrees or measure are not accepted.
+    remez.NoBest
+        If the error cannot be levelled.
+    """
+    check(powers)
+    if measure not in get_args(Measure):
+        raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
+    return _fit(powers, measure)
+
+
+@lru_cache(maxsize=64)
+def _fit(powers: Powers, measure: Measure) -> HalfLine:
+    with working(_BITS):
+        c = curve(TABLE_DIGITS).loss_ratio(arb(0))
+    stated = lacunary.problem(powers, lambda y: _target(y) / c, _weight(measure), _Y_MAX, _COORDINATE)
+    found = lacunary.best(powers, stated, sample(measure))
+    with working(_BITS):
+        quotient = lacunary.rounded(powers, found, c)
+    points = tuple(y**3 for y in found.points)
+    errors = _errors(HalfLine(quotient, measure, found.error, 0.0, 0.0, points))
+    return HalfLine(quotient, measure, found.error, *errors, points)
+
+
+def kernel(accuracy: float, measure: Measure = "relative") -> HalfLine:
+    """Return the kernel with the fewest coefficients (of those in `BEST`) whose error is at most `accuracy`.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if measure not in get_args(Measure):
+        raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
+    for powers in BEST[measure]:
+        found = fit(powers, measure)
+        if found.error <= accuracy:
+            return found
+    raise ValueError(
+        f"accuracy is {accuracy!r}: accepted is a number >= {found.error:.2e}, which the best kernel reaches"
+    )
+
+
+def _target(y: arb) -> arb:
+    """Return (1/eps - 1)/v*^2."""
+    exact = curve(TABLE_DIGITS)
+    v_star = y * y * y
+    return (exact.loss_ratio(v_star) / exact.epsilon(v_star)).mid()
+
+
+def _weight(measure: Measure) -> lacunary.Function:
+    """Return by how much a relative error of N/D is an error in the measure, to first order."""
+
+    def weight(y: arb) -> arb:
+        epsilon, loss = curve(TABLE_DIGITS).both(y * y * y)
+        return epsilon if measure == "both" and epsilon > loss else loss
+
+    return weight
+
+
+@lru_cache(maxsize=2)
+def sample(measure: Measure) -> Sample:
+    """Return the target and the weight at points that are dense enough for rough fits."""
+    ends = ((0.004, 0.04, 12), (0.04, 40.0, 111), (40.0, 1e5, 22))
+    v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    weight = np.maximum(epsilon, loss) if measure == "both" else loss
+    with working(_BITS):
+        c = float(curve(TABLE_DIGITS).loss_ratio(arb(0)))
+    return Sample(np.cbrt(v_star), loss / epsilon / (c * v_star**2), weight)
+
+
+def _errors(given: HalfLine) -> tuple[float, float]:
+    """Return the largest errors in both measures, at many points and in both limits (sampled)."""
+    v_star = np.geomspace(1e-9, 1e12, 200_001)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    of_epsilon = np.abs(given.epsilon(v_star) / epsilon - 1)
+    of_loss = np.abs(given.one_minus_epsilon(v_star) / loss - 1)
+    # The absolute error is known best from the smaller portion.
+    relative = np.where(loss < epsilon, of_loss * loss / epsilon, of_epsilon)
+    elastic = np.where(loss < epsilon, of_loss, of_epsilon * epsilon / loss)
+    return float(relative.max()), float(np.maximum(relative, elastic).max())

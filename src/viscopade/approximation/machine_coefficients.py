@@ -1,0 +1,275 @@
+"""Coefficients in the machine's formats: a combination of doubles or floats whose error is small, from a lattice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb, arb_mat, arb_poly, fmpz_mat
+
+from viscopade.approximation import remez
+from viscopade.approximation.minimax import Fit, _check, _shown, cost, problem
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.arrays.checked import FloatArray
+
+SAMPLES = 12  # points from one extremum of the error to the next, in the search for machine coefficients
+
+LATTICE_BITS = 48  # to which errors are known, in units of the best one, where lattices are reduced
+
+MAX_STEPS = 200
+
+MAX_ROUNDS = 3
+
+LARGE_MOVES = (0.2, 100.0)  # relative, of a coefficient: cautious and bold
+
+LEAST_GAIN = 1e-6
+
+
+@dataclass(frozen=True)
+class MachineFit:
+    """An approximant whose coefficients are numbers of a binary format.
+
+    Attributes
+    ----------
+    fit : Fit
+        The best approximant.
+    form : Format
+        The format.
+    a, b : tuple of float
+        Coefficients, ascending: numbers of the format; a_0 = b_0 = 1, a_1 = b_1.
+    error : float
+        Largest error in the measure of `fit`, if it is evaluated without rounding (sampled).
+    rounded_error : float
+        The same if each coefficient of `fit` were rounded to the nearest number.
+    """
+
+    fit: Fit
+    form: Format
+    a: tuple[float, ...]
+    b: tuple[float, ...]
+    error: float
+    rounded_error: float
+
+    def __post_init__(self) -> None:
+        a, b = self.exact
+        _check(a, b, self.fit)
+        if any(self.form.nearest(c) != c for c in (*a, *b)):
+            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+        if not self.error <= self.rounded_error:
+            raise ValueError("the error must not be larger than that of rounded coefficients")
+
+    @cached_property
+    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The coefficients a and b as fractions."""
+        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
+
+    @property
+    def cost(self) -> int:
+        """Multiplications of both Horner's rules, and one division."""
+        return cost(self.fit.m, self.fit.n)
+
+
+def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
+    """Return coefficients of a binary format with a small error.
+
+    The error is linear in small changes of the coefficients; so those that are numbers of the format are a lattice in
+    the space of errors. From a close point of it (LLL reduction, Babai's nearest plane) single steps and pairs of steps
+    along the reduced basis are taken as long as the largest error falls.
+
+    Parameters
+    ----------
+    best : Fit
+    form : Format
+        kernels.binary.DOUBLE or FLOAT.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is not a normal number of the format.
+    """
+    task = problem(best.m, best.n, best.interval, best.measure, best.digits)
+    with working(task.bits):
+        start = _Grid(best, form)
+        grids, nearest = [start], start.centre
+        errors = {nearest: _error(task, start.placed(nearest), best.points)}
+        for _ in range(MAX_ROUNDS):
+            found = {shifted for grid in grids for shifted in _near(task, grid)}
+            for free in sorted(found - errors.keys()):
+                if start.holds(free):
+                    errors[free] = _error(task, start.placed(free), best.points)
+            # a coefficient that moved into another binade has other steps there
+            moved = [_Grid(best, form, free) for free in found]
+            known = [grid.steps for grid in grids]
+            grids = [grid for grid in moved if grid.steps not in known]
+        free = min(errors, key=errors.__getitem__)
+        free = free if errors[free] < errors[nearest] else nearest
+        a, b = start.placed(free)
+    return MachineFit(best, form, tuple(map(float, a)), tuple(map(float, b)), errors[free], errors[nearest])
+
+
+def _near(task: remez.Problem, grid: _Grid) -> set[tuple[Fraction, ...]]:
+    """Return free coefficients with small errors."""
+    candidates = set[tuple[int, ...]]().union(*(_Lattice.of(task, grid, move).candidates() for move in LARGE_MOVES))
+    return {
+        tuple(c + shift * step for c, step, shift in zip(grid.centre, grid.steps, shifts, strict=True))
+        for shifts in candidates
+    }
+
+
+def _error(task: remez.Problem, coefficients: tuple[list[Fraction], list[Fraction]], near: Sequence[float]) -> float:
+    """Return the largest error, infinite if the denominator is not positive."""
+    a, b = ([ball_of(c) for c in values] for values in coefficients)
+    try:
+        return remez.sup_error(task, a, b, near)[0]
+    except remez.NoBest:
+        return math.inf
+
+
+class _Grid:
+    """The numbers of a format near given coefficients (the fit's own), as whole steps from the nearest ones."""
+
+    def __init__(self, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
+        self.best, self.form = best, form
+        shared = [(1, 1)] if min(best.m, best.n) >= 1 else []
+        single = [*((i, None) for i in range(2, best.m + 1)), *((None, j) for j in range(2, best.n + 1))]
+        self.places: list[tuple[int | None, int | None]] = [*shared, *single]
+        """Indices in a and in b of each free coefficient."""
+        a, b = best.exact
+        self.exact = [a[i] if i is not None else b[j or 0] for i, j in self.places]
+        pairs = zip(self.places, self.exact if near is None else near, strict=True)
+        self.centre = tuple(self._nearest(place, c) for place, c in pairs)
+        self.steps = [Fraction(2) ** (math.frexp(float(c))[1] - form.precision) for c in self.centre]
+
+    def _nearest(self, place: tuple[int | None, int | None], number: Fraction) -> Fraction:
+        i, j = place
+        try:
+            return Fraction(self.form.nearest(number))
+        except ValueError as error:
+            name = f"b_{j}" if i is None else f"a_{i}"
+            raise ValueError(f"{self.best.label} on {_shown(self.best.interval)}: {name} = {error}") from None
+
+    def placed(self, free: Sequence[Fraction]) -> tuple[list[Fraction], list[Fraction]]:
+        """Return a and b with the given free coefficients."""
+        a, b = ([Fraction(1), *[Fraction(0)] * degree] for degree in (self.best.m, self.best.n))
+        for (i, j), c in zip(self.places, free, strict=True):
+            if i is not None:
+                a[i] = c
+            if j is not None:
+                b[j] = c
+        return a, b
+
+    def holds(self, free: Sequence[Fraction]) -> bool:
+        """Whether all are numbers of the format: steps may lead out of a binade."""
+        try:
+            return all(self.form.nearest(c) == c for c in free)
+        except ValueError:
+            return False
+
+
+@dataclass(frozen=True)
+class _Lattice:
+    """Errors at sampled points, in units of the least possible error, as far as they are linear in the steps.
+
+    Attributes
+    ----------
+    start : array, shape (points,)
+        Of the rounded coefficients.
+    optimum : array, shape (points,)
+        Of the best approximant.
+    basis : array, shape (steps, points)
+        What the vectors of a reduced basis add.
+    moves : array, shape (steps, steps)
+        How far those vectors lead from the coefficients, as relative changes, times what a large one may cost.
+    transform : array of int, shape (steps, steps)
+        Those vectors, as steps of the coefficients.
+    """
+
+    start: FloatArray
+    optimum: FloatArray
+    basis: FloatArray
+    moves: FloatArray
+    transform: npt.NDArray[np.object_]
+
+    @classmethod
+    def of(cls, task: remez.Problem, grid: _Grid, large_move: float) -> _Lattice:
+        """Linearise about the fit; to be used within `working`."""
+        points = _samples(task, grid.best.points)
+        optimum, rows = _linearised(task, grid, points)
+        effects = arb_mat(rows)
+        offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
+        start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
+        # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
+        price = max(abs(start).max(), 1.0) / large_move
+        prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
+        moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
+        rows = [[*row, *move] for row, move in zip(rows, moves.tolist(), strict=True)]
+        whole = fmpz_mat([[round(exact_middle(x) * 2**LATTICE_BITS) for x in row] for row in rows])
+        _, transform = whole.lll(True)
+        integers = np.array([[int(x) for x in row] for row in transform.tolist()], dtype=object)
+        basis, reduced = (_doubles(arb_mat(transform) * part) for part in (effects, moves))
+        return cls(start, optimum, basis, reduced, integers)
+
+    def candidates(self) -> set[tuple[int, ...]]:
+        """Return steps with small errors: descents from the rounded coefficients and from two near points."""
+        origins = (self._near(self.start), self._near(self.start - self.optimum), np.zeros(len(self.basis)))
+        return {tuple(int(x) for x in self._descended(origin) @ self.transform) for origin in origins}
+
+    def _near(self, target: FloatArray) -> FloatArray:
+        """Return the vector of the basis whose effect nearly cancels the target (Babai's nearest plane)."""
+        q, r = np.linalg.qr(np.hstack([self.basis, self.moves]).T)
+        rest, steps = -(q[: len(target)].T @ target), np.zeros(len(self.basis))
+        for k in range(len(steps) - 1, -1, -1):
+            steps[k] = np.round(rest[k] / r[k, k])
+            rest -= steps[k] * r[:, k]
+        return steps
+
+    def _descended(self, steps: FloatArray) -> npt.NDArray[np.object_]:
+        """Take single and double steps along the basis while the largest error falls."""
+        singles = np.concatenate([np.eye(len(steps)), -np.eye(len(steps))])
+        sums = (left + right for left, right in combinations(singles, 2))
+        moves = np.array([*singles, *(both for both in sums if both.any())])
+        effects = moves @ self.basis
+        error = self.start + steps @ self.basis
+        for _ in range(MAX_STEPS):
+            sizes = np.abs(error + effects).max(axis=1)
+            move = int(np.argmin(sizes))
+            if not sizes[move] < (1 - LEAST_GAIN) * np.abs(error).max():
+                break
+            steps, error = steps + moves[move], error + effects[move]
+        return np.array([int(x) for x in steps], dtype=object)
+
+
+def _samples(task: remez.Problem, points: Sequence[float]) -> list[float]:
+    """Return the extrema with `SAMPLES` points between each two."""
+    t = task.coordinate.t(np.unique([*task.interval, *points]))
+    between = t[:-1, None] + np.diff(t)[:, None] * np.arange(1, SAMPLES) / SAMPLES
+    inner = np.clip(task.coordinate.v(between.ravel()), *task.interval)
+    return [float(v) for v in np.unique([*inner, *points, *task.interval])]
+
+
+def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tuple[FloatArray, list[list[arb]]]:
+    """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
+    a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
+    s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
+    optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
+    for v in points:
+        x = arb(v)
+        d, unit = b(x).mid(), (task.sharpness(x) / grid.best.error).mid()
+        ratio = (s(x) / d).mid()
+        optimum.append(float((unit * (ratio + task.defect(x))).mid()))
+        for row, (i, j), step in zip(rows, grid.places, grid.steps, strict=True):
+            change = (x ** (i - 2) if i != 1 else 0) if i is not None else -(x ** ((j or 0) - 2))
+            change = change - ratio * x**j if j is not None else change
+            row.append((unit * change * ball_of(step) / d).mid())
+    return np.array(optimum), rows
+
+
+def _doubles(matrix: arb_mat) -> FloatArray:
+    return np.array([[float(x.mid()) for x in row] for row in matrix.tolist()])

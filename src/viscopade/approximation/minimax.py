@@ -1,0 +1,266 @@
+r"""Best rational approximants of eps(v*) on an interval, and their coefficients in the machine's formats (section 2.7).
+
+Among N/D with a_0 = b_0 = 1 and a_1 = b_1, as eps = 1 - c v*^2 + … demands, `fit` finds the one whose largest error is
+least, with the error measured as
+
+    "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions come out right, or
+    "relative"   |d eps|/eps.
+
+`machine` goes on to coefficients that are doubles or floats: not the nearest to those of the best approximant, but a
+combination whose error is small (a close point of a lattice, after fpminimax of Brisebarre and Chevillard). `choose`
+finds the cheapest degrees for an accuracy. Errors are sampled, and those of exact evaluation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, SupportsIndex, cast, get_args
+
+from flint import arb, fmpz_poly
+
+from viscopade import arguments
+from viscopade.approximation import remez
+from viscopade.approximation.measure import Measure
+from viscopade.approximation.target import STEP, TABLE_DIGITS, curve
+from viscopade.arithmetic.balls import decimal_string, working
+from viscopade.collision.exact import Exact
+
+if TYPE_CHECKING:
+    from flint import acb
+
+
+MAX_M, MAX_N = 6, 9
+MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for
+LARGEST = 10**6  # v*
+SMALLEST = Fraction(1, 10**6)  # v*, of an interval's end and length
+COEFFICIENT_DIGITS = 30  # beyond those of the error
+MAX_DIGITS = 150  # of eps
+NARROW_DIGITS = 9  # of the values, beyond those of the error
+
+_DEGREES = "accepted are degrees of which the larger one is at least 2 (else a_1 = b_1 leaves only N/D = 1)"
+_ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
+
+
+class TooCoarse(ValueError):
+    """The best approximant is off by 100 % or more."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_1 = b_1.
+
+    Attributes
+    ----------
+    m, n : int
+        Degrees.
+    interval : tuple of two Fractions
+        Where v* is.
+    measure : "both" or "relative"
+        Of the error.
+    a, b : tuple of str
+        Coefficients, ascending, as decimal numbers.
+    error, lower_bound : float
+        Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
+    points, deviations : tuple of float, length m + n
+        Where the error is largest, and its values there, of alternating signs.
+    exchanges : int
+        Steps of Remez's algorithm.
+    digits : int
+        Digits of eps that were used.
+
+    Raises
+    ------
+    ValueError
+        If the numbers contradict each other.
+    """
+
+    m: int
+    n: int
+    interval: tuple[Fraction, Fraction]
+    measure: Measure
+    a: tuple[str, ...]
+    b: tuple[str, ...]
+    error: float
+    lower_bound: float
+    points: tuple[float, ...]
+    deviations: tuple[float, ...]
+    exchanges: int
+    digits: int
+
+    def __post_init__(self) -> None:
+        _check(*self.exact, self)
+        if not len(self.points) == len(self.deviations) == self.m + self.n:
+            raise ValueError(f"there must be {self.m + self.n} points, not {len(self.points)}")
+        if any(left * right >= 0 for left, right in pairwise(self.deviations)):
+            raise ValueError("the deviations must be of alternating signs")
+        if not all(left < right for left, right in pairwise(self.points)):
+            raise ValueError("the points must ascend")
+        if not 0 < self.lower_bound <= min(map(abs, self.deviations)) <= max(map(abs, self.deviations)) <= self.error:
+            raise ValueError("the deviations must lie between lower_bound and error")
+
+    @cached_property
+    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The coefficients a and b as fractions."""
+        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
+
+    @property
+    def label(self) -> str:
+        """The paper's name, "[3/6]"."""
+        return f"[{self.m}/{self.n}]"
+
+
+def cost(m: int, n: int) -> int:
+    """Return the cost of [m/n]: m + n multiplications (each with an addition), and a division if n > 0."""
+    return m + n + (n > 0)
+
+
+def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
+    """Raise if lengths, a_0 = b_0 = 1 or a_1 = b_1 are wrong, or the denominator has a zero on the interval."""
+    if (len(a), len(b)) != (fit.m + 1, fit.n + 1):
+        raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
+    if not a[0] == b[0] == 1:
+        raise ValueError("a_0 and b_0 must be 1")
+    if _at(a, 1) != _at(b, 1):
+        raise ValueError("a_1 and b_1 must be the same number")
+    scale = math.lcm(*(c.denominator for c in b))
+    with working(128):
+        roots = cast("list[tuple[acb, int]]", fmpz_poly([int(c * scale) for c in b]).complex_roots())
+        for root, _ in roots:
+            if root.imag == 0 and float(fit.interval[0]) <= float(root.real) <= float(fit.interval[1]):
+                raise ValueError(f"the denominator of {fit.label} has a zero at v* = {float(root.real):.6g}")
+
+
+def _at(values: Sequence[Fraction], i: int) -> Fraction:
+    return values[i] if i < len(values) else Fraction(0)
+
+
+# --- best approximants ------------------------------------------------------------------------------------------------
+
+
+def fit(
+    m: SupportsIndex,
+    n: SupportsIndex,
+    v_star_max: Exact,
+    v_star_min: Exact = 0,
+    measure: Measure = "both",
+    digits: SupportsIndex = TABLE_DIGITS,
+) -> Fit:
+    """Return the best approximant [m/n] of eps on [v_star_min, v_star_max].
+
+    Parameters
+    ----------
+    m, n : int
+        Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2.
+    v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
+    measure : "both" or "relative"
+        Of the error: see the module.
+    digits : int
+        Digits of eps to begin with; more are taken if the error asks for it.
+
+    Raises
+    ------
+    TypeError
+        If something is not of the type stated.
+    ValueError
+        If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
+        line.
+    """
+    m = arguments.integer("m", m, 0, MAX_FIT_M)
+    n = arguments.integer("n", n, 0, MAX_FIT_N)
+    if max(m, n) < 2:
+        raise ValueError(f"the degrees are [{m}/{n}]: {_DEGREES}")
+    return _fit(m, n, _interval(v_star_min, v_star_max), _measure(measure), arguments.digits(digits))
+
+
+def _interval(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]:
+    low = arguments.exact("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
+    accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
+    high = arguments.exact("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
+    if high - low < SMALLEST * max(low, Fraction(1)):
+        raise ValueError(
+            f"the interval [{float(low):g}, {float(high):g}] is too short: accepted is a length of "
+            f"{float(SMALLEST):g} max(v_star_min, 1) or more"
+        )
+    return low, high
+
+
+def _measure(measure: str) -> Measure:
+    if measure not in get_args(Measure):
+        raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
+    return cast(Measure, measure)
+
+
+@lru_cache(maxsize=1024)
+def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int) -> Fit:
+    start: tuple[float, ...] | None = None
+    while digits <= MAX_DIGITS:
+        try:
+            found = remez.solve(problem(m, n, interval, measure, digits), start)
+        except remez.TooAccurate as small:
+            wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
+            digits = STEP * math.ceil(max(digits + STEP, wanted) / STEP)
+        except remez.NoBest as reason:
+            raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
+        else:
+            return _finished(m, n, interval, measure, digits, found)
+    raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees")
+
+
+def problem(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int) -> remez.Problem:
+    """Return the problem of `fit` for `remez.solve`."""
+    eps = curve(digits)
+    low, high = float(interval[0]), float(interval[1])
+    inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
+              high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
+
+    def sharpness(v_star: arb) -> arb:
+        epsilon, loss = eps.both(v_star)
+        if measure == "both" and loss < epsilon:
+            return 1 / eps.loss_ratio(v_star)
+        return v_star * v_star / epsilon
+
+    beyond = (min(3 * high, float(LARGEST)),) if 3 * high <= LARGEST else ()
+    return remez.Problem(m, n, eps.loss_ratio, sharpness, inside, 2, digits=eps.digits, beyond=beyond)
+
+
+def _finished(
+    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, found: remez.Approximation
+) -> Fit:
+    if not found.error < 1:
+        raise TooCoarse(
+            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
+            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
+        )
+    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
+    a, b = ([_decimal(c, places) for c in values] for values in (found.a, found.b))
+    if min(m, n) >= 1:
+        a[1] = b[1]
+    a[0] = b[0] = "1"
+    if m == 0 and n >= 1:
+        b[1] = "0"
+    if n == 0 and m >= 1:
+        a[1] = "0"
+    levels = found.error, found.lower_bound, found.points, found.deviations, found.exchanges
+    return Fit(m, n, interval, measure, tuple(a), tuple(b), *levels, digits)
+
+
+def _decimal(number: arb, digits: int) -> str:
+    text = decimal_string(number, digits)
+    assert text is not None  # middles are exact
+    return text
+
+
+def _shown(interval: tuple[Fraction, Fraction]) -> str:
+    return f"[{float(interval[0]):g}, {float(interval[1]):g}]"
+
+
+# --- coefficients in the machine's formats ----------------------------------------------------------------------------
+
+
+# --- the cheapest degrees ---------------------------------------------------------------------------------------------

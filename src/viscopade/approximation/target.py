@@ -1,0 +1,195 @@
+"""eps(v*) and 1 - eps(v*) at many points, to any number of digits: the target of fits. Not proven, as `exact` is.
+
+The function is cut into panels, each with polynomials in z = (v* - centre)/(half width). Up to 17 digits they are the
+rows of `double`'s table, taken exactly. For more digits they are made when they are first needed: from the proven
+series (eq:epsSeriesAdvanced) for v* <= 1/2, where it converges like (v*/1.047)^k, and from there on, an octave each, by
+interpolation of proven values at Chebyshev's nodes, checked between the nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import SupportsIndex
+
+from flint import arb, arb_mat, arb_poly
+
+from viscopade import arguments
+from viscopade.arithmetic.balls import ball_of, bits_for, working
+from viscopade.arrays import panels
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS, PERIOD, Row
+from viscopade.collision import exact
+from viscopade.progress import track
+from viscopade.theory.series import series
+
+TABLE_DIGITS = 17
+RADIUS = 1.0471  # of convergence, rounded down (`singularity` finds it); panels are tested against proven values
+SERIES_ENDS = (Fraction(1, 16), Fraction(1, 8), Fraction(1, 4), Fraction(1, 2))
+ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes is off by about this to the -n
+ELLIPSE = 4.6  # on all others
+STEP = 5  # panels are made for multiples of so many digits
+GUARD_DIGITS = 3
+MAX_ATTEMPTS = 6
+LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """Polynomials in z = (v* - centre)/(half width); `ratio` is (1 - eps)/v*^2 and stands in for `loss` near 0."""
+
+    centre: Fraction
+    half_width: Fraction
+    epsilon: arb_poly | None
+    loss: arb_poly | None
+    ratio: arb_poly | None = None
+
+    def z(self, v_star: arb) -> arb:
+        return (v_star - ball_of(self.centre)) / ball_of(self.half_width)
+
+
+@dataclass(frozen=True)
+class ExactCurve:
+    """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
+
+    Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
+    need `bits_for(digits)` and some more. Their results are middles: what encloses nothing.
+    """
+
+    digits: int
+
+    def both(self, v_star: arb) -> tuple[arb, arb]:
+        """Return eps and 1 - eps."""
+        panel, scaled, folds = self._place(v_star)
+        z = panel.z(scaled)
+        if panel.ratio is not None:
+            loss = panel.ratio(z).mid() * v_star * v_star
+            return (1 - loss).mid(), loss.mid()
+        assert panel.epsilon is not None
+        assert panel.loss is not None
+        if folds:
+            epsilon = panel.epsilon(z).mid() * arb(2) ** (-10 * folds)
+            return epsilon.mid(), (1 - epsilon).mid()
+        return panel.epsilon(z).mid(), panel.loss(z).mid()
+
+    def epsilon(self, v_star: arb) -> arb:
+        """Return the coefficient of restitution."""
+        return self.both(v_star)[0]
+
+    def loss(self, v_star: arb) -> arb:
+        """Return 1 - eps."""
+        return self.both(v_star)[1]
+
+    def loss_ratio(self, v_star: arb) -> arb:
+        """Return (1 - eps)/v*^2, at v* = 0 its limit -h_2."""
+        panel, scaled, _ = self._place(v_star)
+        if panel.ratio is not None:
+            return panel.ratio(panel.z(scaled)).mid()
+        return (self.loss(v_star) / (v_star * v_star)).mid()
+
+    def _place(self, v_star: arb) -> tuple[_Panel, arb, int]:
+        """Return the panel, v* divided by 8^folds, and folds."""
+        near = float(v_star)
+        if not near >= 0:
+            raise ValueError(f"v_star is {near!r}: accepted is a number >= 0")
+        if self.digits > TABLE_DIGITS:
+            return _made_panel(near, self.digits), v_star, 0
+        index, folds = panels.index_of(near)
+        scaled = v_star if not folds else v_star * arb(2) ** (-PERIOD * folds)
+        return _table_panels()[index], scaled, folds
+
+
+def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
+    """Return the function to a number of digits, from 1; panels that were made are kept.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If digits is not an integer, or out of range.
+    """
+    return ExactCurve(max(arguments.digits(digits), TABLE_DIGITS))
+
+
+# --- the table of `double` --------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def _table_panels() -> tuple[_Panel, ...]:
+    rows = panels.rows()
+    return tuple(
+        _table_panel(index, rows["epsilon", index], rows["one_minus_epsilon", index]) for index in range(PANELS)
+    )
+
+
+def _table_panel(index: int, epsilon: Row, loss: Row) -> _Panel:
+    centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
+    if index:
+        return _Panel(centre, half_width, _exact_row(epsilon), _exact_row(loss))
+    exponent = loss.exponent - 2 * int(math.log2(half_width))
+    return _Panel(centre, half_width, None, None, _exact_row(Row(exponent, loss.a[2:])))
+
+
+def _exact_row(row: Row) -> arb_poly:
+    """Return 2^e (a_0 + a_1 z + …), exactly: integers of up to 70 bits."""
+    with working(128):
+        return arb_poly([arb(a) * arb(2) ** row.exponent for a in row.a])
+
+
+# --- more digits ------------------------------------------------------------------------------------------------------
+
+
+def _made_panel(v_star: float, digits: int) -> _Panel:
+    rounded = STEP * math.ceil(digits / STEP)
+    for end in SERIES_ENDS:
+        if v_star <= end:
+            return _series_panel(end, rounded)
+    if v_star > LARGEST:
+        raise ValueError(f"v_star is {v_star!r}: accepted for more than {TABLE_DIGITS} digits is at most 10^6")
+    return _octave_panel(math.ceil(math.log2(v_star)), rounded)
+
+
+@lru_cache(maxsize=64)
+def _series_panel(end: Fraction, digits: int) -> _Panel:
+    """Return (1 - eps)/v*^2 on [0, end] from the series."""
+    order = math.ceil((digits + GUARD_DIGITS) / math.log10(RADIUS / float(end))) + 2
+    with working(bits_for(digits) + 32):
+        h = series(order, digits + GUARD_DIGITS).h
+        return _Panel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[2:]]))
+
+
+@lru_cache(maxsize=256)
+def _octave_panel(exponent: int, digits: int) -> _Panel:
+    """Return the panel [2^(exponent - 1), 2^exponent]: interpolated, and compared with proven values in between."""
+    centre, half_width = Fraction(3, 4) * Fraction(2) ** exponent, Fraction(1, 4) * Fraction(2) ** exponent
+    number = math.ceil((digits + GUARD_DIGITS) / math.log10(ELLIPSES.get(exponent, ELLIPSE)))
+    for _ in range(MAX_ATTEMPTS):
+        panel = _interpolated(centre, half_width, number, digits)
+        if all(_agrees(panel, z, digits) for z in (Fraction(-1), Fraction(1, 7), Fraction(1))):
+            return panel
+        number += 1 + number // 4
+    raise ArithmeticError(f"{number} nodes do not give {digits} digits of eps on the octave below 2^{exponent}")
+
+
+def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: int) -> _Panel:
+    cosines = [math.cos((2 * i + 1) * math.pi / (2 * number)) for i in range(number)]
+    nodes = [Fraction(round(c * 2**30), 2**30) for c in cosines]
+    values = [
+        exact.collision(centre + half_width * nodes[i], digits + GUARD_DIGITS)
+        for i in track(range(number), f"eps to {digits} digits")
+    ]
+    with working(bits_for(digits) + 4 * number + 64):  # Vandermonde's matrix has a condition below 2.5^number
+        powers = arb_mat([[ball_of(z) ** n for n in range(number)] for z in nodes])
+        columns = powers.solve(arb_mat([[v.epsilon.mid(), v.one_minus_epsilon.mid()] for v in values]))
+        epsilon, loss = (arb_poly([columns[i, k].mid() for i in range(number)]) for k in (0, 1))
+    return _Panel(centre, half_width, epsilon, loss)
+
+
+def _agrees(panel: _Panel, z: Fraction, digits: int) -> bool:
+    """Whether a panel is right to `digits` digits at a point."""
+    true = exact.collision(panel.centre + panel.half_width * z, digits + GUARD_DIGITS)
+    assert panel.epsilon is not None
+    assert panel.loss is not None
+    with working(bits_for(digits) + 64):
+        errors = (panel.epsilon(ball_of(z)) / true.epsilon - 1, panel.loss(ball_of(z)) / true.one_minus_epsilon - 1)
+        return all(abs(error.mid()) < arb(10) ** (-digits) for error in errors)

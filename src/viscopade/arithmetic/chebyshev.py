@@ -1,0 +1,73 @@
+"""Rational polynomials on [-1, 1], exactly: in Chebyshev's polynomials, cut off, interpolated and bounded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+
+from flint import arb, fmpq, fmpq_poly
+
+from viscopade.arithmetic.balls import exact_middle, working
+
+
+def to_fmpq(number: Fraction) -> fmpq:
+    """Return a fraction as FLINT's."""
+    return fmpq(number.numerator, number.denominator)
+
+
+def to_fraction(number: fmpq) -> Fraction:
+    """Return FLINT's fraction as Python's."""
+    return Fraction(int(number.p), int(number.q))
+
+
+@cache
+def chebyshev(n: int) -> fmpq_poly:
+    """Return Chebyshev's polynomial T_n."""
+    if n < 2:
+        return fmpq_poly([0, 1] if n else [1])
+    return fmpq_poly([0, 2]) * chebyshev(n - 1) - chebyshev(n - 2)
+
+
+def in_chebyshev(p: fmpq_poly) -> list[fmpq]:
+    """Return the coefficients of Chebyshev's polynomials, in ascending order."""
+    found = [fmpq(0)] * (p.degree() + 1)
+    for n in range(p.degree(), -1, -1):
+        found[n] = p[n] / chebyshev(n)[n]
+        p -= chebyshev(n) * found[n]
+    return found
+
+
+def cut(p: fmpq_poly, degree: int) -> fmpq_poly:
+    """Return a polynomial of this degree that is nearly the best one on [-1, 1]."""
+    return sum((chebyshev(n) * c for n, c in enumerate(in_chebyshev(p)[: degree + 1])), fmpq_poly([]))
+
+
+def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
+    """Return a bound of |p| on [-1, 1]: the sum of the coefficients of Chebyshev's polynomials, on each of equal parts.
+
+    Where p is nearly a multiple of one of them, one part is enough.
+    """
+    half = fmpq(1, parts)
+    shifted = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)
+    return max(sum((abs(to_fraction(c)) for c in in_chebyshev(part)), Fraction(0)) for part in shifted)
+
+
+@cache
+def nodes(number: int) -> tuple[Fraction, ...]:
+    """Return the zeros of T_number, to 40 bits."""
+    with working(64):
+        angles = (arb.pi() * (2 * i + 1) / (2 * number) for i in range(number))
+        return tuple(Fraction(round(exact_middle(angle.cos()) * 2**40), 2**40) for angle in angles)
+
+
+def interpolated(points: Sequence[Fraction], values: Sequence[Fraction]) -> fmpq_poly:
+    """Return the polynomial with given values at given points, by divided differences."""
+    differences = list(values)
+    for step in range(1, len(points)):
+        for i in range(len(points) - 1, step - 1, -1):
+            differences[i] = (differences[i] - differences[i - 1]) / (points[i] - points[i - step])
+    total = fmpq_poly([])
+    for point, difference in zip(reversed(points), reversed(differences), strict=True):
+        total = total * fmpq_poly([-to_fmpq(point), 1]) + to_fmpq(difference)
+    return total

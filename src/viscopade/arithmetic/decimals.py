@@ -1,0 +1,56 @@
+"""Short decimal numbers that are not smaller, or not larger, than what they stand for: bounds to be printed."""
+
+from __future__ import annotations
+
+import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
+
+from flint import arb
+
+DIGITS = 3  # of a printed bound
+
+
+def above(number: Fraction) -> str:
+    """Return a number, rounded up to 15 digits, as text."""
+    return _decimal(number, ROUND_CEILING)
+
+
+def below(number: Fraction) -> str:
+    """Return a number, rounded down to 15 digits, as text."""
+    return _decimal(number, ROUND_FLOOR)
+
+
+def _decimal(number: Fraction, rounding: str) -> str:
+    context = Context(prec=15, rounding=rounding)
+    value = context.divide(Decimal(number.numerator), Decimal(number.denominator)).normalize(context)
+    return f"{value:f}" if -5 < value.adjusted() < 16 else f"{value:e}"
+
+
+def rounded_up(bound: arb, digits: int = DIGITS) -> str:
+    """Return a positive upper bound as a short decimal number that is not smaller."""
+    middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
+    return at_most((middle + radius) * Fraction(10) ** exponent, digits)
+
+
+def at_most(number: Fraction | float, digits: int = DIGITS) -> str:
+    """Return a positive number as a short decimal number that is not smaller: an upper bound to be printed."""
+    return _short(number, digits, ROUND_CEILING)
+
+
+def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
+    """Return a positive number as a short decimal number that is not larger: a lower bound to be printed."""
+    return _short(number, digits, ROUND_FLOOR)
+
+
+def _short(number: Fraction | float, digits: int, rounding: str) -> str:
+    if number == math.inf:
+        return "inf"
+    exact, context = Fraction(number), Context(prec=digits, rounding=rounding)
+    decimal = context.divide(Decimal(exact.numerator), Decimal(exact.denominator)).normalize(context)
+    return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
+
+
+def identifier(number: str) -> str:
+    """Return a decimal number as a part of a name: "." becomes p, "-" m."""
+    return number.replace(".", "p").replace("-", "m").replace("+", "")

@@ -1,0 +1,102 @@
+"""Decimal strings to binary floating point, each rounded once and to nearest, and back to literals of C."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+
+_DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
+
+
+def exact(text: str) -> Fraction:
+    """Return the number that a decimal string stands for, exactly.
+
+    Raises
+    ------
+    TypeError
+        If `text` is not a string.
+    ValueError
+        If it is not a finite decimal number (with an exponent of at most four digits).
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"{text!r} is not a string: coefficients are decimal strings")
+    if not _DECIMAL.fullmatch(text):
+        raise ValueError(f"{text!r} is not a finite decimal number")
+    return Fraction(text)
+
+
+@dataclass(frozen=True)
+class Format:
+    """A binary interchange format of IEEE 754.
+
+    Attributes
+    ----------
+    name : str
+        C's name of the type.
+    suffix : str
+        What C appends to its literals and to the names of its mathematical functions.
+    precision : int
+        Bits of the significand.
+    largest : int
+        The exponent of the largest numbers: all finite values lie below 2^(largest + 1).
+    digits : int
+        Significant decimal digits that tell any two values apart.
+    """
+
+    name: str
+    suffix: str
+    precision: int
+    largest: int
+    digits: int
+
+    @property
+    def epsilon(self) -> float:
+        """The distance from 1 to the next value."""
+        return 2.0 ** (1 - self.precision)
+
+    def nearest(self, number: Fraction) -> float:
+        """Return the value nearest to `number`, ties to even: rounded once, from the exact number.
+
+        Raises
+        ------
+        ValueError
+            If that value is not zero and not a normal number of the format.
+        """
+        if number == 0:
+            return 0.0
+        spacing = Fraction(2) ** (_exponent(number) - self.precision + 1)
+        value = round(number / spacing) * spacing
+        if not 1 - self.largest <= _exponent(value) <= self.largest:
+            raise ValueError(f"{float_text(number)} is not a normal number of type {self.name}")
+        return float(value)
+
+    def hexadecimal(self, value: float) -> str:
+        """Return `value` as a hexadecimal literal of C, which is exact."""
+        mantissa, exponent = value.hex().split("p")
+        return f"{mantissa.rstrip('0').rstrip('.')}p{exponent}{self.suffix}"
+
+    def decimal(self, value: float) -> str:
+        """Return `value` as a decimal literal of C that is rounded to the same value again."""
+        return self.literal(format(value, f".{self.digits}g"))
+
+    def literal(self, number: str) -> str:
+        """Return a decimal number as a literal of C, with the digits given."""
+        return f"{number if set(number) & set('.e') else number + '.0'}{self.suffix}"
+
+
+DOUBLE = Format("double", "", 53, 1023, 17)
+FLOAT = Format("float", "f", 24, 127, 9)
+FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
+
+
+def float_text(number: Fraction) -> str:
+    """Return six significant digits of `number`, of any size, for a message."""
+    return str(Context(prec=6).divide(Decimal(number.numerator), Decimal(number.denominator))).lower()
+
+
+def _exponent(number: Fraction) -> int:
+    """Return e with 2^e <= |number| < 2^(e + 1)."""
+    guess = abs(number.numerator).bit_length() - number.denominator.bit_length()
+    return guess if abs(number) >= Fraction(2) ** guess else guess - 1

@@ -1,0 +1,131 @@
+r"""Balls of functions: polynomials with one proven error for rounding and truncation together.
+
+The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j| has ||f g|| <= ||f|| ||g||, and
+|f(y)| <= ||f|| on [0, 1]. An `FunctionBall` is the set of all f with
+
+    || f - polynomial / 2^bits || <= error / 2^bits,
+
+the polynomial's coefficients being integers. What a product has beyond degree `terms` is cut off, and the norm of
+the cut, taken exactly, is added to the error; so is rounding, one unit a coefficient. No estimate of how fast the
+true coefficients decay is needed anywhere: every bound is a sum over integers that are there.
+See docs/theory/error-bounds.md for the proofs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+
+from flint import arb, arb_series, fmpz, fmpz_poly
+
+from viscopade.arithmetic.balls import working
+
+
+@dataclass(frozen=True)
+class FunctionBall:
+    """A ball of functions; `norm` is that of the polynomial, in the same units as `error` (2^-bits)."""
+
+    polynomial: fmpz_poly
+    norm: int
+    error: int
+
+    @property
+    def bound(self) -> int:
+        """Norm of the largest member."""
+        return self.norm + self.error
+
+
+def shifted_up(value: int, shift: int) -> int:
+    """Return value / 2^shift, rounded up."""
+    return -((-value) >> shift)
+
+
+def divided_up(value: int, divisor: int) -> int:
+    """Return value / divisor (divisor > 0), rounded up."""
+    return -((-value) // divisor)
+
+
+def norm(coefficients: Sequence[fmpz]) -> int:
+    """Sum of the absolute values."""
+    return int(sum(map(abs, coefficients)))
+
+
+@dataclass(frozen=True)
+class Wiener:
+    """The arithmetic of `FunctionBall` with `terms` coefficients in units of 2^-bits."""
+
+    bits: int
+    terms: int
+
+    def element(self, coefficients: Sequence[fmpz | int], error: int) -> FunctionBall:
+        """Make an element of integer coefficients."""
+        polynomial = fmpz_poly(list(coefficients))
+        return FunctionBall(polynomial, norm(polynomial.coeffs()), error)
+
+    def rounded(self, polynomial: fmpz_poly, error: int) -> FunctionBall:
+        """Return `polynomial` (and `error`), given in units of 2^(-2 bits), cut and rounded to an element."""
+        coefficients = polynomial.coeffs()
+        head = [c >> self.bits for c in coefficients[: self.terms]]
+        cut = shifted_up(norm(coefficients[self.terms :]) + error, self.bits)
+        return self.element(head, cut + len(head))
+
+    def product(self, f: FunctionBall, g: FunctionBall) -> FunctionBall:
+        """Return f g."""
+        return self.rounded(f.polynomial * g.polynomial, f.bound * g.error + f.error * g.norm)
+
+    def self_convolution(self, f: Sequence[FunctionBall], n: int) -> tuple[fmpz_poly, int]:
+        """Return sum_{0<i<n} f_i f_{n-i} in units of 2^(-2 bits): the exact polynomial, and its error."""
+        total, error = fmpz_poly(), 0
+        for i in range(1, (n + 1) // 2):
+            total += f[i].polynomial * f[n - i].polynomial
+            error += f[i].bound * f[n - i].error + f[i].error * f[n - i].norm
+        total, error = 2 * total, 2 * error
+        if n % 2 == 0:
+            middle = f[n // 2]
+            total += middle.polynomial * middle.polynomial
+            error += (middle.bound + middle.norm) * middle.error
+        return total, error
+
+    def root_and_half_inverse(self, square: Sequence[Fraction]) -> tuple[FunctionBall, FunctionBall]:
+        """Return f = sqrt(square), f(0) > 0, and 1/(2 f), for a polynomial without a zero in |y| <= 1.
+
+        The polynomials come from unproven floating-point series; only the residuals f^2 - square and 1 - 2 f w,
+        computed exactly, enter the bounds (a Newton-Kantorovich argument: docs/theory/error-bounds.md, step 1).
+        """
+        one = 1 << self.bits
+        f, w = self._approximate_root(square)
+        denominator = lcm(*(c.denominator for c in square))
+        scaled = fmpz_poly([int(c * denominator) * one * one for c in square])
+        residual = shifted_up(divided_up(norm((f * f * denominator - scaled).coeffs()), denominator), self.bits)
+        defect = shifted_up(norm((2 * f * w - one * one).coeffs()), self.bits)
+        _require(defect < one)
+        w_norm = norm(w.coeffs())
+        inverse_norm = divided_up(w_norm * one, one - defect)
+        _require(4 * shifted_up(inverse_norm * inverse_norm, self.bits) * residual < one * one)
+        f_error = shifted_up(2 * inverse_norm * residual, self.bits)
+        _require(f_error < int(f[0]))
+        defect += shifted_up(2 * w_norm * f_error, self.bits)
+        _require(defect < one)
+        w_error = divided_up(w_norm * defect, one - defect)
+        return FunctionBall(f, norm(f.coeffs()), f_error), FunctionBall(w, w_norm, w_error)
+
+    def _approximate_root(self, square: Sequence[Fraction]) -> tuple[fmpz_poly, fmpz_poly]:
+        with working(self.bits + self.terms // 4 + 64, self.terms):
+            series = arb_series([arb(c.numerator) / c.denominator for c in square], self.terms)
+            root = series.sqrt()
+            half_inverse = (2 * root).inv()
+            scale = arb(2) ** self.bits
+            return _scaled_floor(root, scale), _scaled_floor(half_inverse, scale)
+
+
+def _require(condition: bool) -> None:
+    if not condition:
+        raise ArithmeticError("too few terms or bits for the square root")
+
+
+def _scaled_floor(power_series: arb_series, scale: arb) -> fmpz_poly:
+    """Return the middles of the coefficients, times `scale`, as integers; to the unit, which nothing relies on."""
+    whole = ((c.mid() * scale).floor().unique_fmpz() for c in power_series.coeffs())
+    return fmpz_poly([c for c in whole if c is not None])

@@ -1,0 +1,261 @@
+r"""The exact functions eps(v*), x_max(v*), tau_c(v*) and v*(eps) in double precision, on NumPy arrays.
+
+Every function takes numbers, lists or arrays, and is within `ULP` units in the last place of the true value (sampled:
+tests/test_double.py). What underflows becomes a denormal number, then 0, with an error of at most one denormal unit.
+So between neighbouring numbers a function that falls may rise by a unit: eps does at v* = 0.06045712713593428.
+
+[0, 2^FOLD) is cut into panels: one below 2^FIRST, then 2^SPLIT of them to each octave. On every panel each function is
+a polynomial in z = (v* - centre)/(half width), which is exact; `tools.double_table` makes them from proven values.
+Beyond, the leading terms for large v* (section 2.5) are exact to double precision. They are self-similar: with v* = 8^n
+s,
+
+    eps(v*) = 2^(-10 n) eps(s),    x_max(v*) = 2^(-4 n) x_max(s),    tau_c(v*) = 2^(-4 n) (tau_c(s) + n L x_max(s)),
+
+L = 40/9 ln 8; so the panels of three more octaves serve all larger v*. The inverse is Newton's method on the
+polynomials, whose value is kept in two parts so that the last residual is not rounded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from viscopade.arrays import checked, double, panels
+from viscopade.arrays.checked import Accepted, FloatArray, Values
+from viscopade.arrays.panels import CENTRES, FOLD, HALF_WIDTHS, NAMES, PANELS, IntArray, Place, place_of
+
+# Largest error in units in the last place, sampled at more than 10,000 points that include the hard ends.
+ULP = {"epsilon": 1.0, "one_minus_epsilon": 3.0, "x_max": 1.0, "tau_c": 2.5, "v_star_from": 2.5}
+
+
+_EPSILON, _LOSS, _X_MAX, _TAU_C = range(len(NAMES))
+
+_LOG_PERIOD = 40 / 9 * math.log(8)
+_BLOCK = 1 << 13  # values at once: all that belongs to them stays in the cache
+_NEWTON_STEPS = 3
+# Beyond the ends of the table ln v* is linear in the logarithm of (1 - eps)/eps.
+_FAR = 300.0
+_TINY = 2.0**-500
+
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
+_PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
+
+
+def epsilon(v_star: Values) -> Values:
+    """Return the coefficient of restitution eps(v*) (eq:force2COR).
+
+    Parameters
+    ----------
+    v_star : float or array
+        v* = beta^(1/2) v^(1/10), >= 0; may be infinite.
+
+    Returns
+    -------
+    float or array
+        From 1 at v* = 0 to 0.
+
+    Raises
+    ------
+    TypeError
+        If a v* is not a real number.
+    ValueError
+        If a v* is negative or NaN.
+    """
+    return _elementwise(lambda v: _scaled(_EPSILON, place_of(v), -10), "v_star", v_star, _SPEEDS)
+
+
+def one_minus_epsilon(v_star: Values) -> Values:
+    """Return 1 - eps(v*), without the cancellation at small v*; arguments and errors as for `epsilon`."""
+    return _elementwise(lambda v: _value(_LOSS, place_of(np.minimum(v, 2.0**FOLD))), "v_star", v_star, _SPEEDS)
+
+
+def x_max(v_star: Values) -> Values:
+    """Return the maximal compression in units of `Pair.length_scale`; arguments and errors as for `epsilon`."""
+    return _elementwise(lambda v: _scaled(_X_MAX, place_of(v), -4), "v_star", v_star, _SPEEDS)
+
+
+def tau_c(v_star: Values) -> Values:
+    """Return the contact's duration in units of `Pair.time_scale`; arguments and errors as for `epsilon`.
+
+    The contact ends where the force vanishes (eq:tEndAdvanced).
+    """
+    return _elementwise(_contact_time, "v_star", v_star, _SPEEDS)
+
+
+def slope(v_star: Values) -> Values:
+    """Return d ln eps/d ln v*, from 0 at v* = 0 to -10/3, to 12 digits or more.
+
+    Arguments and errors are those of `epsilon`.
+    """
+    return _elementwise(_slope, "v_star", v_star, _SPEEDS)
+
+
+def v_star_from(epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
+    """Return the v* whose coefficient of restitution is `epsilon`.
+
+    Parameters
+    ----------
+    epsilon : float or array
+        From 0, where v* is infinite, to 1.
+    one_minus_epsilon : float or array
+        Instead of epsilon: a double near 1 knows few digits of 1 - epsilon.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    TypeError
+        If not exactly one of the two is given, or it is not made of real numbers.
+    ValueError
+        If a number is below 0, above 1 or NaN.
+    """
+    # 1 - x is exact for x >= 1/2; so the smaller of eps and 1 - eps is always known exactly.
+    if epsilon is not None and one_minus_epsilon is None:
+        return _elementwise(lambda e: _inverse(np.minimum(e, 1 - e), e > 0.5), "epsilon", epsilon, _PORTIONS)
+    if one_minus_epsilon is not None and epsilon is None:
+        return _elementwise(
+            lambda d: _inverse(np.minimum(d, 1 - d), d <= 0.5), "one_minus_epsilon", one_minus_epsilon, _PORTIONS
+        )
+    raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
+
+
+# --- polynomials ------------------------------------------------------------------------------------------------------
+
+
+class _Table(NamedTuple):
+    """Coefficients of all functions on all panels; row = panel + PANELS * (index in NAMES)."""
+
+    high: FloatArray
+    low: FloatArray
+    """Together with `high` the coefficient of z^0."""
+    powers: FloatArray
+    """Coefficients of z^1, z^2, … (first axis)."""
+
+
+@lru_cache(maxsize=1)
+def _table() -> _Table:
+    found = [panels.rows()[name, panel] for name in NAMES for panel in range(PANELS)]
+    exponents = np.array([row.exponent for row in found])
+    constants = [row.a[0] for row in found]
+    high = [float(c) for c in constants]
+    low = [float(c - int(h)) for c, h in zip(constants, high, strict=True)]
+    powers = np.array([row.a[1:] for row in found], dtype=np.float64).T
+    return _Table(*(np.ldexp(part, exponents) for part in (np.array(high), np.array(low), powers)))
+
+
+def _parts(row: IntArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return polynomials' values as unrounded sums of two parts, the second much smaller or the only one."""
+    table = _table()
+    total = table.powers[-1][row]
+    for coefficient in table.powers[-2::-1]:
+        total = total * z + coefficient[row]
+    return table.high[row], table.low[row] + z * total
+
+
+def _log_derivative(row: IntArray, place: Place) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what `_parts` does, and the derivative with respect to ln v*."""
+    table, z = _table(), place.z
+    total, change = table.powers[-1][row], np.zeros_like(z)
+    for coefficient in table.powers[-2::-1]:
+        change = change * z + total
+        total = total * z + coefficient[row]
+    return table.high[row], table.low[row] + z * total, (total + z * change) * (place.s / HALF_WIDTHS[place.panel])
+
+
+def _value(function: int, place: Place) -> FloatArray:
+    high, rest = _parts(place.panel + PANELS * function, place.z)
+    return high + rest
+
+
+def _scaled(function: int, place: Place, power: int) -> FloatArray:
+    """Return 2^(power folds) times the value at s."""
+    return np.ldexp(_value(function, place), power * place.folds)
+
+
+def _contact_time(v_star: FloatArray) -> FloatArray:
+    place = place_of(v_star)
+    added = _LOG_PERIOD * place.folds * _value(_X_MAX, place)
+    return np.ldexp(_value(_TAU_C, place) + added, -4 * place.folds)
+
+
+def _slope(v_star: FloatArray) -> FloatArray:
+    place = place_of(v_star)
+    elastic = place.s < 0.5
+    *_, change = _log_derivative(place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON), place)
+    return np.where(elastic, 0 - change, change) / _value(_EPSILON, place)
+
+
+# --- inverse ----------------------------------------------------------------------------------------------------------
+
+
+def _inverse(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
+    """Return v*, given the smaller of 1 - eps (where elastic) and eps, which is at most 1/2."""
+    limit = np.where(elastic, 0.0, np.inf)
+    # Where small is tiny, v* is a power of it: out of the range of denormal numbers it goes, and back.
+    tiny = small < _TINY
+    scale = np.where(tiny, np.where(elastic, 2.0**-200, 2.0**120), 1.0)
+    wanted = np.where(small == 0, 0.25, np.where(tiny, small * 2.0**400, small))
+    v_star = _first_guess(wanted, elastic)
+    for _ in range(_NEWTON_STEPS):
+        v_star = _newton(v_star, wanted, elastic)
+    return np.where(small == 0, limit, scale * v_star)
+
+
+def _first_guess(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
+    """Interpolate ln v* between the panels' centres, to three digits."""
+    log_odds = np.log(small) - np.log1p(-small)
+    return np.exp(np.interp(np.where(elastic, log_odds, -log_odds), *_nodes()))
+
+
+@lru_cache(maxsize=1)
+def _nodes() -> tuple[FloatArray, FloatArray]:
+    """Return ln((1 - eps)/eps) and ln v* at the panels' centres and at two points far away."""
+    high = _table().high.reshape(len(NAMES), PANELS)[:, 1:]
+    log_odds, log_v = np.log(high[_LOSS] / high[_EPSILON]), np.log(CENTRES[1:])
+    log_odds = np.concatenate([log_odds[:1] - 2 * _FAR, log_odds, log_odds[-1:] + 10 / 3 * _FAR])
+    return log_odds, np.concatenate([log_v[:1] - _FAR, log_v, log_v[-1:] + _FAR])
+
+
+def _newton(v_star: FloatArray, wanted: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
+    place = place_of(v_star)
+    row = place.panel + PANELS * np.where(elastic, _LOSS, _EPSILON)
+    scale = np.ldexp(1.0, -10 * place.folds)  # 1 where elastic
+    high, rest, change = _log_derivative(row, place)
+    residual = (wanted - scale * high) - scale * rest
+    return v_star + v_star * (residual / (scale * change))
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+
+
+def _elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
+    """Apply `function` block by block to checked values: a number gives a float, an array an array."""
+    return checked.elementwise(lambda array: _in_blocks(function, array), name, values, accepted)
+
+
+def _in_blocks(function: Callable[[FloatArray], FloatArray], array: FloatArray) -> FloatArray:
+    flat = array.ravel()
+    result = np.empty_like(flat)
+    with np.errstate(under="ignore"):
+        for start in range(0, flat.size, _BLOCK):
+            result[start : start + _BLOCK] = function(flat[start : start + _BLOCK])
+    return result.reshape(array.shape)
+
+
+def exact(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return eps and 1 - eps at speeds and betas, to 1 and 3 units in the last place (sampled, see `double`).
+
+    v* is found in long double where that is wider than double, and its rounding is made good by the slope of eps.
+    """
+    wide = np.sqrt(beta.astype(np.longdouble)) * np.power(speed.astype(np.longdouble), np.longdouble(1) / 10)
+    v_star = wide.astype(np.float64)
+    change = ((wide - v_star) / v_star).astype(np.float64) * np.asarray(double.slope(v_star))
+    eps = np.asarray(double.epsilon(v_star))
+    return eps * (1 + change), np.asarray(double.one_minus_epsilon(v_star)) - eps * change

@@ -1,0 +1,307 @@
+"""What the commands share: types of arguments, tables on standard output, progress on standard error."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import shlex
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import import_module
+from itertools import zip_longest
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, TextIO
+
+import click
+
+from viscopade import arguments
+from viscopade.cli.latex import latex
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from viscopade.collision.spheres import Pair
+
+    _Integer = click.ParamType[int]
+    _Number = click.ParamType[float]
+    _Pair = click.ParamType[tuple[int, int]]
+else:  # before Click 8.4 it takes no type
+    _Integer = _Number = _Pair = click.ParamType
+
+
+class Whole(_Integer):
+    """An integer within a range, with our own words for what is accepted."""
+
+    name = "integer"
+
+    def __init__(self, label: str, low: int, high: int) -> None:
+        self.label, self.low, self.high = label, low, high
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Parse decimal digits with an optional sign."""
+        if isinstance(value, str):
+            if not re.fullmatch(r"[+-]?[0-9]{1,18}", value):
+                self.fail(f"{self.label} is {value!r}: accepted is an integer from {self.low} to {self.high}")
+            value = int(value)
+        try:
+            return arguments.integer(self.label, value, self.low, self.high)
+        except ValueError as error:
+            self.fail(str(error))
+
+
+class Real(_Number):
+    """A decimal number, as a double."""
+
+    name = "number"
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Parse a decimal number."""
+        if isinstance(value, float):
+            return value
+        try:
+            return float(
+                arguments.exact(self.label, value, "a finite decimal number", lambda number: abs(number) < 10**300)
+            )
+        except ValueError as error:
+            self.fail(str(error))
+
+
+class Degrees(_Pair):
+    """Degrees [m/n] written as M/N."""
+
+    name = "M/N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Parse "3/6"."""
+        if isinstance(value, tuple):
+            return value
+        match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
+        degrees = (int(match[1]), int(match[2])) if match else (arguments.MAX_DEGREE + 1, 0)
+        if max(degrees) > arguments.MAX_DEGREE:
+            accepted = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
+            self.fail(f"{value!r} are no degrees: accepted is {accepted}")
+        return degrees
+
+
+LONGEST = 1 << 24  # bytes of a file that is read
+_ENDLESS = 1_000_000  # columns: wider than any table
+_NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
+
+ORDER = Whole("order", 0, arguments.MAX_ORDER)
+DIGITS = Whole("digits", 1, arguments.MAX_DIGITS)
+STYLE = click.option(
+    "--format", "style", type=click.Choice(["text", "json", "csv", "latex"]), default="text", show_default=True
+)
+# 30 unless a material is given: those numbers are double precision.
+DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits, without a material.  [default: 30]")
+DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
+
+
+MATERIAL_HELP = {
+    "young_modulus": "Young modulus.",
+    "poisson_ratio": "Poisson ratio.",
+    "density": "Density.",
+    "dissipative_constant": "Dissipative constant A, a time.",
+}
+
+
+def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        command = click.option("--wall", is_flag=True, help="The partner is a plane wall of the same material.")(
+            command
+        )
+        for name in reversed(names):
+            option = click.option("--" + name.replace("_", "-"), type=Real(name), help=MATERIAL_HELP[name])
+            command = option(command)
+        help_text = "Radius of the spheres; twice for two of different size. Any consistent units."
+        return click.option("--radius", "radii", type=Real("radius"), multiple=True, help=help_text)(command)
+
+    return decorate
+
+
+def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> Pair | None:
+    """Return the pair that the options describe, or None if there are none.
+
+    Raises
+    ------
+    click.UsageError
+        If some are missing, or there are too many radii.
+    """
+    from viscopade.collision.spheres import Pair, Sphere
+
+    if not radii and not wall and all(value is None for value in properties.values()):
+        return None
+    missing = [name for name, value in properties.items() if value is None] + ([] if radii else ["radius"])
+    if missing:
+        raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
+    if len(radii) > 2 - wall:
+        raise click.UsageError("accepted is --radius once or twice, and once with --wall")
+    values: dict[str, Any] = {"dissipative_constant": 0.0, **properties}
+    spheres = [Sphere(radius=radius, **values) for radius in radii]
+    values.pop("density")
+    return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
+
+
+class Missing(click.ClickException):
+    """A package that is needed is not there; the message is one line."""
+
+    exit_code = 2
+
+
+def need(package: str, user: str) -> None:
+    """Refuse to begin what ends at an optional package that is not installed.
+
+    Parameters
+    ----------
+    package : str
+        Its name for `import` and for pip.
+    user : str
+        What needs it, for the message.
+
+    Raises
+    ------
+    Missing
+        With the command that installs it.
+    """
+    try:
+        import_module(package)
+    except ImportError as error:
+        command = f"{shlex.quote(sys.executable)} -m pip install {package}"
+        raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
+
+
+def read_file(file: Path, accepted: str) -> bytes:
+    """Return what a file holds.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or is far too long.
+    """
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(LONGEST + 1)
+    except OSError as error:
+        raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
+    if len(content) > LONGEST:
+        raise ValueError(f"{file} has more than {LONGEST} bytes: accepted is {accepted}")
+    return content
+
+
+def show(
+    style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
+) -> None:
+    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; no number is ever cut in two."""
+    cells = [[str(cell) for cell in row] for row in rows]
+    if style == "json":
+        click.echo(json.dumps(whole, ensure_ascii=False))
+    elif style == "csv":
+        buffer = io.StringIO()
+        csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
+        click.echo(buffer.getvalue(), nl=False)
+    elif style == "latex":
+        lines = [" & ".join(map(latex, row)) + r" \\" for row in ([*header], *cells)]
+        body = "\n".join([lines[0], r"\hline", *lines[1:]])
+        click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
+    else:
+        _print_table(header, cells, title)
+
+
+def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
+    """Print a table, if it fits at least with its heads on several lines, or else a record for each row."""
+    from rich.console import Console
+
+    limit = terminal_width()
+    console = Console(width=_ENDLESS, force_terminal=limit is not None, markup=False, highlight=False)
+    width = _ENDLESS if limit is None else limit
+    longest = [max(map(len, column), default=0) for column in zip(*cells, strict=True)] or [0] * len(header)
+    stacked = ["\n".join(_wrapped(name, length)) for name, length in zip(header, longest, strict=True)]
+    for heads in (header, stacked):
+        table = _table(heads, cells, title)
+        if console.measure(table).maximum <= width:
+            with console.capture() as capture:
+                console.print(table)
+            click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
+            return
+    click.echo("\n".join(_records(header, cells, title, width)))
+
+
+def _table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+    for name in header:
+        table.add_column(name, no_wrap=True)
+    for row in cells:
+        table.add_row(*row)
+    return table
+
+
+def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None, width: int) -> Iterator[str]:
+    """Yield the lines that stand for a table that is too wide: for each row its cells, one below the other."""
+    yield from [] if title is None else _wrapped(title, width)
+    column = max((len(name) for name in header if len(name) <= width // 2), default=0)
+    for row in cells:
+        yield ""
+        for name, cell in ((name, cell) for name, cell in zip(header, row, strict=True) if cell):
+            beside = _wrapped(cell, width - column - 4)
+            if len(name) <= column and all(len(line) <= width - column - 4 for line in beside):
+                yield from (f"  {label:{column}}  {line}" for label, line in zip_longest([name], beside, fillvalue=""))
+            else:
+                yield from (f"  {line}" for line in _wrapped(name, width - 2))
+                yield from (f"    {line}" for line in _wrapped(cell, width - 4))
+    yield ""
+
+
+def say(text: str, indent: int = 0) -> None:
+    """Print words; on a terminal, lines break at spaces only, and those that follow are indented."""
+    width = terminal_width()
+    click.echo(text if width is None else "\n".join(_wrapped(text, width, " " * indent)))
+
+
+def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """Return the lines of a text, which breaks at spaces: what is longer than a line, a number say, stays whole."""
+    return wrap(text, max(width, 1), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def terminal_width() -> int | None:
+    """Return the width of the terminal that is printed to; None in a pipe, where lines are as long as they need."""
+    if not _is_terminal(sys.stdout):
+        return None
+    from rich.console import Console
+
+    return max(Console().width, _NARROWEST)
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    """Whether a stream is a terminal: not by the environment's word (FORCE_COLOR), and not if it was closed."""
+    return stream is not None and not stream.closed and stream.isatty()
+
+
+def keep_printing() -> None:
+    """Print characters that the output's encoding lacks as escapes, instead of giving up in the middle."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
+
+
+def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
+    """Show progress on a terminal, and take it away when done."""
+    if not _is_terminal(sys.stderr):
+        yield from steps
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        yield from progress.track(steps, description=description)

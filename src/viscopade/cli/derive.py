@@ -1,0 +1,236 @@
+"""From the equation of motion to numbers: reproduce, coefficients, pade, epsilon, invert."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade import arguments
+from viscopade.cli.console import (
+    DIGITS_IF_EXACT,
+    DIGITS_OPTION,
+    ORDER,
+    STYLE,
+    Real,
+    Whole,
+    material,
+    pair_of,
+    say,
+    show,
+)
+from viscopade.cli.writer import check, write_all
+
+if TYPE_CHECKING:
+    from viscopade.collision.spheres import Pair
+    from viscopade.theory.pade import Pade, Root
+    from viscopade.theory.paper import PrintedCoefficient
+
+COMPARED_DIGITS = 20
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), help="Write the exports to this directory.")
+@STYLE
+@click.pass_context
+def reproduce(context: click.Context, out: Path | None, style: str) -> None:
+    """Derive the paper's table, compare every printed entry, and write the exports.
+
+    The exit status is 1 if an entry disagrees; nothing is written then.
+    """
+    from viscopade.kernels import requests
+    from viscopade.theory.paper import CITATION, approximants, compare
+
+    if out is not None:
+        check([out / name for name in requests.NAMES], parents=True)
+    ours = approximants(COMPARED_DIGITS)
+    entries = compare(ours)
+    agreeing = sum(entry.agrees for entry in entries)
+    header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
+    whole = {"agreeing": agreeing, "entries": [_entry_json(entry) for entry in entries]}
+    show(style, header, map(_entry_row, entries), whole, title=CITATION)
+    if style == "text":
+        say(f"{agreeing} of {len(entries)} printed numbers agree")
+        for approximant in ours:
+            say(f"{approximant.label} {approximant.verdict}")
+    if agreeing < len(entries):
+        if out is not None:
+            click.echo("viscopade: nothing is written, because of the disagreement", err=True)
+        context.exit(1)
+    if out is not None:
+        texts = requests.files()
+        write_all({out / name: text for name, text in texts.items()}, parents=True)
+        if style == "text":
+            say(f"wrote {', '.join(texts)} to {out}")
+
+
+@click.command()
+@click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
+@DIGITS_OPTION
+@STYLE
+def coefficients(order: int, digits: int, style: str) -> None:
+    """Print the coefficients h_0 … h_ORDER of eps = sum h_k v*^k, every digit proven."""
+    from viscopade.theory.series import series
+
+    h = series(order, digits).decimals()
+    show(style, ("k", "h_k"), enumerate(h), {"order": order, "digits": digits, "h": h})
+
+
+# Unknown options are passed on as arguments, so that a negative degree is refused as what it is.
+@click.command("pade", context_settings={"ignore_unknown_options": True})
+@click.argument("m", type=Whole("m", 0, arguments.MAX_DEGREE))
+@click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE))
+@DIGITS_OPTION
+@STYLE
+def pade_command(m: int, n: int, digits: int, style: str) -> None:
+    """Print the Padé approximant [M/N]: coefficients, poles, zeros, and where it may be used."""
+    from viscopade.arithmetic.balls import known_decimal
+    from viscopade.theory.pade import pade
+
+    p = pade(m, n, digits)
+    a, b = p.decimals()
+    rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
+    rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
+    show(style, ("what", "i", "value or real part", "imaginary part"), rows, _pade_json(p))
+    if style == "text":
+        say(f"{p.label} {p.verdict}")
+        say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
+        say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
+        for d in p.doublets():
+            pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))
+            say(f"Froissart doublet: pole {pole}, zero {zero}, relative distance {d.distance:.1e}")
+
+
+@click.command()
+@click.option("--v-star", help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
+@click.option("--beta", help="With --speed, instead of --v-star: beta in (time/length)^(1/5).")
+@click.option("--speed", help="Impact speed in length/time, in any consistent units.")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@DIGITS_IF_EXACT
+@STYLE
+def epsilon(
+    v_star: str | None, beta: str | None, speed: str | None, digits: int | None, style: str, **options: Any
+) -> None:
+    """Print the exact coefficient of restitution, maximal compression and contact time.
+
+    At v*, or at a beta and a speed, every digit is proven; x_max and tau_c are in units of (rho/m_eff)^(-2/5) v^(4/5)
+    and (rho/m_eff)^(-2/5) v^(-1/5). For spheres of a material at a speed, the numbers are double precision and in the
+    units of the arguments.
+    """
+    from viscopade.collision import exact
+
+    pair = pair_of(**options)
+    if pair is not None:
+        if v_star is not None or beta is not None or digits is not None or speed is None:
+            raise click.UsageError("with a material, accepted is --speed, and none of --v-star, --beta and --digits")
+        _show_numbers(_at_speed(pair, Real("speed").convert(speed, None, None)), {}, style)
+        return
+    if (v_star is None) == (beta is None and speed is None) or (beta is None) != (speed is None):
+        raise click.UsageError("accepted is either --v-star, or both --beta and --speed, or a material and --speed")
+    collision = exact.collision(v_star, 30 if digits is None else digits, beta=beta, speed=speed)
+    _show_numbers(collision.decimals(), {"digits": collision.digits}, style)
+
+
+@click.command()
+@click.option("--epsilon", help="Coefficient of restitution, > 0 and <= 1.")
+@click.option("--one-minus-epsilon", help="1 - epsilon instead, for nearly elastic collisions.")
+@click.option("--speed", help="Impact speed; then beta is printed, too.")
+@material("young_modulus", "poisson_ratio", "density")
+@DIGITS_OPTION
+@STYLE
+def invert(
+    epsilon: str | None, one_minus_epsilon: str | None, speed: str | None, digits: int, style: str, **options: Any
+) -> None:
+    """Print the v* that leads to a coefficient of restitution; with a speed beta, and with a material A.
+
+    Every digit is proven, but A is double precision and in the units of the arguments.
+    """
+    from viscopade.collision import exact
+
+    if (epsilon is None) == (one_minus_epsilon is None):
+        raise click.UsageError("accepted is exactly one of --epsilon and --one-minus-epsilon")
+    pair = pair_of(**options)
+    if pair is not None and speed is None:
+        raise click.UsageError("a material also needs --speed")
+    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed)
+    numbers = collision.decimals()
+    if pair is not None:
+        precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
+        numbers["dissipative_constant"] = repr(pair.dissipative_constant(precise.floats()["beta"]))
+    _show_numbers(numbers, {"digits": digits}, style)
+
+
+def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
+    """Return what happens at a speed, in double precision."""
+    numbers = {
+        "beta": pair.beta,
+        "v_star": pair.v_star(speed),
+        "epsilon": pair.epsilon(speed),
+        "one_minus_epsilon": pair.one_minus_epsilon(speed),
+        "max_compression": pair.max_compression(speed),
+        "contact_time": pair.contact_time(speed),
+    }
+    return {name: repr(float(value)) for name, value in numbers.items()}
+
+
+def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) -> None:
+    show(style, ("quantity", "value"), numbers.items(), {**context, **numbers})
+
+
+def _entry_row(entry: PrintedCoefficient) -> tuple[str, ...]:
+    agrees = "yes" if entry.agrees else "NO"
+    return f"[{entry.m}/{entry.n}]", entry.name, entry.printed, entry.rounded, entry.ours, agrees
+
+
+def _entry_json(entry: PrintedCoefficient) -> dict[str, Any]:
+    fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
+    return {name: getattr(entry, name) for name in fields}
+
+
+def _roots(p: Pade) -> tuple[tuple[str, tuple[Root, ...]], ...]:
+    return ("pole", p.poles), ("zero", p.zeros)
+
+
+def _root_json(root: Root, digits: int) -> dict[str, Any]:
+    real_part, imaginary_part = root.decimals(digits)
+    result: dict[str, Any] = {
+        "re": real_part,
+        "im": imaginary_part,
+        "multiplicity": root.multiplicity,
+        "real": root.real,
+        "positive": root.positive,
+    }
+    if root.residue is not None:
+        residue = complex(root.residue)
+        result["residue"] = {"re": residue.real, "im": residue.imag}
+    return result
+
+
+def _pade_json(p: Pade) -> dict[str, Any]:
+
+    from viscopade.arithmetic.balls import known_decimal
+
+    a, b = p.decimals()
+    return {
+        "m": p.m,
+        "n": p.n,
+        "digits": p.digits,
+        "a": a,
+        "b": b,
+        "poles": [_root_json(root, p.digits) for root in p.poles],
+        "zeros": [_root_json(root, p.digits) for root in p.zeros],
+        "doublets": [
+            {"pole": d.pole.decimals(p.digits), "zero": d.zero.decimals(p.digits), "distance": d.distance}
+            for d in p.doublets()
+        ],
+        "usable": p.usable,
+        "verdict": p.verdict,
+        "contact_order": p.contact_order,
+        "next_term": known_decimal(p.next_term, 10),
+        "digits_lost": p.digits_lost,
+        "residual": p.residual,
+    }
+
+
+COMMANDS = (reproduce, coefficients, pade_command, epsilon, invert)

@@ -1,0 +1,225 @@
+"""Code and parameters for simulations: export, scene, simulators."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade import simulators
+from viscopade.approximation.measure import MEASURES
+from viscopade.cli.console import (
+    DIGITS,
+    ORDER,
+    STYLE,
+    Degrees,
+    Real,
+    material,
+    pair_of,
+    read_file,
+    say,
+    show,
+)
+from viscopade.cli.writer import check, write, write_all
+from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
+
+if TYPE_CHECKING:
+    from viscopade.scene.description import Scene
+    from viscopade.simulators.setup import Setup
+
+
+@click.command()
+@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json"]))
+@click.option(
+    "--pade",
+    type=Degrees(),
+    multiple=True,
+    help="A Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
+)
+@click.option("--minimax", type=Degrees(), multiple=True, help="A best approximant on an interval, such as 1/4.")
+@click.option(
+    "--accuracy",
+    multiple=True,
+    help="Proven error, such as 1e-5: the cheapest best approximant on the interval, or, without one, the smallest "
+    "kernel for all v* >= 0.",
+)
+@click.option("--inverse", multiple=True, help="Proven relative error of a kernel for v*(eps).")
+@click.option("--epsilon-min", default="0", show_default=True, help="The inverse's end; 0: for all of (0, 1].")
+@click.option("--v-star-max", help="The interval's end, for --minimax and --accuracy.")
+@click.option("--v-star-min", default="0", show_default=True, help="Its beginning.")
+@click.option(
+    "--measure",
+    type=click.Choice(MEASURES),
+    default="both",
+    show_default=True,
+    help="Error relative to the smaller of eps and 1 - eps, or to eps.",
+)
+@click.option("--full", is_flag=True, help="The kernels of full accuracy, in C.")
+@click.option(
+    "--from-speed",
+    type=click.Choice(TIERS),
+    multiple=True,
+    help="A kernel from speed and beta to eps without a root, of this accuracy, in C.",
+)
+@click.option("--size", type=click.Choice((FAST, SMALL)), default=FAST, show_default=True, help="Of its table.")
+@click.option("--order", type=ORDER, default=SERIES_ORDER, show_default=True, help="For series-csv and -json.")
+@click.option("--digits", type=DIGITS, default=SERIES_DIGITS, show_default=True, help="Likewise.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
+    """Generate code or tables: C, CUDA, GLSL, WGSL, JavaScript, Fortran, Rust, Julia, Python, CSV, JSON, LaTeX.
+
+    An existing file is replaced only if viscopade generated it.
+    """
+    from viscopade.kernels import requests
+
+    if target.startswith("series-"):
+        text = requests.render_series(target.removeprefix("series-"), order, digits)
+    else:
+        request = requests.Request(**wanted)
+        text = (request if request != requests.Request() else requests.default(target)).render(target)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write(output, text)
+
+
+@click.command("scene")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
+@click.option(
+    "--costs",
+    type=click.Path(path_type=Path),
+    help="What `viscopade bench --out` wrote, for times instead of counted operations.",
+)
+@click.option(
+    "--check/--no-check",
+    "checking",
+    default=True,
+    help="Compile and run what is generated, where the tool is there, and compare.",
+)
+@click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
+@STYLE
+def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
+    """Find the cheapest kernel that is good enough for the scene in a TOML file, and generate it.
+
+    The keys of the file are described in docs/usage/scenes.md; examples/ has ready scenes.
+    """
+    from viscopade.kernels import toolchain
+    from viscopade.scene import check as run
+    from viscopade.scene import choice, cost, render, tables
+
+    scene = read_scene(file)
+    if out is not None:
+        check([out / render.file_name(scene)], parents=True)
+    by = cost.Costs()
+    if costs is not None:
+        content = read_file(costs, "what `viscopade bench --out` wrote")
+        by = cost.measured(cost.MeasuredTimes.from_json(content, str(costs)), scene.code, toolchain.processor())
+    found = choice.choose(scene, by)
+    verdict = text = None
+    if out is not None or checking:
+        text = render.render(found, f"viscopade scene {file.name}")
+    if checking and text is not None:
+        verdict = run.check(found, text, cc)
+    if out is not None and text is not None:
+        write_all({out / render.file_name(scene): text}, parents=True)
+    if style != "text":
+        show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
+        return
+    say(tables.summary(found))
+    show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
+    show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
+    for line in tables.sentences(found):
+        say(line)
+    if verdict is not None:
+        say(tables.checked(verdict))
+    if out is not None:
+        click.echo(f"wrote {render.file_name(scene)} to {out}")
+
+
+@click.command("simulators")
+@click.argument("target", type=click.Choice(simulators.TARGETS))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("--epsilon", type=Real("epsilon"), help="Instead of a scene: eps of two spheres, at --speed.")
+@click.option("--speed", type=Real("speed"), help="The impact speed at which it is known.")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@click.option("--tier", type=click.Choice(TIERS), help="Of the kernel for REBOUND.  [default: 1e-5]")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+def simulators_command(
+    target: str,
+    file: Path | None,
+    epsilon: float | None,
+    speed: float | None,
+    tier: str | None,
+    output: Path | None,
+    **options: Any,
+) -> None:
+    """Give a simulator's own parameters for a scene, or for a material (SI units) and eps at a speed.
+
+    LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS.
+    """
+    from viscopade.simulators.render import render
+
+    if output is not None:
+        check([output])
+    if file is None:
+        setup = _setup_of_material(epsilon, speed, options)
+        words = _words(epsilon=epsilon, speed=speed, **options)
+        source = f"viscopade simulators {target} {words}"
+    else:
+        from viscopade.scene import units
+
+        if epsilon is not None or speed is not None or pair_of(**options) is not None:
+            raise click.UsageError("accepted is either a scene or a material with --speed, not both")
+        setup, source = units.setup(read_scene(file)), f"viscopade simulators {target} {file.name}"
+    if tier is not None and not target.startswith("rebound"):
+        raise click.UsageError("accepted is --tier for rebound-c and rebound-python only: the others compute the force")
+    source += "" if tier is None else f" --tier {tier}"
+    text = render(target, setup, source, tier or "1e-5")
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write(output, text)
+
+
+def _setup_of_material(epsilon: float | None, speed: float | None, options: dict[str, Any]) -> Setup:
+    """Return one pair of bodies, with A or with the one that leads to eps."""
+    from viscopade.simulators.setup import of_pair
+
+    constant = options["dissipative_constant"]
+    if (epsilon is None) == (constant is None):
+        raise click.UsageError(
+            "accepted is a scene, or a material with --speed and either --epsilon or --dissipative-constant"
+        )
+    options = options | {"dissipative_constant": 0.0 if constant is None else constant}
+    pair = pair_of(**options)
+    if pair is None or speed is None:
+        raise click.UsageError("a material also needs --speed, the impact speed that matters")
+    if epsilon is not None:
+        pair = pair.calibrated(speed, epsilon)
+    return of_pair(pair, speed)
+
+
+def _words(**options: Any) -> str:
+    """Return options as they were given."""
+    words = []
+    for name, value in options.items():
+        flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
+        if value is True:
+            words.append(flag)
+        elif isinstance(value, tuple):
+            words += (f"{flag} {item:g}" for item in value)
+        elif value is not None and value is not False:
+            words.append(f"{flag} {value:g}")
+    return " ".join(words)
+
+
+def read_scene(file: Path) -> Scene:
+    """Return the scene in a file."""
+    from viscopade.scene.read import from_toml
+
+    return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
+
+
+COMMANDS = (export, scene_command, simulators_command)

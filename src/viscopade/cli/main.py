@@ -1,0 +1,108 @@
+"""The command line. Numbers go to standard output; progress and errors to standard error."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import sys
+from contextlib import suppress
+from importlib import import_module
+from typing import NoReturn, TextIO
+
+import click
+
+from viscopade.cli import derive, generate
+from viscopade.cli.console import keep_printing, tracker
+from viscopade.progress import shown_by
+
+EVIDENCE = "viscopade_lab.commands"
+"""The module of further commands, of a package that imports this one: it is loaded when a command is looked for."""
+LONGEST_LINE = 5000  # characters of a message
+NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # for what is printed
+
+
+class Commands(click.Group):
+    """The commands of this package, and those that gather evidence about it."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        self._complete()
+        return sorted(self.commands)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """Return the command of a name."""
+        if name not in self.commands:
+            self._complete()
+        return self.commands.get(name)
+
+    def _complete(self) -> None:
+        for found in import_module(EVIDENCE).COMMANDS:
+            self.add_command(found)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="viscopade")
+def command() -> None:
+    """Coefficient of restitution of viscoelastic spheres: proven series, Padé approximants, generated code."""
+
+
+for found in (*derive.COMMANDS, *generate.COMMANDS):
+    command.add_command(found)
+
+
+def _fail(message: object, status: int) -> NoReturn:
+    """Print one line, in which no character does more than to be seen and no word is endless, and exit."""
+    words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
+    try:
+        click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
+    except OSError:  # nobody can be told; the exit status still says it
+        _forget(sys.stderr)
+    sys.exit(status)
+
+
+def _forget(stream: TextIO | None) -> None:
+    """Let go of what cannot be printed any more; the interpreter would complain at exit."""
+    if stream is not None:
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _run_command() -> object:
+    """Run the command that is asked for, and return its exit status, if it says one; without any, print the help."""
+    try:
+        return command.main(prog_name="viscopade", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        return 2
+
+
+def main() -> None:
+    """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
+    keep_printing()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its cache is no concern of ours
+    try:
+        with shown_by(tracker):
+            status = _run_command()
+            if sys.stdout is not None:  # closed by the caller
+                sys.stdout.flush()
+    except click.ClickException as error:
+        _fail(error.format_message(), 2)
+    except (ValueError, TypeError) as error:
+        _fail(error, 2)
+    except ModuleNotFoundError as error:
+        _fail(error, 1)
+    except (ArithmeticError, RuntimeError) as error:
+        _fail(error, 1)
+    except MemoryError:
+        _fail("there is not enough memory: accepted are fewer digits, a lower order, or fewer inputs at once", 1)
+    except BrokenPipeError:  # whoever read the output has had enough
+        _forget(sys.stdout)
+        sys.exit(1)
+    except OSError as error:  # the disk is full, for instance
+        _forget(sys.stdout)
+        _fail(f"cannot print: {error.strerror or error}" if error.errno in NO_ROOM else error, 1)
+    except (click.Abort, KeyboardInterrupt):
+        _fail("interrupted", 130)
+    sys.exit(status if isinstance(status, int) else 0)

@@ -1,0 +1,378 @@
+r"""One collision as a polynomial flow, integrated by Taylor pieces with a proven error (docs/theory/exact-function.md).
+
+Measured from the turning point, with r = sqrt(x/x_max) and p = |x'|/(2 x_max^(5/4)) (which is g/sqrt(5) of
+section 2.2), the only parameter is k = sqrt(5) K. In the regularised time s, d tau = 2 (2F)^(1/5) r ds,
+
+    u = 1 - r,    u' = 2 p,    p' = r^2 (r^2 + k p),    u(0) = p(0) = 0.
+
+This is loading, backwards in time, until r = 0, where p = F. With -k for k it is unloading, until the force vanishes,
+r^2 = k p, where p = m. Both are entire pieces of the same polynomial flow: no root, no singular point, not stiff.
+
+A `Branch` is a chain of polynomials u(z), 0 <= z <= 1, s = s_0 + h z, with integer coefficients in units of 2^-bits.
+They may come from anywhere: `validation` proves how far they are off, from the residual of the equation alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import exp, isqrt, ldexp, lgamma, log
+from operator import mul
+from typing import NamedTuple
+
+from flint import arb, arb_series, fmpz, fmpz_poly
+
+from viscopade.arithmetic.balls import fixed_point, working
+
+# Coefficients a piece has for each bit: pieces as long as a quarter of the radius of convergence cost least.
+TERMS_PER_BIT = 0.5
+# Up to so many, Taylor coefficients one by one are faster than Newton's iteration; fewer if they are long.
+NEWTON_FROM = 120
+NEWTON_FROM_BITS = 40_000
+LONGEST_FIRST_STEP = 0.23  # a quarter of the distance 0.911 of the nearest singularity at k = 0
+MAX_PIECES = 20_000
+# Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
+LARGEST_GROWTH = 6.0
+SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
+AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
+
+
+class Dyadic(NamedTuple):
+    """The number mantissa 2^exponent."""
+
+    mantissa: int
+    exponent: int
+
+    @classmethod
+    def nearest(cls, value: arb, bits: int) -> Dyadic:
+        """Round the middle of a ball to `bits` significant bits."""
+        mantissa, exponent = (int(part) for part in value.mid().man_exp())
+        excess = max(mantissa.bit_length() - bits, 0)
+        return cls(mantissa >> excess, exponent + excess)
+
+    @property
+    def size(self) -> int:
+        """The least n with |value| < 2^n; very negative for 0."""
+        return self.mantissa.bit_length() + self.exponent if self.mantissa else -(10**9)
+
+    def ball(self) -> arb:
+        """Return the number as an exact ball."""
+        return arb(self.mantissa) * arb(2) ** self.exponent
+
+    def product(self, other: Dyadic) -> Dyadic:
+        """Return the exact product."""
+        return Dyadic(self.mantissa * other.mantissa, self.exponent + other.exponent)
+
+    def times(self, number: int) -> int:
+        """Return the integer part of value * number, rounded down."""
+        return _shifted(self.mantissa * number, self.exponent)
+
+    def over(self, divisor: Dyadic, number: int) -> int:
+        """Return value * number / divisor, nearly."""
+        return _shifted(self.mantissa * number, self.exponent - divisor.exponent) // divisor.mantissa
+
+
+def _shifted(number: int, exponent: int) -> int:
+    return number << exponent if exponent >= 0 else number >> -exponent
+
+
+class Piece(NamedTuple):
+    """u(z) = sum u_j z^j, 0 <= z <= 1, over a step h of s; u_j in units of 2^-bits."""
+
+    u: list[int]
+    h: Dyadic
+
+    @property
+    def y(self) -> list[int]:
+        """Coefficients of du/dz = 2 h p."""
+        return [j * c for j, c in enumerate(self.u)][1:]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Loading (k >= 0) or unloading (-k) from the turning point to the end, which lies in the last piece.
+
+    Attributes
+    ----------
+    k : Dyadic
+        The parameter, exactly; negative for unloading.
+    bits : int
+        Coefficients are in units of 2^-bits.
+    pieces : tuple of Piece
+        At the joints u is continuous, and so is p but for less than three units of du/dz.
+    root : int
+        Approximate z of the end in the last piece, in units of 2^-bits.
+    """
+
+    k: Dyadic
+    bits: int
+    pieces: tuple[Piece, ...]
+    root: int
+
+    def __post_init__(self) -> None:
+        if self.pieces[0].u[:2] != [0, 0]:
+            raise ValueError("a branch starts with u = p = 0")
+        for before, after in pairwise(self.pieces):
+            if sum(before.u) != after.u[0]:
+                raise ValueError("u is not continuous")
+            if abs(after.h.over(before.h, sum(before.y)) - after.u[1]) > 1:
+                raise ValueError("p is not continuous")
+
+    @cached_property
+    def p_end(self) -> arb:
+        """F or m, without a proof. To be called within `working`."""
+        last = self.pieces[-1]
+        return fixed_point(_horner(last.y, self.root, self.bits), 0, self.bits) / (2 * last.h.ball())
+
+    def sensitivity(self) -> arb:
+        """Return d ln p/d ln k at the end, without a proof, to about half of the bits.
+
+        The derivative of p^2/2 with respect to k at constant r, call it q, obeys q' = r^2 p^2 + k r^2 q. As p is
+        stationary at either end, dp/dk is q/p there.
+        """
+        bits = (self.bits - 2 * max(self.k.size, 0)) // 2 + 32
+        q = arb(0)
+        for piece in self.pieces:
+            with working(bits, len(piece.u) // 2 + 8):
+                y, r = self._half(piece.y), 1 - self._half(piece.u)
+                r_squared, h = r * r, piece.h.ball()
+                growth = (h * self.k.ball() * r_squared.integral()).exp()
+                q_series = growth * (q + (r_squared * y * y / growth).integral() / (4 * h))
+                end = arb(1) if piece is not self.pieces[-1] else fixed_point(self.root, 0, self.bits)
+                q = _value(q_series, end).mid()
+        with working(bits):
+            return self.k.ball() * q / self.p_end**2
+
+    def _half(self, coefficients: list[int]) -> arb_series:
+        """Return half of the terms, which have half of the accuracy."""
+        unit = arb(2) ** -self.bits
+        length = len(self.pieces[0].u) // 2 + 8
+        return arb_series([c * unit for c in coefficients[:length]], length)
+
+
+def _value(series: arb_series, z: arb) -> arb:
+    total = arb(0)
+    for c in reversed(series.coeffs()):
+        total = total * z + c
+    return total
+
+
+def _horner(coefficients: Sequence[int | fmpz], z: int, bits: int) -> int:
+    """Return the polynomial at 0 <= z <= 1 (all in units of 2^-bits), at most one unit a coefficient too small."""
+    if z == 1 << bits:
+        return int(sum(coefficients))
+    total = 0
+    for c in reversed(coefficients):
+        total = (total * z >> bits) + int(c)
+    return total
+
+
+# --- integration ------------------------------------------------------------------------------------------------------
+
+
+def integrate(k: Dyadic, accuracy: int) -> Branch:
+    """Integrate from the turning point to the end of loading (k >= 0) or of unloading (k < 0).
+
+    `accuracy` is about the number of bits that p has, relatively, at the end; `validation.ends` tells what it has. In
+    unloading r^2 - |k| p, whose zero is the end, has about as many, although it is of order 1/k^2 long before.
+    """
+    size = max(k.size, 0)
+    if k.mantissa < 0:
+        accuracy += min(size, 10)
+    terms = int(TERMS_PER_BIT * accuracy) + 10
+    bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
+    steps = _Steps(k, bits, terms, accuracy)
+    pieces = [steps.piece(0, 0, steps.first())]
+    while not _ends_in(pieces[-1], k, bits):
+        if len(pieces) == MAX_PIECES:
+            raise ArithmeticError("the end of the collision was not found")
+        pieces.append(steps.next(pieces[-1]))
+    return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits))
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Choice of the steps h, so that `terms` coefficients give `accuracy` bits."""
+
+    k: Dyadic
+    bits: int
+    terms: int
+    accuracy: int
+
+    def first(self) -> Dyadic:
+        """Return a first step.
+
+        For large k the solution is made of exp(k s), whose coefficients (h k)^j/j! decide.
+        """
+        size = max(self.k.size, 0)
+        k_scaled = ldexp(abs(self.k.mantissa) / (1 << self.k.mantissa.bit_length()), self.k.size - size)
+        longest = exp((lgamma(self.terms + 1) - self.accuracy * log(2)) / self.terms)  # |h k|
+        longest = min(longest, LARGEST_GROWTH)
+        return _step(1 / (ldexp(1 / LONGEST_FIRST_STEP, -size) + k_scaled / longest), -size)
+
+    def next(self, last: Piece) -> Piece:
+        """Return the piece after `last`."""
+        growth = max(float(abs(self.k.ball()) * last.h.ball()), 1e-9)
+        longer = min(self.stretch(self.spare_bits(last) - AIM_BITS), 2.0, LARGEST_GROWTH / growth)
+        return self.piece(sum(last.u), sum(last.y), _scaled(last.h, longer), last.h)
+
+    def piece(self, start: int, slope: int, h: Dyadic, slope_step: Dyadic | None = None) -> Piece:
+        """Return the piece from u = start, du/dz = slope (for a step of slope_step), shortened as far as needed."""
+        while True:
+            first = h.over(slope_step, slope) if slope_step else 0
+            piece = Piece(taylor(start, first, h, self.k, self.bits, self.terms), h)
+            spare = self.spare_bits(piece)
+            if spare >= 0:
+                return piece
+            h = _scaled(h, self.stretch(spare - AIM_BITS))
+
+    def spare_bits(self, piece: Piece) -> float:
+        """Return by how many bits the last coefficients are smaller than they need to be."""
+        largest = max(abs(c) for c in piece.u[-4:]) + 1
+        needed = self.accuracy + 2 * _log2(self.terms) - SPARE_BITS + self.force_bits(piece)
+        return _log2(max(piece.u[1:3])) - needed - _log2(largest)
+
+    def force_bits(self, piece: Piece) -> float:
+        """Return how many bits more than p must be known in order to know r^2 - |k| p, at the end of the piece."""
+        if self.k.mantissa >= 0 or self.k.size <= 0:
+            return 0.0
+        r = (1 << self.bits) - piece.u[0]
+        damping = Dyadic(-self.k.mantissa, self.k.exponent).over(_twice(piece.h), piece.u[1])
+        lost = self.bits - _log2(max((r * r >> self.bits) - damping, 1)) + LARGEST_GROWTH / log(2)
+        return min(lost, 2.0 * self.k.size + 4)
+
+    def stretch(self, spare_bits: float) -> float:
+        """Return by how much a step can be longer that has so many bits to spare."""
+        return float(2.0 ** (spare_bits / (self.terms - 1)))
+
+
+def _log2(number: int) -> float:
+    size = number.bit_length()
+    return size + log((number << 64 >> size) / 2.0**64) / log(2)
+
+
+def _step(value: float, exponent: int) -> Dyadic:
+    """Return value 2^exponent with a short mantissa."""
+    return Dyadic(round(ldexp(value, 20)), exponent - 20)
+
+
+def _scaled(h: Dyadic, factor: float) -> Dyadic:
+    size = h.mantissa.bit_length()
+    return _step(factor * h.mantissa / 2.0**size, h.exponent + size)
+
+
+def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int) -> list[int]:
+    """Return Taylor coefficients of u(z), u(0) = start, u'(0) = slope, in units of 2^-bits.
+
+    With R = 1 - u, S = R^2 and Y = u' the flow is u'' = S V, V = 2 h^2 S + h k Y.
+    """
+    lengths = [terms]
+    while lengths[-1] > max(min(NEWTON_FROM, NEWTON_FROM_BITS // bits), 16):
+        lengths.append((lengths[-1] + 5) // 2)
+    constants = Dyadic(2, 0).product(h).product(h), h.product(k)
+    u = _one_by_one(start, slope, *constants, bits, lengths.pop())
+    while lengths:
+        u = _doubled(u, *constants, bits, lengths.pop())
+    return u
+
+
+def _one_by_one(start: int, slope: int, elastic: Dyadic, viscous: Dyadic, bits: int, terms: int) -> list[int]:
+    """Compare coefficients: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
+    u, r = [start, slope], [(1 << bits) - start, -slope]
+    s: list[int] = []
+    v: list[int] = []
+    for j in range(terms - 2):
+        half = (j + 1) // 2
+        square = 2 * sum(map(mul, r[:half], r[j : j - half : -1])) if half else 0
+        if j % 2 == 0:
+            square += r[j // 2] ** 2
+        s.append(square >> bits)
+        v.append(elastic.times(s[j]) + viscous.times((j + 1) * u[j + 1]))
+        u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))
+        r.append(-u[-1])
+    return u
+
+
+def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: int) -> list[int]:
+    """Append coefficients by one step of Newton's iteration, to less than twice as many.
+
+    The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
+    w' = h k S w + Y (u'' - S V), and e = Y integral of w/Y^2.
+    """
+    known, new = len(u), terms - len(u)
+    r = fmpz_poly([(1 << bits) - u[0], *(-c for c in u[1:])])
+    y = [j * c for j, c in enumerate(u)][1:]
+    s = _cut(r * r, bits, 0, terms - 2)
+    v = [elastic.times(c) for c in s]
+    for j, c in enumerate(y[: terms - 2]):
+        v[j] += viscous.times(c)
+    residual = _cut(fmpz_poly(s) * fmpz_poly(v), bits, known - 2, terms - 2)
+    turning = 1 if u[1] == 0 else 0  # Y has a factor z at the turning point
+    with working(max(c.bit_length() for c in residual) + 64, new):
+        unit = arb(2) ** -bits
+        y_series = arb_series([c * unit for c in y[turning : turning + new]], new)
+        damping = arb_series([viscous.times(c) * unit for c in s[:new]], new).integral().exp()
+        w = damping * _integral(y_series * arb_series([c * unit for c in residual], new) / damping, known + turning - 1)
+        e = y_series * _integral(w / (y_series * y_series), known - turning)
+        scale = arb(2) ** bits
+        return u + [_floor(c * scale) for c in _coefficients(e, new)]
+
+
+def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:
+    """Return coefficients first … end - 1 in units of 2^-bits, given those of a product in 2^(-2 bits)."""
+    coefficients = [int(c) >> bits for c in polynomial.coeffs()[first:end]]
+    return coefficients + [0] * (end - first - len(coefficients))
+
+
+def _integral(series: arb_series, power: int) -> arb_series:
+    """Return z^-power times the integral of z^(power - 1) series."""
+    coefficients = [c / (power + j) for j, c in enumerate(series.coeffs())]
+    return arb_series(coefficients, series.prec)
+
+
+def _coefficients(series: arb_series, length: int) -> list[arb]:
+    coefficients = series.coeffs()
+    return coefficients + [arb(0)] * (length - len(coefficients))
+
+
+def _floor(value: arb) -> int:
+    whole = value.mid().floor().unique_fmpz()
+    return int(whole) if whole is not None else 0
+
+
+# --- the end of a branch ----------------------------------------------------------------------------------------------
+
+
+def _ends_in(piece: Piece, k: Dyadic, bits: int) -> bool:
+    """Whether r <= 0, or r^2 <= |k| p in unloading, at z = 1."""
+    r = (1 << bits) - sum(piece.u)
+    if r <= 0 or k.mantissa >= 0:
+        return r <= 0
+    return r * r >> bits <= Dyadic(-k.mantissa, k.exponent).over(_twice(piece.h), sum(piece.y))
+
+
+def _twice(h: Dyadic) -> Dyadic:
+    return Dyadic(h.mantissa, h.exponent + 1)
+
+
+def _root(piece: Piece, k: Dyadic, bits: int) -> int:
+    """Return z where r = sqrt(max(-k p, 0)), by Newton's method kept within brackets."""
+    one, y = 1 << bits, piece.y
+    curvature = [j * c for j, c in enumerate(y)][1:]
+    damping = Dyadic(max(-k.mantissa, 0), k.exponent)
+    low, high, z = 0, one, one
+    while high - low > 1:
+        slope = _horner(y, z, bits)
+        threshold = isqrt(damping.over(_twice(piece.h), slope) << bits)
+        value = one - _horner(piece.u, z, bits) - threshold
+        low, high = (z, high) if value > 0 else (low, z)
+        fall = slope
+        if threshold:
+            fall += (damping.over(_twice(piece.h), _horner(curvature, z, bits)) << bits) // (2 * threshold)
+        following = z + (value << bits) // fall if fall > 0 else low
+        if abs(following - z) <= 1:
+            break
+        z = following if low < following < high else (low + high) // 2
+    return z

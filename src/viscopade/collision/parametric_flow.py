@@ -1,0 +1,544 @@
+r"""All collisions of an interval of v* at once: branches of `flow` whose coefficients are polynomials in z, |z| <= 1.
+
+For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece is
+
+    u(y; z) = sum_j u_j(z) y^j,    0 <= y <= 1,    s = s_0 + H c(z) y,
+    u_yy = S (2 H^2 c^2 S + H c k u_y),    S = (1 - u)^2,
+
+exactly as in `flow` for every single z, with the step h = H c(z). So the theorem of `validation` holds for every z;
+here its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
+(docs/theory/exact-function.md, step 7). How the polynomials were found is again of no importance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain, pairwise
+from typing import NamedTuple
+
+from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
+
+from viscopade.arithmetic.balls import fixed_point, working
+from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
+from viscopade.collision.flow import Dyadic, integrate
+
+SCALE_BITS = 30
+SCALE_NODES = 5
+END_IN_LAST = 0.7  # where in the last piece the end lies
+CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials
+ROUGH = 40  # bits of the times that only lay out the pieces
+SPARE_TERMS = 1.3  # coefficients of a piece, compared with those of a single branch: steps are a little longer
+
+
+class Scaled(NamedTuple):
+    """The polynomial 2^exponent sum_i c_i z^i."""
+
+    polynomial: fmpz_poly
+    exponent: int
+
+    @classmethod
+    def nearest(cls, series: arb_series, bits: int) -> Scaled:
+        """Round a series' coefficients to integers in a unit that gives the first that is not 0 `bits` bits."""
+        middles = [c.mid() for c in series.coeffs()]
+        first = next(c for c in middles if not c.is_zero())
+        mantissa, power = (int(part) for part in first.man_exp())
+        exponent = mantissa.bit_length() + power - bits
+        with working(2 * bits):
+            return cls(fmpz_poly([_integer(c * arb(2) ** -exponent) for c in middles]), exponent)
+
+    def poly(self) -> arb_poly:
+        """Return the polynomial, exactly if FLINT's precision holds it."""
+        return arb_poly(self.polynomial) * arb(2) ** self.exponent
+
+    def at(self, z: fmpq | int) -> Dyadic:
+        """Return the value at z to 64 bits."""
+        with working(128):
+            return Dyadic.nearest(self.poly()(arb(z)), 64)
+
+    def least(self) -> arb:
+        """Return a lower bound for |z| <= 1."""
+        return least(self.polynomial) * arb(2) ** self.exponent
+
+    def most(self) -> arb:
+        """Return an upper bound of the absolute value for |z| <= 1."""
+        return arb(norm(self.polynomial.coeffs())) * arb(2) ** self.exponent
+
+
+def least(polynomial: fmpz_poly) -> arb:
+    """Return a lower bound of a polynomial for |z| <= 1."""
+    return arb(2 * int(polynomial[0]) - norm(polynomial.coeffs()))
+
+
+def _integer(value: arb) -> int:
+    whole = (value + arb(1) / 2).mid().floor().unique_fmpz()
+    return int(whole) if whole is not None else 0
+
+
+class ParametricPiece(NamedTuple):
+    """Coefficients u_j(z) in units of 2^-bits, and the step H."""
+
+    u: list[fmpz_poly]
+    step: Dyadic
+
+    @property
+    def y(self) -> list[fmpz_poly]:
+        """Coefficients of u_y = 2 H c p."""
+        return [j * c for j, c in enumerate(self.u)][1:]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Loading, or unloading (`unloading`), from the turning point to close before the end, for all |z| <= 1.
+
+    Attributes
+    ----------
+    k, scale : Scaled
+        k(z) > 0, also for unloading, and c(z) > 0.
+    unloading : bool
+    bits, degree : int
+        Coefficients are in units of 2^-bits, and polynomials in z are cut behind z^degree.
+    pieces : tuple of ParametricPiece
+        At the joints u is continuous, exactly.
+    end : fmpz_poly
+        y close to the end in the last piece, in units of 2^-bits.
+    """
+
+    k: Scaled
+    scale: Scaled
+    unloading: bool
+    bits: int
+    degree: int
+    pieces: tuple[ParametricPiece, ...]
+    end: fmpz_poly
+
+    def __post_init__(self) -> None:
+        if any(c != 0 for c in chain(*(p.coeffs() for p in self.pieces[0].u[:2]))):
+            raise ValueError("a branch starts with u = p = 0")
+        if any(piece.step.mantissa <= 0 for piece in self.pieces):
+            raise ValueError("steps must be positive")
+        for before, after in pairwise(self.pieces):
+            if sum(before.u, fmpz_poly()) != after.u[0]:
+                raise ValueError("u is not continuous")
+
+    def at_end(self) -> tuple[FunctionBall, FunctionBall]:
+        """Enclose r = 1 - u and u_y of the last piece's polynomial at y = end(z)."""
+        ring, last = Wiener(self.bits, self.degree + 1), self.pieces[-1]
+        y = ring.element(self.end.coeffs(), 0)
+        u, slope = (_value(ring, c, y) for c in (last.u, last.y))
+        return ring.element((fmpz_poly([1 << self.bits]) - u.polynomial).coeffs(), u.error), slope
+
+    def roughly(self) -> tuple[arb_poly, arb_poly]:
+        """Return u_y = 2 H c p at the end and 2 H c, without a proof. To be called within `working`."""
+        _, slope = self.at_end()
+        return arb_poly(slope.polynomial) * arb(2) ** -self.bits, self.scale.poly() * (2 * self.pieces[-1].step.ball())
+
+
+def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> FunctionBall:
+    """Return sum_j c_j y^j by Horner's rule."""
+    total = ring.element([0], 0)
+    for c in reversed(coefficients):
+        product = ring.product(total, y)
+        total = ring.element((product.polynomial + c).coeffs(), product.error)
+    return total
+
+
+# --- integration ------------------------------------------------------------------------------------------------------
+
+
+def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> Family:
+    """Integrate for all z.
+
+    Parameters
+    ----------
+    k : Scaled
+    unloading : bool
+    accuracy : int
+        About the number of bits that p has, relatively, at the end.
+    degree : int
+        Of the polynomials in z.
+    gap : int
+        `end` is where r is larger by 2^-gap than at the true end.
+    """
+    signed = Scaled(-k.polynomial, k.exponent) if unloading else k
+    middle = signed.at(0 if k.polynomial[0] != 0 else 1)
+    branch = integrate(middle, accuracy)
+    scale = _scale(signed, accuracy)
+    bits = branch.bits + 8
+    terms = int(SPARE_TERMS * len(branch.pieces[0].u))
+    steps = _stretched([piece.h for piece in branch.pieces], branch.root / 2.0**branch.bits)
+    grow = _Growth(signed, scale, bits, degree, terms)
+    pieces: list[ParametricPiece] = []
+    for step in steps:
+        pieces.append(grow.piece(step, pieces[-1] if pieces else None))
+    end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
+    return Family(k, scale, unloading, bits, degree, tuple(pieces), end)
+
+
+def _scale(k: Scaled, accuracy: int) -> Scaled:
+    """Return the polynomial that makes the time until the end the same for all z, nearly; 1 where k(0) = 0."""
+    one = 1 << SCALE_BITS
+    if k.polynomial[0] == 0:
+        return Scaled(fmpz_poly([one]), -SCALE_BITS)
+    nodes = [
+        fmpq(round(math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) * 2**20), 2**20) for i in range(SCALE_NODES)
+    ]
+    times = [_duration(k.at(z)) for z in nodes]
+    middle = times[SCALE_NODES // 2]
+    values = fmpq_mat([[fmpq(time * one // middle)] for time in times])
+    vandermonde = fmpq_mat([[z**n for n in range(SCALE_NODES)] for z in nodes])
+    coefficients = (vandermonde.inv() * values).entries()
+    return Scaled(fmpz_poly([int(c.p // c.q) for c in coefficients]), -SCALE_BITS)
+
+
+def _duration(k: Dyadic) -> int:
+    """Return the time from the turning point to the end, roughly, in a unit of the same exponent for all similar k."""
+    branch = integrate(k, ROUGH)
+    with working(128):
+        whole = sum((piece.h.ball() for piece in branch.pieces[:-1]), arb(0))
+        total = whole + branch.pieces[-1].h.ball() * fixed_point(branch.root, 0, branch.bits)
+        return _integer(total * arb(2) ** 200)
+
+
+def _stretched(steps: list[Dyadic], root: float) -> list[Dyadic]:
+    """Scale the steps so that the end is at `END_IN_LAST` of the last one, to 20 bits."""
+    with working(64):
+        before = sum((h.ball() for h in steps[:-1]), arb(0))
+        last = steps[-1].ball()
+        factor = (before + last * root) / (before + last * END_IN_LAST)
+        return [Dyadic.nearest((h.ball() * factor).mid(), 20) for h in steps]
+
+
+@dataclass(frozen=True)
+class _Growth:
+    """Taylor's recursion with polynomials in z for coefficients."""
+
+    k: Scaled
+    scale: Scaled
+    bits: int
+    degree: int
+    terms: int
+
+    def piece(self, step: Dyadic, before: ParametricPiece | None) -> ParametricPiece:
+        """Return the piece that follows `before`, or the first."""
+        if before is None:
+            start, slope = fmpz_poly(), fmpz_poly()
+        else:
+            start = sum(before.u, fmpz_poly())
+            with working(self.bits + 64):
+                ratio = _integer(step.ball() / before.step.ball() * arb(2) ** self.bits)
+            slope = self._floor(sum(before.y, fmpz_poly()) * ratio, self.bits)
+        return ParametricPiece(self._coefficients(start, slope, step), step)
+
+    def _floor(self, polynomial: fmpz_poly, shift: int) -> fmpz_poly:
+        coefficients = polynomial.coeffs()[: self.degree + 1]
+        return fmpz_poly([c >> shift if shift >= 0 else c << -shift for c in coefficients])
+
+    def _coefficients(self, start: fmpz_poly, slope: fmpz_poly, step: Dyadic) -> list[fmpz_poly]:
+        """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}, V = 2 H^2 c^2 S + H c k u_y."""
+        elastic, viscous = _factors(self.k, self.scale, step)
+        kept = self.degree + 1  # coefficients: `_floor` drops the others
+        u, r = [start, slope], [(1 << self.bits) - start, -slope]
+        s: list[fmpz_poly] = []
+        v: list[fmpz_poly] = []
+        for j in range(self.terms - 2):
+            square = 2 * sum((r[i].mul_low(r[j - i], kept) for i in range((j + 1) // 2)), fmpz_poly())
+            if j % 2 == 0:
+                square += r[j // 2].mul_low(r[j // 2], kept)
+            s.append(self._floor(square, self.bits))
+            v.append(
+                self._floor(elastic.polynomial * s[j], -elastic.exponent)
+                + self._floor(viscous.polynomial * u[j + 1] * (j + 1), -viscous.exponent)
+            )
+            total = sum((s[i].mul_low(v[j - i], kept) for i in range(j + 1)), fmpz_poly())
+            divisor = (j + 1) * (j + 2)
+            u.append(fmpz_poly([c // divisor for c in self._floor(total, self.bits).coeffs()]))
+            r.append(-u[-1])
+        return u
+
+
+def _factors(k: Scaled, scale: Scaled, step: Dyadic) -> tuple[Scaled, Scaled]:
+    """Return 2 H^2 c^2 and H c k, exactly."""
+    elastic = Scaled(scale.polynomial * scale.polynomial * step.mantissa**2, 1 + 2 * (scale.exponent + step.exponent))
+    viscous = Scaled(scale.polynomial * k.polynomial * step.mantissa, scale.exponent + k.exponent + step.exponent)
+    return elastic, viscous
+
+
+def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
+    """Return y(z) where r = sqrt(k p) + 2^-gap (k = 0 in loading), by Newton's method on power series in z."""
+    with working(bits, degree + 1):
+        unit = arb(2) ** -bits
+        u, y_, second = (
+            [arb_series(arb_poly(c) * unit, degree + 1) for c in part]
+            for part in (last.u, last.y, [j * c for j, c in enumerate(last.y)][1:])
+        )
+        damping = None
+        if k is not None:
+            inverse_step = 1 / (2 * arb_series(scale.poly() * last.step.ball(), degree + 1))
+            damping = arb_series(k.poly(), degree + 1) * inverse_step
+        y = arb_series([arb(END_IN_LAST)], degree + 1)
+        for _ in range(2 * bits.bit_length() + 4):
+            value, fall = _gap(u, y_, second, y, damping, gap)
+            y = _middle(y + value / fall)
+        return fmpz_poly([_integer(c / unit) for c in y.coeffs()])
+
+
+def _gap(
+    u: list[arb_series],
+    slope: list[arb_series],
+    second: list[arb_series],
+    y: arb_series,
+    damping: arb_series | None,
+    gap: int,
+) -> tuple[arb_series, arb_series]:
+    """Return r - threshold at y, and minus its derivative."""
+    at_u, at_slope = _middle(_horner(u, y)), _middle(_horner(slope, y))
+    value, fall = 1 - at_u - arb(2) ** -gap, at_slope
+    if damping is not None:
+        low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // 2
+        inner = arb_series((damping * at_slope).coeffs()[2 * low :], u[0].prec)
+        root = _shift(inner.sqrt(), low)
+        value = value - root
+        rate = _shift(arb_series((damping * _horner(second, y)).coeffs()[2 * low :], u[0].prec) / inner.sqrt() / 2, low)
+        fall = fall + rate
+    return _middle(value), _middle(fall)
+
+
+def _shift(series: arb_series, power: int) -> arb_series:
+    return arb_series([arb(0)] * power + series.coeffs(), series.prec)
+
+
+def _horner(coefficients: Sequence[arb_series], y: arb_series) -> arb_series:
+    total = arb_series([arb(0)], y.prec)
+    for c in reversed(coefficients):
+        total = total * y + c
+    return total
+
+
+def _middle(series: arb_series) -> arb_series:
+    return arb_series([c.mid() for c in series.coeffs()], series.prec)
+
+
+# --- proof ------------------------------------------------------------------------------------------------------------
+
+
+class Ends(NamedTuple):
+    """2 H c p at the end as a polynomial in z, proven up to a relative error."""
+
+    slope: arb_poly
+    """2 H c(z) p(z): u_y of the last piece."""
+    step: arb_poly
+    """2 H c(z)."""
+    error: arb
+    """Bound of |p_true/p - 1|."""
+
+
+def ends(family: Family, origin: bool = False) -> Ends:
+    """Prove how far the end's p is off, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
+
+    Raises
+    ------
+    ArithmeticError
+        If the polynomials are too far from a solution for the theorem to apply.
+    """
+    with working(family.bits + 64):
+        return _Proof(family, origin).ends()
+
+
+class _Proof:
+    """The steps of docs/theory/exact-function.md, in order; numbers are bounds for all z."""
+
+    def __init__(self, family: Family, origin: bool) -> None:
+        self.family, self.origin = family, origin
+        self.unit = arb(2) ** -family.bits
+        self._require_positive(family.k.polynomial)
+        self.k_most = family.k.most()
+        self.residuals = [_residual(family, piece) for piece in family.pieces]
+        shares = self._shares()
+        self.eta = 2 * sum(shares, arb(0))
+        if not self.eta < arb(1) / 4:
+            raise ArithmeticError("the residual is too large")
+        self.shares = shares
+
+    def _require_positive(self, k: fmpz_poly) -> None:
+        """Require k > 0, for z > 0 where that is all that counts."""
+        coefficients = k.coeffs()
+        while self.origin and coefficients and coefficients[0] == 0:
+            del coefficients[0]
+        if not (coefficients and self._least_poly(arb_poly(coefficients)) > 0):
+            raise ArithmeticError("k must be positive")
+
+    def _least_step(self, piece: ParametricPiece) -> arb:
+        return piece.step.ball() * self.family.scale.least()
+
+    def _most_step(self, piece: ParametricPiece) -> arb:
+        return piece.step.ball() * self.family.scale.most()
+
+    def _shares(self) -> list[arb]:
+        """Bound what each piece adds to eta (step 3)."""
+        pieces = self.family.pieces
+        size = sum(norm(c.coeffs()) for c in pieces[0].u) * self.unit
+        least_r, step = 1 - size, self._least_step(pieces[0])
+        if not (least_r > 0 and step > 0):
+            raise ArithmeticError("the first piece is too long")
+        factor = 2 if self.family.unloading else 1
+        shares = [factor * self.residuals[0] / (2 * step**2 * least_r**4)]
+        for (before, piece), residual in zip(pairwise(pieces), self.residuals[1:], strict=True):
+            slope = least(piece.u[1]) * self.unit
+            jump = self._jump(before, piece)
+            if not (slope > 0 and jump < slope / 8):
+                raise ArithmeticError("too few bits for the speed")
+            shares.append((2 * residual + 3 * jump) / slope)
+        return shares
+
+    def _jump(self, before: ParametricPiece, after: ParametricPiece) -> arb:
+        """Bound by how much u_y, for a step as long as that of `after`, is not continuous."""
+        whole = sum(before.y, fmpz_poly())
+        exponent = min(before.step.exponent, after.step.exponent)
+        old = before.step.mantissa << (before.step.exponent - exponent)
+        new = after.step.mantissa << (after.step.exponent - exponent)
+        return arb(norm((after.u[1] * old - whole * new).coeffs())) / old * self.unit
+
+    def ends(self) -> Ends:
+        """Go from piece to piece, and from the last point to the end (step 4)."""
+        error = arb(0)
+        for i, (piece, residual) in enumerate(zip(self.family.pieces, self.residuals, strict=True)):
+            self._require_small(piece, residual)
+            if i + 1 == len(self.family.pieces):
+                break
+            self._require_before(piece, _sum_element(self.family, piece), residual, 2 * (error + self.shares[i]))
+            error = error * self._contraction(piece) + self.shares[i]
+        error = 2 * (error + self.shares[-1])
+        piece, residual = self.family.pieces[-1], self.residuals[-1]
+        r, slope = self.family.at_end()
+        end = arb_poly(self.family.end) * self.unit
+        if not (self._least_poly(end) >= 0 and self._least_poly(1 - end) >= 0):
+            raise ArithmeticError("the end is not in the last piece")
+        self._require_before(piece, (r, slope), residual, error)
+        return self._completed(piece, r, slope, error)
+
+    def _contraction(self, piece: ParametricPiece) -> arb:
+        """Bound by what an error shrinks in unloading while the piece lasts."""
+        if not self.family.unloading:
+            return arb(1)
+        r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
+        k = self.family.k.least().max(arb(0))
+        return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
+
+    def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
+        disturbance = residual / (2 * self._least_step(piece))
+        if not (disturbance < arb(1) / 3 and residual < 1):
+            raise ArithmeticError("the residual is too large")
+
+    def _require_before(
+        self, piece: ParametricPiece, at: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
+    ) -> None:
+        """Require that a point is certainly not behind the end: (5), times 2 h."""
+        r, slope = at
+        one = 1 << self.family.bits
+        if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
+            raise ArithmeticError("the end lies before the last piece")
+        if not self.family.unloading:
+            return
+        force = self._force(piece, r, slope)
+        slope_most = arb(slope.bound) * self.unit
+        needed = 2 * eta * self.k_most * slope_most + 2 * (self.k_most + 8 * self._most_step(piece)) * residual
+        if not self._least_poly(force) >= needed:
+            raise ArithmeticError("the end lies before the last piece")
+
+    def _force(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall) -> arb_poly:
+        """Enclose 2 h (r^2 - k p), the elements' errors being put into the first coefficient."""
+        r_poly, slope_poly = _enclosed(r, self.unit), _enclosed(slope, self.unit)
+        step = self.family.scale.poly() * (2 * piece.step.ball())
+        return r_poly * r_poly * step - self.family.k.poly() * slope_poly
+
+    def _least(self, element: FunctionBall) -> arb:
+        return self._least_poly(_enclosed(element, arb(1)))
+
+    def _least_poly(self, polynomial: arb_poly) -> arb:
+        """Return a lower bound for |z| <= 1, or for 0 <= z <= 1."""
+        first, *rest = polynomial.coeffs()
+        if self.origin and rest:
+            slope = rest[0] - sum((abs(c) for c in rest[1:]), arb(0))
+            return first.min(first + slope).lower()
+        return (first - sum((abs(c) for c in rest), arb(0))).lower()
+
+    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> Ends:
+        """Add what p^2 may grow between the last point and the end."""
+        step = self.family.scale.poly() * (2 * piece.step.ball())
+        slope_poly = _enclosed(slope, self.unit)
+        least_p = self._least(slope) * self.unit / (2 * self._most_step(piece))
+        most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
+        most_r = arb(r.bound) * self.unit
+        if self.family.unloading:
+            force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
+            growth = most_r * force**2
+        else:
+            growth = 2 * most_r**3 * (1 + self.k_most * most_p)
+        growth = growth / (least_p * (1 - eta)) ** 2
+        if not growth < 1:
+            raise ArithmeticError("the end was not reached")
+        return Ends(slope_poly, step, (eta + growth).abs_upper())
+
+
+def _sum_element(family: Family, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
+    """Return r and u_y at y = 1, exactly."""
+    ring = Wiener(family.bits, family.degree + 1)
+    r = fmpz_poly([1 << family.bits]) - sum(piece.u, fmpz_poly())
+    return ring.element(r.coeffs(), 0), ring.element(sum(piece.y, fmpz_poly()).coeffs(), 0)
+
+
+def _enclosed(element: FunctionBall, unit: arb) -> arb_poly:
+    """Return the element's polynomial times `unit`, its error being put into the first coefficient."""
+    return (arb_poly(element.polynomial) + arb(0, element.error)) * unit
+
+
+def _norm(polynomial: arb_poly) -> arb:
+    return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
+
+
+def _residual(family: Family, piece: ParametricPiece) -> arb:
+    """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
+
+    A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of
+    `Wiener`: what they are off by, in the norm, is added to that of u_yy - S V.
+    """
+    k = Scaled(-family.k.polynomial, family.k.exponent) if family.unloading else family.k
+    elastic, viscous = _factors(k, family.scale, piece.step)
+    degree = max(c.degree() for c in piece.u) + CUT_BEHIND
+    stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
+    u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
+    second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
+    r = fmpz_poly([1 << family.bits]) - u
+    length = len(piece.u) * stride
+    s, s_error = _cut(r * r, family.bits, degree, stride, length)
+    v, v_error = fmpz_poly(), 0
+    for factor, of in ((elastic, s), (viscous, slope)):
+        part, error = _cut(factor.polynomial * of, -factor.exponent, degree, stride, length)
+        v, v_error = v + part, v_error + error
+    v_error += shifted_up(norm(elastic.polynomial.coeffs()) * s_error, -elastic.exponent)
+    s_norm, v_norm = norm(s.coeffs()), norm(v.coeffs())
+    product_error = shifted_up((s_norm + s_error) * v_error + s_error * v_norm, family.bits)
+    defect = shifted_up(norm((second * (1 << family.bits) - s * v).coeffs()), family.bits)
+    return arb(defect + product_error) * arb(2) ** -family.bits
+
+
+def _cut(polynomial: fmpz_poly, shift: int, degree: int, stride: int, length: int) -> tuple[fmpz_poly, int]:
+    """Return polynomial/2^shift, rounded down and cut behind z^degree, and a bound of the norm of what is missing."""
+    coefficients = polynomial.coeffs()
+    beyond: list[fmpz] = coefficients[length:]
+    kept: list[fmpz | int] = [*coefficients[:length]]
+    for start in range(0, length, stride):
+        beyond += coefficients[start + degree + 1 : min(start + stride, length)]
+        kept[start + degree + 1 : start + stride] = [0] * (stride - degree - 1)
+    return fmpz_poly([c >> shift for c in kept]), shifted_up(norm(beyond), shift) + len(kept)
+
+
+def _packed(coefficients: Sequence[fmpz_poly], stride: int) -> fmpz_poly:
+    """Return sum_j c_j z^(j stride)."""
+    flat: list[fmpz | int] = []
+    for c in coefficients:
+        part = c.coeffs()
+        flat += [*part, *([0] * (stride - len(part)))]
+    return fmpz_poly(flat)

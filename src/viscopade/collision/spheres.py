@@ -1,0 +1,553 @@
+"""Physical parameters: from spheres to rho, beta and v*, and the scaled equation of motion.
+
+Two smooth spheres press on each other with the force of eq:viscoelastic. Whatever they are made of, their
+collision depends on one number, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes it, and the
+scales that lead there.
+
+Units: any consistent system (SI, CGS, a simulation's own); results come in the units of the arguments. Only
+`beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). Nothing overflows or
+underflows on the way to a result that double precision can hold.
+
+Unequal materials: eq:paramEl is written for two spheres of one material. Here rho = 4/3 E_eff sqrt(R_eff)
+with Hertz's 1/E_eff = D_1 + D_2, D_i = (1 - nu_i^2)/Y_i, which is eq:paramEl when the materials are equal.
+The dissipative constant of the pair is the mean weighted with these compliances,
+
+    A = (D_1 A_1 + D_2 A_2)/(D_1 + D_2),
+
+for the softer body takes the larger share of the compression. Both are derived here, in
+`derivations/02_unequal_materials.py`, the second within the quasi-static approximation that eq:viscoelastic
+rests on and to first order in A_1 and A_2. It is not the only choice: codes often take the arithmetic mean,
+and there is a theory for different materials beyond the quasi-static approximation (Goldobin, Susloparov,
+Pimenova and Brilliantov, "Collision of viscoelastic bodies: Rigorous derivation of dissipative force", Eur.
+Phys. J. E). To use another A for a pair, give both spheres that A.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+
+from viscopade.arrays import checked, double
+from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
+from viscopade.arrays.double import v_star_from
+
+if TYPE_CHECKING:
+    pass
+
+_BALL = 4 / 3 * math.pi
+_BETA_SI_PER_CGS = 100**0.2
+_LEAST_NORMAL = 2.0**-1022  # smaller numbers of type double have fewer digits
+
+_POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_EXTENT = Accepted("a number > 0, or inf for a wall", lambda x: x > 0)
+_POISSON = Accepted("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
+
+
+@dataclass(frozen=True, kw_only=True, init=False)
+class Sphere:
+    """A homogeneous viscoelastic sphere, or a plane wall (`Sphere.wall`). All arguments are keywords.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R, a length.
+    mass, density : float
+        Exactly one of the two, in units of mass and of mass per volume; the other follows from
+        mass = 4/3 pi R^3 density.
+    young_modulus : float
+        Young modulus Y, a pressure.
+    poisson_ratio : float
+        Poisson ratio nu, > -1 and <= 1/2.
+    dissipative_constant : float
+        A of eq:viscoelastic, a time; 0 is a perfectly elastic material.
+
+    Raises
+    ------
+    TypeError
+        If a value is not a real number (a bool or a string is not).
+    ValueError
+        If a value is unphysical, or not exactly one of mass and density is given.
+
+    Notes
+    -----
+    The density follows from the other attributes: it takes no part in comparisons and in the repr, and
+    `dataclasses.replace` keeps the mass.
+
+    Examples
+    --------
+    >>> ball = Sphere(
+    ...     radius=0.01, density=1000, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=1e-4
+    ... )
+    >>> f"{ball.mass:.6f}"
+    '0.004189'
+    """
+
+    radius: float
+    mass: float
+    density: float = field(init=False, compare=False, repr=False)
+    young_modulus: float
+    poisson_ratio: float
+    dissipative_constant: float
+
+    def __init__(
+        self,
+        *,
+        radius: Number,
+        mass: Number | None = None,
+        density: Number | None = None,
+        young_modulus: Number,
+        poisson_ratio: Number,
+        dissipative_constant: Number,
+    ) -> None:
+        r = checked.number("radius", radius, _EXTENT)
+        m, d = _mass_and_density(r, mass, density)
+        values = {
+            "radius": r,
+            "mass": m,
+            "density": d,
+            "young_modulus": checked.number("young_modulus", young_modulus, _POSITIVE),
+            "poisson_ratio": checked.number("poisson_ratio", poisson_ratio, _POISSON),
+            "dissipative_constant": checked.number("dissipative_constant", dissipative_constant, _NON_NEGATIVE),
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)  # the class is frozen
+        _in_range("young_modulus / (1 - poisson_ratio^2)", self.plane_strain_modulus)
+
+    @classmethod
+    def wall(cls, *, young_modulus: Number, poisson_ratio: Number, dissipative_constant: Number) -> Sphere:
+        """Return a plane, immovable wall: the limit of a huge and heavy sphere.
+
+        Its radius and mass are infinite, its density is NaN. The material is that of a `Sphere`, with the
+        same errors.
+        """
+        return cls(
+            radius=math.inf,
+            mass=math.inf,
+            young_modulus=young_modulus,
+            poisson_ratio=poisson_ratio,
+            dissipative_constant=dissipative_constant,
+        )
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether this is a plane wall."""
+        return math.isinf(self.radius)
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """Y/(1 - nu^2), a pressure: the inverse of the compliance D in the module's docstring."""
+        return self.young_modulus / ((1 - self.poisson_ratio) * (1 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two colliding spheres, or a sphere and a wall. Exchanging them changes nothing, to the last bit.
+
+    Parameters
+    ----------
+    first, second : Sphere
+        The colliding bodies, in the same units; at most one is a wall.
+
+    Raises
+    ------
+    TypeError
+        If one of them is not a `Sphere`.
+    ValueError
+        If both are walls, or if rho or beta is outside the range of double precision in these units.
+
+    Examples
+    --------
+    A ball on a wall of the same material, in SI units:
+
+    >>> material = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-6}
+    >>> pair = Pair(Sphere(radius=0.025, density=917, **material), Sphere.wall(**material))
+    >>> f"{pair.beta:.6f} {pair.v_star(0.01):.6f}"
+    '0.019513 0.088137'
+    """
+
+    first: Sphere
+    second: Sphere
+
+    def __post_init__(self) -> None:
+        for name, value in (("first", self.first), ("second", self.second)):
+            if not isinstance(value, Sphere):
+                raise TypeError(checked.refusal(name, value, "a Sphere"))
+        if self.first.is_wall and self.second.is_wall:
+            raise ValueError("first and second are walls: accepted is at most one wall")
+        _in_range("rho", self.rho)
+        if self.A > 0:
+            _in_range("beta", self.beta)
+
+    @property
+    def m_eff(self) -> float:
+        """Effective mass m_1 m_2/(m_1 + m_2) (eq:newton); the sphere's mass if the other is a wall."""
+        return _reduced(self.first.mass, self.second.mass)
+
+    @property
+    def R_eff(self) -> float:
+        """Effective radius R_1 R_2/(R_1 + R_2) (eq:paramEl), a length; the sphere's radius at a wall."""
+        return _reduced(self.first.radius, self.second.radius)
+
+    @property
+    def E_eff(self) -> float:
+        """Hertz's effective modulus, a pressure: 1/E_eff = (1 - nu_1^2)/Y_1 + (1 - nu_2^2)/Y_2."""
+        return _reduced(self.first.plane_strain_modulus, self.second.plane_strain_modulus)
+
+    @property
+    def rho(self) -> float:
+        """Elastic constant of F = -rho xi^(3/2), in force/length^(3/2); eq:paramEl for equal materials."""
+        return self.E_eff * math.sqrt(self.R_eff) * (4 / 3)
+
+    @property
+    def A(self) -> float:
+        """Dissipative constant of the pair, a time: the mean of the module's docstring."""
+        soft, stiff = sorted((self.first, self.second), key=_softness)
+        # The stiffer body's share D_stiff/(D_soft + D_stiff) is at most 1/2: nothing cancels below.
+        share = 1 / (1 + stiff.plane_strain_modulus / soft.plane_strain_modulus)
+        return soft.dissipative_constant + share * (stiff.dissipative_constant - soft.dissipative_constant)
+
+    @property
+    def beta(self) -> float:
+        """Return 3/2 A (rho/m_eff)^(2/5) (eq:betadef), in (time/length)^(1/5); 0 if A is 0."""
+        return self.A * self._stiffness * 1.5
+
+    @property
+    def _stiffness(self) -> float:
+        """(rho/m_eff)^(2/5), power by power because rho/m_eff may overflow."""
+        return float(self.rho**0.4 / self.m_eff**0.4)
+
+    def v_star(self, speed: Values) -> Values:
+        """Return v* of an impact speed or an array of them, as the function `v_star` does with this beta."""
+        return v_star(speed, self.beta)
+
+    def speed(self, v_star: Values) -> Values:
+        """Return the impact speed of a v* or an array of them, as `speed_from_v_star` does with this beta."""
+        return speed_from_v_star(v_star, self.beta)
+
+    def epsilon(self, speed: Values) -> Values:
+        """Return the exact coefficient of restitution (eq:force2COR) at an impact speed or an array of them.
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            1 at speed 0.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+
+        Examples
+        --------
+        >>> ice = {"young_modulus": 1e10, "poisson_ratio": 0.3, "dissipative_constant": 1e-5}
+        >>> pair = Pair(Sphere(radius=0.025, density=917, **ice), Sphere.wall(**ice))
+        >>> f"{pair.epsilon(0.01):.6f} {pair.contact_time(0.01):.3e} {pair.max_compression(0.01):.3e}"
+        '0.915376 6.122e-04 2.039e-06'
+        """
+        return double.epsilon(self.v_star(speed))
+
+    def one_minus_epsilon(self, speed: Values) -> Values:
+        """Return 1 - eps without cancellation; arguments and errors as for `epsilon`."""
+        return double.one_minus_epsilon(self.v_star(speed))
+
+    def contact_time(self, speed: Values) -> Values:
+        """Return the duration of contact t_c (eq:tEndAdvanced), a time; inf at speed 0. Arguments as for `epsilon`."""
+        return double.tau_c(self.v_star(speed)) * self.time_scale(speed)
+
+    def max_compression(self, speed: Values) -> Values:
+        """Return the maximal compression, a length; arguments and errors as for `epsilon`."""
+        return double.x_max(self.v_star(speed)) * self.length_scale(speed)
+
+    def calibrated(
+        self, speed: Number, epsilon: float | None = None, *, one_minus_epsilon: float | None = None
+    ) -> Pair:
+        """Return this pair with the dissipative constant A that gives the wanted eps at a speed.
+
+        Parameters
+        ----------
+        speed : float
+            Impact speed v > 0, a length/time.
+        epsilon, one_minus_epsilon : float
+            Exactly one of the two, as for `beta_from_restitution`.
+
+        Returns
+        -------
+        Pair
+            Of the same spheres, but both with the same new A.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `beta_from_restitution` does.
+
+        Examples
+        --------
+        >>> material = {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 0}
+        >>> ball = Sphere(radius=0.01, density=2500, **material)
+        >>> pair = Pair(ball, ball).calibrated(speed=1.0, epsilon=0.9)
+        >>> f"{pair.A:.6e} {pair.epsilon(1.0):.12f}"
+        '3.921873e-05 0.900000000000'
+        """
+        v = checked.number("speed", speed, _POSITIVE)
+        beta = beta_from_restitution(v, epsilon, one_minus_epsilon=one_minus_epsilon)
+        a = self.dissipative_constant(float(beta))
+        first, second = (replace(sphere, dissipative_constant=a) for sphere in (self.first, self.second))
+        return Pair(first, second)
+
+    def length_scale(self, speed: Values) -> Values:
+        """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
+
+        Times x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit).
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            A length.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+        """
+        return checked.elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+
+    def time_scale(self, speed: Values) -> Values:
+        """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
+
+        Times tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
+
+        Parameters
+        ----------
+        speed : float or array
+            Impact speed v >= 0, a length/time.
+
+        Returns
+        -------
+        float or array
+            A time; inf at speed 0, as the slowest impacts last longest.
+
+        Raises
+        ------
+        TypeError
+            If a speed is not a real number.
+        ValueError
+            If a speed is negative, infinite or NaN.
+        """
+        return checked.elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
+
+    def dissipative_constant(self, beta: Values) -> Values:
+        """Return the A that gives a pair of this rho and m_eff the wanted beta: eq:betadef solved for A.
+
+        Parameters
+        ----------
+        beta : float or array
+            In (time/length)^(1/5), >= 0.
+
+        Returns
+        -------
+        float or array
+            A = 2/3 beta (rho/m_eff)^(-2/5), a time: the pair's constant, and each sphere's if both have the
+            same.
+
+        Raises
+        ------
+        TypeError
+            If a beta is not a real number.
+        ValueError
+            If a beta is negative, infinite or NaN.
+        """
+        return checked.elementwise(lambda b: b / self._stiffness * (2 / 3), "beta", beta, _NON_NEGATIVE)
+
+
+@overload
+def beta_from_restitution(speed: float, epsilon: float, *, one_minus_epsilon: None = None) -> float: ...
+@overload
+def beta_from_restitution(speed: float, epsilon: None = None, *, one_minus_epsilon: float) -> float: ...
+@overload
+def beta_from_restitution(
+    speed: float | FloatArray,
+    epsilon: float | FloatArray | None = None,
+    *,
+    one_minus_epsilon: float | FloatArray | None = None,
+) -> float | FloatArray: ...
+def beta_from_restitution(
+    speed: float | FloatArray,
+    epsilon: float | FloatArray | None = None,
+    *,
+    one_minus_epsilon: float | FloatArray | None = None,
+) -> float | FloatArray:
+    """Return the beta with which the coefficient of restitution at a speed is the wanted one: beta = v*^2 v^(-1/5).
+
+    Parameters
+    ----------
+    speed : float or array
+        Impact speed v > 0, a length/time.
+    epsilon, one_minus_epsilon : float or array
+        Exactly one of the two: eps > 0 and <= 1, or 1 - eps >= 0 and < 1, for nearly elastic collisions. Arrays are
+        broadcast. Inverted exactly (`viscopade.arrays.double.v_star_from`).
+
+    Returns
+    -------
+    float or array
+        In (time/length)^(1/5) of the speed's units; 0 where eps is 1.
+
+    Raises
+    ------
+    TypeError
+        If not exactly one of epsilon and one_minus_epsilon is given, or one is not made of real numbers.
+    ValueError
+        If an argument is out of range anywhere.
+    """
+    v = checked.array("speed", speed, _POSITIVE)
+    reached = np.asarray(v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon))  # type: ignore[type-var]
+    if np.isinf(reached).any():
+        raise ValueError("epsilon is 0: accepted is a number > 0 and <= 1")
+    return checked.float_if_scalar(reached**2 / v**0.2)
+
+
+@overload
+def v_star(speed: float, beta: float) -> float: ...
+@overload
+def v_star(speed: FloatArray, beta: float | FloatArray) -> FloatArray: ...
+@overload
+def v_star(speed: float, beta: FloatArray) -> FloatArray: ...
+def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+    """Return v* = beta^(1/2) v^(1/10), the only parameter of eq:equationOfMotionNatUnit.
+
+    Parameters
+    ----------
+    speed : float or array
+        Impact speed v >= 0 along the line of centres.
+    beta : float or array
+        eq:betadef, >= 0, in (time/length)^(1/5) of the same units. Arrays are broadcast.
+
+    Returns
+    -------
+    float or array
+        Without units; 0 where the speed or beta is 0.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not made of real numbers.
+    ValueError
+        If an argument is negative, infinite or NaN anywhere.
+    """
+    v, b = checked.array("speed", speed, _NON_NEGATIVE), checked.array("beta", beta, _NON_NEGATIVE)
+    return checked.float_if_scalar(np.sqrt(b) * v**0.1)
+
+
+@overload
+def speed_from_v_star(v_star: float, beta: float) -> float: ...
+@overload
+def speed_from_v_star(v_star: FloatArray, beta: float | FloatArray) -> FloatArray: ...
+@overload
+def speed_from_v_star(v_star: float, beta: FloatArray) -> FloatArray: ...
+def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> float | FloatArray:
+    """Return the impact speed v = v*^10/beta^5, the inverse of `v_star` (eq:betadef).
+
+    Parameters
+    ----------
+    v_star : float or array
+        Without units, >= 0.
+    beta : float or array
+        > 0, in (time/length)^(1/5): without dissipation every speed has v* = 0. Arrays are broadcast.
+
+    Returns
+    -------
+    float or array
+        In the units of length/time that beta has; inf where it is beyond double precision.
+
+    Raises
+    ------
+    TypeError
+        If an argument is not made of real numbers.
+    ValueError
+        If v_star is negative, or beta not positive, or either infinite or NaN anywhere.
+    """
+    v, b = checked.array("v_star", v_star, _NON_NEGATIVE), checked.array("beta", beta, _POSITIVE)
+    with np.errstate(over="ignore"):
+        # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
+        return checked.float_if_scalar((v / np.sqrt(b)) ** 10)
+
+
+def beta_cgs_from_si(beta: Values) -> Values:
+    """Convert beta from (s/m)^(1/5) to (s/cm)^(1/5): the number shrinks by 100^(1/5).
+
+    Raises
+    ------
+    TypeError
+        If a beta is not a real number.
+    ValueError
+        If a beta is negative, infinite or NaN.
+    """
+    return checked.elementwise(lambda b: b / _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+
+
+def beta_si_from_cgs(beta: Values) -> Values:
+    """Convert beta from (s/cm)^(1/5) to (s/m)^(1/5): the number grows by 100^(1/5).
+
+    Raises
+    ------
+    TypeError
+        If a beta is not a real number.
+    ValueError
+        If a beta is negative, infinite or NaN.
+    """
+    return checked.elementwise(lambda b: b * _BETA_SI_PER_CGS, "beta", beta, _NON_NEGATIVE)
+
+
+def _mass_and_density(radius: float, mass: Number | None, density: Number | None) -> tuple[float, float]:
+    """Check the one of the two that is given and complete the other; the density of a wall is NaN."""
+    if (mass is None) == (density is None):
+        given = "neither" if mass is None else "both"
+        raise ValueError(f"mass and density: {given} given, accepted is exactly one of them")
+    m = math.nan if mass is None else checked.number("mass", mass, _EXTENT)
+    d = math.nan if density is None else checked.number("density", density, _POSITIVE)
+    if math.isinf(radius) != math.isinf(m):
+        infinite, other = ("radius", "mass") if math.isinf(radius) else ("mass", "radius")
+        raise ValueError(f"{infinite} is inf: accepted is a finite number > 0 or, for a wall, {other} = inf too")
+    if math.isinf(radius):
+        return m, d
+    # One factor of the radius at a time: the intermediate results lie between the given value and the result.
+    if mass is None:
+        return _in_range("mass", d * radius * radius * radius * _BALL), d
+    return m, _in_range("density", m / radius / radius / radius / _BALL)
+
+
+def _reduced(a: float, b: float) -> float:
+    """Return a b/(a + b), safe from overflow; the other one if one is infinite."""
+    small, large = min(a, b), max(a, b)
+    return small / (1 + small / large)
+
+
+def _softness(sphere: Sphere) -> tuple[float, float]:
+    """Sort key, the softer first; A decides between equals, so that the order of the arguments never does."""
+    return sphere.plane_strain_modulus, sphere.dissipative_constant
+
+
+def _in_range(name: str, value: float) -> float:
+    """Return a computed positive quantity, or refuse the units that push it out of double precision."""
+    if not _LEAST_NORMAL <= value < math.inf:
+        subnormal = 0 < value < _LEAST_NORMAL
+        accepted = f"at least {_LEAST_NORMAL:.3g}, as smaller numbers lose digits" if subnormal else _POSITIVE.accepted
+        raise ValueError(f"{name} is {value} in these units: accepted is {accepted}; rescale the units")
+    return value

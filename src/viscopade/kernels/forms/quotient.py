@@ -1,0 +1,358 @@
+"""Frozen descriptions of rational approximants [m/n], from which every exported file is made.
+
+Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. What they share is here: what a kernel
+is to them (`Quotient`), the words that begin every file, and the kernel of a Padé approximant. `minimax` has the other.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
+from functools import cached_property
+from typing import Protocol, TypeVar
+
+from viscopade import arguments
+from viscopade.arithmetic.decimals import above, below
+from viscopade.arithmetic.formats import Format, float_text
+from viscopade.generated import one_line
+from viscopade.kernels.certificate import Certificate
+
+# How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
+# and keeps the quotient of two such sums a normal number.
+_HEADROOM = 8
+
+_ROOT_TOLERANCE = Fraction(1, 10**12)  # of what is left of the terms; the root may come from more digits, or fewer
+
+Number = TypeVar("Number", float, Fraction)
+Values = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+class Quotient(Protocol):
+    """What the exporters need to know of a quotient of polynomials."""
+
+    @property
+    def name(self) -> str:
+        """The end of the functions' names."""
+
+    @property
+    def pattern(self) -> str:
+        """The form of such names, as a header explains it."""
+
+    @property
+    def label(self) -> str:
+        """The name in comments and messages."""
+
+    @property
+    def domain(self) -> str:
+        """The values of v* for which the formula is meant, as a sentence's part."""
+
+    @property
+    def interval(self) -> tuple[Fraction, Fraction] | None:
+        """The values of v* for which the formula is made; None if for all in the domain."""
+
+    @property
+    def end(self) -> tuple[str, Decimal] | None:
+        """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
+
+    @property
+    def a(self) -> tuple[Decimal | float, ...]:
+        """Coefficients of the numerator, ascending, for tables."""
+
+    @property
+    def b(self) -> tuple[Decimal | float, ...]:
+        """Coefficients of the denominator."""
+
+    @property
+    def m(self) -> int:
+        """Degree of the numerator."""
+
+    @property
+    def n(self) -> int:
+        """Degree of the denominator."""
+
+    @property
+    def source(self) -> str:
+        """Where the formula comes from."""
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Sentences on the formula for the preamble."""
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Those of them that say what is proven."""
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data."""
+
+    @property
+    def bounds(self) -> tuple[Certificate, ...]:
+        """What is proven of the error."""
+
+    def derivative(self, form: Format) -> tuple[Values, int] | None:
+        """Return T and D of d eps/d v* = v* T/D^2 and the t of `threshold` for them; None if not exported."""
+
+    def rounded(self, form: Format) -> Values:
+        """Return the coefficients a and b in a binary format, or raise ValueError if there are none."""
+
+    def threshold(self, form: Format) -> int:
+        """Return t such that no sum in Horner's rule can overflow for v* <= 2^t."""
+
+
+@dataclass(frozen=True)
+class PadeKernel:
+    """A Padé approximant of eps(v*), (a_0 + … + a_m v*^m) / (b_0 + … + b_n v*^n), eq:padeDef.
+
+    Attributes
+    ----------
+    m, n : int
+        Degrees of numerator and denominator (leading coefficients may be zero).
+    a, b : tuple of Decimal, lengths m + 1 and n + 1
+        Coefficients in ascending order; a_0 = b_0 = 1.
+    next_term : Decimal
+        c in [m/n](v*) - eps(v*) = c v*^(m+n+1) + … .
+    pole, zero : Decimal or None
+        The smallest positive ones; None if there are none.
+    source : str
+        One line: where the formula comes from.
+    bounds : tuple of Certificate
+        What is proven of the error of the exact formula.
+    rounding : tuple of (str, str)
+        For names of types, a bound of what rounding (of coefficients, too) adds, relative to eps, where `bounds` hold.
+
+    Raises
+    ------
+    ValueError
+        If lengths, a_0, b_0, `pole` or `zero` contradict the rest, or a number is not finite. (That there is no smaller
+        pole or zero is not looked into: `theory.pade` proves it.)
+    TypeError
+        If something is not of the type stated.
+    """
+
+    m: int
+    n: int
+    a: tuple[Decimal, ...]
+    b: tuple[Decimal, ...]
+    next_term: Decimal
+    pole: Decimal | None
+    zero: Decimal | None
+    source: str
+    bounds: tuple[Certificate, ...] = ()
+    rounding: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, degree in (("m", self.m), ("n", self.n)):
+            arguments.integer(name, degree, 0, arguments.MAX_ORDER)
+        for name, degree, values in (("a", self.m, self.a), ("b", self.n, self.b)):
+            if not isinstance(values, tuple):
+                raise TypeError(f"{self.label}: {name} must be a tuple of decimals")
+            if len(values) != degree + 1:
+                raise ValueError(f"{self.label} has {degree + 1} coefficients {name}_i, not {len(values)}")
+            if values[0] != 1:
+                raise ValueError(f"{self.label}: {name}_0 is {values[0]}, it must be 1")
+        for number in (*self.a, *self.b, self.next_term):
+            if not isinstance(number, Decimal):
+                raise TypeError(f"{self.label}: {number!r} is not a decimal")
+            if not number.is_finite():
+                raise ValueError(f"{self.label}: {number} is not a finite number")
+        one_line("source", self.source)
+        for kind, at, side in zip(("zero", "pole"), (self.zero, self.pole), self.reduced, strict=True):
+            self._check_end(kind, at, side)
+
+    def _check_end(self, kind: str, at: Decimal | None, values: Sequence[Fraction]) -> None:
+        """Raise if a polynomial that is 1 at 0 does not vanish at its root, or is negative for large v* without one."""
+        if at is None:
+            if values[-1] < 0:
+                raise ValueError(f"{self.label} has a positive {kind}, but {kind} is None")
+            return
+        terms = [c * Fraction(at) ** i for i, c in enumerate(values)]
+        if at <= 0 or abs(sum(terms, Fraction(0))) > _ROOT_TOLERANCE * sum(map(abs, terms), Fraction(0)):
+            raise ValueError(f"{self.label} has no positive {kind} at v* = {at}")
+
+    @cached_property
+    def exact(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The coefficients a and b as fractions."""
+        return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
+
+    @property
+    def name(self) -> str:
+        """The name with type and degree, "pade_3_6"."""
+        return f"pade_{self.m}_{self.n}"
+
+    @property
+    def pattern(self) -> str:
+        """The form of the names."""
+        return "pade_M_N"
+
+    @property
+    def label(self) -> str:
+        """The paper's name, "[3/6]"."""
+        return f"[{self.m}/{self.n}]"
+
+    @property
+    def interval(self) -> None:
+        """The formula is made for no interval."""
+        return None
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Source, domain and error."""
+        return (f"source: {self.source}", f"domain: {self.domain}", f"error: {self.error}", *self.proven)
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven."""
+        return proven_errors(self.bounds, self.rounding)
+
+    def derivative(self, form: Format) -> None:
+        """Return nothing: the derivative is not exported."""
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+        return {
+            "m": self.m,
+            "n": self.n,
+            **self._texts,
+            "domain": self.domain,
+            "pole": None if self.pole is None else decimal_text(self.pole),
+            "zero": None if self.zero is None else repr(float(self.zero)),
+            "next_term": decimal_text(self.next_term),
+            "error": self.error,
+            "proven": [{"v_star_max": below(c.high or Fraction(0)), "bound": c.bound} for c in self.bounds],
+            "rounding": dict(self.rounding),
+            "source": self.source,
+        }
+
+    @property
+    def _texts(self) -> dict[str, list[str]]:
+        return {"a": list(map(decimal_text, self.a)), "b": list(map(decimal_text, self.b))}
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data."""
+        formula = {"name": self.name, "type": "exact", **self._texts}
+        return [{**formula, **bound.record()} for bound in self.bounds]
+
+    @property
+    def end(self) -> tuple[str, Decimal] | None:
+        """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
+        bounds = [(kind, at) for kind, at in (("pole", self.pole), ("zero", self.zero)) if at is not None]
+        return min(bounds, key=lambda bound: bound[1], default=None)
+
+    @property
+    def domain(self) -> str:
+        """The values of v* for which the formula is a coefficient of restitution, as a sentence's part."""
+        if self.end is None:
+            a, b = self.reduced
+            remark = "no positive pole and no positive zero" if len(a) < len(b) else "but it does not tend to 0"
+            return f"all v* >= 0 ({remark})"
+        kind, at = self.end
+        below = Context(prec=10, rounding=ROUND_FLOOR).create_decimal(at)
+        return f"0 <= v* < {below} (there the formula has a {kind})"
+
+    @property
+    def error(self) -> str:
+        """What the Padé property says about the error, as a sentence's part."""
+        order = self.m + self.n + 1
+        deviation = Fraction(self.next_term)
+        if not deviation:
+            return f"{self.label} = eps + O(v*^{order + 1}) as v* -> 0 (agreement to order v*^{order})"
+        size = f"{'-' if deviation < 0 else '+'} {float_text(abs(deviation))} v*^{order}"
+        return f"{self.label} = eps {size} + ... as v* -> 0 (agreement to order v*^{order - 1})"
+
+    @property
+    def reduced(self) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+        """The exact a and b without leading ones that are zero ([0/3] has b_3 = 0)."""
+        a, b = map(without_leading_zeros, self.exact)
+        return a, b
+
+    def rounded(self, form: Format) -> Values:
+        """Return the reduced coefficients a and b, each rounded once to the nearest value of a binary format.
+
+        Raises
+        ------
+        ValueError
+            If one is neither zero nor a normal number of the format.
+        """
+        a, b = (
+            tuple(self._nearest(f"{name}_{i}", c, form) for i, c in enumerate(values))
+            for name, values in zip("ab", self.reduced, strict=True)
+        )
+        return a, b
+
+    def _nearest(self, name: str, number: Fraction, form: Format) -> float:
+        try:
+            return form.nearest(number)
+        except ValueError as error:
+            raise ValueError(f"{self.label}: {name} = {error}") from None
+
+    def threshold(self, form: Format) -> int:
+        """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t.
+
+        Beyond 2^t the polynomials are evaluated in 1/v*. As t >= 0, no sum can overflow there either.
+
+        Raises
+        ------
+        ValueError
+            If there is no such t >= 0, or the leading coefficients' quotient is not a normal number.
+        """
+        a, b = self.reduced
+        self._nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)
+        return threshold(self.label, a, b, form)
+
+
+def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format) -> int:
+    """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t.
+
+    Raises
+    ------
+    ValueError
+        If there is no such t >= 0.
+    """
+    limit = Fraction(2) ** (form.largest - _HEADROOM)
+
+    def overflows(t: int) -> bool:
+        return any(sum(abs(c) * 2 ** (t * i) for i, c in enumerate(values)) > limit for values in (a, b))
+
+    t = bisect_left(range(form.largest + 1), True, key=overflows) - 1
+    if t < 0:
+        raise ValueError(f"{label}: the coefficients are too large to be summed in type {form.name}")
+    return t
+
+
+def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Return sentences on what is proven of an error; none if nothing is."""
+    if not bounds:
+        return ()
+    relative_to = {"both": "min(eps, 1 - eps)", "relative": "eps"}[bounds[0].measure]
+    errors = ", ".join(f"{bound.bound} for {span(bound.low, bound.high)}" for bound in bounds)
+    sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
+    return (
+        f"proven: |formula - eps| / {relative_to} <= {errors}",
+        f"rounding: adds at most {sizes} (proven)",
+    )
+
+
+def span(low: Fraction, high: Fraction | None) -> str:
+    """Return an interval of v* as text."""
+    if high is None:
+        return f"v* >= {above(low)}"
+    return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
+
+
+def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
+    """Drop the highest coefficients that are exactly zero."""
+    size = len(ascending)
+    while size > 1 and not ascending[size - 1]:
+        size -= 1
+    return tuple(ascending[:size])
+
+
+def decimal_text(number: Decimal | float) -> str:
+    """Return a coefficient as tables have it: all digits of a decimal, the shortest decimal of a double."""
+    return str(number).lower()

@@ -1,0 +1,406 @@
+"""Kernels in powers of a root of v*, and of eps for the inverse: their coefficients and what is proven of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from viscopade.approximation import half_line
+from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.decimals import above, at_most, identifier
+from viscopade.arithmetic.formats import Format
+from viscopade.generated import one_line
+from viscopade.kernels.certificate import Certificate
+from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.lacunary_rounding import DIGITS, Branch, Size
+
+HALF_LINE, INVERSE = "halfline", "inverse"
+
+NAMES = {
+    HALF_LINE: "NAME is halfline_B for a kernel for all v* >= 0, B being the proven bound of its error",
+    INVERSE: "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1",
+}
+
+SPELLING = "(1p57em3 is 1.57e-3: p stands for the decimal point, m for the minus of an exponent)"
+
+LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there
+
+
+@dataclass(frozen=True)
+class RootPowerVariant:
+    """The coefficients of a kernel in one format, and the proof of their error.
+
+    Attributes
+    ----------
+    form : Format
+    a, b : tuple of float
+        Coefficients of N and D in the order of the exponents, numbers of the format; b_0 = 1.
+    certificate : Certificate
+        Of the formula with these coefficients, evaluated exactly.
+    sizes : tuple of (str, Size)
+        By function, what rounding adds, relative to the value of the formula.
+    """
+
+    form: Format
+    a: tuple[float, ...]
+    b: tuple[float, ...]
+    certificate: Certificate
+    sizes: tuple[tuple[str, Size], ...]
+
+    def __post_init__(self) -> None:
+        if self.b[0] != 1:
+            raise ValueError("b_0 must be 1")
+        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
+            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+
+    def rounding(self, function: str) -> str:
+        """Return a bound of what rounding adds to a function, relative to the true value.
+
+        Only for functions whose own relative error the certificate bounds.
+        """
+        return at_most(Fraction(dict(self.sizes)[function].relative) * (1 + Fraction(self.certificate.bound)), DIGITS)
+
+    def total(self, functions: Sequence[str]) -> Fraction:
+        """Return a bound of the relative error, with rounding, of the worst of these functions."""
+        return Fraction(self.certificate.bound) + max(Fraction(self.rounding(name)) for name in functions)
+
+
+@dataclass(frozen=True)
+class Gapped(ABC):
+    """What kernels for the half-line and for the inverse have in common.
+
+    Attributes
+    ----------
+    powers : Powers
+        The exponents in N and D.
+    variants : tuple of RootPowerVariant
+        At least one; all of the same measure.
+    missing : tuple of (str, str)
+        For names of types without a variant, the reason.
+    source : str
+        One line: where the formula comes from.
+
+    Raises
+    ------
+    ValueError
+        If these contradict each other.
+    """
+
+    powers: Powers
+    variants: tuple[RootPowerVariant, ...]
+    missing: tuple[tuple[str, str], ...]
+    source: str
+
+    def __post_init__(self) -> None:
+        one_line("source", self.source)
+        if len({v.certificate.measure for v in self.variants}) != 1:
+            raise ValueError(f"{self.name}: the variants must be of one measure")
+        sizes = (len(self.powers.top), len(self.powers.bottom))
+        if any((len(v.a), len(v.b)) != sizes for v in self.variants):
+            raise ValueError(f"{self.label}: wrong number of coefficients")
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """The first part of the name."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """The end of the functions' names."""
+
+    @property
+    @abstractmethod
+    def domain(self) -> str:
+        """The arguments for which the formula is made, as a sentence's part."""
+
+    @property
+    @abstractmethod
+    def formula(self) -> str:
+        """The formula as text."""
+
+    @property
+    @abstractmethod
+    def branches(self) -> tuple[Branch, ...]:
+        """The programs that the exported code is made of."""
+
+    @property
+    @abstractmethod
+    def root(self) -> Fraction:
+        """Exponent: y = v*^root, or the power of (1 - eps)/eps."""
+
+    @property
+    @abstractmethod
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on what is proven."""
+
+    @property
+    def powers_text(self) -> str:
+        """N and D, as the end of the formula's text."""
+        top, bottom = (
+            " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
+            for letter, constant, exponents in (("a", "a0", self.powers.top), ("b", "1", self.powers.bottom))
+        )
+        return f"N = {top}, D = {bottom}"
+
+    @property
+    def label(self) -> str:
+        """The name in comments and messages."""
+        return self.name
+
+    @property
+    def bound(self) -> Certificate:
+        """The certificate with the largest bound."""
+        return max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound))
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Source, formula, domain and error."""
+        head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
+        return (*head, *self.proven)
+
+    def variant(self, form: Format) -> RootPowerVariant:
+        """Return the variant of a format.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        for variant in self.variants:
+            if variant.form == form:
+                return variant
+        raise ValueError(dict(self.missing).get(form.name, f"{self.label} has no coefficients in type {form.name}"))
+
+    def _head(self) -> dict[str, object]:
+        """Return what the formula is besides its coefficients, as JSON-able data."""
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "root": str(self.root),
+            "top": self.powers.top,
+            "bottom": self.powers.bottom,
+        }
+
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+        return {
+            **self._head(),
+            "formula": self.formula,
+            "domain": self.domain,
+            "measure": self.bound.measure,
+            "variants": [
+                {
+                    "type": v.form.name,
+                    "a": [v.form.decimal(c).rstrip("f") for c in v.a],
+                    "b": [v.form.decimal(c).rstrip("f") for c in v.b],
+                    "bound": v.certificate.bound,
+                    "rounding": _sizes(v),
+                }
+                for v in self.variants
+            ],
+            "missing": dict(self.missing),
+            "source": self.source,
+        }
+
+    def certificates(self) -> list[dict[str, object]]:
+        """Return what is needed to check the proofs, as JSON-able data; coefficients as hexadecimal numbers."""
+        return [
+            {
+                **self._head(),
+                "type": v.form.name,
+                "a": [c.hex() for c in v.a],
+                "b": [c.hex() for c in v.b],
+                **v.certificate.record(),
+                "rounding": _sizes(v),
+            }
+            for v in self.variants
+        ]
+
+    @property
+    def _bounds(self) -> str:
+        """The bound, or those of the types."""
+        same = len({v.certificate.bound for v in self.variants}) == 1
+        return self.bound.bound if same else self._per_type(lambda v: v.certificate.bound)
+
+    def _per_type(self, phrase: Callable[[RootPowerVariant], str]) -> str:
+        return " and ".join(f"{phrase(v)} in type {v.form.name}" for v in self.variants)
+
+
+@dataclass(frozen=True)
+class HalfLineKernel(Gapped):
+    """eps = D/(D + v*^2 N) for all v* >= 0, N and D polynomials with gaps in y = v*^(1/3).
+
+    Attributes and errors are those of `Gapped`; the measure is "both" or "relative".
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.bound.high is not None or self.bound.measure == "speed":
+            raise ValueError(f"{self.label}: the proof must be one of eps for all v* >= 0")
+
+    @property
+    def kind(self) -> str:
+        """The first part of the name."""
+        return HALF_LINE
+
+    @property
+    def name(self) -> str:
+        """The name with the proven bound: "halfline_1p57em3"; "_relative" is appended in that measure."""
+        end = "" if self.bound.measure == "both" else "_relative"
+        return f"{HALF_LINE}_{scientific(self.bound.bound)}{end}"
+
+    @property
+    def root(self) -> Fraction:
+        """Exponent: y = v*^root."""
+        return half_line.ROOT
+
+    @property
+    def domain(self) -> str:
+        """All v* >= 0."""
+        return "all v* >= 0"
+
+    @property
+    def formula(self) -> str:
+        """The formula as text."""
+        return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """The programs for v* <= 1 and v* > 1."""
+        return lacunary_rounding.half_line(self.powers)
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """The functions whose relative error the certificate bounds."""
+        return ("epsilon", "one_minus_epsilon") if self.bound.measure == "both" else ("epsilon",)
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """What is proven of the error, of rounding, and where results are subnormal."""
+        both = self.bound.measure == "both"
+        of_loss = "(1 - eps)" if both else "of the formula's 1 - eps"
+        return (
+            f"proven: |formula - eps| / {'min(eps, 1 - eps)' if both else 'eps'} <= {self._bounds}",
+            f"rounding of epsilon: adds at most {self._per_type(lambda v: v.rounding('epsilon') + ' eps')} (proven)",
+            f"rounding of one_minus_epsilon: adds at most "
+            f"{self._per_type(lambda v: f'{self._of_loss(v)} {of_loss}')} (proven)",
+            f"underflow: adds at most {self._most_underflow()} of the type's smallest numbers (proven); that is felt "
+            "where results are subnormal",
+        )
+
+    def _of_loss(self, variant: RootPowerVariant) -> str:
+        function = "one_minus_epsilon"
+        return variant.rounding(function) if function in self.checked else dict(variant.sizes)[function].relative
+
+    def _most_underflow(self) -> str:
+        return max((size.underflow for v in self.variants for _, size in v.sizes), key=Fraction)
+
+
+@dataclass(frozen=True)
+class InverseKernel(Gapped):
+    """v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
+
+    Attributes
+    ----------
+    epsilon_min : Fraction
+        0, or where the interval begins that was asked for; N and D are then full polynomials and the root is 1/2.
+    epsilon_low : Fraction
+        0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24.
+
+    The others, and errors, are those of `Gapped`; the measure is "speed".
+    """
+
+    epsilon_min: Fraction
+    epsilon_low: Fraction
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.bound.measure != "speed":
+            raise ValueError(f"{self.label}: the proof must be one of v*")
+        if self.epsilon_low != interval_start(self.epsilon_min):
+            raise ValueError(f"{self.label}: the proof must begin at {interval_start(self.epsilon_min)}")
+
+    @property
+    def kind(self) -> str:
+        """The first part of the name."""
+        return INVERSE
+
+    @property
+    def name(self) -> str:
+        """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
+        interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
+        return f"{INVERSE}_{interval}{scientific(self.bound.bound)}"
+
+    @property
+    def root(self) -> Fraction:
+        """Exponent: y = ((1 - eps)/eps)^root."""
+        return INTERVAL_ROOT if self.epsilon_min else WHOLE_ROOT
+
+    @property
+    def domain(self) -> str:
+        """The values of eps."""
+        return f"{above(self.epsilon_min)} <= eps <= 1" if self.epsilon_min else "0 < eps <= 1"
+
+    @property
+    def formula(self) -> str:
+        """The formula as text."""
+        shift = int(Fraction(1, 2) / self.root)
+        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """The program, or those for eps >= 1/2 and eps < 1/2."""
+        return lacunary_rounding.inverse(self.powers, self.root)
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """The functions whose relative error the certificate bounds."""
+        return ("v_star",)
+
+    def _head(self) -> dict[str, object]:
+        ends = {"epsilon_min": str(self.epsilon_min), "epsilon_low": str(self.epsilon_low)}
+        return {**super()._head(), **ends}
+
+    @property
+    def proven(self) -> tuple[str, ...]:
+        """What is proven of the error and of rounding."""
+        of_beta = self.bound_of_beta
+        return (
+            f"proven: |formula - v*| / v* <= {self._bounds}; |formula - beta| / beta <= {of_beta}",
+            f"rounding of v_star: adds at most {self._per_type(lambda v: v.rounding('v_star') + ' v*')} (proven)",
+            f"rounding of beta: adds at most {self._per_type(lambda v: self._of_beta(v) + ' beta')} (proven)",
+        )
+
+    @property
+    def bound_of_beta(self) -> str:
+        """A bound of the relative error of beta, which is v*^2 but for a factor."""
+        return at_most((1 + Fraction(self.bound.bound)) ** 2 - 1)
+
+    def _of_beta(self, variant: RootPowerVariant) -> str:
+        return at_most(Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(self.bound_of_beta)), DIGITS)
+
+
+RootPowerKernel = HalfLineKernel | InverseKernel
+
+
+def interval_start(epsilon_min: Fraction) -> Fraction:
+    """Return the largest multiple of 2^-24 up to a number: it and its difference to 1 are numbers of both types."""
+    return Fraction(epsilon_min.numerator * 2**LEAST_BITS // epsilon_min.denominator, 2**LEAST_BITS)
+
+
+def _sizes(variant: RootPowerVariant) -> dict[str, dict[str, str]]:
+    return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in variant.sizes}
+
+
+def scientific(bound: str) -> str:
+    """Return a bound as a part of a name, always with an exponent: 0.00157 as 1p57em3."""
+    return identifier(f"{Decimal(bound).normalize():e}")
+
+
+def _power(exponent: int) -> str:
+    return "y" if exponent == 1 else f"y^{exponent}"

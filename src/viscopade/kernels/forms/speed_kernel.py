@@ -1,0 +1,86 @@
+"""Kernels from speed to eps: a table over w = beta^5 speed = v*^10, and a kernel of v* beyond its ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from types import MappingProxyType
+
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels.forms.root_powers import HalfLineKernel, scientific
+from viscopade.kernels.forms.speed_table import Table
+from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.names import FAST, SMALL
+
+FIRST = -96
+
+TABLES = MappingProxyType(
+    {
+        ("1e-3", FAST): Table(3, FIRST, 1, FLOAT),
+        ("1e-5", FAST): Table(6, FIRST, 1, FLOAT),
+        ("1e-5", SMALL): Table(2, FIRST, 3, FLOAT),
+        ("1e-7", FAST): Table(4, FIRST, 3, DOUBLE),
+        ("1e-7", SMALL): Table(2, FIRST, 5, DOUBLE),
+        ("1e-10", FAST): Table(4, FIRST, 5, DOUBLE),
+        ("1e-10", SMALL): Table(2, FIRST, 7, DOUBLE),
+    }
+)
+"""By accuracy and size, the tables that are exported."""
+
+HALF_LINE = ("1e-3", "1e-5", "1e-7")
+"""Accuracies for which there are half-line kernels; beyond the table of another one, that of full accuracy is used."""
+
+
+@dataclass(frozen=True)
+class SpeedKernel:
+    """A table and what is used beyond it.
+
+    Attributes
+    ----------
+    tier : str
+        The accuracy asked for, or "full".
+    table : Table or FullTable
+    slow : HalfLineKernel or None
+        For w outside the table; None for the function of full accuracy.
+    """
+
+    tier: str
+    table: Table | FullTable
+    slow: HalfLineKernel | None
+
+    @property
+    def bytes(self) -> int:
+        """Size of the table in memory."""
+        return self.table.bytes
+
+    @cached_property
+    def bound(self) -> str:
+        """Proven bound of |eps - formula|/min(eps, 1 - eps), for all speeds; without rounding."""
+        if isinstance(self.table, FullTable):
+            return at_most(self.table.proven.relative)
+        beyond = [self.slow.variant(DOUBLE).certificate.bound] if self.slow else []
+        return max([at_most(self.table.proven.error), *beyond], key=Fraction)
+
+    @cached_property
+    def name(self) -> str:
+        """The end of the functions' names: lookup, degree, rows to an octave, proven bound."""
+        if isinstance(self.table, FullTable):
+            return "lookup_full"
+        return f"lookup_{self.table.degree}_{1 << self.table.split}_{scientific(self.bound)}"
+
+    @property
+    def file(self) -> str:
+        """Name of the header in exports/."""
+        return file_of(self.tier)
+
+    @property
+    def formats(self) -> tuple[Format, ...]:
+        """The types in which the sums are computed."""
+        return (DOUBLE, FLOAT) if isinstance(self.table, Table) and self.table.form == FLOAT else (DOUBLE,)
+
+
+def file_of(tier: str) -> str:
+    """Return the name of a kernel's header in exports/."""
+    return f"viscopade_speed_{tier.replace('-', 'm')}.h"

@@ -1,0 +1,339 @@
+r"""From speed to eps without a root: tables over the leading bits of w = beta^5 v = v*^10, with proofs of their errors.
+
+A floating-point number w = 2^e m, 1 <= m < 2, says by its exponent e and the leading bits of m which row of a table it
+belongs to; no root and no logarithm is needed. A row holds a polynomial in m of odd degree for
+
+    p = eps - base,    base = 1 for w < 2^SWITCH (p = -(1 - eps)), 0 else (p = eps),
+
+the smaller of eps and 1 - eps, so that its relative error is what counts (section 2.7), and
+
+    1 - eps^2 = (1 - base) - p (2 base + p)
+
+loses no digits either. What is approximated are the rows of `panel_proof`, as functions of m; the polynomials meet them
+at Chebyshev's points. `Table` also bounds, row by row and exactly or in ball arithmetic: the error of the polynomials
+with their machine coefficients, what rounding adds in the sequence of operations of the exported code, what an error of
+w does, and by how much eps may increase with v. (docs/reference/speed.md)
+
+The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+from flint import arb, arb_series, fmpq, fmpq_poly
+
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.chebyshev import greatest, interpolated, nodes, to_fmpq, to_fraction
+from viscopade.arithmetic.formats import Format
+from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
+from viscopade.collision import panel_proof
+from viscopade.kernels.certificate import polynomial
+from viscopade.progress import track
+
+OCTAVES = 128
+"""Of w, in every table: a power of 2, so that the range is checked by a shift."""
+FIRSTS = range(-124, -27)
+"""Where a table may begin: w and 2^(first + OCTAVES) are normal numbers of type float."""
+SWITCH = -3
+"""Below w = 2^SWITCH, p is -(1 - eps); there eps is about 1/2."""
+MOST_SPLIT = 8
+MOST_DEGREE = 15
+ROUNDINGS_OF_W = 5
+"""Of beta^5 v, by b2 = beta beta, (b2 b2 beta) v: those of b2 count twice."""
+
+_BITS = 160
+PARTS = 16  # of a piece of a row, where the error is no multiple of one Chebyshev polynomial
+_MORE = 7  # terms of Taylor polynomials beyond the degree
+
+
+class MantissaPiece(NamedTuple):
+    """p on an interval of m as a polynomial in s, |s| <= 1, m = centre + half s, and how far it may be off."""
+
+    centre: Fraction
+    half: Fraction
+    p: fmpq_poly
+    error: Fraction
+
+    @property
+    def least(self) -> Fraction:
+        """A lower bound of |p|."""
+        first = to_fraction(self.p[0])
+        return abs(first) - greatest(self.p - to_fmpq(first)) - self.error
+
+    @property
+    def most(self) -> Fraction:
+        """An upper bound of |p|."""
+        return greatest(self.p) + self.error
+
+
+class Interpolation(NamedTuple):
+    """A polynomial in s, m = centre + half s."""
+
+    centre: Fraction
+    half: Fraction
+    p: fmpq_poly
+
+
+class RowBounds(NamedTuple):
+    """Bounds on a row, relative to the smaller of eps and 1 - eps."""
+
+    error: Fraction
+    terms: Fraction
+    """Of the sum of all |c_k| m^k."""
+    falling: bool
+    """Whether eps certainly decreases with w on the row."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which numbers w belong to which row.
+
+    Attributes
+    ----------
+    split : int
+        There are 2^split rows to an octave.
+    first : int
+        The table begins at w = 2^first, and ends at 2^(first + OCTAVES).
+    """
+
+    split: int
+    first: int
+
+    def __post_init__(self) -> None:
+        if self.split not in range(MOST_SPLIT + 1):
+            raise ValueError(f"split is {self.split}: accepted is 0 to {MOST_SPLIT}")
+        if self.first not in FIRSTS:
+            raise ValueError(f"first is {self.first}: accepted is {FIRSTS.start} to {FIRSTS.stop - 1}")
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return OCTAVES << self.split
+
+    @property
+    def switch(self) -> int:
+        """The first row with base = 0."""
+        return (SWITCH - self.first) << self.split
+
+    def base(self, index: int) -> int:
+        """Return 1 or 0."""
+        return int(index < self.switch)
+
+    def interval(self, index: int) -> tuple[int, Fraction, Fraction]:
+        """Return e and the ends in m of a row."""
+        octave, place = divmod(index, 1 << self.split)
+        low = 1 + Fraction(place, 1 << self.split)
+        return self.first + octave, low, low + Fraction(1, 1 << self.split)
+
+    def best(self, index: int, degree: int) -> Interpolation:
+        """Return the row's p as a polynomial of this degree, nearly the best one: it meets p at Chebyshev's points."""
+        exponent, low, high = self.interval(index)
+        centre, half = (low + high) / 2, (high - low) / 2
+        points = nodes(degree + 1)
+        values = [_smaller_at((centre + half * s) * Fraction(2) ** exponent, self.base(index)) for s in points]
+        return Interpolation(centre, half, interpolated(points, values))
+
+    def pieces(self, index: int, degree: int) -> list[MantissaPiece]:
+        """Return the row's p as Taylor polynomials with bounds of their errors."""
+        return list(pieces(*self.interval(index), self.base(index), degree))
+
+
+@dataclass(frozen=True)
+class Table(Layout):
+    """Rows of polynomials in m.
+
+    Attributes
+    ----------
+    degree : int
+        Odd.
+    form : Format
+        Type of the coefficients.
+
+    The others are those of `Layout`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such table.
+    """
+
+    degree: int
+    form: Format
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.degree not in range(1, MOST_DEGREE + 1, 2):
+            raise ValueError(f"degree is {self.degree}: accepted are odd numbers from 1 to {MOST_DEGREE}")
+
+    @property
+    def bytes(self) -> int:
+        """Size in memory."""
+        return self.size * (self.degree + 1) * bytes_of(self.form)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The coefficients c_0, c_1, …, numbers of the format, of every row."""
+        return tuple(self._row(i) for i in track(range(self.size), f"table of degree {self.degree}"))
+
+    def _row(self, index: int) -> tuple[float, ...]:
+        best = self.best(index, self.degree)
+        p = best.p(fmpq_poly([-to_fmpq(best.centre / best.half), to_fmpq(1 / best.half)]))
+        return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
+
+    def machine(self, index: int, piece: MantissaPiece) -> fmpq_poly:
+        """Return the row's polynomial in s, exactly."""
+        m = fmpq_poly([to_fmpq(piece.centre), to_fmpq(piece.half)])
+        return fmpq_poly([to_fmpq(Fraction(c)) for c in self.rows[index]])(m)
+
+    def bounds(self, index: int) -> RowBounds:
+        """Prove the bounds of a row.
+
+        Raises
+        ------
+        ArithmeticError
+            If p may vanish.
+        """
+        whole = self.pieces(index, self.degree)
+        found = [self._bounds_on(index, piece, 1 if len(whole) == 1 else PARTS) for piece in whole]
+        return _worst(found)
+
+    def _bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> RowBounds:
+        machine, least, most = self.machine(index, piece), piece.least, piece.most
+        smallest = min(least, 1 - most)
+        if not smallest > 0:
+            raise ArithmeticError(f"p may vanish in row {index}")
+        error = greatest(machine - piece.p, parts) + piece.error
+        high = piece.centre + piece.half
+        terms = sum((abs(Fraction(c)) * high**n for n, c in enumerate(self.rows[index])), Fraction(0))
+        rise = machine.derivative()
+        falling = to_fraction(rise[0]) + greatest(rise - rise[0]) < 0
+        return RowBounds(error / smallest, terms / smallest, falling)
+
+    @cached_property
+    def proven(self) -> RowBounds:
+        """Bounds for the whole table."""
+        return _worst([self.bounds(i) for i in track(range(self.size), "proof")])
+
+    @cached_property
+    def rise(self) -> Fraction:
+        """The largest increase of eps from one row to the next, relative to the smaller of eps and 1 - eps, exactly."""
+        return max(max(self._rise_after(i) for i in range(self.size - 1)), Fraction(0))
+
+    def _rise_after(self, index: int) -> Fraction:
+        before = value(self.rows[index], self.interval(index)[2])
+        after = value(self.rows[index + 1], self.interval(index + 1)[1]) + self.base(index + 1) - self.base(index)
+        return (after - before) / min(abs(before), 1 - abs(before))
+
+    def rounding(self, form: Format) -> Fraction:
+        """Return a bound of what rounding adds to p, relative to the smaller of eps and 1 - eps, where w is exact.
+
+        A coefficient c_k goes through at most two roundings in its pair, and three more for each m^2 (that of m^2, of
+        the product and of the sum).
+        """
+        return gamma(2 + 3 * (self.degree // 2), form) * self.proven.terms
+
+
+def of_w(form: Format) -> Fraction:
+    """Return a bound of what the rounding of w = beta^5 v does to eps and 1 - eps, relative to each of them.
+
+    A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
+    of its rows twice.
+    """
+    change = gamma(ROUNDINGS_OF_W, form)
+    return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
+
+
+def bytes_of(form: Format) -> int:
+    """Return the size in memory of a number."""
+    return 8 if form.precision > 24 else 4
+
+
+def _worst(found: Sequence[RowBounds]) -> RowBounds:
+    return RowBounds(
+        max(b.error for b in found),
+        max(b.terms for b in found),
+        all(b.falling for b in found),
+    )
+
+
+def gamma(number: int, form: Format) -> Fraction:
+    """Return a bound of |(1 + d_1) … (1 + d_number) - 1|, |d_i| <= u."""
+    unit = number * Fraction(1, 1 << form.precision)
+    return unit / (1 - unit)
+
+
+def value(row: Sequence[float], m: Fraction) -> Fraction:
+    """Return a polynomial's value, exactly."""
+    return sum((Fraction(c) * m**n for n, c in enumerate(row)), Fraction(0))
+
+
+# --- what is tabulated ------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def _edges() -> tuple[Fraction, ...]:
+    """Return where the panels of `panel_proof` end, in w."""
+    return tuple((Fraction(float(CENTRES[i])) + Fraction(float(HALF_WIDTHS[i]))) ** 10 for i in range(PANELS))
+
+
+def _panel_at(exponent: int, m: Fraction) -> int:
+    w = m * Fraction(2) ** exponent
+    low, high = 0, PANELS - 1
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if w <= _edges()[middle] else (middle + 1, high)
+    return low
+
+
+def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[MantissaPiece]:
+    """Yield p on [low, high], cut where the panels of `panel_proof` end."""
+    scale = Fraction(2) ** exponent
+    first, last = _panel_at(exponent, low), _panel_at(exponent, high)
+    for panel in range(first, last + 1):
+        start = low if panel == first else _edges()[panel - 1] / scale
+        end = high if panel == last else _edges()[panel] / scale
+        if start < end:
+            yield smaller(exponent, start, end, base, degree, panel)
+
+
+def _smaller_at(w: Fraction, base: int) -> Fraction:
+    """Return p at a point, to far more digits than a double has."""
+    panel = _panel_at(0, w)
+    with working(_BITS):
+        name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
+        z = (ball_of(w).root(10) - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
+        return exact_middle(panel_proof.rows()[name, panel].poly()(z)) * sign
+
+
+def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> MantissaPiece:
+    """Return p on low <= m <= high from one panel of `panel_proof`, a Taylor polynomial whose remainder is enclosed."""
+    centre, half = (low + high) / 2, (high - low) / 2
+    order = degree + _MORE
+    with working(_BITS, order + 1):
+        scale = arb(2) ** exponent
+        name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
+        row = panel_proof.rows()[name, panel].poly().coeffs()
+        ends = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
+
+        def at(s: arb) -> list[arb]:
+            w = arb_series([(ball_of(centre) + ball_of(half) * s) * scale, ball_of(half) * scale])
+            v_star = (w.log() / 10).exp()
+            return (polynomial(row, (v_star - ends[0]) / ends[1]) * sign).coeffs()
+
+        coefficients = [*at(arb(0))[:order], *at(arb(0, 1))[order:]]
+        if len(coefficients) != order + 1:
+            raise ArithmeticError("a Taylor polynomial lost terms")
+        own = sum((c.rad() for c in coefficients), arb(0)).abs_upper()
+        p = fmpq_poly([_middle(c) for c in coefficients])
+        enclosed, relative = to_fraction(_middle(own)), Fraction(panel_proof.proven_error())
+        error = enclosed + relative / (1 - relative) * (greatest(p) + enclosed)
+    return MantissaPiece(centre, half, p, error)
+
+
+def _middle(ball: arb) -> fmpq:
+    return to_fmpq(exact_middle(ball.mid()))

@@ -1,0 +1,113 @@
+r"""From w = beta^5 v to eps to the last place of type double: a table as in `speed_table`, and a bound in ulp.
+
+With t = m - centre, which is exact,
+
+    p = high + rest,    rest = low + t ((a_1 + t a_2) + t^2 ((a_3 + t a_4) + t^2 (…))),
+
+|rest| being some per cent of |p|, so that its rounding errors are as small. eps = base + high + rest is summed with the
+error of the first sum (which `Fast2Sum` gives exactly), p alone makes 1 - eps^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+from flint import fmpq_poly
+
+from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
+from viscopade.arithmetic.formats import DOUBLE
+from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, gamma, of_w
+from viscopade.progress import track
+
+DEGREE = 10
+SPLIT = 3
+FIRST = -64
+"""The table ends at w = 2^64, v* = 84."""
+
+_U = Fraction(1, 2**53)
+
+
+class FullBounds(NamedTuple):
+    """Bounds on a row."""
+
+    ulp: Fraction
+    """Of the error of eps, in units in the last place of the true value, w being exact."""
+    relative: Fraction
+    """Of the relative error of the computed p, w being exact."""
+
+
+@dataclass(frozen=True)
+class FullTable(Layout):
+    """Rows high, low, a_1, …, a_DEGREE. Attributes are those of `Layout`."""
+
+    split: int = SPLIT
+    first: int = FIRST
+
+    @property
+    def bytes(self) -> int:
+        """Size in memory."""
+        return self.size * (DEGREE + 2) * bytes_of(DOUBLE)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """All rows."""
+        return tuple(self._row(i) for i in track(range(self.size), "table of full accuracy"))
+
+    def _row(self, index: int) -> tuple[float, ...]:
+        best = self.best(index, DEGREE)
+        first, *others = (to_fraction(best.p[n]) / best.half**n for n in range(DEGREE + 1))
+        high = DOUBLE.nearest(first)
+        return high, DOUBLE.nearest(first - Fraction(high)), *map(DOUBLE.nearest, others)
+
+    def bounds(self, index: int) -> FullBounds:
+        """Prove the bounds of a row; ArithmeticError if p may vanish."""
+        _, low, high = self.interval(index)
+        centre, half = (low + high) / 2, (high - low) / 2
+        pieces = self.pieces(index, DEGREE)
+        parts = 1 if len(pieces) == 1 else PARTS
+        found = [self._bounds_on(index, piece, centre, half, parts) for piece in pieces]
+        return FullBounds(*(max(values) for values in zip(*found, strict=True)))
+
+    def _bounds_on(self, index: int, piece: MantissaPiece, centre: Fraction, half: Fraction, parts: int) -> FullBounds:
+        head, low, *a = map(Fraction, self.rows[index])
+        t = fmpq_poly([to_fmpq(piece.centre - centre), to_fmpq(piece.half)])
+        machine = fmpq_poly([to_fmpq(head + low), *map(to_fmpq, a)])(t)
+        given = greatest(machine - piece.p, parts) + piece.error
+        least, most, base = piece.least, piece.most, self.base(index)
+        if not 0 < least <= most < 1:
+            raise ArithmeticError(f"p may vanish in row {index}")
+        terms = sum((abs(c) * half ** (n + 1) for n, c in enumerate(a)), Fraction(0))
+        # The pairs: two roundings, three for each t^2; then the product with t and the sum with low.
+        rest = gamma(4 + 3 * ((DEGREE - 1) // 2), DOUBLE) * terms + _U * abs(low)
+        lost = _half_ulp(base + abs(head)) if base else Fraction(0)
+        # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
+        error = given + rest + _U * (lost + abs(low) + terms) * (1 + 32 * _U)
+        least_epsilon = 1 - most if base else least
+        return FullBounds(
+            Fraction(1, 2) + error / _ulp(least_epsilon),
+            ((given + rest) / least + _U) * (1 + _U),
+        )
+
+    @cached_property
+    def proven(self) -> FullBounds:
+        """Bounds for the whole table."""
+        found = [self.bounds(i) for i in track(range(self.size), "proof")]
+        return FullBounds(*(max(values) for values in zip(*found, strict=True)))
+
+
+def ulp_of_w() -> Fraction:
+    """Return a bound of what the rounding of w = beta^5 v does to eps, in ulp: a number is at most 2^53 ulp."""
+    return of_w(DOUBLE) * 2**53
+
+
+def _ulp(number: Fraction) -> Fraction:
+    """Return the unit in the last place of numbers from this one on."""
+    exponent = number.numerator.bit_length() - number.denominator.bit_length()
+    return Fraction(2) ** ((exponent if number >= Fraction(2) ** exponent else exponent - 1) - 52)
+
+
+def _half_ulp(number: Fraction) -> Fraction:
+    return _ulp(number) / 2

@@ -1,0 +1,293 @@
+r"""Kernels from speed to eps without tables: a root by log2 and exp2, then a quotient with gaps; for GPUs and shaders.
+
+With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D of `half_line`:
+
+    elastic = D(y),    lost = v*^2 N(y) = y^6 N(y),    eps = elastic/(elastic + lost),
+    1 - eps^2 = (1 - eps)(1 + eps),    1 - eps = lost/(elastic + lost),
+
+the last without cancellation. There are no branches: w is cut off at 2^120 in type float, 2^900 in type double, where
+no power of y overflows, and eps is below 2e-12 and 2e-90.
+
+A `MachineArithmetic` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which
+`expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an
+absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, lru_cache
+from operator import itemgetter
+from typing import NamedTuple
+
+from flint import arb
+
+from viscopade.approximation.half_line import DEGREES_MORE, SHIFT, check
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels.expressions import (
+    Call,
+    Expression,
+    Literal,
+    Name,
+    Program,
+    Rounded,
+    Statement,
+    evaluate,
+    gaps,
+    horner_expression,
+    powers,
+    run,
+)
+from viscopade.kernels.forms.lacunary_rounding import BITS, DIGITS, ULPS, Part, Values, constants, largest
+
+ROOT = 30  # y = w^(1/ROOT)
+THIRTIETH = "thirtieth"
+FUNCTIONS = ("restitution", "rebound", "dissipation")
+LARGEST = {DOUBLE.name: 900, FLOAT.name: 120}
+"""w is cut off at 2 to this power."""
+
+COMMON = (Fraction(1, 1000), Fraction(10))
+"""The v* for which bounds of type float are given, too, besides those for all: they are smaller there."""
+
+_COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
+_TINY = Fraction(1, 2**40)
+_PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
+_PRODUCTS = 4  # beta beta, its square, times beta, times speed
+_SECOND_ORDER = 1 + Fraction(1, 1024)  # more than what products of small errors add
+
+Division = Callable[[Expression, Expression], Expression]
+
+
+def plain(top: Expression, bottom: Expression) -> Expression:
+    """Return top/bottom, written with the language's operator."""
+    return top / bottom
+
+
+def called(top: Expression, bottom: Expression) -> Expression:
+    """Return top/bottom, written as a call of a function `divide`."""
+    return Call("divide", (top, bottom))
+
+
+@dataclass(frozen=True)
+class MachineArithmetic:
+    """What is assumed of a machine's arithmetic; errors are in units in the last place of the result.
+
+    Attributes
+    ----------
+    type : Format
+        The type of all numbers.
+    model : Format
+        One in which rounding to nearest is at least as bad as the machine's rounding and underflow.
+    log2, exp2, quotient : Fraction
+        Largest errors of these operations.
+    log2_absolute : Fraction
+        An absolute error of log2, besides.
+    exp2_slope : Fraction
+        exp2(x) may be off by another exp2_slope |x|.
+    """
+
+    type: Format
+    model: Format
+    log2: Fraction
+    exp2: Fraction
+    quotient: Fraction
+    log2_absolute: Fraction = Fraction(0)
+    exp2_slope: Fraction = Fraction(0)
+
+    @property
+    def ulp(self) -> Fraction:
+        """The largest size of a unit in the last place, relative to the number."""
+        return Fraction(2) ** (1 - self.type.precision)
+
+
+def _library(form: Format) -> MachineArithmetic:
+    """Return IEEE arithmetic with the usual library of functions."""
+    return MachineArithmetic(form, form, Fraction(ULPS), Fraction(ULPS), Fraction(1, 2))
+
+
+LIBRARY = {form.name: _library(form) for form in (DOUBLE, FLOAT)}
+"""log2 and exp2, or log and exp, within 4 units in the last place, and arithmetic of IEEE 754."""
+
+DEVICE = MachineArithmetic(FLOAT, FLOAT, Fraction(2), Fraction(2), Fraction(2), log2_absolute=Fraction(1, 2**22))
+"""CUDA's __log2f, exp2f and __fdividef: the errors of the programming guide, and arithmetic of IEEE 754."""
+
+# Sums and products are one of the two neighbours, that is rounded to nearest with a bit less; and results below
+# 2^-126 may be replaced by 0, as if they were rounded to multiples of 2^-125.
+_SHADER_MODEL = Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits)
+SHADER = MachineArithmetic(
+    FLOAT, _SHADER_MODEL, Fraction(3), Fraction(3), Fraction(5, 2), Fraction(1, 2**21), exp2_slope=Fraction(2)
+)
+"""What Vulkan and WGSL guarantee."""
+
+
+class TableFreeKernel(NamedTuple):
+    """The program of a kernel.
+
+    Attributes
+    ----------
+    common : Program
+        From w to elastic and lost.
+    inverse : Statement
+        What dissipation needs, besides.
+    results : dict
+        Expressions by the name of the function; rebound also needs the speed.
+    """
+
+    common: Program
+    inverse: Statement
+    results: dict[str, Expression]
+
+
+class RoundingBound(NamedTuple):
+    """Proven bounds of what rounding adds to a function, relative to the formula's value.
+
+    Attributes
+    ----------
+    everywhere : str
+        For all w from the type's smallest normal number to the cut-off.
+    common : str
+        For v* in `COMMON`.
+    """
+
+    everywhere: str
+    common: str
+
+
+def w_program() -> Program:
+    """Return the assignments of w = beta^5 speed; beta^5 comes first, so that a compiler takes it out of loops."""
+    square, beta = Name("square"), Name("beta")
+    return Statement("square", beta * beta), Statement("w", square * square * beta * Name("speed"))
+
+
+def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2") -> TableFreeKernel:
+    """Return the program with given powers of y; `log` and `exp` have the same base, whichever.
+
+    Raises
+    ------
+    ValueError
+        If the powers are not those of a kernel for all v* >= 0.
+    """
+    check(form)
+    elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
+    top, bottom = (
+        horner_expression(exponents, [f"{letter}{k}" for k in exponents], "y")
+        for letter, exponents in (("a", form.top), ("b", form.bottom))
+    )
+    common = (
+        Statement("y", Call(exp, (Call(log, (Name("w"),)) * Name(THIRTIETH),))),
+        *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
+        Statement("elastic", bottom),
+        Statement("lost", Name(f"y{SHIFT}") * top),
+    )
+    restitution = quotient(elastic, elastic + lost)
+    results = {
+        "restitution": restitution,
+        "rebound": restitution * Name("speed"),
+        "dissipation": lost * inverse * (one + elastic * inverse),
+    }
+    return TableFreeKernel(common, Statement("inverse", quotient(one, elastic + lost)), results)
+
+
+def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float]:
+    """Return the program's constants by name."""
+    return {THIRTIETH: kind.nearest(Fraction(1, ROOT)), **constants(form, a, b)}
+
+
+# --- bounds of rounding errors ----------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=256)
+def bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
+    """Bound what rounding adds to each function where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
+
+    That of rebound holds where it is a normal number.
+
+    Raises
+    ------
+    ArithmeticError
+        If a sum may vanish, or a power overflow.
+    """
+    with working(BITS):
+        _check_overflow(form, a, b, machine.type)
+
+        @cache
+        def on(part: Part) -> Mapping[str, arb]:
+            return _on_part(form, a, b, machine, *part)
+
+        everywhere, common = (tuple(_parts(machine.type, *ends)) for ends in (_ends(machine.type), _COMMON_Y))
+        worst = {name: [largest(on, parts, itemgetter(name)) for parts in (everywhere, common)] for name in FUNCTIONS}
+        return {name: RoundingBound(*(rounded_up(size, DIGITS) for size in sizes)) for name, sizes in worst.items()}
+
+
+def _on_part(
+    form: Powers, a: Values, b: Values, machine: MachineArithmetic, low: Fraction, high: Fraction
+) -> Mapping[str, arb]:
+    """Return bounds of the relative errors for y from low to high."""
+    error = _error_of_y(machine, low, high)
+    y = ball_of(low).union(ball_of(high)) * (arb(0) + _plus_minus(error)).exp()
+    model = machine.model
+    given = {name: Rounded(arb(c), model) for name, c in constants(form, a, b).items()}
+    # The speed is exact, and the slope of rebound that at constant speed.
+    given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
+
+    def literal(text: str) -> Rounded:
+        return Rounded(ball_of(Fraction(text)), model)
+
+    def divide(top: Rounded, bottom: Rounded) -> Rounded:
+        result = top / bottom
+        more = ball_of(machine.quotient * machine.ulp)
+        result.relative = arb(((1 + result.relative) * (1 + more) - 1).abs_upper())
+        return result
+
+    program = kernel(form, called)
+    values = run((*program.common, program.inverse), given, literal, {"divide": divide})
+    found = {
+        name: evaluate(expression, values, literal, {"divide": divide}).with_error_of_y(error)
+        for name, expression in program.results.items()
+    }
+    return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in found.items()}
+
+
+def _error_of_y(machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
+    """Bound the error of ln y for y from low to high."""
+    size = arb(max(abs(ball_of(low).log()), abs(ball_of(high).log())).abs_upper())  # of ln y
+    unit = arb(2) ** -machine.model.precision
+    constant = abs(Fraction(machine.type.nearest(Fraction(1, ROOT))) * ROOT - 1)
+    of_w = _PRODUCTS * unit / ROOT
+    of_log2 = size * ball_of(machine.log2 * machine.ulp) + ball_of(machine.log2_absolute) * arb.const_log2() / ROOT
+    of_product = size * (unit + ball_of(constant))
+    of_exp2 = ball_of(machine.ulp) * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * size / arb.const_log2())
+    return arb(((of_w + of_log2 + of_product + of_exp2) * ball_of(_SECOND_ORDER)).abs_upper())
+
+
+def _plus_minus(radius: arb) -> arb:
+    return arb(0, radius)
+
+
+def _ends(form: Format) -> Part:
+    """Return the y of the smallest normal w and of the largest, rounded outwards."""
+    low, high = (Fraction(2.0 ** (e / ROOT)) for e in (1 - form.largest, LARGEST[form.name]))
+    return low * (1 - _TINY), high * (1 + _TINY)
+
+
+def _parts(form: Format, first: Fraction, last: Fraction) -> Iterator[Part]:
+    """Yield parts of octaves, from one y to another."""
+    for octave in range((1 - form.largest) // ROOT, -(-LARGEST[form.name] // ROOT) + 1):
+        start, number = Fraction(2) ** octave, _PARTS[octave >= 0]
+        for i in range(number):
+            low, high = (start * (1 + Fraction(k, number)) for k in (i, i + 1))
+            if low < last and high > first:
+                yield max(low, first), min(high, last)
+
+
+def _check_overflow(form: Powers, a: Values, b: Values, kind: Format) -> None:
+    """Raise an ArithmeticError if a power or a sum may overflow at the cut-off; sums are largest there."""
+    y = Fraction(2) ** (-(-LARGEST[kind.name] // ROOT))
+    degree = SHIFT + form.bottom[-1] + DEGREES_MORE
+    if y**degree * sum(abs(Fraction(c)) for c in (*a, *b)) * 2 >= Fraction(2) ** kind.largest:
+        raise ArithmeticError(f"powers up to y^{degree} may overflow in type {kind.name}")

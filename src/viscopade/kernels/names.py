@@ -1,0 +1,15 @@
+"""The words by which kernels and their files are asked for."""
+
+TARGETS = (
+    *("c", "python", "csv", "json", "latex", "certificates"),
+    *("cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"),
+)
+"""Kinds of files with kernels: languages, and tables of numbers."""
+SERIES_ORDER, SERIES_DIGITS = 60, 50
+"""What a file with the coefficients h_k holds unless more are asked for."""
+
+FULL = "full"
+TIERS = ("1e-3", "1e-5", "1e-7", "1e-10", FULL)
+"""Accuracies of the kernels from speed to eps."""
+FAST, SMALL = "fast", "small"
+"""Sizes of their tables."""

@@ -1,0 +1,223 @@
+"""Kernels in powers of a root, with their proofs: from a fit to what the exporters need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import NamedTuple, TypeVar, get_args
+
+from viscopade import arguments
+from viscopade.approximation import half_line, inverse, remez
+from viscopade.approximation.half_line import BEST
+from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.approximation.measure import Measure
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.collision.exact import Exact
+from viscopade.kernels import certificate
+from viscopade.kernels.certificate import Certificate
+from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.lacunary_formulas import HalfLineFormula, LacunaryInverse
+from viscopade.kernels.forms.lacunary_rounding import Size
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, RootPowerVariant, interval_start
+from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.names import FAST, FULL
+
+LOOSER = 2  # a float's bound may exceed that of the double by this factor
+LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
+EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
+FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
+SAFE = Fraction(51, 50)  # a proven bound, rounded up to three digits, exceeds the sampled error by less
+HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
+
+SOURCES = {
+    "both": "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y",
+    "relative": "best N/D found in the measure |error|/eps over all v* >= 0, with these powers of y",
+    "speed": "best N/D in the relative error of v*",
+}
+
+Choice = TypeVar("Choice")
+Found = TypeVar("Found", HalfLineKernel, InverseKernel)
+
+
+class _Formula(NamedTuple):
+    """How a formula with given coefficients is proven, and its roundings bounded."""
+
+    prove: Callable[[LacunaryQuotient], Certificate]
+    sizes: Callable[[tuple[float, ...], tuple[float, ...], Format], dict[str, Size]]
+
+
+def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKernel:
+    """Return the kernel for all v* >= 0 with the fewest coefficients that is proven to be accurate enough.
+
+    Parameters
+    ----------
+    accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        From 1e-15 to 0.99, for type double and with rounding.
+    measure : "both" or "relative"
+        What the error is relative to: the smaller of eps and 1 - eps, or eps.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not accepted, or none of the known kernels is accurate enough.
+    """
+    wanted = _accuracy(accuracy)
+    if measure not in get_args(Measure):
+        raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
+    candidates = ((half_line.fit(powers, measure).error, powers) for powers in BEST[measure])
+    return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
+
+
+@lru_cache(maxsize=64)
+def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
+    """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit`."""
+    fit = half_line.fit(powers, measure)
+    formula = _Formula(
+        lambda q: certificate.prove_to_infinity(HalfLineFormula(q.top, q.bottom), measure),
+        lambda a, b, form: lacunary_rounding.half_line_sizes(powers, a, b, form),
+    )
+    return HalfLineKernel(powers, *_variants(fit.quotient, formula), SOURCES[measure])
+
+
+def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
+    """Return the kernel for v*(eps) with the fewest coefficients that is proven to be accurate enough.
+
+    Parameters
+    ----------
+    accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        Relative error of v*, from 1e-15 to 0.99, for type double and with rounding.
+    epsilon_min : like accuracy
+        0 for all 0 < eps <= 1, or from 2e-4 to 0.99 for a kernel on [epsilon_min, 1]. For such ones the degrees m and
+        n of numerator and denominator are tried that differ by at most `FARTHEST`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not accepted, or no kernel is accurate enough.
+    """
+    wanted = _accuracy(accuracy)
+    low = arguments.exact(
+        "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or _inside(e, *EPSILON_MIN)
+    )
+    if low == 0:
+        fits = ((inverse.fit_whole(powers).error, powers) for powers in inverse.WHOLE)
+        return _first(wanted, fits, of_inverse)
+    return _first(wanted, _on_interval(wanted, low), lambda degrees: of_inverse_on(*degrees, low))
+
+
+@lru_cache(maxsize=64)
+def of_inverse(powers: Powers) -> InverseKernel:
+    """Return the best kernel for 0 < eps <= 1 with given powers; errors as for `inverse.fit_whole`."""
+    return _of_inverse(inverse.fit_whole(powers).quotient, Fraction(0))
+
+
+@lru_cache(maxsize=64)
+def of_inverse_on(m: int, n: int, epsilon_min: Fraction) -> InverseKernel:
+    """Return the best kernel for epsilon_min <= eps <= 1 with given degrees; errors as for `inverse.fit_interval`."""
+    return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min)).quotient, epsilon_min)
+
+
+def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKernel:
+    low = interval_start(epsilon_min)
+    root = INTERVAL_ROOT if low else WHOLE_ROOT
+    formula = _Formula(
+        lambda q: certificate.prove_inverse(LacunaryInverse(q.top, q.bottom, root), low),
+        lambda a, b, form: lacunary_rounding.inverse_sizes(quotient.powers, root, low, a, b, form),
+    )
+    return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)
+
+
+def _accuracy(accuracy: Exact) -> Fraction:
+    return arguments.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: _inside(x, LEAST, MOST))
+
+
+def _inside(number: Fraction, low: Fraction, high: Fraction) -> bool:
+    return low <= number <= high
+
+
+def _first(wanted: Fraction, candidates: Iterable[tuple[float, Choice]], make: Callable[[Choice], Found]) -> Found:
+    """Return the first kernel that is proven to be accurate enough, rounding in type double included.
+
+    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
+    """
+    best = Fraction(1)
+    for error, choice in candidates:
+        best = min(best, Fraction(error) * SAFE)
+        if error > wanted:
+            continue
+        kernel = make(choice)
+        total = kernel.variant(DOUBLE).total(kernel.checked)
+        if total <= wanted:
+            return kernel
+        best = min(best, total)
+    raise ValueError(
+        f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
+    )
+
+
+def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[float, tuple[int, int]]]:
+    """Yield the sampled errors and degrees on [epsilon_min, 1], those with fewest coefficients and least error first.
+
+    Degrees are left out where the most equal ones with the same sum are not accurate enough by far.
+    """
+    for total in range(2 * inverse.MAX_DEGREE + 1):
+        degrees = [(m, total - m) for m in range(total + 1) if abs(total - 2 * m) <= FARTHEST]
+        degrees.sort(key=lambda pair: (abs(pair[1] - pair[0]), pair))
+        found: list[tuple[float, tuple[int, int]]] = []
+        for m, n in degrees:
+            if max(m, n) > inverse.MAX_DEGREE or (found and min(found)[0] > HOPELESS * wanted):
+                continue
+            with suppress(remez.NoBest):
+                found.append((inverse.fit_interval(m, n, interval_start(epsilon_min)).error, (m, n)))
+        yield from sorted(found)
+
+
+def _variants(
+    quotient: LacunaryQuotient, formula: _Formula
+) -> tuple[tuple[RootPowerVariant, ...], tuple[tuple[str, str], ...]]:
+    """Return the kernel in type double, and in type float if it is about as accurate; or why it is not."""
+    first = _variant(quotient, formula, DOUBLE)
+    allowed = LOOSER * Fraction(first.certificate.bound)
+    try:
+        second = _variant(quotient, formula, FLOAT)
+        if Fraction(second.certificate.bound) > allowed:
+            raise ValueError(f"with coefficients of that type the error would be {second.certificate.bound}")
+    except (ValueError, ArithmeticError) as error:
+        return (first,), ((FLOAT.name, str(error)),)
+    return (first, second), ()
+
+
+def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> RootPowerVariant:
+    a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
+    rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
+    return RootPowerVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
+
+
+@cache
+def speed_kernel(tier: str, size: str = FAST) -> SpeedKernel:
+    """Return a kernel.
+
+    Parameters
+    ----------
+    tier : str
+        One of `TIERS`.
+    size : "fast" or "small"
+        The small tables need more operations.
+
+    Raises
+    ------
+    ValueError
+        If there is no such kernel.
+    """
+    if tier == FULL and size == FAST:
+        return SpeedKernel(FULL, FullTable(), None)
+    if (tier, size) not in TABLES:
+        known = ", ".join(f"{name} ({which})" for name, which in [*TABLES, (FULL, FAST)])
+        raise ValueError(f"the kernel of speed asked for is {tier} ({size}): accepted are {known}")
+    slow = half_line_kernel(tier) if tier in HALF_LINE else None
+    return SpeedKernel(tier, TABLES[tier, size], slow)

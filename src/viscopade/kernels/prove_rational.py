@@ -1,0 +1,180 @@
+"""Kernels with their proofs: from an approximant to what the exporters need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+from functools import lru_cache
+from typing import SupportsIndex
+
+from flint import arb
+
+from viscopade import arguments
+from viscopade.approximation import cheapest, machine_coefficients, minimax
+from viscopade.approximation.measure import Measure
+from viscopade.arithmetic.balls import known_decimal, working
+from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.collision.exact import Exact
+from viscopade.kernels import certificate, rounding
+from viscopade.kernels.certificate import Certificate, Rational, RationalDerivative
+from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
+from viscopade.kernels.forms.quotient import PadeKernel, threshold
+from viscopade.theory.pade import Pade, Root, pade
+
+DIGITS = 40  # of the coefficients of Padé approximants
+USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))  # v* up to which errors of Padé approximants are stated
+
+LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
+ATTEMPTS = 8
+LOOSER = 2  # a float's bound may exceed that of the double by this factor
+
+# Plain ASCII: it stands in source files that compilers with other character sets read.
+PADE_SOURCE = (
+    "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
+    f"motion; coefficients proven to {DIGITS} digits"
+)
+MINIMAX_SOURCE = {
+    "both": "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/min(eps, 1 - eps)",
+    "relative": "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/eps",
+}
+
+
+@lru_cache(maxsize=32)
+def of_pade(m: int, n: int) -> PadeKernel:
+    """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
+
+    Errors as for `pade.pade`.
+    """
+    approximant = pade(m, n, DIGITS)
+    bare = without_proof(approximant)
+    ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
+    bounds: list[Certificate] = []
+    for end in ends:
+        try:
+            bounds.append(certificate.prove(Rational(*bare.exact), Fraction(0), end))
+        except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
+            break
+    return _with_bounds(bare, tuple(bounds)) if bounds else bare
+
+
+def without_proof(approximant: Pade) -> PadeKernel:
+    """Return the kernel of a Padé approximant, with `DIGITS` digits."""
+    a, b = (tuple(map(Decimal, values)) for values in approximant.decimals(DIGITS))
+    # The exporters state [m/n] - eps at order m + n + 1, whether or not the approximant does better.
+    better = approximant.contact_order > approximant.m + approximant.n
+    return PadeKernel(
+        m=approximant.m,
+        n=approximant.n,
+        a=a,
+        b=b,
+        next_term=Decimal(0 if better else known_decimal(-approximant.next_term, 10)),
+        pole=_first_positive(approximant.poles),
+        zero=_first_positive(approximant.zeros),
+        source=PADE_SOURCE,
+    )
+
+
+def _first_positive(roots: Sequence[Root]) -> Decimal | None:
+    """Return the first of the roots, ordered by size, that is proven to be real and positive."""
+    root = next((root for root in roots if root.positive), None)
+    return None if root is None else Decimal(root.decimals(DIGITS)[0])
+
+
+def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKernel:
+    """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
+    sizes = []
+    for form in FORMATS.values():
+        end = bounds[-1].high or Fraction(0)
+        try:
+            bare.rounded(form)
+            _require_horner(bare.label, *bare.exact, form, end)
+        except ValueError:
+            continue
+        size = rounding.quotient(*bare.exact, form, Fraction(0), end, coefficients=True)
+        sizes.append((form.name, _relative_to_eps(size, max(Fraction(bound.bound) for bound in bounds))))
+    return replace(bare, bounds=bounds, rounding=tuple(sizes))
+
+
+@lru_cache(maxsize=64)
+def of_minimax(
+    m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
+) -> MinimaxKernel:
+    """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
+    return _with_proofs(minimax.fit(m, n, v_star_max, v_star_min, measure))
+
+
+@lru_cache(maxsize=64)
+def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
+    """Return the cheapest kernel whose proven errors, by formula and by rounding in type double, add up to `accuracy`.
+
+    (The former is relative to what `measure` says, the latter to eps.)
+    Arguments and errors as for `minimax.choose`.
+    """
+    wanted = limit = arguments.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
+    for _ in range(ATTEMPTS):
+        chosen = cheapest.choose(limit, v_star_max, v_star_min, measure=measure)
+        kernel = _with_proofs(chosen.fit, wanted)
+        error = _total(kernel.variants[0])
+        if error <= wanted:
+            return kernel
+        limit = min(limit, Fraction(chosen.error)) * min(wanted / error, Fraction(99, 100))
+    raise ArithmeticError(f"no kernel was proven to be as accurate as {float(wanted):g}")
+
+
+def _total(variant: MinimaxVariant) -> Fraction:
+    return Fraction(variant.certificate.bound) + Fraction(variant.rounding)
+
+
+def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKernel:
+    """Return the kernel, with a variant of type float if that is about as accurate, or within the limit."""
+    variants = [_variant(fit, DOUBLE)]
+    allowed = limit or LOOSER * Fraction(variants[0].certificate.bound)
+    missing = []
+    try:
+        variant = _variant(fit, FLOAT)
+        error = Fraction(variant.certificate.bound) if limit is None else _total(variant)
+        if error > allowed:
+            raise ValueError(f"the error would be {float(error):.3g}")
+        variants.append(variant)
+    except (ValueError, ArithmeticError) as error:
+        missing.append((FLOAT.name, str(error)))
+    return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), MINIMAX_SOURCE[fit.measure])
+
+
+def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
+    machine = machine_coefficients.machine(fit, form)
+    _require_horner(fit.label, *machine.exact, form, fit.interval[1])
+    bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
+    size = rounding.quotient(*machine.exact, form, *fit.interval)
+    slope = _derivative(machine, form, fit.interval)
+    return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
+
+
+def _derivative(
+    machine: machine_coefficients.MachineFit, form: Format, interval: tuple[Fraction, Fraction]
+) -> Derivative | None:
+    """Return the derivative with its proof; None if it cannot be proven, or not be held by the format."""
+    exact = RationalDerivative.of(Rational(*machine.exact))
+    try:
+        t = tuple(form.nearest(c) for c in exact.t)
+        rounded = RationalDerivative(tuple(map(Fraction, t)), exact.b)
+        bound = certificate.prove_derivative(rounded, *interval)
+        size = rounding.derivative(rounded.t, rounded.b, form, *interval)
+    except (ArithmeticError, ValueError):
+        return None
+    return Derivative(t, bound, _relative_to_eps(size, Fraction(bound.bound)))
+
+
+def _require_horner(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format, end: Fraction) -> None:
+    """Raise ValueError if the exported code evaluates something up to v* = end in powers of 1/v*: not proven."""
+    if 2 ** threshold(label, a, b, form) < end:
+        raise ValueError(f"{label}: sums could overflow in type {form.name} before v* = {float(end):g}")
+
+
+def _relative_to_eps(size: arb, error: Fraction) -> str:
+    """Return a bound relative to the formula's value as one relative to eps, given the relative error of the former."""
+    with working(64):
+        return rounded_up(size * (1 + arb(error.numerator) / error.denominator), 2)

@@ -1,0 +1,53 @@
+"""What the kernels of the catalogue compute, on NumPy arrays, without the compiled code's rounding."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from viscopade.approximation import half_line
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
+from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Table
+from viscopade.kernels.names import FULL
+from viscopade.kernels.registry import Entry
+
+
+def epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
+    """Return eps by an entry's formula.
+
+    Tables end at some v*; beyond, as in the code, the formula of the half-line holds. Full accuracy is the exact eps,
+    but for rounding, where it is used beyond a table as well.
+    """
+    if entry.tier == FULL:
+        return np.asarray(double.epsilon(v_star))
+    table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
+    if table is None:
+        return _half_line(entry.tier).epsilon(v_star)
+    beyond = _half_line(entry.tier).epsilon(v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
+    return np.where(_inside(table, v_star), _of_table(table, v_star), beyond)
+
+
+@lru_cache(maxsize=8)
+def _half_line(tier: str) -> half_line.HalfLine:
+    return half_line.kernel(float(tier), "both")
+
+
+def _inside(table: Table, v_star: FloatArray) -> FloatArray:
+    exponent = np.frexp(v_star**10)[1] - 1
+    return np.asarray((table.first <= exponent) & (exponent < table.first + OCTAVES))
+
+
+def _of_table(table: Table, v_star: FloatArray) -> FloatArray:
+    """Return base + p, p being the polynomial in the mantissa of w = v*^10 of its row."""
+    mantissa, exponent = np.frexp(v_star**10)
+    m, e = 2 * mantissa, exponent - 1
+    e = np.clip(e, table.first, table.first + OCTAVES - 1)
+    row = ((e - table.first) << table.split) + ((m - 1) * (1 << table.split)).astype(np.int64)
+    coefficients = np.asarray(table.rows)[row]
+    p = np.zeros_like(m)
+    for c in coefficients.T[::-1]:
+        p = c + m * p
+    return np.asarray(np.where(e < SWITCH, 1.0, 0.0) + p)

@@ -1,0 +1,258 @@
+"""Which files `exports/` holds, and the command that makes each: `viscopade reproduce` writes all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
+
+from viscopade.approximation.measure import Measure
+from viscopade.kernels import prove_lacunary, prove_rational
+from viscopade.kernels.forms import speed_kernel
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel
+from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
+from viscopade.kernels.targets import c, last_place, python, root_powers, speed, table_free, tables
+from viscopade.progress import track
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
+
+PAPER_DEGREES = tuple(TABLE)
+
+Degrees = Sequence[tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What `viscopade export` is asked for, each kernel in the words of its option.
+
+    A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
+    interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), those of full accuracy, or one
+    from speed to eps.
+
+    Attributes
+    ----------
+    full : bool
+        The kernels of full accuracy, in C.
+    pade, minimax : sequence of (m, n)
+        Degrees of Padé and of best approximants.
+    accuracy : sequence of str
+        Proven errors: the cheapest best approximant on the interval, or the smallest kernel for all v* >= 0.
+    inverse : sequence of str
+        Proven relative errors of v*(eps).
+    from_speed : sequence of str
+        At most one of `names.TIERS`: a kernel that needs no root, in C.
+    size : "fast" or "small"
+        Of its table.
+    v_star_min, v_star_max : str or None
+        Interval of the best approximants.
+    epsilon_min : str
+        Where the inverse ends; "0" for all of (0, 1].
+    measure : "both" or "relative"
+        Of the error of best approximants.
+    """
+
+    full: bool = False
+    pade: Degrees = ()
+    minimax: Degrees = ()
+    accuracy: Sequence[str] = ()
+    inverse: Sequence[str] = ()
+    from_speed: Sequence[str] = ()
+    size: str = FAST
+    v_star_min: str = "0"
+    v_star_max: str | None = None
+    epsilon_min: str = "0"
+    measure: Measure = "both"
+
+    def __post_init__(self) -> None:
+        if self.minimax and self.v_star_max is None:
+            raise ValueError("a best approximant needs an interval: accepted is also v_star_max (--v-star-max)")
+        if not (self.minimax or self.accuracy) and (self.v_star_max, self.v_star_min) != (None, "0"):
+            raise ValueError(
+                "an interval is for best approximants: accepted is also minimax or accuracy (--minimax, --accuracy)"
+            )
+        if self.v_star_max is None and self.v_star_min != "0":
+            raise ValueError("the interval has no end: accepted is also v_star_max (--v-star-max)")
+        if not self.inverse and self.epsilon_min != "0":
+            raise ValueError("epsilon_min is for inverse kernels: accepted is also inverse (--inverse)")
+        if self.size != FAST and not self.from_speed:
+            raise ValueError("size is for kernels of speed: accepted is also from_speed (--from-speed)")
+        if len(self.from_speed) > 1:
+            raise ValueError(f"from_speed is {', '.join(self.from_speed)}: accepted is one kernel to a file")
+        if len(self._kinds) > 1:
+            kinds = " and ".join(kind.name for kind in self._kinds)
+            raise ValueError(f"{kinds} are of different kinds: accepted is one kind to a file")
+
+    @property
+    def _kinds(self) -> list[Kind]:
+        """The kinds of kernels asked for."""
+        return [kind for kind in KINDS if kind.wanted(self)]
+
+    def command(self, target: str) -> str:
+        """Return the command line."""
+        words = ["viscopade export", target]
+        for option in fields(self):
+            value = getattr(self, option.name)
+            if value != option.default:
+                given = [""] if value is True else [value] if isinstance(value, str) else value
+                texts = (item if isinstance(item, str) else "/".join(map(str, item)) for item in given)
+                words += (f"--{option.name.replace('_', '-')} {text}".rstrip() for text in texts)
+        return " ".join(words)
+
+    def quotients(self) -> list[Quotient]:
+        """Return the quotients of polynomials, with their proofs.
+
+        Raises
+        ------
+        ValueError
+            If an approximant does not exist, or cannot be as accurate as wanted.
+        """
+        ends = self.v_star_max, self.v_star_min, self.measure
+        found: list[Quotient] = [prove_rational.of_pade(m, n) for m, n in self.pade]
+        found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)
+        chosen = _by_name(prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
+        return [*found, *chosen]
+
+    def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
+        """Return the kernels for the half-line and for the inverse, with their proofs; errors as for `quotients`."""
+        half_lines = _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
+        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
+        return [*half_lines, *inverses]
+
+    def render(self, target: str) -> str:
+        """Return the text that `viscopade export` makes.
+
+        Raises
+        ------
+        ValueError
+            For an unknown target, an approximant that does not exist, or the same one twice.
+        """
+        if target not in TARGETS:
+            raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
+        kind = (self._kinds or KINDS)[0]
+        if target not in kind.renderers:
+            raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.renderers)}")
+        return kind.renderers[target](kind.kernels(self), self.command(target))
+
+
+Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
+
+
+def _by_name(kernels: Iterable[Named]) -> list[Named]:
+    """Return each kernel once: one may be the smallest for several accuracies."""
+    return list({kernel.name: kernel for kernel in kernels}.values())
+
+
+class Kind(NamedTuple):
+    """Kernels that may stand in one file: their name, and whether a request asks for such.
+
+    `kernels` gives what it asks for, with the proofs; `renderers` make the file's text of that and the command line.
+    """
+
+    name: str
+    wanted: Callable[[Request], object]
+    kernels: Callable[[Request], Any]
+    renderers: Mapping[str, Callable[[Any, str], str]]
+
+
+KINDS = (
+    Kind(
+        "quotients of polynomials",
+        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
+        Request.quotients,
+        {"c": c.render, "python": python.render, "csv": tables.csv, "json": tables.json, "latex": tables.latex}
+        | {"certificates": tables.certificates},
+    ),
+    Kind(
+        "kernels in powers of a root",
+        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
+        Request.in_powers_of_a_root,
+        {"c": root_powers.render_c, "python": root_powers.render_python, "json": tables.records}
+        | {"certificates": tables.certificates}
+        | {target: partial(table_free.render, target) for target in table_free.TARGETS},
+    ),
+    Kind(
+        "kernels of full accuracy",
+        lambda asked: asked.full,
+        lambda asked: None,
+        {"c": lambda _, command: last_place.render(command)},
+    ),
+    Kind(
+        "kernels of speed",
+        lambda asked: asked.from_speed,
+        lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
+        {"c": speed.render},
+    ),
+)
+
+PAPER = Request(pade=PAPER_DEGREES)
+RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
+
+HALF_LINE = Request(accuracy=speed_kernel.HALF_LINE)
+INVERSE = Request(inverse=("1e-3", "1e-5"))
+
+
+def default(target: str) -> Request:
+    """Return what a file holds if nothing is asked for: the paper's table, or the kernels for all v* >= 0."""
+    return HALF_LINE if target in table_free.TARGETS else PAPER
+
+
+_FILES = {
+    "viscopade_pade.h": (PAPER, "c"),
+    "viscopade_pade.py": (PAPER, "python"),
+    "pade_table.csv": (PAPER, "csv"),
+    "pade_table.json": (PAPER, "json"),
+    "pade_table.tex": (PAPER, "latex"),
+    "pade_certificates.json": (PAPER, "certificates"),
+    "viscopade_minimax.h": (RECOMMENDED, "c"),
+    "viscopade_minimax.py": (RECOMMENDED, "python"),
+    "minimax_table.json": (RECOMMENDED, "json"),
+    "minimax_certificates.json": (RECOMMENDED, "certificates"),
+    "viscopade_half_line.h": (HALF_LINE, "c"),
+    "viscopade_half_line.py": (HALF_LINE, "python"),
+    "half_line_certificates.json": (HALF_LINE, "certificates"),
+    "viscopade.cuh": (HALF_LINE, "cuda"),
+    "viscopade.glsl": (HALF_LINE, "glsl"),
+    "viscopade.wgsl": (HALF_LINE, "wgsl"),
+    "viscopade.mjs": (HALF_LINE, "javascript"),
+    "viscopade.f90": (HALF_LINE, "fortran"),
+    "viscopade.rs": (HALF_LINE, "rust"),
+    "viscopade.jl": (HALF_LINE, "julia"),
+    "viscopade_inverse.h": (INVERSE, "c"),
+    "viscopade_inverse.py": (INVERSE, "python"),
+    "inverse_certificates.json": (INVERSE, "certificates"),
+    "viscopade_full.h": (Request(full=True), "c"),
+    **{speed_kernel.file_of(tier): (Request(from_speed=(tier,)), "c") for tier in TIERS},
+}
+
+
+def render(target: str, degrees: Degrees = PAPER_DEGREES) -> str:
+    """Return the text that `viscopade export TARGET --pade …` makes; errors as for `Request.render`."""
+    return Request(pade=degrees).render(target)
+
+
+def render_series(target: str, order: int, digits: int) -> str:
+    """Return the table of h_0 … h_order as CSV or JSON, with its provenance."""
+    command = f"viscopade export series-{target} --order {order} --digits {digits}"
+    renderer = {"csv": tables.series_csv, "json": tables.series_json}[target]
+    return renderer(series(order, digits).decimals(), command)
+
+
+_SERIES = {f"series.{target}": target for target in ("csv", "json")}
+NAMES = (*_FILES, *_SERIES)
+"""The files in `exports/`."""
+
+
+def file(name: str) -> str:
+    """Return the text of a file in `exports/`."""
+    if name in _SERIES:
+        return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
+    request, target = _FILES[name]
+    return request.render(target)
+
+
+def files() -> dict[str, str]:
+    """Return name and text of every file in `exports/`."""
+    return {NAMES[i]: file(NAMES[i]) for i in track(range(len(NAMES)), "exports")}

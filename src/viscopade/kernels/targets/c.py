@@ -1,0 +1,130 @@
+"""The C header: C99, also valid C++ from C++98 on, without dependencies but math.h."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import Any
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.generated import WIDTH, template
+from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.targets.wording import distinct, horner_text, preamble
+from viscopade.kernels.v_star import speed_note
+
+NAMES = {
+    "pade_M_N": "for the Pade approximant [M/N].",
+    "minimax_M_N_vV_B": "for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
+    "(p stands for the decimal point, m for the minus of an exponent).",
+}
+"""By the form of the functions' names, what they stand for."""
+
+
+def render(kernels: Sequence[Quotient], command: str) -> str:
+    """Return the header's text, with functions of type double and float for every kernel.
+
+    The float functions of a kernel are left out, with a comment that says why, where a coefficient is not a
+    normal number of type float or the sums cannot be kept below its largest number.
+
+    Parameters
+    ----------
+    kernels : sequence of Quotient
+        At least one, no two of the same degrees.
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If a kernel does not fit type double either, or `command` is not one line.
+    """
+    blocks = [_block(kernel) for kernel in distinct(kernels)]
+    types = {variant["type"] for block in blocks for variant in block["variants"]}
+    lines = [*preamble(kernels, command), *speed_note(kernels, [f for f in FORMATS.values() if f.name in types])]
+    head = "\n".join(f" * {line}".rstrip() for line in lines)
+    has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
+    patterns = {kernel.pattern for kernel in kernels}
+    names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
+    return template(__name__, "header.h.jinja").render(
+        head=head, blocks=blocks, names=names, has_derivative=has_derivative
+    )
+
+
+def _block(kernel: Quotient) -> dict[str, Any]:
+    """Return what the template needs of one kernel."""
+    variants, reasons = [], []
+    for form in (DOUBLE, FLOAT):
+        try:
+            variants.append(_variant(kernel, form))
+        except ValueError as error:
+            if form == DOUBLE:
+                raise
+            reasons += wrap(f"There are no functions of type {form.name}: {error}.", WIDTH)
+    return {
+        "kernel": kernel,
+        "proven": [line for fact in kernel.proven for line in wrap(fact, WIDTH)],
+        "guard": f"VISCOPADE_{kernel.name.upper()}",
+        "variants": variants,
+        "missing": "\n * ".join(reasons),
+    }
+
+
+def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
+    """Return what the template needs of one kernel's functions in one type."""
+    a, b = kernel.rounded(form)
+    numerator, denominator = _names("a", a), _names("b", b)
+    # Reversed, numerator and denominator are polynomials in u = 1/v*, and a power of u or v* is left over.
+    power = len(a) - len(b)
+    return {
+        "type": form.name,
+        "suffix": form.suffix,
+        "zero": form.decimal(0.0),
+        "one": form.decimal(1.0),
+        "nan": f'nan{form.suffix}("")',
+        "constants": [
+            (name, _constant(value, form))
+            for name, value in zip(numerator + denominator, a + b, strict=True)
+            if name is not None
+        ],
+        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
+        "far_threshold": _constant(2.0 ** kernel.threshold(form), form),
+        "is_constant": len(a) == len(b) == 1,
+        "derivative": _derivative(kernel, form),
+    }
+
+
+def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
+    """Return what the template needs of the derivative v* T/D^2 in one type."""
+    found = kernel.derivative(form)
+    if found is None:
+        return None
+    (t, b), threshold = found
+    numerator, denominator = _names("t", t), _names("b", b)
+    power = len(t) - 2 * (len(b) - 1)  # left over, if T and D are polynomials in u = 1/v*
+    return {
+        "constants": [
+            (name, _constant(value, form))
+            for name, value in zip(numerator + denominator, t + b, strict=True)
+            if name is not None
+        ],
+        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
+        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
+        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
+        "far_threshold": _constant(2.0**threshold, form),
+    }
+
+
+def _names(letter: str, values: Sequence[float]) -> list[str | None]:
+    """Return the coefficients' names, None for those that are zero."""
+    return [f"{letter}{i}" if value else None for i, value in enumerate(values)]
+
+
+def _constant(value: float, form: Format) -> str:
+    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
+
+
+def _wrapped(expression: str, indent: int) -> str:
+    """Wrap an expression that begins somewhere in a line, with its further lines indented."""
+    return f"\n{' ' * (indent + 4)}".join(wrap(expression, WIDTH - 32, drop_whitespace=True))

@@ -1,0 +1,196 @@
+"""The C header with the functions of full accuracy, `viscopade.kernels.forms.last_place`: C99, also valid C++17."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from fractions import Fraction
+from textwrap import wrap
+
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.arrays.panels import FIRST, FOLD
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.forms import last_place
+
+_FRACTION_BITS = {"double": 52, "float": 23}
+_BIAS = {"double": 1023, "float": 127}
+
+
+def render(command: str) -> str:
+    """Return the header's text, with eps and 1 - eps in double and in float.
+
+    Parameters
+    ----------
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If `command` is not one line.
+    """
+    head = "\n".join(f" * {line}".rstrip() for line in _head(command))
+    return template(__name__, "full.h.jinja").render(head=head, **_octaves(), double=_double(), float=_float())
+
+
+def render_double() -> str:
+    """Return the functions of type double without the comment that begins the file."""
+    return template(__name__, "full_double.h.jinja").render(**_octaves(), double=_double())
+
+
+def _octaves() -> dict[str, int]:
+    return {"first": FIRST, "fold": FOLD, "top": FOLD + last_place.PERIOD, "per_octave": 2**last_place.SPLIT}
+
+
+def _head(command: str) -> list[str]:
+    """Return the lines of the comment that begins the file."""
+    return [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres, and 1 - eps, as functions of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity; beta is that of the",
+        "paper's eq:betadef. These are the exact functions, to the last place of the type:",
+        "",
+        "    double viscopade_epsilon_full(double v_star)    double viscopade_one_minus_epsilon_full(double v_star)",
+        "    float viscopade_epsilon_fullf(float v_star)     float viscopade_one_minus_epsilon_fullf(float v_star)",
+        "",
+        "1 - eps is accurate however near eps is to 1, and eps however small it is.",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        "domain: all v* >= 0",
+        *_error_lines(),
+        *wrap(_table_line(), WIDTH, subsequent_indent="    "),
+        "",
+        "What the functions return:",
+        "",
+        "    v_star              epsilon                    one_minus_epsilon",
+        "    0, -0               1                          0",
+        "    +infinity           0                          1",
+        "    negative, NaN       NaN                        NaN",
+        "    large               denormal numbers, then 0   1",
+        "    small               1                          denormal numbers, then 0",
+        "",
+        *wrap(
+            "C99 or later; C++17 or later, for the hexadecimal constants (the older C++ of GNU has them, too: "
+            "-std=gnu++11). Needed of the machine: IEEE 754 formats, rounding to nearest, operations of type double in "
+            "that type (FLT_EVAL_METHOD 0: not the x87 unit). Fused multiplications do no harm.",
+            WIDTH,
+        ),
+        "",
+        *wrap(
+            "With -ffast-math the bounds are not promised: sums may be reordered and denormal numbers set to 0, and "
+            "nothing is promised for NaN, infinities and negative numbers but that no table is read out of its range.",
+            WIDTH,
+        ),
+    ]
+
+
+def _error_lines() -> list[str]:
+    lines = ["error in units in the last place (ulp) of the true value, proven for the code below:"]
+    for form in FORMATS:
+        for function in last_place.FUNCTIONS:
+            maximum = last_place.certificate(form, function)["maximum"]
+            lines.append(f"    {form + ',':<8}{function + ':':<19}at most {_rounded_up(maximum)}")
+    underflow = max(last_place.certificate("double", function)["underflow"] for function in last_place.FUNCTIONS)
+    lines.append(f"    in double, where results are denormal: at most {_rounded_up(underflow)} of the smallest number")
+    return lines
+
+
+def _table_line() -> str:
+    sizes = tuple(map(table_bytes, last_place.DEGREES))
+    return "tables: {} bytes for double, {} bytes for float; in each translation unit that uses them".format(*sizes)
+
+
+def table_bytes(form: str) -> int:
+    """Return the size of the table for "double" or "float"."""
+    rows = _double_rows() if form == DOUBLE.name else last_place.float_rows()
+    return 8 * len(rows) * len(rows[0])
+
+
+def _rounded_up(ulp: float) -> str:
+    """Return a bound with as many decimals as show its distance from 1/2."""
+    digits = 1 - math.floor(math.log10(ulp - 0.5))
+    return f"{math.ceil(Fraction(ulp) * 10**digits) / 10**digits:.{digits}f}"
+
+
+def _double_rows() -> list[tuple[float, ...]]:
+    return [row.numbers for row in last_place.double_rows()]
+
+
+def _double() -> dict[str, object]:
+    near = last_place.near("double")
+    rows = _double_rows()
+    return {
+        "degree": last_place.DEGREES["double"],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "switch": last_place.switch(),
+        "cleared": _mask(last_place.CLEARED),
+        "near_cleared": _mask(53 - last_place.CENTRE_BITS),
+        "near": [("c_high", _constant(near.c_high)), ("c_low", _constant(near.c_low)), *_named(near.a)],
+        "tiny": _constant(2.0**last_place.TINY),
+        "lift": _constant(2.0**last_place.LIFT),
+        "lower": _constant(2.0 ** (-2 * last_place.LIFT)),
+        "pairs": _pairs([f"a[{n}]" for n in range(5, len(rows[0]))]),
+        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))], "v_star"),
+        **_layout("double", -1),
+    }
+
+
+def _float() -> dict[str, object]:
+    near = last_place.near("float")
+    rows = last_place.float_rows()
+    return {
+        "degree": last_place.DEGREES["float"],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "switch": last_place.switch(),
+        "near": [("c", _constant(near.c_high)), *_named(near.a)],
+        "pairs": _pairs([f"a[{n}]" for n in range(1, len(rows[0]))]),
+        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))]),
+        "half": f"0x{1 << (_FRACTION_BITS['float'] - last_place.SPLIT - 1):x}",
+        **_layout("float", 0),
+    }
+
+
+def _layout(form: str, offset: int) -> dict[str, object]:
+    """Return where the bits of a number of this type lead to in the table."""
+    shift = _FRACTION_BITS[form] - last_place.SPLIT
+    return {
+        "shift": shift,
+        "lead": ((_BIAS[form] + FIRST) << last_place.SPLIT) + offset,
+        "fold": _BIAS[form] + FOLD,
+        "near_bits": _bits(form, FIRST),
+        "one": _bits(form, FOLD),
+        "largest": _bits(form, last_place.LARGEST[form]),
+        "largest_exponent": last_place.LARGEST[form],
+    }
+
+
+def _bits(form: str, exponent: int) -> str:
+    """Return the bits of 2^exponent."""
+    types = ("<d", "<Q") if form == "double" else ("<f", "<I")
+    (bits,) = struct.unpack(types[1], struct.pack(types[0], 2.0**exponent))
+    return f"{bits:#x}"
+
+
+def _mask(bits: int) -> str:
+    return f"{(1 << bits) - 1:#x}"
+
+
+def _constant(value: float) -> str:
+    return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
+
+
+def _named(values: Sequence[float]) -> list[tuple[str, str]]:
+    return [(f"a{n}", _constant(value)) for n, value in enumerate(values)]
+
+
+def _pairs(names: Sequence[str], variable: str = "t") -> str:
+    """Return the sum that `forms.last_place` evaluates in pairs, in C, on lines of a function's body."""
+    groups = [names[n : n + 2] for n in range(0, len(names), 2)]
+    pairs = [f"({group[0]} + {variable} * {group[1]})" if len(group) == 2 else group[0] for group in groups]
+    total = pairs.pop()
+    for pair in reversed(pairs):
+        total = f"{pair} + tt * ({total})" if " + tt" in total else f"{pair} + tt * {total}"
+    return f"\n{' ' * 8}".join(wrap(total, WIDTH - 20))

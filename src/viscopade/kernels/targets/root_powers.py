@@ -1,0 +1,173 @@
+"""Kernels in powers of a root of v*, and of eps for the inverse: what is exported of them, as C and as Python."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import Any, cast
+
+from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.expressions import PYTHON, Language, c_language, text
+from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.lacunary_rounding import Branch
+from viscopade.kernels.forms.root_powers import (
+    HALF_LINE,
+    NAMES,
+    SPELLING,
+    InverseKernel,
+    RootPowerKernel,
+    RootPowerVariant,
+)
+from viscopade.kernels.targets.wording import PROVEN, distinct
+from viscopade.kernels.v_star import assumed, stated
+
+# --- text -------------------------------------------------------------------------------------------------------------
+
+
+def render_c(kernels: Sequence[RootPowerKernel], command: str) -> str:
+    """Return a C header with the functions of all kernels, in type double and, where there are such, in type float.
+
+    Parameters
+    ----------
+    kernels : sequence of HalfLineKernel or InverseKernel
+        At least one, no two of the same name.
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If there is no kernel, or one twice, or `command` is not one line.
+    """
+    chosen = _distinct(kernels)
+    types = {variant.form.name for kernel in chosen for variant in kernel.variants}
+    forms = [form for form in FORMATS.values() if form.name in types]
+    head = "\n".join(f" * {line}".rstrip() for line in _preamble(chosen, command, forms))
+    blocks = [_c_block(kernel) for kernel in chosen]
+    return template(__name__, "gapped.h.jinja").render(
+        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
+    )
+
+
+def render_functions(kernels: Sequence[RootPowerKernel]) -> str:
+    """Return what `render_c` puts after the comment that begins the file."""
+    return template(__name__, "gapped_functions.h.jinja").render(
+        blocks=[_c_block(kernel) for kernel in _distinct(kernels)]
+    )
+
+
+def render_python(kernels: Sequence[RootPowerKernel], command: str) -> str:
+    """Return a Python module that computes what the C functions of type double compute.
+
+    Parameters and errors are those of `render_c`.
+    """
+    chosen = _distinct(kernels)
+    head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command, [DOUBLE]))
+    blocks = [_python_block(kernel) for kernel in chosen]
+    return template(__name__, "gapped.py.jinja").render(
+        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
+    )
+
+
+def _distinct(kernels: Sequence[RootPowerKernel]) -> tuple[RootPowerKernel, ...]:
+    return cast("tuple[RootPowerKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
+
+
+def _kinds(kernels: Sequence[RootPowerKernel]) -> dict[str, str]:
+    """Return the last name of each kind."""
+    return {kernel.kind: kernel.name for kernel in kernels}
+
+
+def _names(kernels: Sequence[RootPowerKernel]) -> list[str]:
+    sentences = [NAMES[kind] for kind in NAMES if kind in _kinds(kernels)]
+    return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
+
+
+def _preamble(kernels: Sequence[RootPowerKernel], command: str, forms: Sequence[Format]) -> list[str]:
+    """Return the lines that begin the file, without comment marks; `forms` are the types of its functions."""
+    return [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres as a function of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity, or v* as a function",
+        "of eps: quotients of polynomials in which only some powers of a root y occur.",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        *(line for kernel in kernels for line in _summary(kernel)),
+        "",
+        *wrap(f"{PROVEN}.", WIDTH),
+        "",
+        *([*wrap(stated(forms), WIDTH), ""] if HALF_LINE in _kinds(kernels) else []),
+        *wrap(f"{assumed('cbrt and pow')}.", WIDTH),
+    ]
+
+
+def _summary(kernel: RootPowerKernel) -> list[str]:
+    indent = " " * 4
+    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
+    return [kernel.name, *(line for part in lines for line in part)]
+
+
+def _c_block(kernel: RootPowerKernel) -> dict[str, object]:
+    """Return what the template needs of one kernel."""
+    missing = [f"There are no functions of type {name}: {reason}." for name, reason in kernel.missing]
+    return {
+        "kernel": kernel,
+        "guard": f"VISCOPADE_{kernel.name.upper()}",
+        "facts": [line for fact in kernel.proven for line in wrap(fact, WIDTH)],
+        "variants": [_c_variant(kernel, kernel.variant(v.form)) for v in kernel.variants],
+        "missing": [line for text in missing for line in wrap(text, WIDTH)],
+    }
+
+
+def _c_variant(kernel: RootPowerKernel, variant: RootPowerVariant) -> dict[str, object]:
+    form = variant.form
+    ends = _ends(kernel)
+    return {
+        "type": form.name,
+        "suffix": form.suffix,
+        "zero": form.decimal(0.0),
+        "one": form.decimal(1.0),
+        "fifth": f"0.2{form.suffix}",
+        "nan": f'nan{form.suffix}("")',
+        "constants": [(name, _constant(c, form)) for name, c in _constants(kernel, variant)],
+        "branches": [_branch(branch, c_language(form), 28) for branch in kernel.branches],
+        "ends": None if ends is None else [_constant(end, form) for end in ends],
+    }
+
+
+def _python_block(kernel: RootPowerKernel) -> dict[str, object]:
+    variant = kernel.variant(DOUBLE)
+    ends = _ends(kernel)
+    return {
+        "kernel": kernel,
+        "constants": [(name, repr(c)) for name, c in _constants(kernel, variant)],
+        "branches": [_branch(branch, PYTHON, 0) for branch in kernel.branches],
+        "ends": ends,
+    }
+
+
+def _ends(kernel: RootPowerKernel) -> tuple[float, float] | None:
+    """Return the least eps and the largest 1 - eps that are accepted; None if all of (0, 1] or if v* is given."""
+    if not isinstance(kernel, InverseKernel) or not kernel.epsilon_low:
+        return None
+    return float(kernel.epsilon_low), float(1 - kernel.epsilon_low)
+
+
+def _constants(kernel: RootPowerKernel, variant: RootPowerVariant) -> list[tuple[str, float]]:
+    return list(lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items())
+
+
+def _branch(branch: Branch, language: Language, indent: int) -> dict[str, object]:
+    """Return a program as names and lines, those for C wrapped."""
+    written = [(name, text(expression, language)) for name, expression in branch.program]
+    results = {name: text(expression, language) for name, expression in branch.results.items()}
+    if indent:
+        written = [(name, f"\n{' ' * 12}".join(wrap(line, WIDTH - indent))) for name, line in written]
+    return {"statements": written, "results": results}
+
+
+def _constant(value: float, form: Format) -> str:
+    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"

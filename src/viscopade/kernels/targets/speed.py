@@ -1,0 +1,282 @@
+"""Kernels from speed to eps, in C: the tables of `speed_table`, and where they end a kernel of v*. C99, also C++17."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from textwrap import wrap
+
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable, ulp_of_w
+from viscopade.kernels.names import FAST, FULL
+from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.targets import last_place as full_text
+from viscopade.kernels.targets import root_powers
+from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
+
+BLOCK = 32  # speeds that the array functions take at a time
+AHEAD = 256  # elements by which memory is asked for in advance
+CACHE_LINE = 64  # bytes
+FUNCTIONS = (("restitution", "EPSILON"), ("rebound", "REBOUND"), ("dissipation", "DISSIPATION"))
+
+
+# --- text -------------------------------------------------------------------------------------------------------------
+
+
+def render(given: SpeedKernel, command: str) -> str:
+    """Return the header's text.
+
+    Parameters
+    ----------
+    given : SpeedKernel
+    command : str
+        The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If `command` is not one line.
+    """
+    table = given.table
+    accurate = isinstance(table, FullTable)
+    number = DOUBLE if isinstance(table, FullTable) else table.form
+    width = len(table.rows[0])
+    return template(__name__, "speed.h.jinja").render(
+        head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
+        slow=_slow_text(given),
+        slow_epsilon=_slow_call(given, 0),
+        slow_loss=_slow_call(given, 1),
+        guard=f"VISCOPADE_{given.name.upper()}",
+        name=given.name,
+        number=number.name,
+        full=accurate,
+        size=table.size,
+        bytes=f"{table.bytes:,}",
+        width=width,
+        first=table.first,
+        switch=SWITCH,
+        octaves=OCTAVES,
+        rows=[", ".join(number.hexadecimal(c) for c in row) for row in table.rows],
+        parts=[f"c{n}" for n in range(0, width, _part(width))],
+        part_width=_part(width),
+        types=[_type(table, form, width) for form in given.formats],
+        functions=FUNCTIONS,
+        block=BLOCK,
+        ahead=AHEAD,
+    )
+
+
+def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
+    """Return the numbers and expressions of the functions of a type."""
+    fraction = form.precision - 1
+    size = 8 * bytes_of(form)
+
+    def bits(number: int) -> str:
+        return f"UINT{size}_C({number:#x})"
+
+    one = form.largest << fraction
+    lead = ((1 << table.split) - 1) << (fraction - table.split)
+    first = 2 if isinstance(table, FullTable) else 0
+    variable, square = ("t", "tt") if first else ("m", "mm")
+    scalar = [f"c[{n}]" for n in range(first, width)]
+    part = _part(width)
+    array = [f"c{n - n % part}[i][{n % part}]" for n in range(first, width)]
+    return {
+        "name": form.name,
+        "suffix": form.suffix,
+        "bits": f"uint{size}_t",
+        "begin": bits((form.largest + table.first) << fraction),
+        "end": bits(OCTAVES << fraction),
+        "end_shift": (OCTAVES << fraction).bit_length() - 1,
+        "fraction": bits((1 << fraction) - 1),
+        "one": bits(one),
+        "lead": bits(lead),
+        "middle": bits(one | (1 << (fraction - table.split - 1))),
+        "shift": fraction - table.split,
+        "switch": bits((SWITCH - table.first) << fraction),
+        "fraction_bits": fraction,
+        "bases": wrap(
+            ", ".join(form.decimal(float(e < SWITCH)) for e in range(table.first, table.first + OCTAVES)), 96
+        ),
+        "sign": size - 1,
+        "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
+        "one_literal": form.decimal(1.0),
+        "two_literal": form.decimal(2.0),
+        "line": CACHE_LINE // bytes_of(form),
+        "scalar_polynomial": _in_pairs(scalar, variable, square),
+        "array_polynomial": _in_pairs(array, variable, square),
+    }
+
+
+def _part(width: int) -> int:
+    """Return how many numbers of a row are copied together: what was fastest for arrays with GCC and with Clang."""
+    return 4 if width == 4 else 2
+
+
+def _in_pairs(names: Sequence[str], variable: str, square: str) -> str:
+    """Return (c0 + m * c1) + mm * ((c2 + m * c3) + mm * (…))."""
+    pairs = [f"({names[n]} + {variable} * {names[n + 1]})" for n in range(0, len(names), 2)]
+    total = pairs.pop()
+    for n, pair in enumerate(reversed(pairs)):
+        total = f"{pair} + {square} * {f'({total})' if n else total}"
+    return total[1:-1] if total.count("(") == 1 else total
+
+
+def _slow_text(given: SpeedKernel) -> str:
+    if given.slow is None:
+        return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
+    return root_powers.render_functions([given.slow]).rstrip()
+
+
+def _slow_call(given: SpeedKernel, loss: int) -> str:
+    if given.slow is None:
+        return f"viscopade_{'one_minus_epsilon' if loss else 'epsilon'}_full(v_star)"
+    return f"viscopade_{'one_minus_epsilon' if loss else 'epsilon'}_{given.slow.name}(v_star)"
+
+
+# --- what the header says ---------------------------------------------------------------------------------------------
+
+_FUNCTIONS = """
+Functions, in double and (names that end in f) in float; NAME is {name}:
+
+    viscopade_restitution_NAME(speed, beta)    eps
+    viscopade_rebound_NAME(speed, beta)        eps speed, the speed after the collision
+    viscopade_dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
+
+and for n speeds at once, with restitution, rebound or dissipation for FUNCTION:
+
+    viscopade_FUNCTION_array_NAME(n, speed, beta, out)            one beta
+    viscopade_FUNCTION_by_pair_NAME(n, speed, pair, beta, out)    beta[pair[i]], one for each pair of materials
+    viscopade_FUNCTION_each_NAME(n, speed, beta, out)             beta[i], one for each speed
+
+out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once.
+The results for arrays are those of the single calls (bit for bit, if the compiler contracts products and
+sums alike). GCC and Clang make vector instructions of them at -O3, for the machine that -march names.
+
+What they return:
+
+    speed and beta                                         restitution   rebound      dissipation
+    one is 0 (or -0), the other finite and not negative    1             speed        0
+    speed is +infinity, beta > 0                           0             +infinity    1
+    beta is +infinity, 0 < speed < infinity                0             0            1
+    one is 0, the other +infinity                          NaN           NaN          NaN
+    one is negative or NaN                                 NaN           NaN          NaN
+
+With -ffast-math no table is read out of its range, but the rows above with NaN, infinity or a negative
+number are not promised, and errors may exceed the bounds by a few units in the last place. Where subnormal
+numbers are set to 0, a subnormal speed or beta counts as 0, and a subnormal result may be 0. Fused
+multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
+type of their operands (FLT_EVAL_METHOD 0: not the x87 unit)."""
+
+
+def _head(given: SpeedKernel, command: str) -> list[str]:
+    """Return the lines of the comment that begins the file."""
+    indent = " " * 4
+    facts = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in _facts(given))
+    return [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres as a function of the normal",
+        "component v of the impact velocity (speed) and of beta = 3/2 A (rho/m_eff)^(2/5), the paper's",
+        "eq:betadef, whose unit is (time/length)^(1/5) in the units of speed.",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        given.name,
+        *(line for lines in facts for line in lines),
+        *_FUNCTIONS.format(name=given.name).splitlines(),
+    ]
+
+
+def _facts(given: SpeedKernel) -> list[str]:
+    table = given.table
+    bounds = _full_bounds(table) if isinstance(table, FullTable) else _bounds(given, table)
+    return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
+
+
+def _formula(given: SpeedKernel) -> str:
+    table = given.table
+    degree = DEGREE if isinstance(table, FullTable) else table.degree
+    low, high = (f"{2.0 ** (e / 10):.3g}" for e in (table.first, table.first + OCTAVES))
+    return (
+        f"formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {degree} in m, "
+        f"{1 << table.split} rows of coefficients for each e from {table.first} to {table.first + OCTAVES - 1} "
+        f"({low} <= v* < {high}): {table.bytes:,} bytes; elsewhere {_slow_name(given)} of "
+        "v* = sqrt(beta) pow(speed, 0.1)"
+    )
+
+
+def _bounds(given: SpeedKernel, table: Table) -> list[str]:
+    smaller = "min(eps, 1 - eps)"
+    forms = ((at_most(rounding_of(table, form), 2), form.name) for form in given.formats)
+    rounding = " and ".join(f"{size} {smaller} in type {name}" for size, name in forms)
+    elsewhere = "that of viscopade_full.h" if given.slow is None else given.slow.variant(DOUBLE).certificate.bound
+    return [
+        f"proven: |formula - eps| / {smaller} <= {at_most(table.proven.error)} in the table, {elsewhere} elsewhere",
+        f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "
+        f"table, beta^5 speed included); elsewhere {at_most(of_v_star(largest=USUAL))} {smaller} for {USUAL_TEXT} and "
+        f"{at_most(of_v_star())} {smaller} for every other speed, besides that of {_slow_name(given)}",
+        "rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three units in the "
+        f"last place; elsewhere, for dissipation, the sum of what {_slow_name(given)} states for epsilon and "
+        "one_minus_epsilon",
+        f"monotonic: eps falls with speed within each row; from one row to the next it rises by at most "
+        f"{_rise(table)} {smaller} (proven, rounding apart)",
+        _BEYOND if FLOAT in given.formats else _CONVERTED,
+    ]
+
+
+def _rise(table: Table) -> str:
+    return at_most(table.rise * (1 + table.proven.error))
+
+
+_CONVERTED = "type float: computed in type double, then rounded"
+_BEYOND = "type float: where w is not in the table, computed in type double, then rounded"
+_UNDERFLOW = (
+    "underflow: a subnormal result is off by half of the smallest number besides; where eps itself is no normal number "
+    "of type double (v* > 2e92), rebound has the error of eps times speed"
+)
+
+
+def _full_bounds(table: FullTable) -> list[str]:
+    bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
+    of_eps = max(Fraction(last_place.certificate("double", name)["maximum"]) for name in last_place.FUNCTIONS)
+    return [
+        f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
+        f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
+        f"elsewhere: at most {at_most(of_eps + of_v_star(largest=USUAL) / unit)} ulp in all for {USUAL_TEXT} and "
+        f"{at_most(of_eps + of_v_star() / unit)} ulp for every other speed, nearly all of which is pow's (proven)",
+        f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
+        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
+        _CONVERTED,
+    ]
+
+
+def _slow_name(given: SpeedKernel) -> str:
+    return "viscopade_full.h" if given.slow is None else given.slow.name
+
+
+def rounding_of(table: Table, form: Format) -> Fraction:
+    """Return a bound of what rounding adds to p in a type, that of w included, relative to min(eps, 1 - eps)."""
+    change = (1 + table.rounding(form)) * (1 + of_w(form)) - 1
+    return change * (1 + table.proven.error)
+
+
+def main() -> None:
+    """Print the tables' sizes and bounds, as docs/reference/speed.md has them."""
+    for tier, size in [*TABLES, (FULL, FAST)]:
+        given = speed_kernel(tier, size)
+        table = given.table
+        if isinstance(table, FullTable):
+            numbers = [str(DEGREE), f"{at_most(table.proven.ulp)} ulp of eps(w)", ""]
+        else:
+            numbers = [str(table.degree), given.bound, _rise(table)]
+        print(f"| {tier} {size} | {numbers[0]} | {1 << table.split} | {given.bytes:,} | {numbers[1]} | {numbers[2]} |")
+
+
+if __name__ == "__main__":
+    main()

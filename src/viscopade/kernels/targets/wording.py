@@ -1,0 +1,77 @@
+"""What the texts in all languages share: the sentences that begin a file, Horner's rule."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import TypeVar
+
+from viscopade.generated import END_CONDITION, WIDTH, marker_line
+from viscopade.kernels.forms.quotient import Quotient
+
+NO_BOUND = "Away from v* = 0 no bound of the error is claimed in this file."
+
+PROVEN = (
+    "proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the rounding is that "
+    "of the order of evaluation below (to nearest, with or without fused multiply-add), and adds to the error"
+)
+
+Kind = TypeVar("Kind", bound="Quotient")
+
+
+def distinct(kernels: Sequence[Kind]) -> tuple[Kind, ...]:
+    """Return the kernels as a tuple if there is at least one and no two have the same name."""
+    names = [kernel.name for kernel in kernels]
+    if not names:
+        raise ValueError("there is no approximant to export")
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"the approximant {name} is asked for twice")
+    return tuple(kernels)
+
+
+def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
+    """Return the lines that begin every generated file, without comment marks."""
+    return [
+        marker_line(command),
+        "",
+        "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
+        "",
+        "    [m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n).",
+        "",
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        "",
+        *(line for kernel in distinct(kernels) for line in _summary(kernel)),
+        "",
+        *wrap(bound_text(kernels), WIDTH),
+    ]
+
+
+def bound_text(kernels: Sequence[Quotient]) -> str:
+    """Return a sentence on what is claimed of errors."""
+    return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
+
+
+def _summary(kernel: Quotient) -> list[str]:
+    """Return the lines on one kernel in the preamble."""
+    indent = " " * 4
+    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
+    return [kernel.label, *(line for part in lines for line in part)]
+
+
+def horner_text(names: Sequence[str | None], variable: str) -> str:
+    """Return Horner's rule in the syntax that C and Python share.
+
+    Parameters
+    ----------
+    names : sequence of str or None
+        Names of the coefficients in ascending order; None for one that is zero, but not the last.
+    variable : str
+        Name of the variable.
+    """
+    expression = str(names[-1])
+    for name in reversed(names[:-1]):
+        product = f"{variable} * ({expression})" if " " in expression else f"{variable} * {expression}"
+        expression = product if name is None else f"{name} + {product}"
+    return expression

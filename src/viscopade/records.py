@@ -1,0 +1,169 @@
+"""Read nested data from a file, and refuse what is wrong with one line that names the file, the key and the remedy."""
+
+from __future__ import annotations
+
+import json
+import math
+import reprlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self, TypeVar
+
+Word = TypeVar("Word", bound=str)
+
+MOST = 2**53  # of what is counted
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value in a file, with its place for messages.
+
+    Attributes
+    ----------
+    source : str
+        The file's name.
+    key : str
+        Where in it the value stands; "" for the whole.
+    value : object
+    """
+
+    source: str
+    key: str
+    value: object
+
+    @classmethod
+    def of_json(cls, text: str | bytes, source: str) -> Self:
+        """Return the whole of a JSON file's text.
+
+        Raises
+        ------
+        ValueError
+            If it is no JSON, or nested too deeply.
+        """
+        try:
+            return cls(source, "", json.loads(text))
+        except RecursionError:
+            raise ValueError(f"{source}: its JSON is nested too deeply") from None
+        except ValueError as error:
+            raise ValueError(f"{source}: no JSON: {error}") from None
+
+    def refuse(self, accepted: str) -> ValueError:
+        """Return the exception that says what is wrong."""
+        where = f"{self.key} is" if self.key else "it holds"
+        return ValueError(f"{self.source}: {where} {_shown(self.value)}: accepted is {accepted}")
+
+    def _at(self, name: str, value: object) -> Self:
+        return type(self)(self.source, f"{self.key}.{name}".removeprefix("."), value)
+
+    @property
+    def _table(self) -> Mapping[str, object]:
+        if not isinstance(self.value, Mapping):
+            raise self.refuse("an object")
+        return self.value
+
+    def __getitem__(self, name: str) -> Self:
+        if name not in self._table:
+            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing")
+        return self._at(name, self._table[name])
+
+    def need(self, name: str, accepted: str) -> Self:
+        """Return a part; if it is missing, say what is accepted."""
+        if name not in self._table:
+            raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: accepted is {accepted}")
+        return self[name]
+
+    def get(self, name: str) -> Self | None:
+        """Return a part, or None if it is not there."""
+        return self[name] if name in self._table else None
+
+    def has(self, name: str) -> bool:
+        """Return whether there is such a part."""
+        return isinstance(self.value, Mapping) and name in self.value
+
+    def only(self, *names: str) -> Self:
+        """Return this, and refuse parts of other names."""
+        for name in self._table:
+            if name not in names:
+                where = f"{self.key}." if self.key else ""
+                raise ValueError(f"{self.source}: {where}{_short(name)} is not known: accepted are {', '.join(names)}")
+        return self
+
+    def parts(self) -> Iterator[tuple[str, Self]]:
+        """Yield the names and values of all parts."""
+        for name, value in self._table.items():
+            yield name, self._at(name, value)
+
+    def items(self) -> list[Self]:
+        """Return the elements of a list."""
+        if not isinstance(self.value, list | tuple):
+            raise self.refuse("a list")
+        return [type(self)(self.source, f"{self.key}[{i}]", value) for i, value in enumerate(self.value)]
+
+    def text(self, *, empty: bool = False) -> str:
+        """Return a line of text."""
+        if not isinstance(self.value, str) or not self.value.isprintable() or not (self.value.strip() or empty):
+            raise self.refuse("one line of text")
+        return self.value
+
+    def choice(self, accepted: Sequence[Word]) -> Word:
+        """Return one of several words."""
+        for word in accepted:
+            if self.value == word:
+                return word
+        raise self.refuse(", ".join(accepted))
+
+    def number(self, *, positive: bool = False) -> float:
+        """Return a finite number that is not negative."""
+        value = self.value
+        # An integer too large for a float compares well with infinity.
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+            raise self.refuse(_at_least_zero(positive))
+        if positive and value == 0:
+            raise self.refuse(_at_least_zero(positive))
+        try:
+            return float(value)
+        except OverflowError:
+            raise self.refuse(_at_least_zero(positive)) from None
+
+    def within(self, accepted: str, holds: Callable[[float], bool]) -> float:
+        """Return a number for which a condition holds, which is described by `accepted`."""
+        value = self.value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
+            raise self.refuse(accepted)
+        try:
+            return float(value)
+        except OverflowError:
+            raise self.refuse(accepted) from None
+
+    def optional(self, *, positive: bool = False) -> float | None:
+        """Return a number or None."""
+        return None if self.value is None else self.number(positive=positive)
+
+    def count(self) -> int:
+        """Return a positive integer that a double holds exactly."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or not 1 <= self.value <= MOST:
+            raise self.refuse(f"a positive integer up to {MOST}")
+        return self.value
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            raise self.refuse("true or false")
+        return self.value
+
+
+def _at_least_zero(positive: bool) -> str:
+    return f"a finite number {'>' if positive else '>='} 0"
+
+
+def _shown(value: object) -> str:
+    """Return a value in one line, abbreviated."""
+    try:
+        return " ".join(reprlib.repr(value).split())
+    except ValueError:  # Python does not write integers of so many digits (TOML can, in hexadecimal)
+        return "or holds an integer of thousands of digits"
+
+
+def _short(name: object) -> str:
+    text = str(name) if str(name).isprintable() else repr(name)
+    return text if len(text) <= 40 else text[:40] + "…"

@@ -1,0 +1,531 @@
+"""Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros, and what they are good for.
+
+The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
+like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
+many digits again. mpmath builds a and b from the middles of the h_k (`mpmath.pade`, in a context of its own), and ball
+arithmetic proves how far each of these numbers can be from the true coefficient (`solution`). How many digits the
+system loses is measured, and if the 0.7 (m+n) to begin with were not enough, the series is derived again with as many
+more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from numbers import Rational
+from typing import SupportsIndex, TypeVar, cast
+
+import numpy as np
+from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
+from mpmath import mp
+from numpy.typing import ArrayLike, NDArray
+
+from viscopade import arguments
+from viscopade.arithmetic.balls import (
+    bits_for,
+    context,
+    decimal_at,
+    decimal_string,
+    exact_middle,
+    relative_digits,
+    to_mpf,
+    working,
+)
+from viscopade.theory.series import _series
+
+DOUBLET_TOLERANCE = 0.01
+# Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.
+LOOK_AHEAD = 6
+
+
+Number = TypeVar("Number", arb, fmpq)
+
+
+class DegenerateError(ValueError):
+    """The approximant [m/n] does not exist: no a, b with b_0 = 1 meet all the order conditions."""
+
+
+@dataclass(frozen=True)
+class Root:
+    """A pole or zero of an approximant.
+
+    Attributes
+    ----------
+    value : flint.acb
+        Proven enclosure of this root and of no other.
+    multiplicity : int
+    real : bool
+        Whether the root is real (proven either way).
+    residue : flint.acb or None
+        For a simple pole p, a(p)/b'(p).
+    """
+
+    value: acb
+    multiplicity: int
+    real: bool
+    residue: acb | None = None
+
+    @property
+    def positive(self) -> bool:
+        """Whether the root is real and positive."""
+        return self.real and bool(self.value.real > 0)
+
+    def decimals(self, digits: int) -> tuple[str, str]:
+        """Return real and imaginary part, correctly rounded at the digit where |root| has its `digits`-th."""
+        imaginary = arb(0) if self.real else self.value.imag
+        size = abs(self.value)
+        parts = decimal_at(self.value.real, size, digits), decimal_at(imaginary, size, digits)
+        if None in parts:
+            raise ArithmeticError(f"the enclosure {self.value} does not determine {digits} digits")
+        return parts  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class Doublet:
+    """A pole and a zero that nearly cancel (a Froissart doublet); `distance` is |pole - zero| / |pole|."""
+
+    pole: Root
+    zero: Root
+    distance: float
+
+
+@dataclass(frozen=True)
+class Pade:
+    """The Padé approximant [m/n] of eps(v*) (eq:padeDef), a(v*)/b(v*) with b_0 = 1.
+
+    Attributes
+    ----------
+    m, n : int
+        Degrees asked for; the leading coefficients may be exactly zero ([0/3] has b_3 = 0).
+    digits : int
+        Significant digits to which every coefficient, pole and zero is determined.
+    a, b : tuple of flint.arb, lengths m + 1 and n + 1
+        Ascending coefficients, as proven enclosures.
+    h : tuple of flint.arb
+        The series they were made from, to beyond order m + n.
+    poles, zeros : tuple of Root, by distance from the origin
+    digits_lost : int
+        Digits by which the worst coefficient is less accurate than the worst h_k; 0 if the system was solved exactly.
+    contact_order : int
+        Highest k to which the approximant's Maclaurin series agrees with that of eps; m + n unless it does better.
+    next_term : flint.arb
+        eps - [m/n] = next_term v*^(contact_order + 1) + …
+    """
+
+    m: int
+    n: int
+    digits: int
+    a: tuple[arb, ...]
+    b: tuple[arb, ...]
+    h: tuple[arb, ...] = field(repr=False)
+    poles: tuple[Root, ...] = field(repr=False)
+    zeros: tuple[Root, ...] = field(repr=False)
+    digits_lost: int
+    contact_order: int
+    next_term: arb
+
+    def __post_init__(self) -> None:
+        if (len(self.a), len(self.b)) != (self.m + 1, self.n + 1):
+            raise ValueError(f"[{self.m}/{self.n}] needs {self.m + 1} and {self.n + 1} coefficients")
+        if self.b[0] != 1:
+            raise ValueError("b_0 must be 1")
+        if not all(defect.contains(0) for defect in self._order_conditions()):
+            raise ValueError(f"[{self.m}/{self.n}] does not re-expand to its series")
+
+    def _order_conditions(self) -> list[arb]:
+        """Return (b eps - a)_k for k <= m + n: zero, but for the width of the enclosures."""
+        with working(bits_for(relative_digits(self.h)) + 64):
+            return _defects(self.a, self.b, self.h)[: self.m + self.n + 1]
+
+    @property
+    def label(self) -> str:
+        """The approximant's name in the paper's notation."""
+        return f"[{self.m}/{self.n}]"
+
+    @property
+    def domain_end(self) -> Root | None:
+        """The first positive real pole or zero, where eps > 0 ends; None if eps > 0 for all v* >= 0.
+
+        Of a pole and a zero that agree to all `digits`, it may be either.
+        """
+        positive = (root for root in self.poles + self.zeros if root.positive)
+        return min(positive, key=lambda root: exact_middle(root.value.real), default=None)
+
+    @property
+    def positive_pole(self) -> Root | None:
+        """The first positive real pole."""
+        return next((pole for pole in self.poles if pole.positive), None)
+
+    @property
+    def decays(self) -> bool:
+        """Whether the approximant tends to 0 for v* -> infinity, as eps does (section 2.5)."""
+        return len(_stripped(self.a)) < len(_stripped(self.b))
+
+    @property
+    def usable(self) -> bool:
+        """Whether the approximant is finite and positive for all v* >= 0 and tends to 0 (proven)."""
+        return self.domain_end is None and self.decays
+
+    @property
+    def verdict(self) -> str:
+        """One line that says where the approximant may be used, and why not elsewhere."""
+        if self.usable:
+            return "usable for all v* >= 0: no positive real pole or zero"
+        if self.domain_end is None:
+            return "not usable for all v* >= 0: it does not tend to 0 for large v*"
+        found = [
+            f"a {kind} at v* = {root.decimals(min(6, self.digits))[0]}"
+            for kind, roots in (("zero", self.zeros), ("pole", self.poles))
+            for root in roots
+            if root.positive
+        ]
+        return "not usable for all v* >= 0: it has " + " and ".join(found)
+
+    @property
+    def residual(self) -> float:
+        """Upper bound of |(b eps - a)_k| over the order conditions k <= m + n."""
+        return max(_upper(abs(defect)) for defect in self._order_conditions())
+
+    def doublets(self, tolerance: float = DOUBLET_TOLERANCE) -> tuple[Doublet, ...]:
+        """Return the pole-zero pairs closer than `tolerance` times the pole's modulus, closest first."""
+        pairs = []
+        for pole in self.poles if self.zeros else ():
+            zero = min(self.zeros, key=lambda z: float(abs(z.value - pole.value).mid()))
+            distance = float((abs(zero.value - pole.value) / abs(pole.value)).mid())
+            if distance <= tolerance:
+                pairs.append(Doublet(pole, zero, distance))
+        return tuple(sorted(pairs, key=lambda pair: pair.distance))
+
+    def decimals(self, digits: int | None = None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return a and b as decimal strings, correctly rounded to `digits` (at most `self.digits`)."""
+        digits = self.digits if digits is None else arguments.integer("digits", digits, 1, self.digits)
+        return _decimals(self.a, digits), _decimals(self.b, digits)
+
+    def mpf(self) -> tuple[tuple[mp.mpf, ...], tuple[mp.mpf, ...]]:
+        """Return a and b as mpmath numbers, the middles of the enclosures (relative error below 5 10^-digits)."""
+        return tuple(map(to_mpf, self.a)), tuple(map(to_mpf, self.b))
+
+    def __call__(self, v_star: ArrayLike) -> NDArray[np.float64]:
+        """Evaluate a(v*)/b(v*) in double precision for v* >= 0 of any shape; infinity gives the limit.
+
+        Raises
+        ------
+        ValueError
+            If an element is negative or NaN.
+        """
+        v = np.asarray(v_star, dtype=float)
+        if not np.all(v >= 0):
+            raise ValueError("v* must not be negative or NaN: accepted is v* >= 0")
+        a, b = (np.array([float(c.mid()) for c in _stripped(side)]) for side in (self.a, self.b))
+        low = np.minimum(v, 1.0)
+        with np.errstate(divide="ignore"):
+            u = 1 / np.maximum(v, 1.0)  # beyond v* = 1 in powers of 1/v*, which neither overflow nor give inf/inf
+        degree = len(b) - len(a)
+        with np.errstate(over="ignore"):
+            high = (u**degree if degree >= 0 else np.maximum(v, 1.0) ** -degree) * (
+                horner(a[::-1], u) / horner(b[::-1], u)
+            )
+        value: NDArray[np.float64] = np.where(v <= 1, horner(a, low) / horner(b, low), high)
+        return value
+
+
+def horner(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sum c_k x^k for ascending coefficients c."""
+    value = np.full_like(x, c[-1])
+    for c_k in c[-2::-1]:
+        value = value * x + c_k
+    return value
+
+
+def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade:
+    """Return the Padé approximant [m/n] of eps(v*), everything proven to `digits` significant digits.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not an integer or out of range (degrees 0 to 200, digits 1 to 5000).
+    DegenerateError
+        If [m/n] does not exist, such as [1/1] or [1/3].
+    """
+    return _pade(
+        arguments.integer("m", m, 0, arguments.MAX_DEGREE),
+        arguments.integer("n", n, 0, arguments.MAX_DEGREE),
+        arguments.digits(digits),
+    )
+
+
+@lru_cache(maxsize=64)
+def _pade(m: int, n: int, digits: int) -> Pade:
+    series_digits = digits + 8 + int(0.7 * (m + n))
+    limit = 10 * (digits + m + n + 10)
+    while series_digits <= limit:
+        h = _series(m + n + LOOK_AHEAD, series_digits).h
+        with working(bits_for(series_digits) + 64):
+            try:
+                return _solved(h, m, n, digits)
+            except _TooWideError as shortage:
+                series_digits += shortage.digits + 4
+            except ZeroDivisionError:
+                _refuse_if_degenerate(m, n)
+                series_digits += digits + m + n
+    raise ArithmeticError(f"[{m}/{n}] is not determined by {limit} digits of the series")
+
+
+class _TooWideError(ArithmeticError):
+    """An enclosure is too wide by `digits` digits."""
+
+    def __init__(self, digits: int) -> None:
+        super().__init__(f"{digits} digits short")
+        self.digits = digits
+
+
+def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade:
+    """Return the Padé approximant [m/n] of any series with rational coefficients, solved exactly.
+
+    Meant for experiments: known functions, or h_k rounded to a few digits. Multiple poles and zeros are recognised.
+
+    Parameters
+    ----------
+    h : sequence of int or Fraction
+        h_0 … h_N with N >= m + n; h_0 > 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not of its kind or out of range.
+    DegenerateError
+        If the linear system for the denominator is singular.
+
+    Notes
+    -----
+    Coefficients are enclosed like those of `pade`. One that lies exactly half-way between two decimals of `digits`
+    digits is not rounded: `decimals` raises ArithmeticError then, and one digit more helps.
+    """
+    m, n = arguments.integer("m", m, 0, arguments.MAX_DEGREE), arguments.integer("n", n, 0, arguments.MAX_DEGREE)
+    digits = arguments.digits(digits)
+    if not all(isinstance(h_k, Rational) for h_k in h):
+        raise TypeError("h has an element that is not rational: accepted are integers and Fractions")
+    if len(h) <= m + n or h[0] <= 0:
+        raise ValueError(f"[{m}/{n}] needs h_0 … h_{m + n} with h_0 > 0, and {len(h)} coefficients were given")
+    exact = [fmpq(int(h_k.numerator), int(h_k.denominator)) for h_k in h]
+    a, b = exact_solution(exact, m, n)
+    with working(bits_for(digits) + 64):
+        balls = tuple(arb(h_k) for h_k in exact)
+        zeros, poles = (exact_roots(fmpq_poly(c)) for c in (a, b))
+        contact = _exact_contact(b, exact, m + n)
+        return _assembled(tuple(map(arb, a)), tuple(map(arb, b)), balls, m, n, digits, zeros, poles, 0, contact)
+
+
+def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[fmpq]]:
+    """Return a and b of [m/n] in fractions, which lose nothing.
+
+    Raises
+    ------
+    DegenerateError
+        If there is no [m/n], or more than one.
+    """
+    b = [fmpq(1)]
+    if n:
+        matrix, right = order_system(h, m, n, fmpq(0))
+        try:
+            solution = fmpq_mat(n, n, matrix).solve(fmpq_mat(n, 1, right))
+        except ZeroDivisionError:
+            raise DegenerateError(f"[{m}/{n}] does not exist or is not unique: its linear system is singular") from None
+        b += [solution[i, 0] for i in range(n)]
+    a = [sum((b[i] * h[k - i] for i in range(min(k, n) + 1)), fmpq(0)) for k in range(m + 1)]
+    return a, b
+
+
+def _exact_contact(b: Sequence[fmpq], h: Sequence[fmpq], conditions: int) -> tuple[int, arb]:
+    """Return what `_contact` does, from exact numbers: whether a coefficient of b eps vanishes is no question then."""
+    product = fmpq_poly(list(b)) * fmpq_poly(list(h))
+    for k in range(conditions + 1, len(h)):
+        if product[k] != 0:
+            return k - 1, arb(product[k])
+    return len(h) - 1, arb(0)
+
+
+def exact_roots(polynomial: fmpq_poly) -> tuple[Root, ...]:
+    """Return the roots of a polynomial with rational coefficients, nearest to v* = 0 first."""
+    found = cast(list[tuple[acb, int]], polynomial.complex_roots())  # the stub lacks the multiplicities
+    values = [value for value, _ in found]
+    roots = [Root(value, int(multiplicity), _is_real(value, values)) for value, multiplicity in found]
+    return tuple(sorted(roots, key=_distance))
+
+
+def _solved(h: tuple[arb, ...], m: int, n: int, digits: int) -> Pade:
+    """Return [m/n] from enclosures of the series. To be called within `working`."""
+    a, b = solution(h, m, n)
+    _demand(a + b, digits)
+    lost = max(relative_digits(h) - relative_digits(a + b), 0)
+    return _assembled(a, b, h, m, n, digits, _roots(a, digits), _roots(b, digits), lost, _contact(a, b, h))
+
+
+def _assembled(
+    a: tuple[arb, ...],
+    b: tuple[arb, ...],
+    h: tuple[arb, ...],
+    m: int,
+    n: int,
+    digits: int,
+    zeros: tuple[Root, ...],
+    poles: tuple[Root, ...],
+    lost: int,
+    contact: tuple[int, arb],
+) -> Pade:
+    numerator, derivative = acb_poly(list(a)), acb_poly(list(b)).derivative()
+    poles = tuple(
+        replace(p, residue=numerator(p.value) / derivative(p.value)) if p.multiplicity == 1 else p for p in poles
+    )
+    return Pade(m, n, digits, a, b, h, poles, zeros, lost, *contact)
+
+
+def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
+    """Return a and b of [m/n]: mpmath's numbers, each the middle of a ball that is proven to hold the true coefficient.
+
+    To be called within `working`.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If the linear system cannot be told from a singular one.
+
+    Notes
+    -----
+    Let A b = y be the order conditions, x mpmath's b, and R nearly the inverse of A. Then (R A)(b - x) = R (y - A x).
+    FLINT solves this system by elimination in balls, which loses next to nothing, as R A is nearly the identity. The
+    elimination proves that R A is regular, and so is A: for all h_k within their balls there is one b, and b - x is
+    enclosed. Nothing is assumed of x and R; a poor x makes a wide ball.
+    """
+    numerator, denominator = _built(h, m, n)
+    b = [arb(1)]
+    if n:
+        entries, right = order_system(h, m, n, arb(0))
+        matrix, x = arb_mat(n, n, entries), denominator[1:]
+        identity = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)])
+        inverse = matrix.mid().solve(identity, algorithm="approx")
+        residual = arb_mat(n, 1, right) - matrix * arb_mat(n, 1, x)
+        errors = (inverse * matrix).solve(inverse * residual, algorithm="lu").entries()
+        b += [arb(x_i, error) for x_i, error in zip(x, errors, strict=True)]
+    a = [arb(a_k, _product_coefficient(b, h, k) - a_k) for k, a_k in enumerate(numerator)]
+    return tuple(a), tuple(b)
+
+
+def _built(h: Sequence[arb], m: int, n: int) -> tuple[list[arb], list[arb]]:
+    """Return a and b of [m/n] as mpmath builds them from the middles of h_k at FLINT's precision; nothing is proven."""
+    own = context(ctx.prec)
+    a, b = own.pade([own.mpf(to_mpf(h_k)) for h_k in h], m, n)
+    return [arb(a_k) for a_k in a], [arb(b_i) for b_i in b]
+
+
+def order_system(h: Sequence[Number], m: int, n: int, zero: Number) -> tuple[list[Number], list[Number]]:
+    """Return the matrix (by rows) and right side of the order conditions m+1 … m+n."""
+    rows = range(m + 1, m + n + 1)
+    return [h[k - i] if k >= i else zero for k in rows for i in range(1, n + 1)], [-h[k] for k in rows]
+
+
+def _product_coefficient(b: Sequence[arb], h: Sequence[arb], k: int) -> arb:
+    """Coefficient k of b(v*) eps(v*)."""
+    return sum((b[i] * h[k - i] for i in range(min(k, len(b) - 1) + 1)), arb(0))
+
+
+def _defects(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> list[arb]:
+    """Coefficients of b eps - a as far as the series goes; up to order m + n they vanish."""
+    return [_product_coefficient(b, h, k) - (a[k] if k < len(a) else 0) for k in range(len(h))]
+
+
+def _upper(ball: arb) -> float:
+    """Return a double that is not below any number of a non-negative ball."""
+    return 0.0 if ball.is_zero() else math.nextafter(float(ball.upper()), math.inf)
+
+
+def _contact(a: Sequence[arb], b: Sequence[arb], h: Sequence[arb]) -> tuple[int, arb]:
+    """Return (k, c) with eps - a/b = c v*^(k+1) + …, c not zero unless the whole of h is met."""
+    conditions = len(a) + len(b) - 1
+    for k, defect in enumerate(_defects(a, b, h)[conditions:], conditions):
+        if not defect.contains(0):
+            return k - 1, defect
+        if not (defect.is_exact() and defect.is_zero()):
+            raise _TooWideError(10)
+    return len(h) - 1, arb(0)
+
+
+def _demand(balls: Sequence[arb], digits: int) -> None:
+    """Raise `_TooWideError` unless every ball determines its decimal to `digits` digits."""
+    if any(decimal_string(ball, digits) is None for ball in balls):
+        raise _TooWideError(max(digits + 2 - relative_digits(balls), 1))
+
+
+def _decimals(balls: Sequence[arb], digits: int) -> tuple[str, ...]:
+    texts = tuple(decimal_string(ball, digits) for ball in balls)
+    if None in texts:
+        raise ArithmeticError(f"an enclosure does not determine {digits} digits")
+    return texts  # type: ignore[return-value]
+
+
+def _stripped(c: Sequence[arb]) -> Sequence[arb]:
+    """Drop leading coefficients that are exactly zero."""
+    length = len(c)
+    while length > 1 and c[length - 1].is_exact() and c[length - 1].is_zero():
+        length -= 1
+    return c[:length]
+
+
+def _distance(root: Root) -> tuple[float, float]:
+    """Order by modulus, and in a conjugate pair the lower half-plane first."""
+    return float(f"{float(abs(root.value).mid()):.9e}"), float(root.value.imag.mid())
+
+
+def _roots(coefficients: Sequence[arb], digits: int) -> tuple[Root, ...]:
+    """Return the simple roots of a polynomial given by balls, isolated and wide enough for `digits` digits."""
+    polynomial = _stripped(coefficients)
+    if len(polynomial) == 1:
+        return ()
+    try:
+        values = acb_poly(list(polynomial)).roots(tol=arb(10) ** -(digits + 6))
+    except ValueError:  # not isolated: too few digits (a multiple root of an unknown number cannot be told apart)
+        raise _TooWideError(digits) from None
+    roots = [Root(value, 1, _is_real(value, values)) for value in values]
+    for root in roots:
+        missing = digits + 2 - relative_digits([abs(root.value)])
+        if missing > 0:
+            raise _TooWideError(missing)
+        if None in (decimal_at(part, abs(root.value), digits) for part in (root.value.real, root.value.imag)):
+            raise _TooWideError(1)
+    return tuple(sorted(roots, key=_distance))
+
+
+def _is_real(value: acb, values: Sequence[acb]) -> bool:
+    """Whether an isolated root of a real polynomial is real: its mirror image lies in no other enclosure.
+
+    Raises `_TooWideError` if that cannot be told.
+    """
+    if not value.imag.contains(0):
+        return False
+    mirror = value.conjugate()
+    if sum(mirror.overlaps(other) for other in values) > 1:
+        raise _TooWideError(10)
+    return True
+
+
+def _refuse_if_degenerate(m: int, n: int) -> None:
+    """Raise `DegenerateError` if the system for b is singular identically in lambda_1, lambda_3, … .
+
+    The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra. Only small n are
+    decided; beyond [1/3] and [3/1] no degenerate case is known.
+    """
+    if n > 5:
+        return
+    import sympy
+
+    from viscopade.theory.symbolic import h_polynomial  # SymPy: loaded only for a system that looks singular
+
+    h = {k: h_polynomial(k) for k in range(m + n + 1)}
+    matrix = sympy.Matrix(n, n, lambda j, i: h.get(m + int(j) - int(i), sympy.Integer(0)))
+    if sympy.expand(matrix.det(method="berkowitz")) == 0:
+        raise DegenerateError(
+            f"[{m}/{n}] does not exist: the order conditions contradict each other, because h_1 = h_3 = 0. "
+            "Accepted are for instance the neighbours with another m or n, such as [0/3], [2/5] or [1/4]"
+        )

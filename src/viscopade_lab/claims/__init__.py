@@ -1,0 +1,79 @@
+"""Every statement of the paper that can be checked, with our evidence and verdict.
+
+The modules beside this one hold the claims by subject; each claim's check computes its numbers anew, and derives the
+verdict from them. What cannot be checked here is listed too (`UNCHECKED`), with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from viscopade.progress import quietly, track
+from viscopade_lab.claims import asymptotics, pade, physics, series
+from viscopade_lab.claims.evidence import CheckedClaim, Claim, Evidence
+
+__all__ = ["CLAIMS", "UNCHECKED", "CheckedClaim", "Claim", "Evidence", "Unchecked", "check", "claims"]
+
+
+class Unchecked(NamedTuple):
+    """A statement of the paper that we cannot check."""
+
+    place: str
+    statement: str
+    reason: str
+
+
+CLAIMS: tuple[Claim, ...] = (*physics.CLAIMS, *series.CLAIMS, *asymptotics.CLAIMS, *pade.CLAIMS)
+
+UNCHECKED = (
+    Unchecked(
+        "fig:expVsAnaVsNum",
+        "the measured values for ice deviate slightly from the theory",
+        "the measurements are not public, only a power law fitted to them is",
+    ),
+    Unchecked(
+        "text after fig:seriesDiverging",
+        "beta = 1.307 (s/cm)^(1/5) belongs to the ice of those measurements",
+        "it was fitted to the same measurements; no A of ice is given",
+    ),
+    Unchecked(
+        "text after eq:asymp; text after eq:betadef",
+        "the exponent and the h_k agree with an earlier paper",
+        "the earlier paper is not at hand; the exponent itself is the claim asymptotic-law",
+    ),
+    Unchecked(
+        "text after eq:paramEl",
+        "who derived the dissipative force first, and who rigorously",
+        "a matter of literature, not of numbers",
+    ),
+)
+
+
+def claims() -> tuple[CheckedClaim, ...]:
+    """Check every claim, in the order of `CLAIMS`; it takes about 20 s."""
+    return check()
+
+
+def check(names: Iterable[str] | None = None) -> tuple[CheckedClaim, ...]:
+    """Check the claims of these names; None means all.
+
+    Raises
+    ------
+    ValueError
+        If there is no claim of a name.
+    """
+    by_name = {claim.name: claim for claim in CLAIMS}
+    wanted = list(by_name) if names is None else list(names)
+    for name in wanted:
+        if name not in by_name:
+            raise ValueError(f"there is no claim {name!r}: accepted are {', '.join(by_name)}")
+    return tuple(
+        CheckedClaim(by_name[wanted[i]], _quietly(by_name[wanted[i]])) for i in track(range(len(wanted)), "claims")
+    )
+
+
+def _quietly(claim: Claim) -> Evidence:
+    """Check a claim; the progress of its parts would be shown within that of the whole."""
+    with quietly():
+        return claim.check()

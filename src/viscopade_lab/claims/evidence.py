@@ -1,0 +1,97 @@
+"""What a claim is, and what we hold against it: a verdict that is derived from numbers computed by running code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal
+
+from viscopade.arithmetic.decimals import at_most
+
+Verdict = Literal["holds", "holds with a limit", "does not hold"]
+Kind = Literal["proven", "sampled"]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What we found.
+
+    Attributes
+    ----------
+    verdict : str
+        "holds", "holds with a limit" or "does not hold".
+    summary : str
+        One or two sentences with the numbers that decide.
+    numbers : mapping
+        All numbers, ready for JSON.
+    kind : str
+        "proven" if the verdict rests on enclosures or exact arithmetic, "sampled" if on values at many points or on
+        arithmetic whose error is estimated.
+    """
+
+    verdict: Verdict
+    summary: str
+    numbers: Mapping[str, Any]
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper that can be checked.
+
+    Attributes
+    ----------
+    name : str
+        Unique, such as "table-entries".
+    place : str
+        LaTeX label, or the text around it.
+    statement : str
+        What is claimed, in our words.
+    check : callable
+        Computes the evidence.
+    """
+
+    name: str
+    place: str
+    statement: str
+    check: Callable[[], Evidence]
+
+
+@dataclass(frozen=True)
+class CheckedClaim:
+    """A claim with its evidence."""
+
+    claim: Claim
+    evidence: Evidence
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as a dictionary that JSON can hold."""
+        claim, evidence = self.claim, self.evidence
+        return {
+            "name": claim.name,
+            "place": claim.place,
+            "statement": claim.statement,
+            "verdict": evidence.verdict,
+            "summary": evidence.summary,
+            "kind": evidence.kind,
+            "numbers": dict(evidence.numbers),
+        }
+
+
+def verdict(holds: bool, within_limits: bool = False) -> Verdict:
+    """Return the verdict from what the numbers said."""
+    if holds:
+        return "holds"
+    return "holds with a limit" if within_limits else "does not hold"
+
+
+def percent(fraction: float) -> str:
+    """Return a fraction as text in per cent, to two digits: 0.0123 is "1.2 %"."""
+    value = 100 * fraction
+    return f"{value:.0f} %" if 99.5 <= abs(value) < 1e4 else f"{value:.2g} %"
+
+
+def percent_at_most(fraction: float) -> str:
+    """Return an upper bound as text in per cent, rounded up to two digits: 0.0122 is "1.3 %"."""
+    return f"{at_most(100 * Fraction(fraction), 2)} %"

@@ -1,0 +1,383 @@
+"""The paper's statements about the equation of motion, its scaling, universality, units, and ice."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arrays import double
+from viscopade.collision.exact import collision
+from viscopade.collision.spheres import Pair, Sphere, beta_si_from_cgs, speed_from_v_star, v_star
+from viscopade.theory.equation import scaled_equation
+from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade_lab.claims.approximants import departure, errors, largest, truncated
+from viscopade_lab.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
+from viscopade_lab.claims.motion import Motion, Tail, collide, tail
+from viscopade_lab.claims.pade import LINE_LINEAR
+from viscopade_lab.claims.series import GROSS, VISIBLE, radius_numbers
+
+if TYPE_CHECKING:
+    import sympy
+
+BETA_ICE = float(BETA_ICE_CGS)
+CM_PER_M = 100.0
+# Relative errors of the integration in physical units stay below this (measured: 2e-10 up to v* = 10).
+INTEGRATED = 1e-8
+# A benchmark for approximants that are at best 1e-4 off must itself be this good.
+BENCHMARK = 1e-6
+# Rounding of a few operations in double precision.
+ROUNDING = 1e-14
+
+Exponents = tuple[Fraction, ...]
+
+
+def _printed(text: str, value: float | Fraction) -> bool:
+    """Whether a value rounds to what is printed."""
+    unit = Fraction(1, 10 ** len(text.partition(".")[2]))
+    return abs(Fraction(value) - Fraction(text)) <= unit / 2
+
+
+# --- force and equation of motion -------------------------------------------------------------------------------------
+
+
+def _sign_of_the_force() -> Evidence:
+    m_1, m_2, push = Fraction(2), Fraction(3), Fraction(5)  # along e, which points from sphere 2 to sphere 1
+    rate = -(push / m_1 + push / m_2)  # xi'' = -(r_1'' - r_2''), the push acting on 1 and its reaction on 2
+    force = m_1 * m_2 / (m_1 + m_2) * rate
+    numbers = {"component_on_1": str(push), "component_on_2": str(-push), "m_eff_xi''": str(force)}
+    summary = (
+        f"a repulsion has the component {push} along e on sphere 1 and {-push} on sphere 2; m_eff xi'' is {force}: F "
+        "of eq:newton is that of the force on sphere 2, which the text does not say"
+    )
+    return Evidence(verdict(force == push, force == -push), summary, numbers, "proven")
+
+
+def _never_attracts() -> Evidence:
+    attraction = {f"{v:g}": after.attraction for v, after in _tails().items()}
+    summary = (
+        "F < 0 is repulsion here. Without the min(…) the force would attract after t_c, by up to "
+        f"{percent_at_most(attraction['1'])} of its largest value at v* = 1; with it the motion is free from there, so "
+        "that x'' = 0 for all t >= t_c, and t_c is the first such time"
+    )
+    needed = all(value > INTEGRATED for value in attraction.values())
+    return Evidence(verdict(needed), summary, {"attraction_without_min": attraction}, "sampled")
+
+
+def _end_of_contact() -> Evidence:
+    compression, difference = {}, {}
+    for v, after in _tails().items():
+        exact_values = collision(v, 15).floats()
+        compression[f"{v:g}"] = v**2 * exact_values["epsilon"] / exact_values["x_max"]
+        difference[f"{v:g}"] = after.epsilon_0 / exact_values["epsilon"] - 1
+    numbers = {"compression_at_t_c_over_largest": compression, "older_end_over_this_one_minus_1": difference}
+    summary = (
+        f"the force vanishes while the spheres are compressed, by {percent(compression['1'])} of the maximum at v* = 1."
+        f" It matters: ended at x = 0, with an attractive tail, eps would be {percent(-difference['1'])} smaller there"
+    )
+    earlier = all(value > INTEGRATED for value in compression.values())
+    return Evidence(verdict(earlier and all(d < 0 for d in difference.values())), summary, numbers, "sampled")
+
+
+def _elastic_constant() -> Evidence:
+    samples = [(Fraction(7, 3), Fraction(1, 3)), (Fraction(10), Fraction(1, 2)), (Fraction(3, 7), Fraction(-1, 5))]
+    ratios = [(2 * Y / (3 * (1 - nu**2))) / (Fraction(4, 3) / (2 * (1 - nu**2) / Y)) for Y, nu in samples]
+    pair = PAIRS[0]
+    sphere = pair.first
+    printed = 2 * sphere.young_modulus * math.sqrt(pair.R_eff) / (3 * (1 - sphere.poisson_ratio**2))
+    numbers = {"over_hertz": [str(r) for r in ratios], "over_rho_of_the_model": printed / pair.rho}
+    summary = (
+        "with Hertz's 1/E_eff = 2 (1 - nu^2)/Y for two spheres of one material, 4/3 E_eff sqrt(R_eff) is the printed "
+        "rho exactly; for different materials 2 (1 - nu^2)/Y becomes a sum"
+    )
+    exact = all(r == 1 for r in ratios) and abs(printed / pair.rho - 1) < ROUNDING
+    return Evidence(verdict(exact), summary, numbers, "proven")
+
+
+# --- scaling ----------------------------------------------------------------------------------------------------------
+
+# Exponents of (rho/m_eff, v, 3/2 A).
+_STIFFNESS, _SPEED, _DAMPING = (tuple(Fraction(int(i == j)) for i in range(3)) for j in range(3))
+_LENGTH = (Fraction(-2, 5), Fraction(4, 5), Fraction(0))  # of x, as printed
+_TIME = (Fraction(-2, 5), Fraction(-1, 5), Fraction(0))  # of tau, as printed
+
+
+def _product(*factors: tuple[Exponents, int | Fraction]) -> Exponents:
+    return tuple(sum((factor[i] * power for factor, power in factors), Fraction(0)) for i in range(3))
+
+
+def _scaling() -> Evidence:
+    one = (Fraction(0),) * 3
+    acceleration = _product((_LENGTH, 1), (_TIME, -2))
+    elastic = _product((_STIFFNESS, 1), (_LENGTH, Fraction(3, 2)), (acceleration, -1))
+    viscous = _product((_STIFFNESS, 1), (_DAMPING, 1), (_LENGTH, Fraction(3, 2)), (_TIME, -1), (acceleration, -1))
+    start = _product((_SPEED, 1), (_TIME, 1), (_LENGTH, -1))
+    # v*^2 = beta v^(1/5), beta = 3/2 A (rho/m_eff)^(2/5)
+    v_star_squared = _product((_DAMPING, 1), (_STIFFNESS, Fraction(2, 5)), (_SPEED, Fraction(1, 5)))
+    numbers = {
+        "exponents_of": "rho/m_eff, v, 3/2 A",
+        "elastic_term": _text(elastic),
+        "viscous_term": _text(viscous),
+        "v_star^2": _text(v_star_squared),
+        "initial_velocity": _text(start),
+    }
+    summary = (
+        "in the printed units of length and time the elastic term and the initial velocity become 1 and the viscous "
+        "term becomes v*^2: one parameter is left, exactly"
+    )
+    holds = elastic == one and start == one and viscous == v_star_squared
+    return Evidence(verdict(holds), summary, numbers, "proven")
+
+
+def _text(exponents: Exponents) -> list[str]:
+    return [str(e) for e in exponents]
+
+
+def _coefficients_universal() -> Evidence:
+    scaling = _scaling()
+    holds = scaling.verdict == "holds"
+    summary = (
+        "only v* is left in the scaled problem, so its series in v* has pure numbers; they are computed here without "
+        "any material, size or speed"
+    )
+    return Evidence(verdict(holds), summary, scaling.numbers, "proven")
+
+
+# Three pairs with nothing in common: soft spheres of cm, a glass bead on a steel wall, boulders of ice.
+_SOFT: dict[str, Any] = {"young_modulus": 1e7, "poisson_ratio": 0.3, "dissipative_constant": 5e-4}
+_GLASS: dict[str, Any] = {"young_modulus": 7e10, "poisson_ratio": 0.22, "dissipative_constant": 1.2e-7}
+_STEEL: dict[str, Any] = {"young_modulus": 2.1e11, "poisson_ratio": 0.28, "dissipative_constant": 4e-8}
+_ICE: dict[str, Any] = {"young_modulus": 1e10, "poisson_ratio": 0.35, "dissipative_constant": 1e-2}
+PAIRS = (
+    Pair(Sphere(radius=0.01, density=1000, **_SOFT), Sphere(radius=0.02, density=1000, **_SOFT)),
+    Pair(Sphere(radius=2e-4, density=2500, **_GLASS), Sphere.wall(**_STEEL)),
+    Pair(Sphere(radius=3, density=917, **_ICE), Sphere(radius=40, density=600, **_ICE)),
+)
+UNIVERSAL_AT = (0.5, 1.0, 1.5)
+
+
+@lru_cache(maxsize=32)
+def _motion(pair: int, at_v_star: float) -> Motion:
+    return collide(PAIRS[pair], PAIRS[pair].speed(at_v_star))
+
+
+@lru_cache(maxsize=1)
+def _tails() -> dict[float, Tail]:
+    return {v: tail(PAIRS[0], PAIRS[0].speed(v)) for v in UNIVERSAL_AT}
+
+
+def _scaled_exactly() -> dict[str, bool]:
+    """Return which parts of the problem, eq:newton to eq:tEndAdvanced, hold v* alone in the printed units.
+
+    SymPy puts xi(t) = X x(t/T) into them, with symbols for all parameters; derivations/01_scaling.py finds X and T.
+    """
+    import sympy
+
+    m_eff, rho, A, v = sympy.symbols("m_eff rho A v", positive=True)
+    scaled = scaled_equation()
+    x, tau = scaled.x, scaled.tau
+    X, T = (_symbolic(unit, (rho / m_eff, v, sympy.Rational(3, 2) * A)) for unit in (_LENGTH, _TIME))
+    rate = X / T * x.diff(tau)
+    acceleration = rate.diff(tau) / T
+    root = sympy.sqrt(X) * sympy.sqrt(x)
+    newton = m_eff * acceleration + rho * root**3 + sympy.Rational(3, 2) * A * rho * root * rate
+    beta = sympy.Rational(3, 2) * A * (rho / m_eff) ** sympy.Rational(2, 5)
+    wanted = scaled.lhs.subs(scaled.kappa, beta * v ** sympy.Rational(1, 5))
+    unit_of_force = m_eff * X / T**2
+    speed = rate.subs(x.diff(tau), 1)  # at first contact, x'(0) = 1
+
+    def vanishes(residual: sympy.Expr) -> bool:
+        return bool(sympy.simplify(sympy.expand(residual)) == 0)
+
+    return {
+        "equation": vanishes(newton / unit_of_force - wanted),
+        "initial_velocity": vanishes(speed - v),
+        "end_of_contact": vanishes(acceleration - X / T**2 * x.diff(tau, 2)),
+        "epsilon": vanishes(-rate / v + x.diff(tau)),
+    }
+
+
+def _symbolic(unit: Exponents, factors: tuple[sympy.Expr, ...]) -> sympy.Expr:
+    """Return a unit as SymPy's product of powers."""
+    import sympy
+
+    return sympy.Mul(*(factor ** sympy.Rational(e) for factor, e in zip(factors, unit, strict=True)))
+
+
+def _universal() -> Evidence:
+    exact = _scaled_exactly()
+    restitution = {v: [_motion(i, v).epsilon for i in range(len(PAIRS))] for v in UNIVERSAL_AT}
+    apart = max(max(row) / min(row) - 1 for row in restitution.values())
+    off = max(abs(eps / double.epsilon(v) - 1) for v, row in restitution.items() for eps in row)
+    speeds = {f"{v:g}": [pair.speed(v) for pair in PAIRS] for v in UNIVERSAL_AT}
+    numbers = {
+        "only_v_star_is_left_in": exact,
+        "proof": "derivations/01_scaling.py",
+        "epsilon": {f"{v:g}": row for v, row in restitution.items()},
+        "speeds_in_m/s": speeds,
+        "largest_relative_difference": apart,
+        "largest_difference_from_eps_of_v_star": off,
+    }
+    summary = (
+        "in the printed units equation, initial velocity, end of contact and eps hold v*^2 = beta v^(1/5) and no other "
+        "parameter: SymPy's residuals are 0. As a sampled check, three pairs from 0.2 mm to 40 m, integrated in "
+        f"physical units at v* = 0.5, 1 and 1.5, agree within {at_most(apart, 1)}, and with eps(v*) within "
+        f"{at_most(off, 1)}"
+    )
+    return Evidence(verdict(all(exact.values()) and max(apart, off) < INTEGRATED), summary, numbers, "proven")
+
+
+def _benchmark() -> Evidence:
+    off = {f"{v:g}": _motion(0, v).epsilon / float(double.epsilon(v)) - 1 for v in (0.1, 1.0, 10.0, 100.0)}
+    worst = max(map(abs, off.values()))
+    moderate = max(abs(error) for v, error in off.items() if float(v) <= 10)
+    summary = (
+        f"at v* = {', '.join(off)} a plain fourth-order integration in physical units has eps within "
+        f"{at_most(worst, 1)} of the exact value, and within {at_most(moderate, 1)} of it at v* <= 10"
+    )
+    return Evidence(verdict(worst < BENCHMARK), summary, {"relative_error": off}, "sampled")
+
+
+# --- units and ice ----------------------------------------------------------------------------------------------------
+
+
+def _units() -> Evidence:
+    speed = 1.0  # cm/s
+    cgs = v_star(speed, BETA_ICE)
+    si = v_star(speed / CM_PER_M, beta_si_from_cgs(BETA_ICE))
+    mixed = v_star(speed / CM_PER_M, BETA_ICE)
+    numbers = {"cgs": cgs, "si": si, "mixed_over_right": mixed / cgs, "beta_si": beta_si_from_cgs(BETA_ICE)}
+    summary = (
+        f"v* has no unit: v in cm/s with beta in (s/cm)^(1/5), and v in m/s with beta = {numbers['beta_si']:.4f} "
+        f"(s/m)^(1/5), both give v* = {cgs:.6f}. cm/s is right with the printed beta, but any consistent units do; "
+        f"mixed ones are off by a factor {mixed / cgs:.3f} in v*"
+    )
+    same = abs(si / cgs - 1) < ROUNDING
+    return Evidence(verdict(not same, same), summary, numbers, "sampled")
+
+
+def _ice_speeds() -> Evidence:
+    at_one = Fraction(BETA_ICE_CGS) ** -5
+    at_limit = 10**3 * at_one / 100  # (10^0.3)^10 = 10^3, and 100 cm
+    numbers = {"v_in_cm/s_at_v_star_1": float(at_one), "v_in_m/s_at_v_star_10^0.3": float(at_limit)}
+    summary = f"v = v*^10/beta^5 is {float(at_one):.4f} cm/s at v* = 1 and {float(at_limit):.3f} m/s at v* = 10^0.3"
+    return Evidence(verdict(_printed("0.262", at_one) and _printed("2.6", at_limit)), summary, numbers, "proven")
+
+
+def _order_40_for_ice() -> Evidence:
+    speeds = {tolerance: speed_from_v_star(departure(40, tolerance), BETA_ICE) for tolerance in (VISIBLE, GROSS)}
+    radius = speed_from_v_star(radius_numbers()["radius"], BETA_ICE)
+    numbers = {
+        "v_in_cm/s_where_1_percent_off": speeds[VISIBLE],
+        "v_in_cm/s_where_10_percent_off": speeds[GROSS],
+        "v_in_cm/s_at_radius_of_convergence": radius,
+    }
+    summary = (
+        f"S_40 is more than 1 % off from {at_most(speeds[VISIBLE])} cm/s on and more than 10 % off from "
+        f"{at_most(speeds[GROSS])} cm/s on; no order gets beyond {at_most(radius)} cm/s, the radius of convergence"
+    )
+    return Evidence(verdict(_printed("0.3", speeds[GROSS])), summary, numbers, "sampled")
+
+
+def _one_metre_per_second() -> Evidence:
+    at = v_star(1.0 * CM_PER_M, BETA_ICE)
+    radius = radius_numbers()
+    truth = double.epsilon(at)
+    sums = {k: truncated(k, at) for k in (20, 40, 80, 120)}
+    numbers = {
+        "v_star": at,
+        "radius": radius["radius"],
+        "epsilon": truth,
+        "truncated_series": {str(k): value for k, value in sums.items()},
+    }
+    summary = (
+        f"1 m/s is v* = {at:.4f}, beyond the radius of convergence R = {radius['radius']:.4f}: no order suffices, more "
+        f"terms make it worse (S_20 = {sums[20]:.2g}, S_40 = {sums[40]:.2g}, S_120 = {sums[120]:.2g}; eps = "
+        f"{truth:.4f})"
+    )
+    return Evidence(verdict(at < radius["radius"]), summary, numbers, "sampled")
+
+
+def _figure_for_ice() -> Evidence:
+    error = errors(3, 6)
+    ranges = {"5 cm/s": v_star(5.0, BETA_ICE), "1 m/s": v_star(CM_PER_M, BETA_ICE)}
+    relative = {name: largest(error.epsilon, v) for name, v in ranges.items()}
+    absolute = {name: largest(error.absolute, v) for name, v in ranges.items()}
+    numbers = {"v_star": ranges, "largest_relative_error": relative, "largest_absolute_error": absolute}
+    summary = (
+        f"[3/6] is within {percent_at_most(relative['5 cm/s'])} of eps up to 5 cm/s and within "
+        f"{percent_at_most(relative['1 m/s'])} up to 1 m/s (absolutely {at_most(absolute['1 m/s'], 2)}), wherever "
+        "between the figure ended"
+    )
+    return Evidence(verdict(absolute["1 m/s"] < LINE_LINEAR), summary, numbers, "sampled")
+
+
+CLAIMS = (
+    Claim(
+        "sign-of-the-force",
+        "eq:newton and the text after it",
+        "F of m_eff xi'' = F is the component of the force along e = (r_1 - r_2)/|r_1 - r_2|",
+        _sign_of_the_force,
+    ),
+    Claim("never-attracts", "eq:viscoelastic", "the min(0, …) makes the force repulsive always", _never_attracts),
+    Claim(
+        "end-of-contact",
+        "eq:tEndAdvanced",
+        "the collision ends when the interaction force vanishes",
+        _end_of_contact,
+    ),
+    Claim(
+        "elastic-constant", "eq:paramEl", "Hertz's force has rho = 2 Y sqrt(R_eff)/(3 (1 - nu^2))", _elastic_constant
+    ),
+    Claim(
+        "scaling",
+        "eq:equationOfMotionNatUnit",
+        "with the given units of length and time the equation has v* as its only parameter",
+        _scaling,
+    ),
+    Claim(
+        "coefficients-universal",
+        "text after eq:betadef",
+        "the h_k are pure numbers, the same for all materials and sizes",
+        _coefficients_universal,
+    ),
+    Claim(
+        "eps-universal",
+        "eq:betadef; Conclusion",
+        "material, sizes and masses enter eps through beta only, that is, through v*",
+        _universal,
+    ),
+    Claim(
+        "numerical-benchmark",
+        "text after eq:equationOfMotionNatUnit",
+        "numerical integration is exact but for numerical errors, also for large v*",
+        _benchmark,
+    ),
+    Claim("units", "Conclusion", "v is the impact velocity in cm/s", _units),
+    Claim(
+        "ice-speeds",
+        "text after fig:seriesDiverging; text after eq:padeDef",
+        "for ice (beta = 1.307 (s/cm)^(1/5)) v* = 1 is 0.262 cm/s and v* = 10^0.3 is 2.6 m/s",
+        _ice_speeds,
+    ),
+    Claim(
+        "ice-order-40",
+        "fig:expVsAnaVsNum",
+        "for ice the series truncated at k_c = 40 diverges at about 0.3 cm/s",
+        _order_40_for_ice,
+    ),
+    Claim(
+        "figure-ice",
+        "fig:expVsAnaVsNum",
+        "for ice [3/6] agrees almost perfectly with the numerical integration over the speeds shown",
+        _figure_for_ice,
+    ),
+    Claim(
+        "ice-1-m/s",
+        "text after fig:seriesDiverging",
+        "for ice at about 1 m/s one would have to go to an impractically high order",
+        _one_metre_per_second,
+    ),
+)

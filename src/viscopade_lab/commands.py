@@ -1,0 +1,217 @@
+"""The commands that gather evidence: claims, figures, bench, report, hardcases; `viscopade` loads them when needed."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade.cli.console import (
+    STYLE,
+    Real,
+    Whole,
+    need,
+    read_file,
+    say,
+    show,
+    terminal_width,
+)
+from viscopade.cli.writer import check, write, write_all
+from viscopade_lab import figures, report
+
+if TYPE_CHECKING:
+    from viscopade_lab.hard_cases import Finding
+
+
+@click.command()
+@click.option("--only", "names", multiple=True, help="Names of claims; repeat for more. Default: all.")
+@STYLE
+def claims(names: tuple[str, ...], style: str) -> None:
+    """Check every statement of the paper that can be checked, and print our verdict with the evidence."""
+    from viscopade_lab.claims import UNCHECKED, check
+
+    findings = [finding.to_json() for finding in check(names or None)]
+    counts = Counter(finding["verdict"] for finding in findings)
+    unchecked = [] if names else [entry._asdict() for entry in UNCHECKED]
+    if style == "text":
+        for finding in findings:
+            say(f"{finding['name']}  ({finding['place']})", 2)
+            say(f"  claim:    {finding['statement']}", 12)
+            say(f"  verdict:  {finding['verdict']} ({finding['kind']})", 12)
+            say(f"  evidence: {finding['summary']}", 12)
+            click.echo()
+        for entry in unchecked:
+            say(f"not checked: {entry['statement']} ({entry['place']}): {entry['reason']}", 2)
+        say(", ".join(f"{verdict}: {number}" for verdict, number in sorted(counts.items(), reverse=True)))
+        return
+    header = ("name", "place", "statement", "verdict", "kind", "summary")
+    rows = ([finding[column] for column in header] for finding in findings)
+    show(style, header, rows, {"claims": findings, "unchecked": unchecked, "verdicts": counts})
+
+
+@click.command("figures")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
+@click.option("--only", "names", multiple=True, type=click.Choice(figures.NAMES), help="Repeat for more.")
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
+    help="Repeat for more.",
+)  # fmt: skip
+def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
+    """Draw the paper's figures, and those that it could not show."""
+    from viscopade_lab.figures import paper
+
+    need("matplotlib", "figures")
+    pictures = paper.render(names or figures.NAMES, formats)
+    write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
+    click.echo(f"wrote {', '.join(pictures)} to {out}")
+
+
+@click.command("bench")
+@click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Measurements of each.  [default: 20]")
+@click.option(
+    "--memory-elements",
+    type=Whole("memory elements", 1 << 10, 1 << 28),
+    help="Length of the arrays from memory.  [default: 8388608]",
+)
+@click.option("--beta", type=Real("beta"), help="Of the material.  [default: 1.307, ice]")
+@click.option("--speed-min", type=Real("speed_min"), help="The lowest impact speed.  [default: 0.001]")
+@click.option("--speed-max", type=Real("speed_max"), help="The highest impact speed.  [default: 1000]")
+@click.option("--unit", help="Of the speeds.  [default: cm/s]")
+@click.option("--only", multiple=True, help="Kernels or rivals by id or its beginning; repeat for more. Default: all.")
+@click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
+@click.option(
+    "--headers",
+    type=click.Path(path_type=Path),
+    help="Directory with the exported headers. Default: they are made, which takes minutes.",
+)
+@click.option(
+    "--cuda",
+    type=Real("cuda"),
+    help="Ratio of CUDA kernel to device copy, measured elsewhere, for the table of targets.",
+)
+@click.option("--quick", is_flag=True, help="Few rounds and elements: to see that it runs, not to learn times.")
+@click.option("--out", type=click.Path(path_type=Path), help="Write the result to this file, as JSON.")
+@STYLE
+def bench_command(
+    only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cuda: float | None,
+    cc: str | None, headers: Path | None, out: Path | None, style: str, **scene: Any,
+) -> None:  # fmt: skip
+    """Measure all kernels and their rivals on the same speeds, compiled on the spot, and how far they are off."""
+    from viscopade.kernels import toolchain
+    from viscopade_lab import bench
+    from viscopade_lab.bench import tables
+
+    given = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
+    settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
+    if out is not None:
+        check([out])
+    read = None if headers is None else partial(toolchain.read_from, headers)
+    measured = bench.run(settings, cc, read)
+    whole = measured.to_json()
+    if out is not None:
+        write(out, json.dumps(whole, ensure_ascii=False, indent=1) + "\n")
+    if style != "text":
+        show(style, tables.HEADER, tables.long(measured), whole)
+        return
+    for line in tables.introduction(measured):
+        say(line)
+    for table in tables.tables(measured):
+        show(style, table.header, table.rows, {}, title=table.title)
+    for line in tables.notes(measured):
+        say(line)
+
+
+@click.command("report")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
+@click.option(
+    "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="What `viscopade bench --out` wrote. Default: the benchmark is run, which takes minutes.",
+)  # fmt: skip
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(report.FORMATS), default=report.FORMATS, show_default=True,
+    help="Of the picture beside the page; repeat for more.",
+)  # fmt: skip
+def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
+    """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    from viscopade_lab import bench
+    from viscopade_lab.bench.result import Result
+    from viscopade_lab.report.render import render
+
+    need("matplotlib", "report")
+    check([out / "report.html"], parents=True)
+    if result is None:
+        found = bench.run(bench.Settings())
+    else:
+        found = Result.from_text(read_file(result, "what `viscopade bench --out` wrote"), str(result))
+    files = render(found, formats)
+    write_all({out / name: content for name, content in files.items()}, parents=True)
+    click.echo(f"wrote {', '.join(files)} to {out}")
+
+
+@click.command("hardcases")
+@click.option("--only", "names", multiple=True, help="Names of cases; repeat for more. Default: all.")
+@click.option("--thorough", is_flag=True, help="More points, orders, inputs: half an hour instead of a minute.")
+@click.option("--out", type=click.Path(path_type=Path), help="Directory for the page, its figures and the numbers.")
+@click.option(
+    "--from",
+    "result",
+    type=click.Path(path_type=Path),
+    help="Show the hard-cases.json that was written before; with --only, those cases are run again and replaced.",
+)
+@STYLE
+@click.pass_context
+def hardcases_command(
+    context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
+) -> None:
+    """Try to break every part of viscopade, and print what happened.
+
+    The exit status is 1 if a check does not hold.
+    """
+    from viscopade_lab import hard_cases
+    from viscopade_lab.hard_cases import page
+
+    known = () if result is None else hard_cases.from_json(read_file(result, "what `--out` wrote"), str(result))
+    wanted = hard_cases.named(names or None) if names or result is None else ()
+    if thorough and not wanted:
+        raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
+    if out is not None:
+        need("matplotlib", "hardcases --out")
+        cases = [finding.name for finding in known] + [case.name for case in wanted]
+        check([out / name for name in page.names(cases)], parents=True)
+    fresh = hard_cases.check([case.name for case in wanted], thorough=thorough)
+    findings = hard_cases.merged(known, fresh)
+    files = page.files(findings) if out is not None else {}
+    if out is not None:  # before anything is printed, which may fail after all that time
+        write_all({out / name: content for name, content in files.items()}, parents=True)
+    if style == "json":
+        click.echo(page.numbers(findings), nl=False)
+    elif style == "text":
+        _show_findings(findings)
+        if out is not None:
+            say(f"wrote {', '.join(files)} to {out}")
+    else:
+        show(style, page.LONG, page.long(findings, str if style == "csv" else page.number), {})
+    if not all(finding.result.passes for finding in findings):
+        context.exit(1)
+
+
+def _show_findings(findings: Sequence[Finding]) -> None:
+
+    from viscopade_lab.hard_cases import page
+
+    for finding in findings:
+        click.echo(page.introduction(finding, terminal_width()))
+        for table in finding.result.tables:
+            show("text", table.header, table.rows, {}, title=table.title)
+        rows = page.checks(finding)
+        show("text", page.CHECKS, rows, {}, title="What must hold")
+    for finding in findings:
+        say(f"{finding.name}: {page.verdict(finding)}")
+
+
+COMMANDS = (claims, figures_command, bench_command, report_command, hardcases_command)

@@ -1,0 +1,7 @@
+"""The paper's figures, and those that it could not show."""
+
+NAMES = (
+    *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
+    *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "frontier", "cooling"),
+)
+FORMATS = ("svg", "pdf", "png")

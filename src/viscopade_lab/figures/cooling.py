@@ -1,0 +1,168 @@
+"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it.
+
+Importing this module enters it into `figures.FIGURES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from viscopade.arrays import native
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision import spheres
+from viscopade.kernels import registry_arrays
+from viscopade.kernels.registry import entries
+from viscopade.simulators import gas
+from viscopade.theory.pade import horner, pade
+from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade_lab.figures.paper import (
+    BLACK,
+    DIGITS,
+    FIGURES,
+    LOOKS,
+    Beside,
+    draw_curve,
+    figure_of,
+    identifier,
+    label_axes,
+    new_sheet,
+    write_text,
+)
+
+__all__ = ["FIGURES"]
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
+
+BETA = float(BETA_ICE_CGS)
+TEMPERATURE = 1.0  # (cm/s)^2, at the start
+
+# Late enough for both power laws.
+END = 1e9
+TIMES = np.geomspace(0.1, END, 201)
+
+# Simulated: one gas to the end, and several pairs of gases with the same seed.
+PARTICLES, SEEDS = 1000, 8
+MARKED = np.geomspace(1, 1e7, 8)
+COMPARED = np.array([1.0, 10.0, 100.0])
+
+TIER = "1e-3"  # of the kernel of speed
+STEPS_NODES = 600  # of quadrature over a table, which jumps from row to row
+
+
+def _v_star(speed: FloatArray) -> FloatArray:
+    return spheres.v_star(speed, BETA)
+
+
+def exact(speed: FloatArray) -> FloatArray:
+    """Return the exact eps of ice at speeds in cm/s."""
+    value: FloatArray = native.restitution(speed, BETA)
+    return value
+
+
+def constant() -> gas.RestitutionFunction:
+    """Return the constant eps with which the gas begins to cool as fast as it should."""
+    epsilon = float(np.sqrt(1 - gas.loss(exact, TEMPERATURE)))
+    return lambda speed: np.full_like(speed, epsilon)
+
+
+def rational(m: int, n: int) -> gas.RestitutionFunction:
+    """Return Padé's [m/n] of ice."""
+    a, b = (np.array([float(c) for c in side]) for side in pade(m, n, DIGITS).decimals())
+
+    def restitution(speed: FloatArray) -> FloatArray:
+        x = _v_star(speed)
+        value: FloatArray = horner(a, x) / horner(b, x)
+        return value
+
+    return restitution
+
+
+def kernel(tier: str) -> gas.RestitutionFunction:
+    """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
+    entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
+    return lambda speed: registry_arrays.epsilon(entry, _v_star(speed))
+
+
+@lru_cache(maxsize=4 * SEEDS)
+def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
+    """Return T at `COMPARED`."""
+    simulated = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(COMPARED[-1]), seed=seed)
+    return simulated.temperature_at(COMPARED)
+
+
+@figure_of(
+    "cooling",
+    "a cooling gas of ice with the exact eps and a constant one, and errors of the temperature with approximants",
+    r"""Top: temperature of a gas of ice balls that starts at 1 (cm/s)$^2$, over time in units of the mean collision
+    time at the start. Lines: Maxwellian velocities; circles: one simulation (DSMC) of 1000 particles each. With the
+    exact $\varepsilon(v)$ the temperature tends to $t^{-5/3}$, with a constant $\varepsilon$ that is right at the
+    start to $t^{-2}$ (thin lines). Bottom: relative error of the temperature with a constant, the paper's $[1/4]$ and
+    $[3/6]$, and the kernel of speed for 1e-3; lines as above, circles and squares: means over 8 pairs of simulations
+    with the same random numbers, bars: their standard errors.""",
+)
+def _cooling() -> Sheet:
+    sheet, (top, bottom) = new_sheet(4.8, (1.15, 1))
+    functions = {"constant": constant(), "[1/4]": rational(1, 4), "[3/6]": rational(3, 6), "kernel": kernel(TIER)}
+    exactly = gas.maxwellian(exact, TIMES, temperature=TEMPERATURE)
+    found = {
+        name: gas.maxwellian(f, TIMES, temperature=TEMPERATURE, nodes=STEPS_NODES if name == "kernel" else gas.NODES)
+        for name, f in functions.items()
+    }
+    _temperatures(top, exactly, found["constant"])
+    _simulated_temperatures(top, {"exact": exact, "constant": functions["constant"]})
+    _errors(bottom, {name: np.abs(temperatures / exactly - 1) for name, temperatures in found.items()})
+    for name in ("constant", "[1/4]"):
+        _simulated_errors(bottom, name, functions[name])
+    return sheet
+
+
+# The curves that these are drawn like.
+_LIKE = {"constant": "fit", "kernel": "best"}
+_CONSTANT = r"constant $\varepsilon$"
+
+
+def _temperatures(axes: Axes, exactly: FloatArray, constantly: FloatArray) -> None:
+    """Draw the temperatures of both gases, and beside them their power laws."""
+    draw_curve(axes, "exact", TIMES, exactly, (300, 4, 4), text=r"exact $\varepsilon(v)$")
+    draw_curve(axes, _LIKE["constant"], TIMES, constantly, (3e3, -4, -4), gid="constant", text=_CONSTANT)
+    late = np.array([1e4, END])
+    for name, exponent, at_end, side in (("-5/3", -5 / 3, 30 * exactly[-1], 4), ("-2", -2.0, constantly[-1] / 30, -4)):
+        gid = f"slope{name.replace('/', '-')}"
+        draw_curve(axes, "limit-power", late, at_end * (late / END) ** exponent, gid=gid)
+        write_text(axes, f"$t^{{{name}}}$", (1e7, at_end * (1e7 / END) ** exponent), (side, side))
+    label_axes(axes, "", "$T$ ((cm/s)$^2$)", (0.3, END), (1e-18, 3), "xy")
+
+
+def _simulated_temperatures(axes: Axes, functions: Mapping[str, gas.RestitutionFunction]) -> None:
+    for name, restitution in functions.items():
+        run = gas.cool(restitution, particles=PARTICLES, temperature=TEMPERATURE, time=float(MARKED[-1]))
+        (points,) = axes.plot(MARKED, run.temperature_at(MARKED), "o", color=BLACK, gid=f"simulated-{name}")
+        points.set(**_POINTS)
+
+
+def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
+    """Draw errors of the temperature."""
+    places: Mapping[str, Beside] = {"constant": (300, 4, -4), "[1/4]": (3, 4, -4), "[3/6]": (2e3, 3, 3)}
+    texts = {"constant": _CONSTANT, "kernel": f"kernel for {TIER}"}
+    for name, error in errors.items():
+        beside, text = places.get(name, (1e7, 0, 4)), texts.get(name, name)
+        draw_curve(axes, _LIKE.get(name, name), TIMES, error, beside, gid=f"{name}-error", text=text)
+    label_axes(axes, "$t$ (mean collision times at the start)", "relative error of $T$", (0.3, END), (1e-8, 3), "xy")
+
+
+def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunction) -> None:
+    """Draw means over seeds and their standard errors."""
+    ratios = [_simulated(restitution, seed) / _simulated(exact, seed) for seed in range(SEEDS)]
+    mean, bar = np.mean(ratios, axis=0) - 1, np.std(ratios, axis=0, ddof=1) / np.sqrt(SEEDS)
+    color, marker = LOOKS[_LIKE.get(name, name)].text, "s" if name == "constant" else "o"
+    bars = axes.errorbar(COMPARED, np.abs(mean), bar, fmt=marker, color=color, elinewidth=0.7)
+    bars.lines[0].set(gid=identifier(f"simulated-{name}-error"), **_POINTS)
+
+
+_POINTS: Mapping[str, Any] = {"markersize": 2.8, "markerfacecolor": "white", "markeredgewidth": 0.7}

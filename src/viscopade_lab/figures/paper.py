@@ -1,0 +1,782 @@
+"""The paper's four figures, beside each what it could not show, and what best approximants gain, as SVG, PDF or PNG.
+
+Every curve is computed when its figure is drawn; nothing is typed in but the ranges of the axes and where labels stand.
+The same versions of Matplotlib and of this package make the same bytes. Matplotlib is loaded only by drawing, its
+settings are left as they were, and no display is needed. A curve's `gid` is its name, in SVG the id of its group.
+
+Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viscopade.approximation import frontier, minimax
+from viscopade.arrays import double
+from viscopade.collision import spheres
+from viscopade.generated import marker_line
+from viscopade.progress import quietly, track
+from viscopade.theory import singularity
+from viscopade.theory.pade import Pade, Root, horner, pade
+from viscopade.theory.paper import BETA_ICE_CGS, TABLE
+from viscopade.theory.series import series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure as Sheet
+    from matplotlib.lines import Line2D
+
+Floats = NDArray[np.float64]
+
+FORMATS = ("svg", "pdf", "png")
+PNG_DPI = 300
+WIDTH = 3.4  # inches: one column of a journal
+
+# Digits of the coefficients of series and approximants; more than a double holds.
+DIGITS = 18
+SERIES_ORDER = 80
+MAX_M = 25
+
+# The fit eps = 0.32 v^-0.234 (v in cm/s) by Bridges, Hatzes & Lin (1984), and the speeds it is drawn for,
+# roughly those of the experiment (the original was not at hand). Their measurements themselves are not publicly
+# available, and are not in our figures.
+FIT_FACTOR, FIT_EXPONENT = 0.32, -0.234
+FIT_SPEEDS = (0.015, 2.0)
+FIT_LABEL = "fit of Bridges et al."
+
+# eq:asymp, and what it should be (section 2.5).
+PAPER_EXPONENT = -3.2
+LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
+
+SHOWN = ((0, 3), (1, 4), (2, 5), (3, 6), (15, 18))
+
+STYLE: Mapping[str, Any] = {
+    "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+    "font.size": 7.5,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.scale_dashes": False,
+    "lines.dash_capstyle": "butt",
+}
+
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#BDBDBD"
+
+DOTTED, DASHED, DASH_DOT = (1.2, 1.2), (4.5, 1.8), (6, 1.6, 1.2, 1.6)
+SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
+
+    color: str
+    dashes: tuple[float, ...] = ()
+    width: float = 1.3
+    text: str = BLACK
+
+
+# The exact curve is broad and pale, so that what coincides with it stays visible on top.
+LOOKS: Mapping[str, Look] = {
+    "exact": Look(GREY, width=3.4, text="#555555"),
+    "[0/3]": Look(ORANGE, DASHED, text="#A87400"),
+    "[1/4]": Look(GREEN, DASH_DOT, text=GREEN),
+    "[2/5]": Look(VERMILION, SHORT, text=VERMILION),
+    "[3/6]": Look(BLUE, DOTTED, 1.6, BLUE),
+    "[15/18]": Look(PURPLE, DASH_DOT_DOT, text="#A04578"),
+    "[25/28]": Look(SKY, width=1.0, text="#2277AA"),
+    "k_c=5": Look(VERMILION, DOTTED, text=VERMILION),
+    "k_c=10": Look(VERMILION, SHORT, text=VERMILION),
+    "k_c=15": Look(VERMILION, DASHED, text=VERMILION),
+    "k_c=20": Look(VERMILION, DASH_DOT_DOT, text=VERMILION),
+    "k_c=40": Look(VERMILION, text=VERMILION),
+    "k_c=80": Look(VERMILION, LONG, text=VERMILION),
+    "fit": Look(BLACK, LONG, 1.0),
+    "paper-power": Look(BLACK, DOTTED, 0.9),
+    "limit-power": Look(BLACK, (), 0.5),
+    "best": Look(VERMILION, text=VERMILION),
+    "pade": Look(BLUE, SHORT, text=BLUE),
+    "of-epsilon": Look(VERMILION, text=VERMILION),
+    "of-loss": Look(BLUE, SHORT, text=BLUE),
+    "larger": Look(GREY, width=3.4, text="#555555"),
+}
+
+
+# Marker and size in points of what is marked.
+MARKS = {"pole": ("x", 4.5), "zero": ("o", 4.0), "doublet": ("s", 5.5), "singularity": ("*", 7.0)}
+MARKS |= {"extremum": ("o", 3.2), "paper": ("s", 2.7)}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure that can be drawn.
+
+    Attributes
+    ----------
+    description : str
+        What it shows, in one line.
+    caption : str
+        The text to print below it, with LaTeX between dollar signs.
+    draw : callable
+        Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `drawn`, which sets the style.
+    paper_label : str or None
+        The label of the paper's figure that this one shows again.
+    """
+
+    description: str
+    caption: str
+    draw: Callable[[], Sheet]
+    paper_label: str | None = None
+
+
+FIGURES: dict[str, Figure] = {}
+
+
+def figure_of(name: str, description: str, caption: str, paper_label: str | None = None) -> Callable[[Any], Any]:
+    """Enter the decorated function into `FIGURES`."""
+
+    def enter(draw: Callable[[], Sheet]) -> Callable[[], Sheet]:
+        FIGURES[name] = Figure(description, " ".join(caption.split()), draw, paper_label)
+        return draw
+
+    return enter
+
+
+def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
+    """Return file name and content of figures.
+
+    Parameters
+    ----------
+    names : iterable of str, optional
+        Keys of `FIGURES`; all of them if left out.
+    formats : iterable of str
+        Some of `FORMATS`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name or format.
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    names, formats = list(FIGURES if names is None else names), list(formats)
+    _refuse_unknown("figure", names, FIGURES)
+    _refuse_unknown("format", formats, FORMATS)
+    files = {}
+    for i in track(range(len(names)), "figures"):
+        with quietly(), drawn(names[i]) as sheet:
+            for kind in formats:
+                files[f"{names[i]}.{kind}"] = content(sheet, names[i], kind)
+    return files
+
+
+@contextmanager
+def drawn(name: str) -> Iterator[Sheet]:
+    """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
+    from matplotlib import style
+
+    with style.context(["default", dict(STYLE)]):
+        sheet = FIGURES[name].draw()
+        sheet.draw_without_rendering()
+        sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
+        yield sheet
+
+
+def _refuse_unknown(what: str, given: Iterable[str], known: Iterable[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise ValueError(f"{what} is {name!r}: accepted are {', '.join(known)}")
+
+
+def content(sheet: Sheet, name: str, kind: str) -> bytes:
+    """Return a drawn figure as a file's content; to be called within `drawn`."""
+    buffer = io.BytesIO()
+    made_by = marker_line(f"viscopade figures --only {name} --format {kind}")
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(FIGURES[name].description, made_by, kind))
+    return buffer.getvalue()
+
+
+def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
+    """Return what is said of a figure within its file: title and origin, and no date."""
+    origin: dict[str, dict[str, str | None]] = {
+        "svg": {"Description": made_by, "Date": None},
+        "pdf": {"Subject": made_by, "CreationDate": None},
+        "png": {"Description": made_by},
+    }
+    return {"Title": title, **origin[kind]}
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------------------
+
+
+def _pade_slope(degrees: tuple[int, int], v_star: Floats) -> Floats:
+    """Return d ln [m/n]/d ln v*, to about 8 digits."""
+    step = 1e-4
+    above, below = (_pade(degrees, v_star * math.exp(sign * step)) for sign in (1, -1))
+    slope: Floats = np.log(above / below) / (2 * step)
+    return slope
+
+
+def _truncated(v_star: Floats, order: int) -> Floats:
+    """Return the series up to h_order v*^order."""
+    return horner(series(SERIES_ORDER, DIGITS).floats()[: order + 1], v_star)
+
+
+def _pade(degrees: tuple[int, int], v_star: Floats) -> Floats:
+    return pade(*degrees, DIGITS)(v_star)
+
+
+def _relative_error(epsilon: Floats, v_star: Floats) -> Floats:
+    value: Floats = np.abs(epsilon / double.epsilon(v_star) - 1)
+    return value
+
+
+def _label(degrees: tuple[int, int]) -> str:
+    return "[{}/{}]".format(*degrees)
+
+
+def _ice(speed: Floats) -> Floats:
+    """Return v* for ice, of a speed in cm/s."""
+    return spheres.v_star(speed, float(BETA_ICE_CGS))
+
+
+def _fit(speed: Floats) -> Floats:
+    value: Floats = FIT_FACTOR * speed**FIT_EXPONENT
+    return value
+
+
+@lru_cache(maxsize=1)
+def _singularity() -> complex:
+    """Return the singularity in the upper half plane that ends the convergence of the series."""
+    return complex(singularity.from_flow(DIGITS).v_star)
+
+
+# Where curves are computed: dense enough that no corner shows.
+LINEAR = np.linspace(0, 3, 601)
+LOGARITHMIC = np.geomspace(0.1, 100, 601)
+SPEEDS = np.geomspace(1e-3, 1e2, 501)
+# Relative distances at which curves are computed besides on both sides of a pole or zero.
+APPROACH = np.geomspace(1e-11, 0.03, 50)
+
+
+def _with_approach(v_star: Floats, root: float) -> Floats:
+    """Return v* with points close to `root` added."""
+    return np.sort(np.concatenate([v_star, root * (1 - APPROACH), root * (1 + APPROACH)]))
+
+
+def _positive_root(degrees: tuple[int, int], kind: str) -> float:
+    """Return an approximant's first positive "pole" or "zero"."""
+    p = pade(*degrees, DIGITS)
+    return next(_complex(root).real for root in _roots(p, kind) if root.positive)
+
+
+def _upper(root: Root) -> bool:
+    """Whether a root lies on the real axis or above."""
+    return root.real or bool(root.value.imag > 0)
+
+
+def _roots(p: Pade, kind: str) -> tuple[Root, ...]:
+    return {"pole": p.poles, "zero": p.zeros}[kind]
+
+
+def _complex(root: Root) -> complex:
+    """Return a root in double precision; the imaginary part of a real one is 0."""
+    real, imaginary = (float(part) for part in root.decimals(DIGITS))
+    return complex(real, imaginary)
+
+
+# --- how it is drawn --------------------------------------------------------------------------------------------------
+
+
+def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
+    """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
+    from matplotlib.figure import Figure as Sheet
+
+    sheet = Sheet(figsize=(WIDTH, height))
+    return sheet, list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
+
+
+Beside = tuple[float, float, float]
+"""Where a curve's name stands: at which x, and how many points right of and above the curve's point there."""
+
+
+def draw_curve(
+    axes: Axes, name: str, x: Floats, y: Floats, beside: Beside | None = None, *, gid: str = "", text: str = ""
+) -> Line2D:
+    """Draw a curve in the look of its name, and write its text beside the point nearest to an abscissa."""
+    look = LOOKS[name]
+    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=identifier(gid or name))
+    if look.dashes:
+        line.set_dashes(look.dashes)
+    if beside is not None:
+        at, right, above = beside
+        write_text(axes, text or name, (at, float(np.interp(at, x, y))), (right, above), look.text)
+    return line
+
+
+def identifier(name: str) -> str:
+    """Return a name without characters that SVG does not accept: "pade-3-6" for [3/6], "series-40" for k_c=40."""
+    return name.replace("[", "pade-").replace("/", "-").replace("]", "").replace("k_c=", "series-")
+
+
+def write_text(
+    axes: Axes, text: str, point: tuple[float, float], shift: tuple[float, float], color: str = BLACK
+) -> None:
+    """Write beside a point, with a line to it if that is far; without a shift on it, hiding what is there."""
+    from matplotlib.patheffects import withStroke
+
+    horizontal, vertical = ("right", "center", "left"), ("top", "center", "bottom")
+    leader = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate(
+        text,
+        point,
+        shift,
+        textcoords="offset points",
+        color=color,
+        fontsize=7,
+        ha=horizontal[int(np.sign(shift[0])) + 1],
+        va=vertical[int(np.sign(shift[1])) + 1],
+        arrowprops=leader if math.hypot(*shift) > 9 else None,
+        path_effects=[withStroke(linewidth=1.8, foreground="white")],
+        bbox=None if any(shift) else {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    )
+
+
+def label_axes(
+    axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
+) -> None:
+    """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
+    axes.set(xlabel=x_label, ylabel=y_label)
+    if "x" in scales:
+        axes.set_xscale("log")
+    if "y" in scales:
+        axes.set_yscale("log")
+    axes.set(xlim=x, ylim=y)
+
+
+def _until_out(y: Floats, low: float, high: float) -> Floats:
+    """Cut a curve after the first point outside low … high: where a series diverges there is nothing to see."""
+    outside = np.flatnonzero((y < low) | (y > high))
+    cut = y.copy()
+    if outside.size:
+        cut[outside[0] + 1 :] = np.nan
+    return cut
+
+
+def _positive(y: Floats) -> Floats:
+    """Leave out what a logarithmic axis cannot show."""
+    return np.where(y > 0, y, np.nan)
+
+
+def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_frame: bool = False) -> None:
+    """Mark points: `kind` is a key of `MARKS`, and their name in a legend."""
+    marker, size = MARKS[kind]
+    face = {"zero": "white", "extremum": "white", "doublet": "none"}.get(kind, color)
+    # On the frame a mark is shown whole, beyond it not at all.
+    (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
+    points.set(gid=identifier(gid), clip_on=not on_frame)
+
+
+V_STAR = r"$v_\ast$"
+EPSILON = r"$\varepsilon$"
+
+
+# --- the figures ------------------------------------------------------------------------------------------------------
+
+
+@figure_of(
+    "seriesDiverging",
+    "eps, its series cut off at several orders, and [1/4]",
+    r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
+    series cut off after $h_{k_c} v_\ast^{k_c}$ for several $k_c$, and the Padé approximant $[1/4]$. Every truncation
+    leaves the exact curve near $v_\ast = 1$, and a higher order hardly helps: the series converges no farther.""",
+    "fig:seriesDiverging",
+)
+def _series_diverging() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, V_STAR, EPSILON, (0, 2), (0, 1.02), "")
+    v_star = LINEAR[LINEAR <= 2]
+    draw_curve(axes, "exact", v_star, double.epsilon(v_star), (0.4, -5, -3))
+    places = {5: (0.99, -5, 0), 10: (1.1, 5, 0), 15: (1.29, 5, 0), 20: (1.08, 5, 0), 40: (1.04, -5, 0)}
+    for order, place in places.items():
+        text = f"$k_c={order}$" if order in (5, 40) else str(order)
+        draw_curve(axes, f"k_c={order}", v_star, _until_out(_truncated(v_star, order), -0.1, 1.2), place, text=text)
+    draw_curve(axes, "[1/4]", v_star, _pade((1, 4), v_star), (1.55, 3, 3))
+    return sheet
+
+
+@figure_of(
+    "seriesErrors",
+    "relative error of the truncated series, and how far the series converges",
+    r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
+    line) higher orders are better in the end, right of it they are worse.""",
+)
+def _series_errors() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, V_STAR, "relative error of " + EPSILON, (0.2, 1.6), (1e-12, 1e2), "y")
+    v_star = LINEAR[(LINEAR >= 0.2) & (LINEAR <= 1.6)]
+    places = {5: (0.4, -3, 3), 10: (0.4, -3, 3), 20: (0.4, -5, 0), 40: (0.66, -5, 0), 80: (0.84, 6, 0)}
+    for order, place in places.items():
+        error = _relative_error(_truncated(v_star, order), v_star)
+        draw_curve(axes, f"k_c={order}", v_star, error, place, text=f"$k_c={order}$" if order == 5 else str(order))
+    radius = abs(_singularity())
+    axes.axvline(radius, color=BLACK, linewidth=0.7, dashes=DASHED, gid="radius")
+    write_text(axes, f"radius of\nconvergence\n{radius:.4f}", (radius, 1e-10), (5, 0))
+    return sheet
+
+
+@figure_of(
+    "tryingDifferentPade",
+    "eps and its approximants for large v*, with two power laws",
+    r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
+    power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
+    $(3/2)^{2/3} v_\ast^{-10/3}$ (thin line). $[2/5]$ ends at its zero (circle), which the paper takes for a pole;
+    beyond it is negative.""",
+    "fig:tryingDifferentPade",
+)
+def _trying_different_pade() -> Sheet:
+    sheet, (axes,) = new_sheet(2.9)
+    label_axes(axes, V_STAR, EPSILON, (0.1, 100), (1e-7, 2), "xy")
+    zero = _positive_root((2, 5), "zero")
+    v_star = _with_approach(LOGARITHMIC, zero)
+    large = LOGARITHMIC[LOGARITHMIC >= 1]
+    curves = {"exact": draw_curve(axes, "exact", LOGARITHMIC, double.epsilon(LOGARITHMIC))}
+    curves["limit-power"] = draw_curve(axes, "limit-power", large, LIMIT_FACTOR * large**LIMIT_EXPONENT)
+    curves["paper-power"] = draw_curve(axes, "paper-power", large, large**PAPER_EXPONENT)
+    places = {(0, 3): (20, 3, 3), (2, 5): (5.4, -5, 0)}
+    for degrees in SHOWN:
+        name, value = _label(degrees), _pade(degrees, v_star)
+        curves[name] = draw_curve(axes, name, v_star, _positive(value), places.get(degrees))
+    _mark(axes, "zero", zero, 1e-7, VERMILION, "zero-[2/5]", on_frame=True)
+    # The others lie too close together to be named where they are: the key has them in the order of their right ends.
+    key = {"[1/4]": "[1/4]", "[3/6]": "[3/6]", "[15/18]": "[15/18]", "paper-power": r"$v_\ast^{-3.2}$"}
+    key |= {"limit-power": r"$(3/2)^{2/3}\,v_\ast^{-10/3}$", "exact": "exact"}
+    axes.legend([curves[name] for name in key], key.values(), loc="lower left", handlelength=3.6, frameon=False)
+    return sheet
+
+
+@figure_of(
+    "localSlope",
+    "the local exponent of eps, and where -3.2 comes from",
+    r"""Local exponent $\mathrm{d} \ln \varepsilon / \mathrm{d} \ln v_\ast$: exact (broad grey line) and of Padé
+    approximants. The paper's $-3.2$ (dotted) is passed on the way to the limit $-10/3$ (thin line), while every
+    $[m/m+3]$ shown tends to $-3$. The inset magnifies what happens at large $v_\ast$.""",
+)
+def _local_slope() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    inset = axes.inset_axes((0.53, 0.37, 0.45, 0.6))
+    places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (20, 4, -4), (15, 18): (26, -3, 3)}
+    for plane, suffix in ((axes, ""), (inset, "-inset")):
+        exact_place = (30, 0, -4) if suffix else (0.5, -5, -2)
+        draw_curve(plane, "exact", LOGARITHMIC, double.slope(LOGARITHMIC), exact_place, gid="exact" + suffix)
+        for degrees, place in places.items():
+            name, beside = _label(degrees), place if suffix else None
+            draw_curve(plane, name, LOGARITHMIC, _pade_slope(degrees, LOGARITHMIC), beside, gid=name + suffix)
+        for name, exponent in (("limit-power", LIMIT_EXPONENT), ("paper-power", PAPER_EXPONENT)):
+            draw_curve(plane, name, np.array([0.1, 100]), np.full(2, exponent), gid=name + suffix)
+    y_label = r"$\mathrm{d}\,\ln\varepsilon\,/\,\mathrm{d}\,\ln v_\ast$"
+    label_axes(axes, V_STAR, y_label, (0.1, 100), (-3.6, 0.05), "x")
+    label_axes(inset, "", "", (2, 100), (-3.43, -2.9), "x")
+    inset.set_yticks([LIMIT_EXPONENT, PAPER_EXPONENT, -3], ["$-10/3$", "$-3.2$", "$-3$"])
+    inset.tick_params(labelsize=6)
+    return sheet
+
+
+@figure_of(
+    "tryingDifferentPadeLin",
+    "eps and the first four approximants on linear axes",
+    r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
+    inset magnifies the frame at the lower right, where the exact curve and $[3/6]$ still cannot be told apart.""",
+    "fig:tryingDifferentPadeLin",
+)
+def _trying_different_pade_lin() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    inset = axes.inset_axes((0.51, 0.4, 0.46, 0.57))
+    places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
+    for plane, suffix in ((axes, ""), (inset, "-inset")):
+        draw_curve(
+            plane, "exact", LINEAR, double.epsilon(LINEAR), None if suffix else (0.4, -5, -3), gid="exact" + suffix
+        )
+        for degrees, place in places.items():
+            name, beside = _label(degrees), place if suffix else None
+            draw_curve(plane, name, LINEAR, _pade(degrees, LINEAR), beside, gid=name + suffix)
+    label_axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")
+    label_axes(inset, "", "", (2, 3), (0, 0.14), "")
+    inset.set(xticks=(2, 2.5, 3), yticks=(0, 0.05, 0.1))
+    inset.tick_params(labelsize=6)
+    axes.indicate_inset_zoom(inset, edgecolor=BLACK, linewidth=0.5)
+    return sheet
+
+
+@figure_of(
+    "padeErrors",
+    "relative errors of eps and of 1 - eps of the approximants",
+    r"""Relative error of $\varepsilon$ (top) and of $1 - \varepsilon$ (bottom) of Padé approximants $[m/m+3]$. Circle:
+    the zero of $[2/5]$; cross: a pole of $[25/28]$, so close to a zero that the error is large only next to it. For
+    large $v_\ast$ the relative error of $\varepsilon$ grows without bound, because $[m/m+3]$ falls like $v_\ast^{-3}$
+    ($[0/3]$ like $v_\ast^{-2}$), but $\varepsilon$ like $v_\ast^{-10/3}$.""",
+)
+def _pade_errors() -> Sheet:
+    sheet, planes = new_sheet(4.6, (1, 1))
+    zero, pole = _positive_root((2, 5), "zero"), _positive_root((25, 28), "pole")
+    v_star = _with_approach(LOGARITHMIC, pole)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    places = dict.fromkeys(TABLE, (0.25, 0, 0)) | {(15, 18): (1.3, -5, 0), (25, 28): (1.9, 5, 0)}
+    for plane, size, suffix in ((planes[0], epsilon, "-epsilon"), (planes[1], loss, "-loss")):
+        for degrees, place in places.items():
+            error = np.abs(_pade(degrees, v_star) - epsilon) / size
+            draw_curve(plane, _label(degrees), v_star, error, place, gid=_label(degrees) + suffix)
+            if degrees == (2, 5):
+                _mark(plane, "zero", zero, np.interp(zero, v_star, error), VERMILION, "zero-[2/5]" + suffix)
+        _mark(plane, "pole", pole, 100, SKY, "pole-[25/28]" + suffix, on_frame=True)
+    label_axes(planes[0], "", "relative error of " + EPSILON, (0.1, 100), (1e-12, 1e2), "xy")
+    label_axes(planes[1], V_STAR, r"relative error of $1-\varepsilon$", (0.1, 100), (1e-12, 1e2), "xy")
+    return sheet
+
+
+def _shades(count: int) -> ListedColormap:
+    """Return colours from pale to dark, monotonic in grey, too."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["cividis"](np.linspace(0.8, 0, count)))
+
+
+def _convergence(axes: Axes) -> None:
+    """Draw the upper half of the circle of convergence, and the singularity that limits it."""
+    end = _singularity()
+    circle = abs(end) * np.exp(1j * np.linspace(0, np.pi, 361))
+    axes.plot(circle.real, circle.imag, color=BLACK, linewidth=0.7, dashes=DASHED, gid="circle")
+    _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
+
+
+@figure_of(
+    "polesAndZeros",
+    "poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis",
+    r"""Poles (crosses) and zeros (circles) of the Padé approximants $[m/m+3]$, $m = 0 \dots 25$. Top: in the upper half
+    of the complex plane (the lower one is its mirror image; some lie outside the frame). With growing $m$ they line
+    up on branch cuts of $\varepsilon$; the branch point nearest to the origin (star) limits the circle of convergence
+    of the series (dashed). Squares: Froissart doublets, a pole and a zero closer than 1 % of their distance from the
+    origin. Bottom: poles and zeros on the positive real axis, which make an approximant unusable there.""",
+)
+def _poles_and_zeros() -> Sheet:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.markers import MarkerStyle
+
+    sheet, (plane, line) = new_sheet(4.7, (1.65, 1))
+    approximants = [pade(m, m + 3, DIGITS) for m in range(MAX_M + 1)]
+    colors = _shades(MAX_M + 1)
+    for kind in ("zero", "pole"):
+        roots = [(_complex(root), p.m) for p in approximants for root in _roots(p, kind) if _upper(root)]
+        z, m = (np.array(column) for column in zip(*roots, strict=True))
+        marker = MarkerStyle(MARKS[kind][0], fillstyle="none")
+        plane.scatter(z.real, z.imag, s=8, marker=marker, linewidth=0.7, color=colors(m), gid=f"{kind}s")
+        positive = (z.imag == 0) & (z.real > 0)
+        _mark(line, kind, z.real[positive], m[positive], BLACK, f"{kind}s-positive")
+    pairs = np.array([_complex(pair.pole) for p in approximants for pair in p.doublets() if _upper(pair.pole)])
+    _mark(plane, "doublet", pairs.real, pairs.imag, PURPLE, "doublets")
+    _convergence(plane)
+    label_axes(plane, r"Re $v_\ast$", r"Im $v_\ast$", (-2.5, 1.5), (-0.12, 2.4), "")
+    plane.set_aspect("equal")
+    scale = ScalarMappable(Normalize(-0.5, MAX_M + 0.5), colors)
+    sheet.colorbar(scale, ax=plane, label="$m$", ticks=range(0, MAX_M + 1, 5), location="top", aspect=40)
+    label_axes(line, V_STAR, "$m$", (0.1, 200), (-1, MAX_M + 1), "x")
+    plane.legend(loc="upper right", frameon=False, handletextpad=0.2)
+    line.legend(loc="upper left", frameon=False, handletextpad=0.2)
+    return sheet
+
+
+@figure_of(
+    "expVsAnaVsNum",
+    "eps of ice over the impact speed: exact, [3/6], series, and the published fit",
+    r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
+    line), $[3/6]$ (dotted) and the series cut off at $k_c = 40$, which diverges at about 0.3 cm/s. Long dashes: the
+    fit $\varepsilon = 0.32\,(v/(\mathrm{cm/s}))^{-0.234}$ that Bridges, Hatzes and Lin (1984) gave for their
+    measurements, drawn for roughly the speeds of these. It is a fit and not the measurements, which are not public.""",
+    "fig:expVsAnaVsNum",
+)
+def _exp_vs_ana_vs_num() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, "$v$ (cm/s)", EPSILON, (1e-3, 1e2), (0, 1), "x")
+    draw_curve(axes, "exact", SPEEDS, double.epsilon(_ice(SPEEDS)), (2e-2, -3, -4))
+    diverging = _until_out(_truncated(_ice(SPEEDS), 40), -0.1, 1.1)
+    draw_curve(axes, "k_c=40", SPEEDS, diverging, (0.43, -5, 0), text="series, $k_c=40$")
+    draw_curve(axes, "[3/6]", SPEEDS, _pade((3, 6), _ice(SPEEDS)), (6, 3, 3))
+    measured = np.geomspace(*FIT_SPEEDS, 201)
+    draw_curve(axes, "fit", measured, _fit(measured), (0.03, 5, 3), text=FIT_LABEL)
+    return sheet
+
+
+@figure_of(
+    "iceErrors",
+    "ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps",
+    r"""Ice as before: relative error of $\varepsilon$ of $[1/4]$, $[3/6]$ and of the series cut off at $k_c = 40$; and
+    by how much the published fit differs from the exact $\varepsilon$, relatively, which is no error of either.""",
+)
+def _ice_errors() -> Sheet:
+    sheet, (axes,) = new_sheet(2.6)
+    label_axes(axes, "$v$ (cm/s)", "relative error of " + EPSILON, (1e-3, 1e2), (1e-8, 1e2), "xy")
+    v_star = _ice(SPEEDS)
+    series_error = _relative_error(_truncated(v_star, 40), v_star)
+    draw_curve(axes, "k_c=40", SPEEDS, series_error, (0.02, 5, 0), text="series, $k_c=40$")
+    for degrees in ((1, 4), (3, 6)):
+        draw_curve(axes, _label(degrees), SPEEDS, _relative_error(_pade(degrees, v_star), v_star), (5, 3, -4))
+    measured = np.geomspace(*FIT_SPEEDS, 1001)
+    difference = _relative_error(_fit(measured), _ice(measured))
+    draw_curve(axes, "fit", measured, difference, (0.016, 0, 5), text="difference from the\n" + FIT_LABEL)
+    return sheet
+
+
+# --- best approximants ------------------------------------------------------------------------------------------------
+
+# Degrees, and the interval's end, of the error curves.
+COMPARED, COMPARED_END = (3, 6), 5.0
+# Where they are computed: uniform on the square-root axis that they are drawn on.
+ROOTS = np.linspace(0, math.sqrt(COMPARED_END), 2002)[1:]
+
+# Ends of the intervals whose frontiers are drawn, and for which numbers of coefficients degrees and gains are written.
+FRONTIERS = (1.0, 2.0, 5.0, 10.0)
+NAMED, GAINED = (5, 9), 9
+
+
+def _deviation(a: Floats, b: Floats, v_star: Floats) -> Floats:
+    """Return a/b - eps without cancellation at small v*, for a_0 = b_0 and a_1 = b_1."""
+    difference = np.zeros(max(len(a), len(b)))
+    difference[: len(b)] += b
+    difference[: len(a)] -= a
+    value: Floats = double.one_minus_epsilon(v_star) - horner(difference, v_star) / horner(b, v_star)
+    return value
+
+
+def _with_crossings(x: Floats, y: Floats) -> Floats:
+    """Return x with the places added where y changes its sign, so that all zeros are drawn alike."""
+    left = np.flatnonzero(y[:-1] * y[1:] < 0)
+    places = x[left] - y[left] * (x[left + 1] - x[left]) / (y[left + 1] - y[left])
+    return np.sort(np.concatenate([x, places]))
+
+
+def _floats(decimals: Sequence[str]) -> Floats:
+    return np.array([float(c) for c in decimals])
+
+
+@figure_of(
+    "minimaxErrors",
+    "errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates",
+    r"""Top: error of the paper's $[3/6]$ and of the best $[3/6]$ on $0 \leq v_\ast \leq 5$, relative to the smaller of
+    $\varepsilon$ and $1 - \varepsilon$. Bottom: the latter's error with its sign, relative to $\varepsilon$ (solid) and
+    to $1 - \varepsilon$ (dashed). The larger one of the two (broad grey line) attains its largest size $m + n = 9$
+    times, with alternating signs (circles); therefore no other $[3/6]$ with $a_0 = b_0$ and $a_1 = b_1$ is better. The
+    axis of $v_\ast$ is that of a square root.""",
+)
+def _minimax_errors() -> Sheet:
+    sheet, (top, bottom) = new_sheet(4.0, (1, 1.2))
+    name, fit = _label(COMPARED), minimax.fit(*COMPARED, COMPARED_END)
+    a, b = _floats(fit.a), _floats(fit.b)
+    v_star = _with_crossings(ROOTS**2, _deviation(a, b, ROOTS**2))
+    best = _deviation(a, b, v_star)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    smaller = np.minimum(epsilon, loss)
+    a, b = (_floats(side) for side in pade(*COMPARED, DIGITS).decimals())
+    of_paper = _deviation(a, b, v_star)
+    _error_axes(top, "size of the error", (1e-8, 1))
+    top.set_yscale("log")
+    draw_curve(top, "[3/6]", v_star, np.abs(of_paper) / smaller, (1.4, -4, 3), text="paper's " + name)
+    draw_curve(top, "best", v_star, np.abs(best) / smaller, (3.6, 0, 4), text="best " + name)
+
+    power = math.floor(math.log10(fit.error))
+    unit = 10.0**power
+    _error_axes(bottom, f"error in units of $10^{{{power}}}$", (-1.25 * fit.error / unit, 1.25 * fit.error / unit))
+    bottom.set_xlabel(V_STAR)
+    for sign in (-1, 1):
+        bottom.axhline(sign * fit.error / unit, color=BLACK, linewidth=0.5)
+    draw_curve(bottom, "larger", v_star, best / smaller / unit)
+    draw_curve(bottom, "of-epsilon", v_star, best / epsilon / unit, (2.8, 5, 0), text=r"of $\varepsilon$")
+    draw_curve(bottom, "of-loss", v_star, best / loss / unit, (0.115, 5, 0), text=r"of $1-\varepsilon$")
+    _mark(bottom, "extremum", fit.points, np.array(fit.deviations) / unit, BLACK, "extrema", on_frame=True)
+    return sheet
+
+
+def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
+    axes.set(ylabel=y_label, ylim=y)
+    axes.set_xscale("function", functions=(np.sqrt, np.square))
+    axes.set(xlim=(0, COMPARED_END), xticks=(0, 0.1, 0.5, *range(1, int(COMPARED_END) + 1)))
+    axes.xaxis.set_major_formatter("{x:g}")
+
+
+@figure_of(
+    "frontier",
+    "error against the number of coefficients, the best approximants beside Padé's",
+    r"""Smallest error $\max(|\delta\varepsilon|/\varepsilon,\ |\delta\varepsilon|/(1 - \varepsilon))$ on
+    $0 \leq v_\ast \leq V$ that $m + n$ coefficients besides $a_0 = b_0 = 1$ reach (as many multiplications), over all
+    $[m/n]$ with $m \leq 6$, $n \leq 9$: best approximants (circles) and Padé's (squares; filled: the paper's
+    $[m/m+3]$). The degrees at two circles are named, and the arrow says how many times smaller the error is at the same
+    price.""",
+)
+def _frontier() -> Sheet:
+    from matplotlib.figure import Figure as Sheet
+
+    sheet = Sheet(figsize=(WIDTH, 3.7))
+    planes = sheet.subplots(2, 2, sharex=True, sharey=True)
+    for axes, end in zip(planes.ravel(), FRONTIERS, strict=True):
+        _frontier_of(axes, end)
+    for axes in planes[1]:
+        axes.set_xlabel("coefficients, $m + n$")
+    for axes in planes[:, 0]:
+        axes.set_ylabel("error")
+    planes[0, 0].set(xticks=range(3, 16, 3), yticks=[10.0**k for k in range(-15, 1, 3)])
+    first = planes[0, 0]
+    write_text(first, "Padé", (13, 4e-5), (0, 4), LOOKS["pade"].text)
+    write_text(first, "best", (7.5, 2e-7), (-5, 0), LOOKS["best"].text)
+    return sheet
+
+
+def _frontier_of(axes: Axes, end: float) -> None:
+    """Draw the frontiers on [0, end]."""
+    records = [r for r in frontier.table() if r.v_star_max == end and r.m <= minimax.MAX_M]
+    numbers = sorted({r.coefficients for r in records})
+    best = {k: min((r for r in records if r.coefficients == k), key=lambda r: r.error) for k in numbers}
+    other = {k: min(r.pade_error for r in records if r.coefficients == k) for k in numbers}
+    of_paper = {r.coefficients: r.pade_error for r in records if r.n == r.m + 3}
+    label_axes(axes, "", "", (1, 16), (2e-16, 50), "y")
+    x = np.array(numbers)
+    _arrow(axes, GAINED, other[GAINED], best[GAINED].error)
+    for name, size, y in (("pade", 2.7, other.values()), ("best", 3.0, [r.error for r in best.values()])):
+        line = draw_curve(axes, name, x, np.array(list(y)), gid=f"{name}-{end:g}")
+        line.set(marker="s" if name == "pade" else "o", markersize=size, linewidth=0.9)
+        line.set(markerfacecolor="white" if name == "pade" else line.get_color(), markeredgewidth=0.7)
+    _mark(axes, "paper", list(of_paper), list(of_paper.values()), BLUE, f"paper-{end:g}")
+    for k in NAMED:
+        write_text(axes, best[k].label, (k, best[k].error), (-2, -3), LOOKS["best"].text)
+    axes.text(0.06, 0.06, f"$V = {end:g}$", transform=axes.transAxes, fontsize=8)
+
+
+def _arrow(axes: Axes, x: float, above: float, below: float) -> None:
+    """Draw an arrow down, and beside it the factor between its ends, to two digits."""
+    style = {"arrowstyle": "-|>,head_width=0.14,head_length=0.3", "color": BLACK, "linewidth": 0.6}
+    axes.annotate("", (x, below), (x, above), arrowprops=style | {"shrinkA": 2.5, "shrinkB": 2.5})
+    factor = f"{int(float(f'{above / below:.1e}')):,}".replace(",", "\N{THIN SPACE}")
+    write_text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))

@@ -1,0 +1,688 @@
+"""The exported functions, as the programs that the generated text is made of: computed in a type, and exactly.
+
+Coefficients are those of the files in exports/ (the tests compare them). The bounds of rounding errors are proven anew,
+relative to the formula's own value; what the headers print is these numbers, brought to eps and rounded up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_poly
+
+from viscopade.approximation import half_line, inverse, machine_coefficients, minimax
+from viscopade.approximation.inverse import WHOLE_ROOT
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arrays import panels
+from viscopade.arrays.fallback import restitution as native_restitution
+from viscopade.collision import panel_proof
+from viscopade.kernels import names, prove_rational, rounding
+from viscopade.kernels.certificate import Rational, RationalDerivative
+from viscopade.kernels.expressions import (
+    Expression,
+    Name,
+    Operation,
+    Program,
+    Rounded,
+    Statement,
+    evaluate,
+    horner_expression,
+    run,
+    smallest,
+)
+from viscopade.kernels.forms import lacunary_rounding, last_place, speed_kernel, table_free
+from viscopade.kernels.forms.lacunary_rounding import Size
+from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.speed_table import Table, gamma
+from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.theory.pade import pade
+from viscopade.theory.paper import TABLE
+from viscopade_lab.hard_cases.machine import Array, Contracted, moved, type_of
+
+MINIMAX = ((1, 4), (3, 7), (6, 9))
+"""Degrees of the best approximants up to v* = `MINIMAX_END` in exports/; the last has no functions of type float."""
+MINIMAX_END = Fraction(5)
+HALF_LINE = {"1e-3": Powers((0, 9, 19), (0, 6, 15)), "1e-5": Powers((0, 4, 12, 19), (0, 4, 6, 8, 15)),
+             "1e-7": Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22))}  # fmt: skip
+"""Powers of the half-line kernels in exports/, by accuracy; the last has no functions of type float."""
+INVERSE = {"1e-3": Powers((0, 16), (0, 10, 18)), "1e-5": Powers((0, 13, 15, 22), (0, 10, 13, 16, 24))}
+"""Powers of the inverse kernels."""
+ONLY_DOUBLE = ("[6/9]", "1e-7")
+BITS = 200
+"""Of ball arithmetic."""
+BETA = 1.307
+"""Of the paper's ice, in (s/cm)^(1/5); in a type, the number nearest to it."""
+
+_LEAST = 2.0**-40  # of v* and 1 - eps in a search; below, sums are their first terms
+_LARGEST = {DOUBLE: 2.0**40, FLOAT: 2.0**25}  # results stay normal numbers
+_NARROW = Fraction(1, 2**40)
+_NEAREST_ZERO = 2.0**-10  # of v* where derivatives are tried
+
+Given = Callable[[Any], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class ExportedFunction:
+    """An exported function of one variable x in one format, on a part of its domain.
+
+    Attributes
+    ----------
+    kernel, name : str
+    form : Format
+    program : Program
+    result : Expression
+    constants : mapping
+        Machine numbers by name.
+    given : callable
+        From x to the program's inputs.
+    low, high : float
+        Where x is looked for.
+    relative : Fraction
+        Proven bound of what rounding does, relative to the formula's value.
+    underflow : Fraction
+        What underflow adds, absolutely.
+    formula : callable
+        From x to the formula's value in ball arithmetic: written down apart from the program.
+    roots : bool
+        Whether it takes a root that the header assumes to be within `lacunary_rounding.ULPS` units in the last place.
+    local : callable or None
+        From x to what `relative` would be for this x alone, by the same proof.
+    """
+
+    kernel: str
+    name: str
+    form: Format
+    program: Program
+    result: Any
+    constants: Mapping[str, float]
+    given: Given
+    low: float
+    high: float
+    relative: Fraction
+    formula: Callable[[arb], arb]
+    underflow: Fraction = Fraction(0)
+    roots: bool = False
+    local: Callable[[float], Fraction] | None = None
+
+    def computed(self, x: Array, steps: Array | int = 0, contracted: bool = False) -> Array:
+        """Return what the code returns for numbers of the type.
+
+        `steps` are those by which roots are off what they are here, `contracted` fuses products with sums.
+        """
+        kind = type_of(self.form)
+        wrap: Callable[[Any], Any] = Contracted if contracted else _unchanged
+        off = np.broadcast_to(np.asarray(steps), x.shape)
+
+        def literal(text: str) -> Any:
+            return wrap(kind(text))
+
+        def called(name: str, *arguments: Any) -> Any:
+            values = [np.asarray(z.value if contracted else z) for z in arguments]
+            return wrap(_root(name, off, *values))
+
+        functions = {name: lambda *z, name=name: called(name, *z) for name in _ROOTS}
+        inputs = {name: wrap(value) for name, value in self.given(x).items()}
+        numbers = {name: wrap(kind(c)) for name, c in self.constants.items()}
+        with np.errstate(all="ignore"):
+            values = run(self.program, {**numbers, **inputs}, literal, functions)
+            found = evaluate(self.result, values, literal, functions)
+        result: Array = np.asarray(found.value if contracted else found)
+        return np.broadcast_to(result, x.shape)
+
+    def exact(self, x: float) -> arb:
+        """Enclose the formula's value; to be called within `balls.working`."""
+        return self.formula(arb(x))
+
+    def allowed(self, exact: float) -> float:
+        """Return the proven bound of the error, as a number, where the value is nearly `exact`."""
+        return float(self.relative) * abs(exact) + float(self.underflow)
+
+
+def _unchanged(value: Any) -> Any:
+    return value
+
+
+_ROOTS: Mapping[str, Callable[..., Any]] = {
+    "sqrt": np.sqrt,
+    "cbrt": np.cbrt,
+    "pow": np.power,
+    "log2": np.log2,
+    "exp2": np.exp2,
+}
+
+
+def _root(name: str, steps: Array, *arguments: Array) -> Array:
+    """Return the function's value, but for sqrt moved by steps; in type float it is rounded once, from type double."""
+    kind = arguments[0].dtype
+    found: Array = np.asarray(_ROOTS[name](*(z.astype(np.float64) for z in arguments))).astype(kind)
+    if name == "sqrt" or not np.any(steps):
+        return found
+    # The numbers are positive but for logarithms; 0, infinities and NaN stay.
+    steps = np.where((found == 0) | ~np.isfinite(found), 0, steps)
+    shifted: Array = np.copysign(moved(np.abs(found), steps), found)
+    return shifted
+
+
+def polynomial(exponents: Sequence[int], coefficients: Iterable[float | Fraction]) -> arb_poly:
+    """Return a polynomial with gaps, its coefficients exact or to `BITS` bits."""
+    places = dict(zip(exponents, coefficients, strict=True))
+    with working(BITS):
+        return arb_poly([ball_of(Fraction(places.get(k, 0))) for k in range(max(exponents) + 1)])
+
+
+def quotient(a: Sequence[float | Fraction], b: Sequence[float | Fraction]) -> Callable[[arb], arb]:
+    """Return N(x)/D(x)."""
+    top, bottom = (polynomial(range(len(c)), c) for c in (a, b))
+    return lambda x: top(x) / bottom(x)
+
+
+def upper(ball: arb) -> Fraction:
+    """Return an upper bound as a fraction."""
+    return exact_middle(arb(ball.abs_upper()))
+
+
+# --- quotients of polynomials -----------------------------------------------------------------------------------------
+
+
+def _polynomials(a: Sequence[float], b: Sequence[float]) -> tuple[Program, dict[str, float]]:
+    """Return Horner's rule for numerator and denominator, as headers have it, and the constants."""
+    program = tuple(
+        Statement(name, horner_expression(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
+        for name, letter, c in (("numerator", "a", a), ("denominator", "b", b))
+    )
+    return program, {f"{letter}{i}": x for letter, c in (("a", a), ("b", b)) for i, x in enumerate(c)}
+
+
+def mirrored(a: Sequence[float], b: Sequence[float]) -> tuple[Program, Any]:
+    """Return the program in powers of u = 1/v* that headers use for large v*, and its result."""
+    program, _ = _polynomials(a[::-1], b[::-1])
+    names = {
+        f"{letter}{i}": Name(f"{letter}{len(c) - 1 - i}") for letter, c in (("a", a), ("b", b)) for i in range(len(c))
+    }
+    result: Any = Name("numerator") / Name("denominator")
+    for _ in range(abs(len(a) - len(b))):
+        result = result * (Name("v_star") if len(a) > len(b) else Name("u"))
+    return tuple(Statement(s.name, _renamed(s.expression, names)) for s in program), result
+
+
+def _renamed(expression: Any, names: Mapping[str, Name]) -> Any:
+    if isinstance(expression, Operation):
+        return Operation(expression.symbol, _renamed(expression.left, names), _renamed(expression.right, names))
+    return names.get(expression.name, Name("u") if expression.name == "v_star" else expression)
+
+
+def _v_star(x: Any) -> dict[str, Any]:
+    return {"v_star": x}
+
+
+def _pade_end(kernel: Quotient) -> Fraction:
+    """Return the largest v* for which a header states an error."""
+    return max(v for v in prove_rational.USEFUL if kernel.end is None or v < Fraction(kernel.end[1]) * Fraction(9, 10))
+
+
+@lru_cache(maxsize=8)
+def pade_kernel(m: int, n: int) -> Quotient:
+    """Return an approximant of the paper's table, without proofs."""
+    return prove_rational.without_proof(pade(m, n, prove_rational.DIGITS))
+
+
+def of_pade() -> Iterator[ExportedFunction]:
+    """Yield the paper's approximants, compared with the polynomials of machine numbers, and with those of 40 digits."""
+    for m, n in TABLE:
+        kernel = pade_kernel(m, n)
+        end = _pade_end(kernel)
+        digits = tuple(map(Fraction, kernel.a)), tuple(map(Fraction, kernel.b))
+        for form in FORMATS.values():
+            a, b = kernel.rounded(form)
+            machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
+            for name, of in (("epsilon", machine), ("epsilon, coefficients too", digits)):
+                size = upper(rounding.quotient(*of, form, Fraction(0), end, coefficients=of is digits))
+                function = of_quotient(f"Padé {kernel.label}", name, form, a, b, end, size, quotient(*of))
+                yield replace(function, local=_of_quotient_at(*of, form, of is digits))
+
+
+def _of_quotient_at(
+    a: Sequence[Fraction], b: Sequence[Fraction], form: Format, coefficients: bool = False
+) -> Callable[[float], Fraction]:
+    """Return the bound of `rounding.quotient` for one v*."""
+    return lambda x: upper(rounding.quotient(a, b, form, *_around(x), coefficients=coefficients))
+
+
+def _around(x: float) -> tuple[Fraction, Fraction]:
+    """Return an interval that is hardly wider than a number."""
+    return Fraction(x) * (1 - _NARROW), Fraction(x) * (1 + _NARROW)
+
+
+def of_quotient(
+    kernel: str,
+    name: str,
+    form: Format,
+    a: Sequence[float],
+    b: Sequence[float],
+    end: Fraction,
+    relative: Fraction,
+    formula: Callable[[arb], arb],
+) -> ExportedFunction:
+    """Return a quotient of polynomials with machine numbers a and b, compared with a formula up to v* = end."""
+    program, numbers = _polynomials(a, b)
+    result = Name("numerator") / Name("denominator")
+    ends = _LEAST, float(end)
+    return ExportedFunction(kernel, name, form, program, result, numbers, _v_star, *ends, relative, formula)
+
+
+@lru_cache(maxsize=8)
+def minimax_fit(m: int, n: int, form: Format) -> machine_coefficients.MachineFit:
+    """Return a best approximant up to `MINIMAX_END` with machine numbers."""
+    return machine_coefficients.machine(minimax.fit(m, n, MINIMAX_END), form)
+
+
+def minimax_coefficients(m: int, n: int, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the machine numbers a and b of a best approximant up to `MINIMAX_END`."""
+    found = minimax_fit(m, n, form)
+    return found.a, found.b
+
+
+def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[ExportedFunction]:
+    """Yield the best approximants and their derivatives."""
+    for m, n in degrees:
+        label = f"[{m}/{n}]"
+        for form in formats(label):
+            a, b = minimax_coefficients(m, n, form)
+            machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
+            size = upper(rounding.quotient(*machine, form, Fraction(0), MINIMAX_END))
+            function = of_quotient(f"best {label}", "epsilon", form, a, b, MINIMAX_END, size, quotient(a, b))
+            yield replace(function, local=_of_quotient_at(*machine, form))
+            yield _derivative(label, form, machine)
+
+
+def _derivative(
+    label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+) -> ExportedFunction:
+    t = tuple(form.nearest(c) for c in RationalDerivative.of(Rational(*machine)).t)
+    program, numbers = _polynomials(t, tuple(map(float, machine[1])))
+    size = upper(rounding.derivative(tuple(map(Fraction, t)), machine[1], form, Fraction(0), MINIMAX_END))
+    below = Name("denominator") * Name("denominator")
+    result = Name("v_star") * Name("numerator") / below
+    ends = _NEAREST_ZERO, float(MINIMAX_END)
+    top, bottom = polynomial(range(len(t)), t), polynomial(range(len(machine[1])), machine[1])
+
+    def formula(x: arb) -> arb:
+        return x * top(x) / bottom(x) ** 2
+
+    slope = tuple(map(Fraction, t))
+    return ExportedFunction(
+        f"best {label}",
+        "derivative",
+        form,
+        program,
+        result,
+        numbers,
+        _v_star,
+        *ends,
+        size,
+        formula,
+        local=lambda x: upper(rounding.derivative(slope, machine[1], form, *_around(x))),
+    )
+
+
+def formats(name: str) -> tuple[Format, ...]:
+    """Return the formats in which a kernel is exported."""
+    return (DOUBLE,) if name in ONLY_DOUBLE else (DOUBLE, FLOAT)
+
+
+# --- quotients in powers of a root ------------------------------------------------------------------------------------
+
+
+def _machine(quotient: LacunaryQuotient, form: Format) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return tuple(map(form.nearest, quotient.a)), tuple(map(form.nearest, quotient.b))
+
+
+def half_line_numbers(accuracy: str, form: Format) -> tuple[Powers, tuple[float, ...], tuple[float, ...]]:
+    """Return powers and machine numbers of a half-line kernel."""
+    powers = HALF_LINE[accuracy]
+    return powers, *_machine(half_line.fit(powers, "both").quotient, form)
+
+
+def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFunction, ExportedFunction]:
+    """Return eps or 1 - eps of a half-line kernel for v* <= 1 and beyond, without bounds."""
+    powers, a, b = half_line_numbers(accuracy, form)
+    numbers, formula = lacunary_rounding.constants(powers, a, b), half_line_formulas(powers, a, b)[name]
+    kind = type_of(form)
+    beyond = float(np.nextafter(kind(1), kind(2)))
+    near, far = (
+        ExportedFunction(
+            f"half-line {accuracy}",
+            name,
+            form,
+            branch.program,
+            branch.results[name],
+            numbers,
+            _v_star,
+            *ends,
+            Fraction(0),
+            formula,
+            roots=True,
+        )
+        for branch, ends in zip(
+            lacunary_rounding.half_line(powers), ((_LEAST, 1.0), (beyond, _LARGEST[form])), strict=True
+        )
+    )
+    return near, far
+
+
+def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[ExportedFunction]:
+    """Yield eps and 1 - eps of the half-line kernels, on both sides of v* = 1."""
+    for accuracy in accuracies:
+        for form in formats(accuracy):
+            sizes = lacunary_rounding.half_line_sizes(*half_line_numbers(accuracy, form), form)
+            for name, size in sizes.items():
+                near, far = half_line_parts(accuracy, form, name)
+                yield _bounded(near, size, "y", _half_line_near_at)
+                yield _bounded(far, size, "u", _half_line_far_at)
+
+
+# From x and a type to the inputs of a branch, its root, and a bound of the error of the root's logarithm.
+RootAt = Callable[[arb, Format], tuple[dict[str, Rounded], arb, arb]]
+
+
+def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) -> ExportedFunction:
+    """Return the function with its bounds, and that for one argument: the program run with `expressions.Rounded`."""
+    form = function.form
+
+    def literal(text: str) -> Rounded:
+        return Rounded(arb(form.nearest(Fraction(text))), form)
+
+    def local(x: float) -> Fraction:
+        with working(BITS):
+            inputs, root, error = at(arb(x), form)
+            numbers = {name: Rounded(arb(c), form) for name, c in function.constants.items()}
+            given = {**numbers, **inputs, variable: Rounded(root, form, slope=1)}
+            values = run(function.program, given, literal)
+            found: Rounded = evaluate(function.result, values, literal).with_error_of_y(error)
+            return upper(found.relative + found.underflow / arb(found.value.abs_lower()))
+
+    underflow = Fraction(size.underflow) * smallest(form)
+    return replace(function, relative=Fraction(size.relative), underflow=underflow, local=local)
+
+
+def _log_error(relative: arb) -> arb:
+    """Bound the error of the logarithm of a number with this relative error."""
+    return -(1 - relative).log()
+
+
+def _of_root(form: Format) -> arb:
+    """Bound the error of the logarithm of a root that is within `lacunary_rounding.ULPS` units in the last place."""
+    return _log_error(2 * lacunary_rounding.ULPS * arb(2) ** -form.precision)
+
+
+def _half_line_near_at(x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
+    return {"v_star": Rounded(x, form)}, x.root(3), _of_root(form)
+
+
+def _half_line_far_at(x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
+    unit = arb(2) ** -form.precision
+    return {"w": Rounded(1 / x, form, relative=unit)}, (1 / x).root(3), _of_root(form) + _log_error(unit) / 3
+
+
+def half_line_formulas(powers: Powers, a: Sequence[float], b: Sequence[float]) -> dict[str, Callable[[arb], arb]]:
+    """Return eps = D/(D + v*^2 N) and 1 - eps as functions of v*."""
+    top, bottom = polynomial(powers.top, a), polynomial(powers.bottom, b)
+
+    def parts(v_star: arb) -> tuple[arb, arb]:
+        y = v_star.root(3)
+        return bottom(y), v_star**2 * top(y)
+
+    def epsilon(v_star: arb) -> arb:
+        elastic, lost = parts(v_star)
+        return elastic / (elastic + lost)
+
+    def one_minus_epsilon(v_star: arb) -> arb:
+        elastic, lost = parts(v_star)
+        return lost / (elastic + lost)
+
+    return {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
+
+
+def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedFunction]:
+    """Yield v* of eps and of 1 - eps, on both sides of eps = 1/2."""
+    for accuracy in accuracies:
+        powers = INVERSE[accuracy]
+        quotient = inverse.fit_whole(powers).quotient
+        for form in formats(accuracy):
+            a, b = _machine(quotient, form)
+            size = lacunary_rounding.inverse_sizes(powers, WHOLE_ROOT, Fraction(0), a, b, form)["v_star"]
+            numbers = lacunary_rounding.constants(powers, a, b)
+            near, far = lacunary_rounding.inverse(powers, WHOLE_ROOT)
+            kind = type_of(form)
+            below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
+            parts = (
+                ("v*(eps)", _of_epsilon, near, 0.5, one),
+                ("v*(eps)", _of_epsilon, far, _LEAST, below),
+                ("v*(1 - eps)", _of_loss, near, _LEAST, 0.5),
+                ("v*(1 - eps)", _of_loss, far, above, one),
+            )
+            for name, given, branch, low, high in parts:
+                exact, result = _inverse_formula(powers, a, b, given), branch.results["v_star"]
+                kernel, none = f"inverse {accuracy}", Fraction(0)
+                part = ExportedFunction(
+                    kernel, name, form, branch.program, result, numbers, given, low, high, none, exact, roots=True
+                )
+                yield _bounded(part, size, branch.variable, partial(_inverse_at, given, branch.variable))
+
+
+def _inverse_formula(powers: Powers, a: Sequence[float], b: Sequence[float], given: Given) -> Callable[[arb], arb]:
+    """Return v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10)."""
+    top, bottom = polynomial(powers.top, a), polynomial(powers.bottom, b)
+
+    def formula(x: arb) -> arb:
+        portions = given(x)
+        y: arb = (portions["loss"] / portions["epsilon"]).root(10)
+        return y**5 * top(y) / bottom(y)
+
+    return formula
+
+
+def _inverse_at(given: Given, variable: str, x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
+    """Return y or u; rounded are the quotient and what is given (eps or 1 - eps), and the exponent 0.1."""
+    portions = given(x)
+    ratio = portions["loss"] / portions["epsilon"]
+    ratio = ratio if variable == "y" else 1 / ratio
+    exponent = abs(Fraction(form.nearest(WHOLE_ROOT)) - WHOLE_ROOT)
+    of_ratio = 2 * _log_error(arb(2) ** -form.precision) * ball_of(WHOLE_ROOT)
+    return {}, ratio.root(10), of_ratio + _of_root(form) + ball_of(exponent) * abs(ratio.log())
+
+
+def _of_epsilon(x: Any) -> dict[str, Any]:
+    return {"epsilon": x, "loss": 1 - x}
+
+
+def _of_loss(x: Any) -> dict[str, Any]:
+    return {"epsilon": 1 - x, "loss": x}
+
+
+def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[ExportedFunction]:
+    """Yield the functions of a speed without tables, that of CUDA (host), Fortran, Julia, Rust and JavaScript."""
+    for accuracy in accuracies:
+        for form in formats(accuracy):
+            powers, a, b = half_line_numbers(accuracy, form)
+            machine = table_free.LIBRARY[form.name]
+            bounds = table_free.bounds(powers, a, b, machine)
+            beta = form.nearest(Fraction(str(BETA)))
+            program, results, numbers = compact_parts(accuracy, form)
+            formulas = _compact_formulas(half_line_formulas(powers, a, b), beta)
+            for name, result in results.items():
+                # Where w and beta^5 are normal, w is not cut off, and rebound does not overflow.
+                ends = 2.0 ** (10 - form.largest), 2.0 ** (table_free.LARGEST[form.name] - 2)
+                given, size, exact = numbers | {"beta": beta}, Fraction(bounds[name].everywhere), formulas[name]
+                yield ExportedFunction(
+                    f"compact {accuracy}", name, form, program, result, given, _speed, *ends, size, exact, roots=True
+                )
+
+
+def compact_parts(accuracy: str, form: Format) -> tuple[Program, Mapping[str, Expression], dict[str, float]]:
+    """Return the program of a compact kernel from speed and beta, its results, and the constants."""
+    powers, a, b = half_line_numbers(accuracy, form)
+    kernel = table_free.kernel(powers)
+    program = (*table_free.w_program(), *kernel.common, kernel.inverse)
+    return program, kernel.results, table_free.numbers(powers, a, b, form)
+
+
+def _compact_formulas(of_v_star: Mapping[str, Callable[[arb], arb]], beta: float) -> dict[str, Callable[[arb], arb]]:
+    """Return eps, eps speed and 1 - eps^2 as functions of the speed."""
+
+    def v_star(speed: arb) -> arb:
+        return (arb(beta) ** 5 * speed).root(10)
+
+    def restitution(speed: arb) -> arb:
+        return of_v_star["epsilon"](v_star(speed))
+
+    def dissipation(speed: arb) -> arb:
+        return of_v_star["one_minus_epsilon"](v_star(speed)) * (1 + restitution(speed))
+
+    return {"restitution": restitution, "rebound": lambda x: restitution(x) * x, "dissipation": dissipation}
+
+
+def _speed(x: Any) -> dict[str, Any]:
+    return {"speed": x}
+
+
+# --- tables over the bits of the speed --------------------------------------------------------------------------------
+
+
+def of_tables(tiers: Sequence[str], rows: int) -> Iterator[ExportedFunction]:
+    """Yield eps and 1 - eps^2 on some rows of the tables of speed, as functions of the mantissa m of w = v*^10.
+
+    The bound of what rounding does is that of the row, for an exact w.
+    """
+    for tier in tiers:
+        table = speed_kernel.TABLES[tier, names.FAST]
+        inside = range(table.switch % 7, table.size, table.size // rows)
+        chosen = sorted({*inside, table.switch - 1, table.switch})  # the last with base 1, the first with base 0
+        for form in (DOUBLE, FLOAT) if table.form == FLOAT else (DOUBLE,):
+            for index in chosen:
+                yield from _of_row(tier, table, form, index)
+
+
+def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[ExportedFunction]:
+    base, (_, low, high) = table.base(index), table.interval(index)
+    bound = table.bounds(index)
+    # |dp| <= gamma terms min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
+    size = gamma(2 + 3 * (table.degree // 2), form) * bound.terms * (1 + bound.error)
+    unit = Fraction(1, 2**form.precision)
+    p = Name("p")
+    numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {
+        "base": float(base),
+        "rest": float(1 - base),
+        "minus": -1.0,
+    }
+    program = (Statement("mm", Name("m") * Name("m")), Statement("p", _in_pairs(table.degree)))
+    ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
+    loss = Name("rest") + Name("minus") * p * (Name("base") + Name("base") + p)
+    row = polynomial(range(table.degree + 1), table.rows[index])
+
+    def restitution(m: arb) -> arb:
+        return base + row(m)
+
+    def dissipation(m: arb) -> arb:
+        return (1 - base) - row(m) * (2 * base + row(m))
+
+    results = (
+        ("restitution", Name("base") + p, size + unit, restitution),
+        ("dissipation", loss, size + 6 * unit, dissipation),
+    )
+    for name, result, relative, formula in results:
+        name = f"{name}, row {index}"
+        yield ExportedFunction(
+            f"table {tier}", name, form, program, result, numbers, _mantissa, *ends, relative, formula
+        )
+
+
+def _mantissa(x: Any) -> dict[str, Any]:
+    return {"m": x}
+
+
+def _in_pairs(degree: int) -> Expression:
+    """Return (c0 + m c1) + m^2 ((c2 + m c3) + m^2 (…))."""
+    pairs: list[Expression] = [Name(f"c{n}") + Name("m") * Name(f"c{n + 1}") for n in range(0, degree, 2)]
+    total = pairs.pop()
+    for pair in reversed(pairs):
+        total = pair + Name("mm") * total
+    return total
+
+
+# --- full accuracy ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class FullFunction:
+    """A function of full accuracy, whose error is bounded in units in the last place (ulp) of the true value.
+
+    Attributes
+    ----------
+    kernel, name : str
+    form : Format
+    low, high : float
+        Where v*, or w = v*^10, is looked for.
+    ulp : Fraction
+        The proven bound.
+    power : int
+        10 if the argument is w.
+    """
+
+    kernel: str
+    name: str
+    form: Format
+    low: float
+    high: float
+    ulp: Fraction
+    power: int = 1
+
+    roots = False
+
+    def computed(self, x: Array, steps: Array | int = 0, contracted: bool = False) -> Array:
+        """Return what the code returns without fused multiplications; there is no root to be moved by steps."""
+        if self.power > 1:
+            return native_restitution(x, np.ones_like(x))
+        return np.array([last_place.evaluate(self.form.name, self.name, v) for v in x.tolist()], x.dtype)
+
+    def exact(self, x: float) -> arb:
+        """Enclose the true function by the polynomials of `panel_proof`; to be called within `balls.working`."""
+        return true_value(self.name, arb(x) if self.power == 1 else arb(x).root(self.power))
+
+    def allowed(self, exact: float) -> float:
+        """Return the proven bound of the error, as a number, where the value is nearly `exact`."""
+        return float(self.ulp) * unit_of(exact, self.form)
+
+
+def unit_of(number: float, form: Format) -> float:
+    """Return the unit in the last place of a number, which is none of the subnormal ones."""
+    return 2.0 ** (math.frexp(number)[1] - form.precision)
+
+
+def true_value(name: str, v_star: arb) -> arb:
+    """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
+    at, _ = panels.index_of(float(v_star))
+    z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
+    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
+
+
+def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:
+    """Yield functions of full accuracy of v*."""
+    for form, name in which:
+        bound = Fraction(last_place.certificate(form.name, name)["maximum"])
+        yield FullFunction("full", name, form, 2.0**-20, 2.0**19, bound)
+
+
+def of_full_speed() -> FullFunction:
+    """Return eps of the table of full accuracy, as a function of w = speed with beta = 1, which is exact."""
+    table = FullTable()
+    ends = 2.0**table.first, 2.0**60
+    return FullFunction("table full", "epsilon", DOUBLE, *ends, table.proven.ulp, 10)

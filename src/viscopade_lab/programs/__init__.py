@@ -1,0 +1,1 @@
+"""Collisions in real simulators, compared with the exact eps."""

@@ -1,0 +1,3 @@
+"""The report on a benchmark: one HTML page, and the picture of time against error."""
+
+FORMATS = ("svg", "png")

@@ -1,0 +1,397 @@
+"""Our minimax fits against those of others: baryrat, SciPy's AAA, Boost's remez_minimax, Sollya's remez and fpminimax.
+
+Run as `python -m viscopade_lab.studies.compare_minimax [--format json] [--boost DIR]`. None of the others can do what
+`minimax` is for, a weight that vanishes together with the condition a_1 = b_1; so each is compared on a problem that it
+can do:
+
+    baryrat   eps by [m/n] without conditions, absolute error (no weights)
+    AAA       the same with m = n; it is near-best only
+    Boost     eps by [m/n] without conditions, relative error (the only weight)
+    Sollya    (1 - eps)/v*^2 by polynomials, relative error, which is our elastic [m/0]; then float coefficients
+
+An error is the largest on a grid that is the same for all; a case counts as converged if it is within 1 % of the least
+possible (AAA: within a factor 10, with no pole on the interval). What is absent is skipped, with the reason: baryrat is
+on PyPI, Sollya a Debian package; DIR holds Boost's boost/math/tools/remez.hpp, which is in include_private of its
+sources and not in Debian's package.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import shutil
+import statistics
+import subprocess
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from importlib.resources import files
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from flint import arb
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from viscopade.approximation import machine_coefficients, minimax, remez
+from viscopade.approximation.target import curve
+from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.arithmetic.formats import FLOAT
+from viscopade.arrays import double, panels
+from viscopade.arrays.checked import FloatArray
+from viscopade.theory.series import series
+
+DEGREES = ((1, 4), (3, 3), (2, 5), (3, 6), (5, 5))
+SPEEDS = (1.0, 3.0, 10.0, 50.0)
+CASES = tuple(product(DEGREES, SPEEDS))
+DIAGONAL = tuple(case for case in CASES if case[0][0] == case[0][1])
+POLYNOMIALS = tuple(product((4, 6, 8), ("0.1", "0.25")))
+POINTS = 20_000
+ENOUGH = 1.01
+SECONDS = 60  # for a rival's single case
+
+Evaluated = Callable[[FloatArray], FloatArray]
+
+
+@dataclass
+class Comparison:
+    """One rival on one kind of problem."""
+
+    rival: str
+    problem: str
+    cannot: str
+    skipped: str = ""
+    errors: list[tuple[float, float]] = field(default_factory=list)
+    """Ours and the rival's (infinite if it gave none)."""
+    seconds: list[tuple[float, float]] = field(default_factory=list)
+    enough: float = ENOUGH
+
+    def add(self, ours: tuple[float, float], other: tuple[float, float]) -> None:
+        """Take the errors and the times of one more fit."""
+        self.errors.append((ours[0], other[0]))
+        self.seconds.append((ours[1], other[1]))
+
+    @property
+    def converged(self) -> tuple[int, int]:
+        """How many fits of ours, and of the rival, are as good as the better one."""
+        least = [min(pair) for pair in self.errors]
+        ours, other = zip(*self.errors, strict=True)
+        return (
+            sum(error <= ENOUGH * best for error, best in zip(ours, least, strict=True)),
+            sum(error <= self.enough * best for error, best in zip(other, least, strict=True)),
+        )
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """Medians of rival's error and time, over ours."""
+        errors = [b / a for a, b in self.errors if math.isfinite(b)]
+        return statistics.median(errors or [math.nan]), statistics.median(b / a for a, b in self.seconds)
+
+
+def timed(run: Callable[[], Any]) -> tuple[Any, float]:
+    """Return a result (None if there is none) and the seconds it took."""
+    start = time.perf_counter()
+    try:
+        result = run()
+    except (ArithmeticError, ValueError, RuntimeError, subprocess.SubprocessError):
+        result = None
+    return result, time.perf_counter() - start
+
+
+def largest_error(approximant: Evaluated | None, v_max: float, relative: bool) -> float:
+    """Return the largest error on the grid; infinite if there is no approximant."""
+    if approximant is None:
+        return math.inf
+    v_star = v_max * (1 - np.cos(np.pi * np.arange(POINTS + 1) / POINTS)) / 2
+    epsilon = double.epsilon(v_star)
+    return float(np.max(np.abs((approximant(v_star) - epsilon) / (epsilon if relative else 1.0))))
+
+
+def rational(a: Iterable[float], b: Iterable[float]) -> Evaluated:
+    """Return N/D on arrays."""
+    top, bottom = np.polynomial.Polynomial(list(a)), np.polynomial.Polynomial(list(b))
+    return lambda v: top(v) / bottom(v)
+
+
+def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, float]:
+    """Return our error and time for [m/n] without conditions."""
+    target = curve()
+
+    def sharpness(v: arb) -> arb:
+        return 1 / target.epsilon(v) if relative else arb(1)
+
+    problem = remez.Problem(m, n, target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
+    found, seconds = timed(lambda: remez.solve(problem))
+    approximant = found and rational(map(float, found.a), map(float, found.b))
+    return largest_error(approximant, v_max, relative), seconds
+
+
+def module(name: str) -> Any:
+    """Return a module, or None."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
+
+
+# --- the rivals -------------------------------------------------------------------------------------------------------
+
+
+def against_baryrat() -> Comparison:
+    """BRASIL, in doubles."""
+    result = Comparison("baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles")
+    baryrat = module("baryrat")
+    if baryrat is None:
+        result.skipped = "baryrat is not installed (pip install baryrat)"
+        return result
+    for (m, n), v_max in CASES:
+        found, seconds = timed(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
+        result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
+    return result
+
+
+def against_aaa() -> Comparison:
+    """AAA on 2001 samples."""
+    result = Comparison("scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10)
+    interpolate = module("scipy.interpolate")
+    if interpolate is None or not hasattr(interpolate, "AAA"):
+        result.skipped = "SciPy is absent or older than 1.15"
+        return result
+    for (m, n), v_max in DIAGONAL:
+        v_star = v_max * (1 - np.cos(np.pi * np.arange(2001) / 2000)) / 2
+        values = double.epsilon(v_star)
+        found, seconds = timed(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
+        poles = found.poles()
+        if np.any((abs(poles.imag) < 1e-9) & (poles.real >= 0) & (poles.real <= v_max)):
+            found = None
+        result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
+    return result
+
+
+BOOST = r"""
+#include <boost/function.hpp>
+#include <boost/math/tools/remez.hpp>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+using namespace boost::multiprecision;
+typedef number<cpp_bin_float<40>, et_off> T;
+struct Row { int e; std::vector<T> a; };
+static std::vector<Row> rows;
+static T epsilon(T const& v) {  // the rows of data/double.txt
+    int exponent, index = 0;
+    double mantissa = std::frexp((double)v, &exponent);
+    T centre = 0, half = std::ldexp(1.0, FIRST);
+    if (exponent - 1 >= FIRST && v > 0) {
+        int part = (int)((2 * mantissa - 1) * (1 << SPLIT));
+        index = 1 + ((exponent - 1 - FIRST) << SPLIT) + part;
+        half = std::ldexp(1.0, exponent - 2 - SPLIT);
+        centre = std::ldexp(1.0, exponent - 1) + half * (2 * part + 1);
+    }
+    T z = (v - centre) / half, total = 0;
+    for (int i = (int)rows[index].a.size() - 1; i >= 0; --i) total = total * z + rows[index].a[i];
+    return ldexp(total, rows[index].e);
+}
+int main(int, char** argv) {
+    std::ifstream file(argv[1]);
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        std::string name, number;
+        int index; Row row;
+        if (!(words >> name >> index >> row.e) || name != "epsilon") continue;
+        while (words >> number) row.a.push_back(T(number));
+        rows.push_back(row);
+    }
+    unsigned m, n; double v; int brake;
+    while (std::cin >> m >> n >> v >> brake) {
+        auto start = std::chrono::steady_clock::now();
+        std::ostringstream out;
+        out.precision(25);
+        try {
+            boost::math::tools::remez_minimax<T> remez(epsilon, m, n, T(0), T(v), false, true);
+            remez.set_brake(brake);
+            for (int i = 0; i < 60; ++i) {
+                remez.iterate();
+                if (fabs(remez.max_error()) - fabs(remez.error_term()) < 1e-6 * fabs(remez.max_error())) break;
+            }
+            for (unsigned i = 0; i <= m; ++i) out << " " << remez.numerator()[i];
+            for (unsigned i = 0; i <= n; ++i) out << " " << remez.denominator()[i];
+        } catch (std::exception const&) { out.str(""); }
+        std::cout << "@ " << std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()
+                  << out.str() << std::endl;
+    }
+}
+"""
+
+
+def against_boost(headers: Path | None) -> Comparison:
+    """remez_minimax in 40 digits, without and with a brake of 50 %: the better one counts."""
+    result = Comparison(
+        "Boost remez_minimax", "free [m/n], relative", "no conditions but N(0) = 0, weights 1 and f only"
+    )
+    result.skipped = _why_no_boost(headers)
+    if result.skipped:
+        return result
+    assert headers is not None
+    with tempfile.TemporaryDirectory() as folder:
+        program, skipped = _compiled(headers, Path(folder))
+        result.skipped = skipped
+        if skipped:
+            return result
+        for (m, n), v_max in CASES:
+            ours = ours_free(m, n, v_max, True)
+            tries = [_by_boost(program, m, n, v_max, brake) for brake in (0, 50)]
+            result.add(ours, min(tries))
+    return result
+
+
+def _why_no_boost(headers: Path | None) -> str:
+    if headers is None or not (headers / "boost/math/tools/remez.hpp").exists():
+        return "no boost/math/tools/remez.hpp (--boost; Debian's libboost-math-dev does not have it)"
+    return "" if shutil.which("g++") else "no g++"
+
+
+def _compiled(headers: Path, folder: Path) -> tuple[Path, str]:
+    shim = folder / "boost/math/tools"
+    shim.mkdir(parents=True)
+    (shim / "assert.hpp").write_text("#include <boost/assert.hpp>\n#define BOOST_MATH_ASSERT(x) BOOST_ASSERT(x)\n")
+    source, program = folder / "remez.cpp", folder / "remez"
+    source.write_text(BOOST)
+    flags = ["-O2", "-w", "-std=c++17", f"-DFIRST=({panels.FIRST})", f"-DSPLIT={panels.SPLIT}"]
+    command = ["g++", *flags, "-I", str(headers), "-I", str(folder), "-o", str(program), str(source)]
+    run = subprocess.run(command, capture_output=True, text=True)
+    return program, "" if run.returncode == 0 else f"does not compile: {run.stderr.splitlines()[0]}"
+
+
+def _by_boost(program: Path, m: int, n: int, v_max: float, brake: int) -> tuple[float, float]:
+    """Return error and time."""
+    table = str(files("viscopade") / panels.DATA)
+    try:
+        run = subprocess.run(
+            [program, table], input=f"{m} {n} {v_max} {brake}", capture_output=True, text=True, timeout=SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return math.inf, float(SECONDS)
+    answers = [line.split()[1:] for line in run.stdout.splitlines() if line.startswith("@")]
+    if not answers:
+        return math.inf, float(SECONDS)
+    seconds, *values = map(float, answers[0])
+    approximant = rational(values[: m + 1], values[m + 1 :]) if values else None
+    return largest_error(approximant, v_max, True), seconds
+
+
+def against_sollya() -> tuple[Comparison, Comparison]:
+    """Sollya's remez and fpminimax for (1 - eps)/v*^2, given as a Taylor polynomial."""
+    best = Comparison(
+        "Sollya remez", "(1 - eps)/v*^2 by polynomials, relative", "polynomials only; eps is not known to it"
+    )
+    machine = Comparison("Sollya fpminimax", "the same, float coefficients", "polynomials only")
+    if shutil.which("sollya") is None:
+        best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
+        return best, machine
+    for m, v_max in POLYNOMIALS:
+        fit, fitted = timed(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
+        (real, first), (rounded, second) = _by_sollya(m, v_max)
+        best.add((fit.error, fitted), (_error(fit, real), first))
+        ours, seconds = timed(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
+        as_floats = [Fraction(FLOAT.nearest(c)) for c in rounded]
+        machine.add((ours.error, seconds), (_error(fit, as_floats), second))
+    return best, machine
+
+
+def _error(fit: minimax.Fit, loss: list[Fraction]) -> float:
+    """Return the error of 1 - v*^2 (c_0 + c_1 v* + …) on the fit's interval; infinite without coefficients."""
+    if not loss:
+        return math.inf
+    task = minimax.problem(fit.m, 0, fit.interval, fit.measure, fit.digits)
+    with working(task.bits):
+        a = [arb(1), arb(0), *(-arb(c.numerator) / c.denominator for c in loss)]
+        return remez.sup_error(task, a, [arb(1)], fit.points)[0]
+
+
+def _by_sollya(m: int, v_max: str) -> tuple[tuple[list[Fraction], float], tuple[list[Fraction], float]]:
+    """Return the coefficients of both routines, and times without Sollya's start."""
+    h = series(60, 30).h
+    taylor = "+".join(f"({c.numerator}/{c.denominator})*x^{k}" for k, c in enumerate(-exact_middle(x) for x in h[2:]))
+    powers = "[|" + ",".join(map(str, range(m - 1))) + "|]"
+    common = f"prec=165!;display=dyadic!;f={taylor};"
+    runs = {
+        "": common,
+        "remez": f"{common}p=remez(1,{powers},[0;{v_max}],1/f);",  # of p/f - 1
+        "fpminimax": f"{common}p=fpminimax(f,{powers},[|SG...|],[0;{v_max}],1,relative,floating);",
+    }
+    found = {}
+    for name, code in runs.items():
+        output = f"for i from 0 to {m - 2} do print(coeff(p,i));" if name else ""
+        found[name] = timed(lambda code=code + output + "quit;": _sollya(code))  # type: ignore[misc]
+    start = found[""][1]
+    (real, first), (rounded, second) = (found[name] for name in ("remez", "fpminimax"))
+    return (real or [], max(first - start, 1e-3)), (rounded or [], max(second - start, 1e-3))
+
+
+def _sollya(code: str) -> list[Fraction]:
+    """Return the dyadic numbers that a program prints."""
+    run = subprocess.run(["sollya", "--warnonstderr"], input=code, capture_output=True, text=True, timeout=SECONDS)
+    return [_dyadic(word) for word in run.stdout.split()]
+
+
+def _dyadic(word: str) -> Fraction:
+    mantissa, _, exponent = word.partition("b")
+    return int(mantissa) * Fraction(2) ** int(exponent or 0)
+
+
+# --- the table --------------------------------------------------------------------------------------------------------
+
+
+def measure(boost: Path | None) -> list[Comparison]:
+    """Run everything."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return [against_baryrat(), against_aaa(), against_boost(boost), *against_sollya()]
+
+
+def show(results: list[Comparison]) -> None:
+    """Print the table."""
+    table = Table(
+        "rival",
+        "problem",
+        "cases",
+        "ours",
+        "rival's",
+        "error",
+        "time",
+        "what it cannot do",
+        title="converged; rival/ours, medians",
+    )
+    for result in results:
+        if result.skipped:
+            table.add_row(result.rival, escape(result.problem), "-", "-", "-", "-", "-", f"skipped: {result.skipped}")
+            continue
+        error, seconds = result.ratios
+        ours, other = result.converged
+        numbers = (str(len(result.errors)), str(ours), str(other), f"{error:.3g}", f"{seconds:.3g}")
+        table.add_row(result.rival, escape(result.problem), *numbers, result.cannot)
+    Console(width=150).print(table)
+
+
+@click.command()
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@click.option("--boost", type=click.Path(path_type=Path), help="folder with boost/math/tools/remez.hpp")
+def main(style: str, boost: Path | None) -> None:
+    """Compare and print."""
+    results = measure(boost)
+    click.echo(json.dumps([asdict(result) for result in results])) if style == "json" else show(results)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""What it costs to start: processor time of `import viscopade` and of each `--help`, beside that of `import numpy`.
+
+Run as `make bench`, or `python -m viscopade_lab.studies.start --format json`. Every time is the median over rounds, in
+which all processes take turns; the times depend on the machine, the ratios much less.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import statistics
+import subprocess
+import sys
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from viscopade.cli.main import command
+
+YARDSTICK = "import numpy"
+
+
+def starts() -> dict[str, tuple[str, ...]]:
+    """Return what is started, by name: the words that follow the interpreter."""
+    with click.Context(command) as context:
+        names = command.list_commands(context)
+    helps = {f"viscopade {name} --help": ("-m", "viscopade", name, "--help") for name in names}
+    return {
+        YARDSTICK: ("-c", "import numpy"),
+        "import viscopade": ("-c", "import viscopade"),
+        "viscopade --help": ("-m", "viscopade", "--help"),
+        **helps,
+    }
+
+
+def seconds(words: tuple[str, ...]) -> float:
+    """Return the processor time of a process."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def measure(rounds: int) -> dict[str, dict[str, float]]:
+    """Return for each start its median processor time, and the ratio to that of NumPy."""
+    found = starts()
+    times: dict[str, list[float]] = {name: [] for name in found}
+    for _ in range(rounds):
+        for name, words in found.items():
+            times[name].append(seconds(words))
+    median = {name: statistics.median(values) for name, values in times.items()}
+    return {name: {"seconds": value, "ratio": value / median[YARDSTICK]} for name, value in median.items()}
+
+
+@click.command()
+@click.option("--rounds", type=click.IntRange(1, 1000), default=9, show_default=True)
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+def main(rounds: int, style: str) -> None:
+    """Print the times."""
+    found = measure(rounds)
+    if style == "json":
+        click.echo(json.dumps(found, indent=1))
+        return
+    table = Table("start", "processor time, s", f"of {YARDSTICK}", title=f"Medians of {rounds} rounds")
+    for name, numbers in found.items():
+        table.add_row(name, f"{numbers['seconds']:.3f}", f"{numbers['ratio']:.2f}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

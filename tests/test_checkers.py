@@ -1,0 +1,68 @@
+"""The checkers stand alone: they know nothing of the package, and run as their README says."""
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.patience import HANGS
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "checkers"
+PROGRAMS = sorted(path.name for path in FOLDER.glob("*.py"))
+README = (FOLDER / "README.md").read_text(encoding="utf-8")
+
+
+def run(name, *words):
+    """Run a checker where the package cannot be imported."""
+    code = (
+        "import runpy, sys\n"
+        "sys.modules['viscopade'] = sys.modules['flint'] = None\n"
+        f"sys.path[0] = {str(FOLDER)!r}\n"
+        f"runpy.run_path({str(FOLDER / name)!r}, run_name='__main__')"
+    )
+    words = [sys.executable, "-c", code, *map(str, words)]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_checker_imports_nothing_of_the_package(name):
+    nodes = [node for node in ast.walk(ast.parse((FOLDER / name).read_text())) if hasattr(node, "names")]
+    found = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    found |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    assert {module.split(".")[0] for module in found} <= sys.stdlib_module_names | {"mpmath", "certificate_checker"}
+
+
+def test_the_readme_names_programs_and_files_that_are_there():
+    assert re.findall(r"^\| `(\w+\.py)` \|", README, re.MULTILINE) == PROGRAMS
+    named = re.findall(r"(?:checkers|exports|src|docs)/[\w/.]+\w", README)
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("name", ["certificate_checker.py", "interval_checker.py"])
+def test_a_checker_of_certificates_says_what_holds_and_what_is_wrong(name, tmp_path):
+    exported = {"certificate_checker.py": "minimax", "interval_checker.py": "half_line"}[name]
+    whole = json.loads((ROOT / "exports" / f"{exported}_certificates.json").read_text())
+    entry = whole["certificates"][0]
+    every = ("--every", "200") if name == "interval_checker.py" else ()
+    for change, status, printed, said in (
+        ({}, 0, f"{entry['name']} (", ""),
+        ({"parts": entry["parts"][1:]}, 1, "", "wrong: "),
+    ):
+        path = tmp_path / "one.json"
+        path.write_text(json.dumps({"certificates": [entry | change]}))
+        done = run(name, path, *every)
+        assert done.returncode == status, done.stderr
+        assert done.stdout.startswith(printed)
+        assert done.stderr.startswith(said)
+        assert done.stderr.count("\n") == status
+
+
+def test_the_checker_of_tables_says_what_holds():
+    done = run("table_checker.py", "exports/viscopade_speed_1em3.h")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert " rows" in done.stdout

@@ -1,0 +1,122 @@
+"""README and the pages of docs/: links lead somewhere, every file is reached, and GitHub renders all formulas."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from viscopade_lab.figures.paper import FIGURES
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md", *sorted(DOCS.rglob("*.md"))]
+WRITTEN = [page for page in PAGES if not page.read_text("utf-8").startswith("<!-- Generated")]
+
+# All that the pages' formulas need: a misspelt command would be printed in red.
+COMMANDS = set(
+    re.findall(
+        r"\w+",
+        """alpha approx arccos arccosh ast beta cdot circ cos ddot deg delta Delta dot dots eta exp frac
+        gamma ge hat Im in infty int kappa lambda langle le left ln log lvert lVert mathrm max min mu ne nu
+        overline phi pi pm propto qquad quad rangle Re rho right rVert rvert sigma sim sin sqrt sum tag tau
+        text tfrac theta tilde times to varepsilon varphi widehat xi zeta""",
+    )
+)
+
+
+def ids(page):
+    return page.relative_to(ROOT).as_posix()
+
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=ids)
+
+
+def prose(page):
+    """Return the text without code, which is replaced by a letter."""
+    text = re.sub(r"^```.*?^```$", "x", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`\n]+`", "x", re.sub(r"(?<=\n\n)(?: {4}[^\n]*\n)+", "x\n", text))
+
+
+@cache
+def anchors(page):
+    """Return the places in a page that a link can name: GitHub's names of headings, and explicit ones."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {
+        *re.findall(r'<a id="([^"]+)">', text),
+        *(re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings),
+    }
+
+
+def links(page):
+    """Yield the file and the place that each link and picture of a page names."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if not target.startswith(("https:", "http:", "mailto:")):
+            name, _, anchor = target.partition("#")
+            yield (page.parent / name).resolve() if name else page, anchor
+
+
+@each_page
+def test_links_lead_somewhere(page):
+    assert [str(target) for target, _ in links(page) if not target.exists()] == []
+    assert [(target.name, anchor) for target, anchor in links(page) if anchor and anchor not in anchors(target)] == []
+
+
+def test_every_file_is_reached_from_the_index():
+    reached, ahead = set(), [DOCS / "index.md"]
+    while ahead:
+        file = ahead.pop()
+        if file not in reached:
+            reached.add(file)
+            ahead += [target for target, _ in links(file) if target.is_file()] if file.suffix == ".md" else []
+    assert [ids(file) for file in sorted(DOCS.rglob("*")) if file.is_file() and file not in reached] == []
+    assert ROOT / "README.md" in reached
+
+
+def test_the_readme_fits_on_a_page_and_leads_to_the_index():
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 130
+    assert DOCS / "index.md" in {target for target, _ in links(ROOT / "README.md")}
+
+
+DISPLAYED = re.compile(r"^ *\$\$(.+?)\$\$$", re.MULTILINE | re.DOTALL)
+INLINE = re.compile(r"(?<![^\s(\[|])\$(?=\S)([^$]+?)(?<=\S)\$(?![\w$])")  # after a space or a bracket
+EATEN = re.compile(r"\\[^A-Za-z]|\|")  # by Markdown: a backslash before punctuation, and the ends of a table's cells
+HTML = re.compile(r"<(?! )|(?<! )>")
+ASCII = re.compile(r"[\w)*]\^[\w(-]|\b[A-Za-z]_[\w{]|\bsqrt\(|\bint_")
+
+
+def faults(text):
+    """Return what GitHub would not show as a formula, and powers and indices outside of formulas."""
+    outside = INLINE.sub("x", DISPLAYED.sub("x", text))
+    outside = re.sub(r"\]\([^)]*\)", "]", outside)
+    found = [line for line in outside.splitlines() if "$" in line or ASCII.search(line)]
+    for formula in DISPLAYED.findall(text) + INLINE.findall(DISPLAYED.sub("x", text)):
+        unknown = set(re.findall(r"\\([A-Za-z]+)", formula)) - COMMANDS
+        if formula.count("{") != formula.count("}") or EATEN.search(formula) or HTML.search(formula) or unknown:
+            found.append(formula)
+    return found
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=ids)
+def test_formulas_are_such_that_github_renders_them(page):
+    assert faults(prose(page)) == []
+
+
+@pytest.mark.parametrize("bad", [r"$\betta$", "$a_{1$", "$a|b$", r"$a\,b$", "a$b$", "$ a$", "$a<b$", "h_2", "v*^2"])
+def test_formulas_that_github_does_not_render_are_found(bad):
+    assert faults(r"where $\beta > 0$ and ($v_\ast$)") == []
+    assert faults(f"where {bad} holds") != []
+
+
+def test_all_figures_have_a_caption_and_the_papers_number():
+    text = (DOCS / "figures" / "README.md").read_text("utf-8")
+    rows = re.findall(r"^\| \[(\w+)\.svg\]\(#\w+\) \| (?:(\d), `(.*)`)? *\|$", text, re.MULTILINE)
+    assert {name: label or None for name, _, label in rows} == {n: figure.paper_label for n, figure in FIGURES.items()}
+    assert {name for name, _, _ in rows} == {path.stem for path in (DOCS / "figures").glob("*.svg")}
+    order = ["seriesDiverging", "tryingDifferentPade", "tryingDifferentPadeLin", "expVsAnaVsNum"]  # in the paper
+    assert [name for name, number, _ in sorted(rows, key=lambda row: row[1]) if number] == order
+    for name, number, _ in rows:
+        (caption,) = re.findall(rf"^## {name}\n\n(.+?)\n\n!\[.+?\]\({name}\.svg\)$", text, re.MULTILINE | re.DOTALL)
+        assert len(caption) > 100
+        assert caption.startswith(f"The paper's figure {number}" if number else "")

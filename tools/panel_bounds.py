@@ -1,0 +1,40 @@
+"""Prove the rows of the exact eps on all panels, and record the bounds of their errors.
+
+    python -m tools.panel_bounds > src/viscopade/data/proven.txt
+
+With numbers of panels, prove these only, and print log2 of the bounds.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+
+from viscopade.arrays.panels import DATA, PANELS
+from viscopade.collision.panel_proof import RECORD, RECORD_BITS, digest_of_rows, prove
+from viscopade.generated import MARKER
+
+
+def record() -> Iterator[str]:
+    """Prove all panels, and yield the record's lines."""
+    yield f"# {MARKER}: python -m tools.panel_bounds > src/viscopade/{RECORD}"
+    yield f"# Proven bounds of the relative errors of the rows for eps and for 1 - eps in {DATA}, whose digest follows."
+    yield f"# panel and bounds, in units of 2^-{RECORD_BITS}, rounded up"
+    yield digest_of_rows()
+    for index in range(PANELS):
+        yield " ".join(map(str, (index, *prove(index).recorded())))
+
+
+def main() -> None:
+    """Print the record, or log2 of the bounds of the panels given on the command line."""
+    if not sys.argv[1:]:
+        for line in record():
+            print(line, flush=True)
+    for index in map(int, sys.argv[1:]):
+        bounds = prove(index)
+        print(index, *(f"{name} 2^{math.log2(float(bound)):.2f}" for name, bound in bounds._asdict().items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""Prove the exported headers' kernels, and write the record of their errors that the laboratory reads:  COMMAND ."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Iterator
+from fractions import Fraction
+
+from viscopade.arithmetic.decimals import at_most, below
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.generated import MARKER
+from viscopade.kernels import requests
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel
+from viscopade.kernels.forms.speed_kernel import SpeedKernel
+from viscopade.kernels.forms.speed_table import OCTAVES, of_w
+from viscopade.kernels.forms.speed_table_last_place import FullTable, ulp_of_w
+from viscopade.kernels.names import FAST, TIERS
+from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.targets.speed import rounding_of
+from viscopade.kernels.v_star import of_v_star
+from viscopade_lab.proven import COLUMNS, Number
+
+COMMAND = "python -m tools.proven_errors > src/viscopade_lab/data/proven.csv"
+_UNIT = Fraction(1, 1 << DOUBLE.precision)
+
+
+def computed() -> Iterator[Number]:
+    """Prove everything anew."""
+    for quotient in [*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()]:
+        yield from _of_quotient(quotient)
+    for request in (requests.HALF_LINE, requests.INVERSE):
+        for kernel in request.in_powers_of_a_root():
+            yield from _in_powers_of_a_root(kernel)
+    yield from _of_full()
+    for tier in TIERS:
+        yield from _of_speed(speed_kernel(tier, FAST))
+
+
+def _of_quotient(kernel: Quotient) -> Iterator[Number]:
+    if isinstance(kernel, PadeKernel):
+        for form, rounding in kernel.rounding:
+            for bound in kernel.bounds:
+                yield Number(kernel.name, form, "formula", below(bound.high or Fraction(0)), bound.bound)
+            yield Number(kernel.name, form, "rounding of epsilon", "", rounding)
+    if isinstance(kernel, MinimaxKernel):
+        for variant in kernel.variants:
+            form, proof, slope = variant.form.name, variant.certificate, variant.derivative
+            yield Number(kernel.name, form, "formula", below(proof.high or Fraction(0)), proof.bound)
+            yield Number(kernel.name, form, "rounding of epsilon", "", variant.rounding)
+            if slope is not None:
+                yield Number(kernel.name, form, "derivative", "", slope.certificate.bound)
+                yield Number(kernel.name, form, "rounding of derivative", "", slope.rounding)
+
+
+def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[Number]:
+    for variant in kernel.variants:
+        yield Number(kernel.name, variant.form.name, "formula", "", variant.certificate.bound)
+        for function in kernel.checked:
+            yield Number(kernel.name, variant.form.name, f"rounding of {function}", "", variant.rounding(function))
+        if isinstance(kernel, HalfLineKernel):
+            underflow = max((size.underflow for _, size in variant.sizes), key=Fraction)
+            yield Number(kernel.name, variant.form.name, "underflow", "", underflow)
+
+
+def _of_full() -> Iterator[Number]:
+    for form in FORMATS:
+        proofs = {function: last_place.certificate(form, function) for function in last_place.FUNCTIONS}
+        for function, proof in proofs.items():
+            yield Number("full", form, f"ulps of {function}", "", _shown(proof["maximum"]))
+        if form == DOUBLE.name:
+            yield Number("full", form, "underflow", "", _shown(max(proof["underflow"] for proof in proofs.values())))
+
+
+def _shown(ulps: float) -> str:
+    """Return a number of units in the last place so that its distance from 1/2 is seen: two digits of that."""
+    more = Fraction(at_most(Fraction(ulps) - Fraction(1, 2), 2))
+    return below(Fraction(1, 2) + more)
+
+
+def _of_speed(kernel: SpeedKernel) -> Iterator[Number]:
+    table, name = kernel.table, kernel.name
+    double = DOUBLE.name
+    for quantity, exponent in (("low", table.first), ("high", table.first + OCTAVES)):
+        yield Number(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
+    if isinstance(table, FullTable):
+        bounds = table.proven
+        worst = max(Fraction(last_place.certificate(double, of)["maximum"]) for of in last_place.FUNCTIONS)
+        yield Number(name, double, "ulps", "", at_most(bounds.ulp))
+        yield Number(name, double, "ulps of w", "", at_most(ulp_of_w()))
+        yield Number(name, double, "ulps elsewhere", "", at_most(worst + of_v_star() / _UNIT))
+        yield Number(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
+        yield Number(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
+        return
+    yield Number(name, double, "elsewhere", "", "full" if kernel.slow is None else kernel.slow.name)
+    yield Number(name, double, "of v*", "", at_most(of_v_star()))
+    for form in kernel.formats:
+        yield Number(name, form.name, "formula", "", at_most(table.proven.error))
+        yield Number(name, form.name, "rounding", "", at_most(rounding_of(table, form), 2))
+
+
+def main() -> None:
+    """Print the record."""
+    print(f"# {MARKER}: {COMMAND}")
+    print("# What is proven of the errors of the exported kernels; viscopade_lab.proven says what the quantities are.")
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(computed())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,194 @@
+"""Prove the kernels that stand ready for every scene, and write the package's record of them:  COMMAND ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.generated import MARKER
+from viscopade.kernels import prove_lacunary
+from viscopade.kernels.forms import last_place, table_free
+from viscopade.kernels.forms.root_powers import HalfLineKernel, RootPowerVariant
+from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_table import OCTAVES, of_w
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
+from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
+from viscopade.kernels.names import FULL
+from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.registry import HOST, Entry, Kind
+from viscopade.kernels.targets.last_place import table_bytes
+from viscopade.kernels.targets.speed import rounding_of
+from viscopade.kernels.targets.table_free import name_of
+from viscopade.kernels.v_star import of_v_star
+
+COMMAND = "python -m tools.registry > src/viscopade/data/catalogue.csv"
+PLACES = 3
+# Operations, counted by hand in the templates.
+_POWER_OF_BETA = 4  # w = beta^5 speed
+_ROW = 6  # to find the row: shifts, masks, a comparison, and the copy
+_ACCURATE = 20  # of the sums in two parts
+_GAPS = 6  # powers of y that gaps in the polynomials need
+# In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
+_SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
+_FROM_TABLE = 6  # three units, as the headers state for dissipation
+_FROM_EPSILON = 4  # (1 - eps) (1 + eps), or loss (2 - loss)
+_SECOND_ORDER = 1 + Fraction(1, 1 << 10)
+MACHINES = {
+    (HOST, DOUBLE): LIBRARY[DOUBLE.name],
+    (HOST, FLOAT): LIBRARY[FLOAT.name],
+    ("device", FLOAT): DEVICE,
+    ("shader", FLOAT): SHADER,
+}
+"""By place and type, the arithmetic of compact kernels; in type double the device is like the host."""
+ALSO = {"device": (HOST, FLOAT)}
+"""Where functions of a place may be called, too: those in CUDA are for the host as well."""
+
+
+def computed() -> Iterator[Entry]:
+    """Prove everything anew."""
+    for tier, size in [*TABLES, (FULL, "fast")]:
+        yield from _of_speed(tier, size, speed_kernel(tier, size))
+    for accuracy in HALF_LINE:
+        yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
+    for form in (DOUBLE, FLOAT):
+        worst = max(Fraction(last_place.certificate(form.name, name)["maximum"]) for name in last_place.FUNCTIONS)
+        operations = _ROW + 2 * last_place.DEGREES[form.name] + (_ACCURATE if form == DOUBLE else 0)
+        taken = table_bytes(form.name)
+        yield _everywhere("full", FULL, "full", HOST, form, worst * _ulp(form), operations, taken)
+    for form in (DOUBLE, FLOAT):
+        yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
+
+
+def _everywhere(
+    kind: Kind,
+    tier: str,
+    name: str,
+    place: str,
+    form: Format,
+    error: Fraction,
+    operations: int,
+    size: int = 0,
+) -> Entry:
+    bound = at_most(error, PLACES)
+    return Entry(
+        kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound, *_last(kind, form)
+    )
+
+
+def _last(kind: str, form: Format) -> tuple[str, str]:
+    """Return what the last roundings add to eps and to 1 - eps^2: for compact kernels see `_of_compact`."""
+    # Tables end with one sum; in type double what is used beyond them ends with two operations.
+    last = 1 if kind == "full" or (kind == "speed" and form == FLOAT) else _SUM_AND_QUOTIENT
+    of_loss = _FROM_TABLE if kind == "speed" else _FROM_EPSILON
+    if kind == "v*":
+        last = of_loss = 0
+    return at_most(last * _half_ulp(form), PLACES), at_most(of_loss * _half_ulp(form), PLACES)
+
+
+def _half_ulp(form: Format) -> Fraction:
+    return _ulp(form) / 2 * _SECOND_ORDER
+
+
+def _ulp(form: Format) -> Fraction:
+    """Return the largest size of a unit in the last place, relative to the number."""
+    return Fraction(2) ** (1 - form.precision)
+
+
+def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
+    table = given.table
+    # In v*, rounded inwards: w itself is rounded.
+    low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
+    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, FullTable) else 2 * table.degree
+    operations = _POWER_OF_BETA + _ROW + polynomial
+    for form in (DOUBLE, FLOAT):
+        own = form if form in given.formats else DOUBLE
+        if isinstance(table, FullTable):
+            inside = table.proven.relative + of_w(DOUBLE) + 4 * _ulp(DOUBLE)
+        else:
+            inside = table.proven.error + rounding_of(table, own)
+        yield Entry(
+            "speed",
+            tier,
+            size,
+            given.name,
+            HOST,
+            form.name,
+            given.bytes,
+            operations,
+            f"{low * 1.01:.3g}",
+            f"{high * 0.99:.3g}",
+            at_most(inside, PLACES),
+            at_most(max(inside, _beyond(given)), PLACES),
+            *_last("speed", form),
+        )
+
+
+def _beyond(given: SpeedKernel) -> Fraction:
+    """Return the bound of the kernel that is used outside the table, always in type double."""
+    if given.slow is None:
+        worst = max(Fraction(last_place.certificate(DOUBLE.name, name)["maximum"]) for name in last_place.FUNCTIONS)
+        return _both(worst * _ulp(DOUBLE), of_v_star())
+    return _both(given.slow.variant(DOUBLE).total(given.slow.checked), of_v_star())
+
+
+def _both(first: Fraction, second: Fraction) -> Fraction:
+    """Return the bound of two relative errors, one after the other."""
+    return (1 + first) * (1 + second) - 1
+
+
+def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
+    terms = len(given.powers.top) + len(given.powers.bottom)
+    operations = 2 * terms + _GAPS
+    for variant in given.variants:
+        error = variant.total(given.checked)
+        yield _everywhere("half-line", accuracy, given.name, HOST, variant.form, error, operations)
+    for (place, form), machine in MACHINES.items():
+        machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
+        for variant in given.variants:
+            if variant.form == form:
+                yield _of_compact(accuracy, given, variant, place, machines, operations)
+
+
+def _of_compact(
+    accuracy: str,
+    given: HalfLineKernel,
+    variant: RootPowerVariant,
+    place: str,
+    machines: Sequence[MachineArithmetic],
+    operations: int,
+) -> Entry:
+    """Return the entry of a kernel that may run on any of some machines."""
+    formula = Fraction(variant.certificate.bound)
+    everywhere = common = of_epsilon = of_loss = Fraction(0)
+    for machine in machines:
+        found = table_free.bounds(given.powers, variant.a, variant.b, machine)
+        first, second = (
+            max(Fraction(found["restitution"][i]), Fraction(3, 2) * Fraction(found["dissipation"][i])) for i in (0, 1)
+        )
+        everywhere, common = max(everywhere, _both(formula, first)), max(common, _both(formula, second))
+        # elastic/(elastic + lost); lost inverse (1 + elastic inverse), inverse = 1/(elastic + lost): the term with the
+        # second inverse is at most half of the sum.
+        unit = Fraction(2) ** -machine.model.precision
+        quotient = unit + machine.quotient * machine.ulp
+        of_epsilon = max(of_epsilon, quotient * _SECOND_ORDER)
+        of_loss = max(of_loss, (Fraction(3, 2) * quotient + Fraction(7, 2) * unit) * _SECOND_ORDER)
+    low, high = map(str, map(float, COMMON)) if variant.form == FLOAT else ("0", "inf")
+    inside = common if variant.form == FLOAT else everywhere
+    errors = (at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss))
+    name, form = name_of(given), variant.form.name
+    return Entry("compact", accuracy, "fast", name, place, form, 0, operations, low, high, *errors)
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"# {MARKER}: {COMMAND}")
+    print("# Kernels that stand ready, with proven bounds of their errors.")
+    print(",".join(Entry.__dataclass_fields__))
+    for entry in computed():
+        print(",".join(str(value) for value in vars(entry).values()))
+
+
+if __name__ == "__main__":
+    main()
