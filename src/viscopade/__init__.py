@@ -1,4 +1,4 @@
-"""The coefficient of restitution of viscoelastic spheres (Müller & Pöschel 2011), exactly and fast.
+"""The coefficient of restitution of viscoelastic spheres (Müller & Pöschel 2011): exact numbers and fast kernels.
 
 >>> import viscopade as vp
 >>> vp.series(order=8, digits=12).decimals()[2]

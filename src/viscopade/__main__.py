@@ -1,4 +1,4 @@
-"""`python -m viscopade` is the command line."""
+"""Entry point of `python -m viscopade`: the command line."""
 
 from viscopade.cli.main import main
 

@@ -1,4 +1,4 @@
-"""Refuse bad arguments with one clear line: what was wrong, and what is accepted."""
+"""Checks of arguments: a refusal is one line that names the value and the accepted ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?"
 
 
 def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:
-    """Return `value` as an int within [low, high].
+    """Return an integer argument within [low, high] as an int.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def digits(value: SupportsIndex) -> int:
 
 
 def exact(name: str, value: object, accepted: str, allowed: Callable[[Fraction], bool]) -> Fraction:
-    """Return a finite number exactly: a string is read as a decimal number, never through a float.
+    """Return a finite number as an exact fraction: a string is read as a decimal number, never through a float.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every generated file begins with: the mark of viscopade, the command, the end condition; and its templates."""
+"""Heads of generated files (marker, version, command, end condition), and their templates."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WIDTH = 100  # columns of generated text, where it can be wrapped
 
 
 def one_line(name: str, text: str) -> str:
-    """Return `text` if it is one line that is not empty and can stand in a comment of every target."""
+    """Return `text` if it is one line, not empty, and harmless in a comment of every target language."""
     if not isinstance(text, str):
         raise TypeError(f"{name} must be a string, not {text!r}")
     if not text.strip() or not text.isprintable() or "*/" in text or "/*" in text:
@@ -38,7 +38,7 @@ def marker_line(command: str) -> str:
 
 
 def environment(module: str, *, autoescape: bool = False) -> Environment:
-    """Return Jinja, which is imported only now, for the folder templates/ beside a module (its `__name__`)."""
+    """Return the Jinja environment for the folder templates/ beside a module (its `__name__`)."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     return Environment(

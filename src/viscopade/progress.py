@@ -1,4 +1,4 @@
-"""Long loops announce themselves; who wants to show that installs a tracker (the command line does)."""
+"""Progress of long loops, shown by an installed tracker (the command line installs one)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def track(steps: Sequence[int], description: str) -> Iterable[int]:
 
 @contextmanager
 def shown_by(tracker: Tracker) -> Iterator[None]:
-    """Install `tracker` for the duration of a `with` block."""
+    """Show progress by `tracker` for the duration of a `with` block."""
     token = _tracker.set(tracker)
     try:
         yield
@@ -30,5 +30,5 @@ def shown_by(tracker: Tracker) -> Iterator[None]:
 
 
 def quietly() -> AbstractContextManager[None]:
-    """Show nothing for the duration of a `with` block: the steps of a step."""
+    """Show no progress for the duration of a `with` block, for loops inside a step."""
     return shown_by(lambda steps, _: steps)

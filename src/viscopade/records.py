@@ -1,4 +1,4 @@
-"""Read nested data from a file, and refuse what is wrong with one line that names the file, the key and the remedy."""
+"""Reader of nested data from a file: a refusal is one line that names the file, the key and the accepted values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST = 2**53  # of what is counted
 
 @dataclass(frozen=True)
 class Node:
-    """A value in a file, with its place for messages.
+    """A value in a file, with its file and key for messages.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Node:
 
     @classmethod
     def of_json(cls, text: str | bytes, source: str) -> Self:
-        """Return the whole of a JSON file's text.
+        """Return the root node of a JSON text.
 
         Raises
         ------
@@ -48,7 +48,7 @@ class Node:
             raise ValueError(f"{source}: no JSON: {error}") from None
 
     def refuse(self, accepted: str) -> ValueError:
-        """Return the exception that says what is wrong."""
+        """Return the exception that names the file, the key, the value and the accepted values."""
         where = f"{self.key} is" if self.key else "it holds"
         return ValueError(f"{self.source}: {where} {_shown(self.value)}: accepted is {accepted}")
 
@@ -67,21 +67,21 @@ class Node:
         return self._at(name, self._table[name])
 
     def need(self, name: str, accepted: str) -> Self:
-        """Return a part; if it is missing, say what is accepted."""
+        """Return a part; a missing part is refused with the accepted values."""
         if name not in self._table:
             raise ValueError(f"{self.source}: {self._at(name, None).key} is missing: accepted is {accepted}")
         return self[name]
 
     def get(self, name: str) -> Self | None:
-        """Return a part, or None if it is not there."""
+        """Return a part, or None if it is missing."""
         return self[name] if name in self._table else None
 
     def has(self, name: str) -> bool:
-        """Return whether there is such a part."""
+        """Return whether a part of this name exists."""
         return isinstance(self.value, Mapping) and name in self.value
 
     def only(self, *names: str) -> Self:
-        """Return this, and refuse parts of other names."""
+        """Return this node; parts with other names are refused."""
         for name in self._table:
             if name not in names:
                 where = f"{self.key}." if self.key else ""
@@ -126,7 +126,7 @@ class Node:
             raise self.refuse(_at_least_zero(positive)) from None
 
     def within(self, accepted: str, holds: Callable[[float], bool]) -> float:
-        """Return a number for which a condition holds, which is described by `accepted`."""
+        """Return a number that meets a condition; `accepted` describes the condition."""
         value = self.value
         if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
             raise self.refuse(accepted)

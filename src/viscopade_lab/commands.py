@@ -1,4 +1,4 @@
-"""The commands that gather evidence: claims, figures, bench, report, hardcases; `viscopade` loads them when needed."""
+"""Commands that gather evidence: claims, figures, bench, report, hardcases; `viscopade` loads them when needed."""
 
 from __future__ import annotations
 
@@ -29,10 +29,13 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--only", "names", multiple=True, help="Names of claims; repeat for more. Default: all.")
+@click.option("--only", "names", multiple=True, help="Name of a statement; repeat for more. Default: all.")
 @STYLE
 def claims(names: tuple[str, ...], style: str) -> None:
-    """Check every statement of the paper that can be checked, and print our verdict with the evidence."""
+    """Check the paper's statements and print the evidence.
+
+    Each statement that can be checked gets a verdict.
+    """
     from viscopade_lab.claims import UNCHECKED, check
 
     findings = [finding.to_json() for finding in check(names or None)]
@@ -55,14 +58,17 @@ def claims(names: tuple[str, ...], style: str) -> None:
 
 
 @click.command("figures")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
-@click.option("--only", "names", multiple=True, type=click.Choice(figures.NAMES), help="Repeat for more.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the figures to.")
+@click.option(
+    "--only", "names", multiple=True, type=click.Choice(figures.NAMES),
+    help="Name of a figure; repeat for more. Default: all.",
+)  # fmt: skip
 @click.option(
     "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
-    help="Repeat for more.",
+    help="Format of the figures; repeat for more.",
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
-    """Draw the paper's figures, and those that it could not show."""
+    """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import paper
 
     need("matplotlib", "figures")
@@ -72,36 +78,45 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 
 
 @click.command("bench")
-@click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Measurements of each.  [default: 20]")
+@click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
 @click.option(
     "--memory-elements",
     type=Whole("memory elements", 1 << 10, 1 << 28),
-    help="Length of the arrays from memory.  [default: 8388608]",
+    help="Length of the arrays, which shall not fit into the cache.  [default: 8388608]",
 )
-@click.option("--beta", type=Real("beta"), help="Of the material.  [default: 1.307, ice]")
-@click.option("--speed-min", type=Real("speed_min"), help="The lowest impact speed.  [default: 0.001]")
-@click.option("--speed-max", type=Real("speed_max"), help="The highest impact speed.  [default: 1000]")
-@click.option("--unit", help="Of the speeds.  [default: cm/s]")
-@click.option("--only", multiple=True, help="Kernels or rivals by id or its beginning; repeat for more. Default: all.")
+@click.option(
+    "--beta",
+    type=Real("beta"),
+    help="Damping beta in (time/length)^(1/5), in the unit of the speeds.  [default: 1.307, ice]",
+)
+@click.option("--speed-min", type=Real("speed_min"), help="Lowest impact speed.  [default: 0.001]")
+@click.option("--speed-max", type=Real("speed_max"), help="Highest impact speed.  [default: 1000]")
+@click.option("--unit", help="Name of the speeds' unit, for the output.  [default: cm/s]")
+@click.option(
+    "--only", multiple=True, help="Kernel or rival: its id or the id's beginning; repeat for more. Default: all."
+)
 @click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
 @click.option(
     "--headers",
     type=click.Path(path_type=Path),
-    help="Directory with the exported headers. Default: they are made, which takes minutes.",
+    help="Directory with the exported headers. Default: the command makes them, which takes minutes.",
 )
 @click.option(
     "--cuda",
     type=Real("cuda"),
-    help="Ratio of CUDA kernel to device copy, measured elsewhere, for the table of targets.",
+    help="Time of the CUDA kernel over the time of a copy on the device, measured elsewhere, for the table of targets.",
 )
-@click.option("--quick", is_flag=True, help="Few rounds and elements: to see that it runs, not to learn times.")
-@click.option("--out", type=click.Path(path_type=Path), help="Write the result to this file, as JSON.")
+@click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run, whose times mean nothing.")
+@click.option("--out", type=click.Path(path_type=Path), help="File to write the result to, as JSON.")
 @STYLE
 def bench_command(
     only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cuda: float | None,
     cc: str | None, headers: Path | None, out: Path | None, style: str, **scene: Any,
 ) -> None:  # fmt: skip
-    """Measure all kernels and their rivals on the same speeds, compiled on the spot, and how far they are off."""
+    """Measure time and error of all kernels and their rivals.
+
+    All are compiled on this machine and run on the same impact speeds.
+    """
     from viscopade.kernels import toolchain
     from viscopade_lab import bench
     from viscopade_lab.bench import tables
@@ -127,17 +142,20 @@ def bench_command(
 
 
 @click.command("report")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write to.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the page to.")
 @click.option(
     "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="What `viscopade bench --out` wrote. Default: the benchmark is run, which takes minutes.",
+    help="Result of `viscopade bench --out`. Default: the command runs the benchmark, which takes minutes.",
 )  # fmt: skip
 @click.option(
     "--format", "formats", multiple=True, type=click.Choice(report.FORMATS), default=report.FORMATS, show_default=True,
-    help="Of the picture beside the page; repeat for more.",
+    help="Format of the figure beside the page; repeat for more.",
 )  # fmt: skip
 def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
-    """Write what the benchmark found as one HTML page, and the picture of time against error."""
+    """Write the benchmark's result as an HTML page.
+
+    Beside the page, a figure shows time against error.
+    """
     from viscopade_lab import bench
     from viscopade_lab.bench.result import Result
     from viscopade_lab.report.render import render
@@ -154,21 +172,23 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
 
 
 @click.command("hardcases")
-@click.option("--only", "names", multiple=True, help="Names of cases; repeat for more. Default: all.")
-@click.option("--thorough", is_flag=True, help="More points, orders, inputs: half an hour instead of a minute.")
-@click.option("--out", type=click.Path(path_type=Path), help="Directory for the page, its figures and the numbers.")
+@click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
+@click.option("--thorough", is_flag=True, help="Run more points, orders and inputs: half an hour instead of a minute.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Directory to write the page, its figures and its numbers to."
+)
 @click.option(
     "--from",
     "result",
     type=click.Path(path_type=Path),
-    help="Show the hard-cases.json that was written before; with --only, those cases are run again and replaced.",
+    help="File hard-cases.json of an earlier run, to show again; with --only, these cases are run again and replaced.",
 )
 @STYLE
 @click.pass_context
 def hardcases_command(
     context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
 ) -> None:
-    """Try to break every part of viscopade, and print what happened.
+    """Try to break every part of viscopade; print the results.
 
     The exit status is 1 if a check does not hold.
     """

@@ -1,4 +1,4 @@
-"""Best approximants of eps and of its inverse: Remez exchange, minimax and lacunary quotients, machine coefficients."""
+"""Best approximants of eps and its inverse: Remez exchange, minimax and lacunary quotients, machine coefficients."""
 
 __all__ = [
     "cheapest",

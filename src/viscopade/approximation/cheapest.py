@@ -1,4 +1,4 @@
-"""The cheapest degrees [m/n] of best approximants for an accuracy, and the most accurate ones for a price."""
+"""Search over degrees [m/n] of best approximants: the cheapest for an accuracy, the most accurate for a cost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def choose(
     form: Format = DOUBLE,
     measure: Measure = "both",
 ) -> MachineFit:
-    """Return the cheapest approximant, with coefficients of a format, that is as accurate as wanted.
+    """Return the cheapest approximant with the wanted accuracy and coefficients of a format.
 
     The cost is that of `cost`; among equally cheap ones, the most accurate is returned.
 

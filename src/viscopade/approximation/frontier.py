@@ -1,4 +1,4 @@
-"""How many coefficients an accuracy takes: best and Padé approximants [m/n] of eps on [0, V], as a table.
+"""Frontier of accuracy against coefficients, as a table: best and Padé approximants [m/n] of eps on [0, V].
 
 The table is made by  python -m tools.frontier > src/viscopade/data/frontier.csv ; the queries read it, and run no
 fit. Errors are the largest max(|d eps|/eps, |d eps|/(1 - eps)) on the interval, of exact evaluation (sampled), rounded
@@ -64,18 +64,18 @@ class Record:
 
     @property
     def coefficients(self) -> int:
-        """Coefficients besides a_0 = b_0 = 1, and multiplications."""
+        """Number of coefficients besides a_0 = b_0 = 1, which is also the number of multiplications."""
         return self.m + self.n
 
     @property
     def cost(self) -> int:
-        """Multiplications and division."""
+        """Number of multiplications and divisions."""
         return minimax.cost(self.m, self.n)
 
 
 @dataclass(frozen=True)
 class Smallest:
-    """What an accuracy takes on [0, v_star_max].
+    """The smallest approximants for an accuracy on [0, v_star_max].
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ def table() -> tuple[Record, ...]:
 
 
 def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
-    """Return the cheapest degrees whose best approximant is as accurate as wanted on [0, v_star_max].
+    """Return the cheapest degrees whose best approximant has the wanted accuracy on [0, v_star_max].
 
     The cost is that of `minimax.cost`; among equally cheap ones, the most accurate is returned. Between two numbers of
     `GRID` the larger one stands for v_star_max (the record says which): there may be cheaper degrees for the shorter
@@ -150,7 +150,7 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
 
 
 def smallest(v_star_max: Sequence[float] = GRID, accuracy: Sequence[float] = ACCURACIES) -> tuple[Smallest, ...]:
-    """Return what each accuracy takes on each interval [0, v_star_max], for reports.
+    """Return the smallest approximants for each accuracy and interval [0, v_star_max], for reports.
 
     Parameters
     ----------

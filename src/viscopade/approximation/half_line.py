@@ -1,4 +1,4 @@
-r"""Compact kernels for every v* >= 0: both limits are right by structure, and one division is all they need.
+r"""Half-line approximants of eps: lacunary quotients for every v* >= 0, with both limits right by structure.
 
 With kappa = v*^2 and y = v*^(1/3),
 
@@ -77,7 +77,7 @@ BEST: dict[Measure, tuple[Powers, ...]] = {"relative": RELATIVE, "both": BOTH}
 
 @dataclass(frozen=True)
 class HalfLine:
-    """eps = D/(D + v*^2 N) with N, D polynomials in y = v*^(1/3), for every v* >= 0.
+    """Half-line approximant eps = D/(D + v*^2 N) for every v* >= 0, with polynomials N, D in y = v*^(1/3).
 
     Attributes
     ----------
@@ -110,12 +110,12 @@ class HalfLine:
 
     @property
     def powers(self) -> Powers:
-        """Which powers of y occur."""
+        """The powers of y that occur."""
         return self.quotient.powers
 
     @property
     def error(self) -> float:
-        """The largest error in the kernel's own measure (sampled)."""
+        """The largest error in the approximant's own measure (sampled)."""
         return self.relative_error if self.measure == "relative" else self.both_error
 
     @property
@@ -155,7 +155,7 @@ class HalfLine:
         return checked.elementwise(lambda v: self._portion(v, 1), "v_star", v_star, _SPEEDS)
 
     def slope(self, v_star: Values) -> Values:
-        """Return d ln eps/d ln v*, the kernel's own; arguments and errors as for `epsilon`.
+        """Return the approximant's d ln eps/d ln v*; arguments and errors as for `epsilon`.
 
         In the measure "both" its relative error is 3 to 8 times the error of eps (sampled).
         """
@@ -191,7 +191,7 @@ def _rate(polynomial: Terms) -> Terms:
 
 
 def check(powers: Powers) -> None:
-    """Raise a ValueError if N/D with these powers has not the right order at infinity."""
+    """Check that N/D with these powers has the right order at infinity; raise a ValueError otherwise."""
     if powers.top[-1] - powers.bottom[-1] != DEGREES_MORE:
         raise ValueError(
             f"powers are {powers.label}: deg N must be deg D + {DEGREES_MORE}, as eps goes like v*^(-10/3)"
@@ -199,7 +199,7 @@ def check(powers: Powers) -> None:
 
 
 def fit(powers: Powers, measure: Measure = "relative") -> HalfLine:
-    """Return the best kernel with given powers of y = v*^(1/3).
+    """Return the best approximant with given powers of y = v*^(1/3).
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def _weight(measure: Measure) -> lacunary.Function:
 
 @lru_cache(maxsize=2)
 def sample(measure: Measure) -> Sample:
-    """Return the target and the weight at points that are dense enough for rough fits."""
+    """Return target and weight at points dense enough for rough fits."""
     ends = ((0.004, 0.04, 12), (0.04, 40.0, 111), (40.0, 1e5, 22))
     v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)

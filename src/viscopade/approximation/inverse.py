@@ -1,4 +1,4 @@
-r"""Kernels for the inverse, eps -> v*: minimax, on [eps_min, 1] or on all of (0, 1].
+r"""Minimax approximants of the inverse, eps -> v*, on [eps_min, 1] or on all of (0, 1].
 
 The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, which needs 1 - eps where eps is near 1.
 v* is sqrt(q) times a smooth function of sqrt(q) near 0, and goes like q^(3/10) at infinity (section 2.5). So
@@ -65,7 +65,7 @@ WHOLE = (
 
 @dataclass(frozen=True)
 class Inverse:
-    """v* = y^k N(y)/D(y) with y = q^root, q = (1 - eps)/eps, for eps_min <= eps <= 1.
+    """Approximant of the inverse: v* = y^k N(y)/D(y) with y = q^root, q = (1 - eps)/eps, for eps_min <= eps <= 1.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Inverse:
 
     @property
     def shift(self) -> int:
-        """k: sqrt(q) = y^k."""
+        """The exponent k of sqrt(q) = y^k."""
         return int(HALF / self.root)
 
     @property
@@ -146,7 +146,7 @@ class Inverse:
 
 
 def check(powers: Powers) -> None:
-    """Raise a ValueError if N/D with these powers of q^(1/10) has not the right order at infinity."""
+    """Check that N/D with these powers of q^(1/10) has the right order at infinity; raise a ValueError otherwise."""
     if powers.bottom[-1] - powers.top[-1] != DEGREES_LESS:
         raise ValueError(f"powers are {powers.label}: deg D must be deg N + {DEGREES_LESS}, as v* goes like q^(3/10)")
 
@@ -263,7 +263,7 @@ def _error(given: Inverse) -> float:
 
 @lru_cache(maxsize=1)
 def sample() -> Sample:
-    """Return the target at points that are dense enough for rough fits on all of (0, 1]."""
+    """Return the target at points dense enough for rough fits on all of (0, 1]."""
     ends = ((0.004, 0.04, 15), (0.04, 40.0, 111), (40.0, 1e5, 18))
     v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
@@ -273,7 +273,7 @@ def sample() -> Sample:
 
 
 def kernel(accuracy: float) -> Inverse:
-    """Return the kernel for all of (0, 1] with the fewest coefficients (of those in `WHOLE`) that is accurate enough.
+    """Return the approximant in `WHOLE` for all of (0, 1] with the fewest coefficients and the wanted accuracy.
 
     Raises
     ------

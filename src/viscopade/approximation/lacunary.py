@@ -1,4 +1,4 @@
-r"""Best quotients of polynomials with gaps: N(y)/D(y), where only some powers of y = x^(1/r) occur.
+r"""Best quotients of lacunary polynomials: N(y)/D(y), in which only some powers of y = x^(1/r) occur.
 
 Where a function behaves like different fractional powers at 0 and at infinity, as eps(v*) does, quotients with few
 powers of a root of the argument are far better than quotients of full polynomials. Which powers, a search tells
@@ -34,7 +34,7 @@ _KEEP = 0.03  # of the former denominator, where the new one is not positive
 
 @dataclass(frozen=True)
 class Powers:
-    """Which powers of y occur.
+    """The powers of y that occur in N and in D.
 
     Attributes
     ----------
@@ -52,18 +52,18 @@ class Powers:
 
     @property
     def coefficients(self) -> int:
-        """How many coefficients can be chosen."""
+        """Number of free coefficients."""
         return len(self.top) + len(self.bottom) - 1
 
     @property
     def label(self) -> str:
-        """For tables: "0 4 8 / 0 4"."""
+        """The powers as text for tables, "0 4 8 / 0 4"."""
         return f"{' '.join(map(str, self.top))} / {' '.join(map(str, self.bottom))}"
 
 
 @dataclass(frozen=True)
 class LacunaryQuotient:
-    """N(y)/D(y) with exact coefficients.
+    """A lacunary quotient N(y)/D(y) with exact coefficients.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ Terms = tuple[tuple[int, Fraction], ...]
 
 
 def evaluated(polynomial: Terms, y: FloatArray) -> FloatArray:
-    """Return a polynomial with gaps by Horner's rule, in double precision."""
+    """Return the value of a lacunary polynomial by Horner's rule, in double precision."""
     total = np.zeros_like(y)
     below = (0, *(exponent for exponent, _ in polynomial[:-1]))
     for (exponent, coefficient), lower in reversed(list(zip(polynomial, below, strict=True))):
@@ -132,7 +132,7 @@ def added(*parts: Terms) -> Terms:
 
 
 class Sample(NamedTuple):
-    """A target at points, with weights: the error of an approximant R is weight |R/target - 1|."""
+    """Samples of a target with weights: the error of an approximant R is weight |R/target - 1|."""
 
     y: FloatArray
     target: FloatArray
@@ -140,7 +140,7 @@ class Sample(NamedTuple):
 
 
 class Rough(NamedTuple):
-    """Results of `rough`, a row for each choice of powers; the error is infinite where nothing was found."""
+    """Results of `rough`, a row for each choice of powers; the error is infinite where no quotient was found."""
 
     error: FloatArray
     coefficients: FloatArray
@@ -150,7 +150,7 @@ class Rough(NamedTuple):
 
 
 def rough(choices: Sequence[Powers], sample: Sample, steps: int = STEPS) -> Rough:
-    """Return nearly best quotients for many choices of powers, which must have as many exponents each.
+    """Return nearly best quotients for many choices of powers, all with the same number of exponents.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def _least_squares(design: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def alternating(sample: Sample, deviation: FloatArray, number: int) -> list[float]:
-    """Return `number` points with large errors of alternating signs; fewer if there are not so many."""
+    """Return up to `number` points with large errors of alternating signs."""
     starts = np.flatnonzero(np.diff(np.sign(deviation), prepend=0))
     parts = np.split(np.arange(len(deviation)), starts[1:])
     chosen = [int(part[np.argmax(np.abs(deviation[part]))]) for part in parts]
@@ -275,7 +275,7 @@ def rounded(powers: Powers, found: remez.Approximation, factor: arb) -> Lacunary
 
 @dataclass(frozen=True)
 class LacunaryFormula:
-    """(N(y)/D(y))^power with y = x^root, for all x >= 0 up to `end`: what has to be proven, in exact numbers.
+    """Formula (N(y)/D(y))^power with y = x^root for 0 <= x <= `end`, in exact numbers, for its proof.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Coefficients in the machine's formats: a combination of doubles or floats whose error is small, from a lattice."""
+"""Machine coefficients: doubles or floats as coefficients of an approximant, chosen together by lattice reduction."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class MachineFit:
 
 
 def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
-    """Return coefficients of a binary format with a small error.
+    """Return an approximant with coefficients of a binary format and a small error.
 
     The error is linear in small changes of the coefficients; so those that are numbers of the format are a lattice in
     the space of errors. From a close point of it (LLL reduction, Babai's nearest plane) single steps and pairs of steps

@@ -1,4 +1,4 @@
-"""What the error of an approximant is relative to."""
+"""Measures of an approximant's error: relative to eps, or to the smaller of eps and 1 - eps."""
 
 from typing import Literal, get_args
 

@@ -47,7 +47,7 @@ _ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
 
 
 class TooCoarse(ValueError):
-    """The best approximant is off by 100 % or more."""
+    """Error: the best approximant has a relative error of 100 % or more."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, 
 
 
 def problem(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int) -> remez.Problem:
-    """Return the problem of `fit` for `remez.solve`."""
+    """Return the approximation problem of `fit` for `remez.solve`."""
     eps = curve(digits)
     low, high = float(interval[0]), float(interval[1])
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),

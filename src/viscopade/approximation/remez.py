@@ -1,4 +1,4 @@
-r"""Best rational approximation with weights and linear constraints: the exchange algorithm of Remez.
+r"""Remez exchange algorithm for best rational approximation with weights and linear constraints.
 
 The problem: among N of degree m and D of degree n that fulfil homogeneous linear conditions, D(0) = 1 and D > 0 on
 [x0, x1], find those that minimise max |N/D - f|/w. The target f is given as g = (1 - f)/v^k and the weight as
@@ -53,11 +53,11 @@ GUARD = 5  # digits of the values beyond the error's
 
 
 class NoBest(ArithmeticError):
-    """The exchange found no best approximant; the message is one line that says why."""
+    """Error: the exchange found no best approximant; the message is one line with the reason."""
 
 
 class TooAccurate(NoBest):
-    """The error is below the accuracy of the values that were given."""
+    """Error: the approximant's error is below the accuracy of the given values."""
 
     def __init__(self, error: float, digits: int) -> None:
         super().__init__(f"the error is about {error:.1e}: that is too small for values of {digits} digits")
@@ -65,7 +65,7 @@ class TooAccurate(NoBest):
 
 
 class NotAttained(NoBest):
-    """There is no best approximant: others come as near to the infimum as one likes, with a pole towards 0."""
+    """Error: no best approximant exists; the infimum is only approached, by approximants with a pole towards 0."""
 
     def __init__(self, infimum: float) -> None:
         super().__init__(
@@ -77,7 +77,7 @@ class NotAttained(NoBest):
 
 @dataclass(frozen=True)
 class Coordinate:
-    """Where grids are uniform: in t = ln(1 + v/scale), or, for the half-line, in t = v/(scale + v)."""
+    """Coordinate with uniform grids: t = ln(1 + v/scale), or, for the half-line, t = v/(scale + v)."""
 
     scale: float = 1.0
     half_line: bool = False
@@ -91,13 +91,13 @@ class Coordinate:
         return self.scale * (t / (1 - t) if self.half_line else np.expm1(t))
 
     def scaled(self, factor: float) -> Coordinate:
-        """Return the same with another scale."""
+        """Return the coordinate with another scale."""
         return replace(self, scale=factor * self.scale)
 
 
 @dataclass(frozen=True)
 class Condition:
-    """sum a_i A_i + sum b_j B_j = 0 with the given A and B, of any length."""
+    """A linear condition sum a_i A_i + sum b_j B_j = 0 with given A and B, of any length."""
 
     a: tuple[arb, ...]
     b: tuple[arb, ...]
@@ -116,7 +116,7 @@ def limit(m: int, n: int, rho: arb) -> Condition:
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be approximated, by what, where.
+    """An approximation problem: target, weight, degrees, interval and conditions.
 
     Attributes
     ----------
@@ -163,12 +163,12 @@ class Problem:
 
     @property
     def least_error(self) -> float:
-        """What the accuracy of the values allows to tell."""
+        """The smallest error that the accuracy of the values can resolve."""
         return 10.0 ** (GUARD - self.digits)
 
     @property
     def sees_zero(self) -> bool:
-        """Whether there is a weighted error at v = 0, and it depends on the approximant; within `working`."""
+        """Whether the weighted error at v = 0 exists and depends on the approximant; within `working`."""
         x = arb(0)
         if self.interval[0] > 0 or self.sharpness(x) == 0:
             return False
@@ -182,13 +182,13 @@ class Problem:
         return all(x == 0 for a, b in tops for x in (*a, *b))
 
     def lower(self) -> Problem:
-        """Return the problem of degrees [m-1/n-1], to whose approximants a common factor v is taken away."""
+        """Return the problem of degrees [m-1/n-1], whose approximants lack the common factor v."""
         conditions = tuple(Condition(condition.a[1:], condition.b[1:]) for condition in self.conditions)
         return replace(self, m=self.m - 1, n=self.n - 1, conditions=conditions)
 
     @cached_property
     def directions(self) -> tuple[tuple[arb_poly, arb_poly], ...]:
-        """Pairs (S, D) that span what fulfils the conditions; to be used within `working`."""
+        """Pairs (S, D) that span the solutions of the conditions; to be used within `working`."""
         vectors = _null_space((*contact(self.contact), *self.conditions), self.m + 1, self.n + 1)
         return tuple(self._pair(vector) for vector in vectors)
 
@@ -199,7 +199,7 @@ class Problem:
 
     @property
     def number_of_points(self) -> int:
-        """How often the error of the best approximant attains its maximum with alternating signs, if not degenerate."""
+        """Number of alternations: points where the best approximant's error is largest, with alternating signs."""
         return len(self.directions)
 
 
@@ -230,7 +230,7 @@ def _padded(values: Sequence[arb], size: int) -> list[arb]:
 
 @dataclass(frozen=True)
 class Approximation:
-    """A levelled approximant.
+    """A levelled approximant: its error equioscillates.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""eps(v*) and 1 - eps(v*) at many points, to any number of digits: the target of fits. Not proven, as `exact` is.
+"""Target of fits: eps(v*) and 1 - eps(v*) at many points, to any number of digits (sampled; `exact` is proven).
 
 The function is cut into panels, each with polynomials in z = (v* - centre)/(half width). Up to 17 digits they are the
 rows of `double`'s table, taken exactly. For more digits they are made when they are first needed: from the proven
@@ -101,7 +101,7 @@ class ExactCurve:
 
 
 def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
-    """Return the function to a number of digits, from 1; panels that were made are kept.
+    """Return the exact curve to a number of digits, at least 1; it keeps its panels for later calls.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Exact and proven arithmetic: balls, balls of functions, Chebyshev points, compensated sums, formats, decimals."""
+"""Exact and proven arithmetic: balls, balls of functions, Chebyshev polynomials, compensated sums, binary formats."""
 
 __all__ = [
     "balls",

@@ -1,4 +1,4 @@
-"""Enclosures: FLINT balls (`flint.arb`) and how they become correctly rounded decimals, mpf and double.
+"""Ball arithmetic with FLINT (`flint.arb`), and correctly rounded decimals, mpf and doubles from balls.
 
 FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back. Threads take
 turns, so that within the block the precision stays. (A thread that uses FLINT past this module is not held back.)
@@ -22,13 +22,13 @@ BITS_PER_DIGIT = 3.3219280948873626  # log2(10), rounded up in the last place
 
 
 def bits_for(digits: int) -> int:
-    """Bits that hold `digits` decimal digits."""
+    """Return the number of bits that hold `digits` decimal digits."""
     return int(digits * BITS_PER_DIGIT) + 1
 
 
 @contextmanager
 def working(bits: int, length: int | None = None) -> Iterator[None]:
-    """Set FLINT's precision (and the length that power series are cut to), and put both back."""
+    """Set FLINT's precision and the truncation length of power series for a `with` block."""
     with _turn:
         saved = ctx.prec, ctx.cap
         ctx.prec = bits
@@ -41,7 +41,7 @@ def working(bits: int, length: int | None = None) -> Iterator[None]:
 
 
 def context(bits: int) -> Any:
-    """Return an mpmath context of its own, of so many bits: nobody else's precision changes."""
+    """Return a separate mpmath context with this precision in bits; the global one stays unchanged."""
     own = mp.clone()
     own.prec = bits
     return own
@@ -91,7 +91,7 @@ def to_mpf(ball: arb) -> mp.mpf:
 
 
 def decimal_at(ball: arb, size: arb, digits: int) -> str | None:
-    """Return the number that `ball` encloses, rounded at the decimal place where `size` has its `digits`-th digit.
+    """Return the number in `ball`, correctly rounded at the decimal place of the `digits`-th digit of `size`.
 
     Returns None if the ball is too wide to tell; "0" if the number is smaller than that place can show.
     """
@@ -111,7 +111,7 @@ def _exponent(size: arb) -> int:
 
 
 def relative_digits(balls: Iterable[arb]) -> int:
-    """Return the least number of accurate decimal digits among balls that are not exact."""
+    """Return the least number of accurate decimal digits among the inexact balls."""
     bits = min((ball.rel_accuracy_bits() for ball in balls if not ball.is_exact()), default=10**9)
     return int(bits / BITS_PER_DIGIT)
 
@@ -123,7 +123,7 @@ def exact_middle(ball: arb) -> Fraction:
 
 
 def known_decimal(ball: arb, digits: int) -> str:
-    """Return the number that `ball` encloses, rounded to `digits` digits or to as many as it determines.
+    """Return the number that `ball` encloses, rounded to `digits` digits, or to fewer if the ball determines fewer.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Rational polynomials on [-1, 1], exactly: in Chebyshev's polynomials, cut off, interpolated and bounded."""
+"""Rational polynomials on [-1, 1] in exact arithmetic: Chebyshev expansion, truncation, interpolation, bounds."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from viscopade.arithmetic.balls import exact_middle, working
 
 
 def to_fmpq(number: Fraction) -> fmpq:
-    """Return a fraction as FLINT's."""
+    """Return a Python fraction as a FLINT fraction."""
     return fmpq(number.numerator, number.denominator)
 
 
 def to_fraction(number: fmpq) -> Fraction:
-    """Return FLINT's fraction as Python's."""
+    """Return a FLINT fraction as a Python fraction."""
     return Fraction(int(number.p), int(number.q))
 
 
 @cache
 def chebyshev(n: int) -> fmpq_poly:
-    """Return Chebyshev's polynomial T_n."""
+    """Return the Chebyshev polynomial T_n."""
     if n < 2:
         return fmpq_poly([0, 1] if n else [1])
     return fmpq_poly([0, 2]) * chebyshev(n - 1) - chebyshev(n - 2)
 
 
 def in_chebyshev(p: fmpq_poly) -> list[fmpq]:
-    """Return the coefficients of Chebyshev's polynomials, in ascending order."""
+    """Return the Chebyshev coefficients of a polynomial, in ascending order."""
     found = [fmpq(0)] * (p.degree() + 1)
     for n in range(p.degree(), -1, -1):
         found[n] = p[n] / chebyshev(n)[n]
@@ -39,12 +39,12 @@ def in_chebyshev(p: fmpq_poly) -> list[fmpq]:
 
 
 def cut(p: fmpq_poly, degree: int) -> fmpq_poly:
-    """Return a polynomial of this degree that is nearly the best one on [-1, 1]."""
+    """Return the truncated Chebyshev expansion of this degree, nearly the best approximation on [-1, 1]."""
     return sum((chebyshev(n) * c for n, c in enumerate(in_chebyshev(p)[: degree + 1])), fmpq_poly([]))
 
 
 def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
-    """Return a bound of |p| on [-1, 1]: the sum of the coefficients of Chebyshev's polynomials, on each of equal parts.
+    """Return a bound of |p| on [-1, 1]: the sum of the absolute Chebyshev coefficients on each of several equal parts.
 
     Where p is nearly a multiple of one of them, one part is enough.
     """

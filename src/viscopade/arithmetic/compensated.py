@@ -1,4 +1,4 @@
-r"""Polynomials in double precision as if computed in twice the precision: compensated Horner, with its proven bound.
+r"""Compensated Horner rule: a polynomial in double precision with the accuracy of twice the precision, and its bound.
 
 A sum and a product of two doubles differ from the rounded result by a double, which six and seventeen operations find
 (`two_sum`, after Knuth, and `two_product`, after Dekker and Veltkamp: no fused multiply-add is needed). Horner's rule
@@ -35,21 +35,21 @@ SPLITTER = 2.0**27 + 1
 
 
 def two_sum(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return s and e with s = fl(x + y), s + e = x + y exactly."""
+    """Return the rounded sum s = fl(x + y) and its error e, with s + e = x + y exactly."""
     s = x + y
     part = s - x
     return s, (x - (s - part)) + (y - part)
 
 
 def split(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return high + low = x, both with so few bits that products of such parts are exact; |x| < 2^996."""
+    """Return the halves of x = high + low, short enough that their products are exact; |x| < 2^996."""
     scaled = SPLITTER * x
     high = scaled - (scaled - x)
     return high, x - high
 
 
 def two_product(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return p and e with p = fl(x y), p + e = x y exactly, unless something overflows or e underflows."""
+    """Return the rounded product p = fl(x y) and its error e: p + e = x y exactly, but for overflow and underflow."""
     p = x * y
     (x_high, x_low), (y_high, y_low) = split(x), split(y)
     return p, x_low * y_low - (((p - x_high * y_high) - x_low * y_high) - x_high * y_low)
@@ -77,7 +77,7 @@ def compensated_horner(c: FloatArray, x: FloatArray, low: FloatArray | None = No
 
 
 def gamma(k: int) -> Fraction:
-    """Return k u/(1 - k u): k roundings, one after the other, change a number by this factor at most."""
+    """Return gamma_k = k u/(1 - k u), the bound of k successive relative errors; u is the unit roundoff."""
     return k * UNIT / (1 - k * UNIT)
 
 

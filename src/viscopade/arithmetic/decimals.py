@@ -1,4 +1,4 @@
-"""Short decimal numbers that are not smaller, or not larger, than what they stand for: bounds to be printed."""
+"""Directed rounding of bounds to short decimal numbers."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ DIGITS = 3  # of a printed bound
 
 
 def above(number: Fraction) -> str:
-    """Return a number, rounded up to 15 digits, as text."""
+    """Return a number as text, rounded up to 15 digits."""
     return _decimal(number, ROUND_CEILING)
 
 
 def below(number: Fraction) -> str:
-    """Return a number, rounded down to 15 digits, as text."""
+    """Return a number as text, rounded down to 15 digits."""
     return _decimal(number, ROUND_FLOOR)
 
 
@@ -28,18 +28,18 @@ def _decimal(number: Fraction, rounding: str) -> str:
 
 
 def rounded_up(bound: arb, digits: int = DIGITS) -> str:
-    """Return a positive upper bound as a short decimal number that is not smaller."""
+    """Return a positive upper bound, rounded up to a short decimal number."""
     middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
     return at_most((middle + radius) * Fraction(10) ** exponent, digits)
 
 
 def at_most(number: Fraction | float, digits: int = DIGITS) -> str:
-    """Return a positive number as a short decimal number that is not smaller: an upper bound to be printed."""
+    """Return a positive number as text, rounded up to a short decimal number: an upper bound for print."""
     return _short(number, digits, ROUND_CEILING)
 
 
 def at_least(number: Fraction | float, digits: int = DIGITS) -> str:
-    """Return a positive number as a short decimal number that is not larger: a lower bound to be printed."""
+    """Return a positive number as text, rounded down to a short decimal number: a lower bound for print."""
     return _short(number, digits, ROUND_FLOOR)
 
 

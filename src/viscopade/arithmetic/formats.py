@@ -1,4 +1,4 @@
-"""Decimal strings to binary floating point, each rounded once and to nearest, and back to literals of C."""
+"""Binary formats of IEEE 754: correctly rounded values of decimal strings, and literals of C."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
 
 
 def exact(text: str) -> Fraction:
-    """Return the number that a decimal string stands for, exactly.
+    """Return the exact value of a decimal string.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class Format:
         return 2.0 ** (1 - self.precision)
 
     def nearest(self, number: Fraction) -> float:
-        """Return the value nearest to `number`, ties to even: rounded once, from the exact number.
+        """Return the correctly rounded value of an exact number: nearest, ties to even.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Format:
         return f"{mantissa.rstrip('0').rstrip('.')}p{exponent}{self.suffix}"
 
     def decimal(self, value: float) -> str:
-        """Return `value` as a decimal literal of C that is rounded to the same value again."""
+        """Return `value` as a decimal literal of C that a compiler rounds to the same value."""
         return self.literal(format(value, f".{self.digits}g"))
 
     def literal(self, number: str) -> str:

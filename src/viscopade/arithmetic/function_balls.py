@@ -1,4 +1,4 @@
-r"""Balls of functions: polynomials with one proven error for rounding and truncation together.
+r"""Balls of functions (Wiener algebra): polynomials with one proven error for rounding and truncation together.
 
 The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j| has ||f g|| <= ||f|| ||g||, and
 |f(y)| <= ||f|| on [0, 1]. An `FunctionBall` is the set of all f with
@@ -60,7 +60,7 @@ class Wiener:
     terms: int
 
     def element(self, coefficients: Sequence[fmpz | int], error: int) -> FunctionBall:
-        """Make an element of integer coefficients."""
+        """Return the element with these integer coefficients."""
         polynomial = fmpz_poly(list(coefficients))
         return FunctionBall(polynomial, norm(polynomial.coeffs()), error)
 

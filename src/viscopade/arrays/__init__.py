@@ -1,4 +1,4 @@
-"""NumPy in, NumPy out: eps, its inverse and their companions in double precision, from the proven table of panels."""
+"""Functions of NumPy arrays: eps, its inverse, x_max and tau_c in double precision, from the proven table of panels."""
 
 __all__ = [
     "checked",

@@ -1,4 +1,4 @@
-"""Arguments in double precision, numbers and arrays: refused with one clear line, or brought to one form."""
+"""Checks of arguments in double precision: numbers and arrays are converted, or refused with one line."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _OR_ARRAY = ", or an array of such"
 
 
 class Accepted(NamedTuple):
-    """What a quantity may be, in words and as a test that works on floats and on arrays."""
+    """The accepted values of a quantity, in words and as a test of floats and arrays."""
 
     accepted: str
     holds: Callable[[Any], Any]
 
 
 def refusal(name: str, value: object, accepted: str) -> str:
-    """Return the one line that says what is wrong and what is accepted."""
+    """Return a refusal: one line with the name, the value and the accepted values."""
     return f"{name} is {' '.join(reprlib.repr(value).split())}: accepted is {accepted}"
 
 
@@ -99,5 +99,5 @@ def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values:
 
 
 def float_if_scalar(result: FloatArray) -> float | FloatArray:
-    """Return a float for what was given as a number, an array for the rest."""
+    """Return a float if the argument was a number, an array otherwise."""
     return float(result) if result.ndim == 0 else result

@@ -1,6 +1,6 @@
-"""eps at a speed in NumPy: the operations of the C kernel `lookup_full` in its sequence, so that not a bit differs.
+"""eps at a speed in NumPy: the operations of the C kernel `lookup_full` in the same order, with identical bits.
 
-See exports/viscopade_speed_full.h for what is computed (`kernels.speed` writes it), and exports/viscopade_full.h for
+See exports/viscopade_speed_full.h for what is computed (`targets.speed` writes it), and exports/viscopade_full.h for
 what is computed where w = beta^5 speed is outside the table.
 """
 

@@ -1,4 +1,4 @@
-"""`restitution(speed, beta)` on NumPy arrays: the exported kernel itself, compiled, or the same operations by NumPy.
+"""`restitution(speed, beta)` on NumPy arrays: the exported kernel, compiled, or the same operations in NumPy.
 
 The extension `_native` is built at installation if there is a C compiler. Results do not depend on it, to the last bit.
 The environment variable VISCOPADE_BACKEND, read once, asks for one of the two.
@@ -55,12 +55,12 @@ Examples
 
 
 def numpy_restitution() -> Ufunc:
-    """Return `restitution` as NumPy computes it."""
+    """Return the `restitution` that NumPy computes."""
     return Ufunc("restitution", DOC, fallback.restitution)
 
 
 def compiled_restitution(instructions: str | None = None) -> np.ufunc:
-    """Return the compiled `restitution`, with the best instructions of this processor or those that are named.
+    """Return the compiled `restitution`, with the named instructions or the best ones of this processor.
 
     Raises
     ------
@@ -108,5 +108,5 @@ _BACKEND, restitution = choose(environ.get(VARIABLE))
 
 
 def backend() -> str:
-    """Return what computes `restitution`: "compiled" or "numpy"."""
+    """Return the backend of `restitution`: "compiled" or "numpy"."""
     return _BACKEND

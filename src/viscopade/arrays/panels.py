@@ -1,4 +1,4 @@
-"""The table of panels, data/double.txt: its rows, where the panels lie, and how one is found from the bits of v*."""
+"""The table of panels (data/double.txt): its rows, the panels, and the index of a panel from the bits of v*."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _LARGEST = 2.0**1023  # there eps and x_max are 0 already
 
 
 class Row(NamedTuple):
-    """2^exponent (a_0 + a_1 z + …), a function on a panel, z = (v* - centre)/(half width); all numbers are exact."""
+    """A row: a function on a panel is 2^exponent (a_0 + a_1 z + …), z = (v* - centre)/(half width), exactly."""
 
     exponent: int
     a: tuple[int, ...]
@@ -62,7 +62,7 @@ def rows() -> dict[tuple[str, int], Row]:
 
 
 class Place(NamedTuple):
-    """Where v* = 8^folds s lies in the table."""
+    """Place of v* = 8^folds s in the table."""
 
     s: FloatArray
     folds: IntArray

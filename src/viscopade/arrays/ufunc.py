@@ -1,4 +1,4 @@
-"""A function of two numbers that is called as a NumPy ufunc is, for machines where no real one could be compiled.
+"""A function of two numbers with the interface of a NumPy ufunc, for machines without the compiled one.
 
 Broadcasting, casting, `out`, `where`, memory overlap and buffering are those of `numpy.nditer`, on which NumPy's own
 ufuncs are modelled. What makes no sense for such a function (reduce, accumulate, reduceat) and `at` are missing.

@@ -1,4 +1,4 @@
-"""The command line: one module a group of commands, loaded when it is called."""
+"""The command line `viscopade`: one module for each group of commands."""
 
 __all__ = [
     "console",

@@ -33,7 +33,7 @@ else:  # before Click 8.4 it takes no type
 
 
 class Whole(_Integer):
-    """An integer within a range, with our own words for what is accepted."""
+    """Type of an option: an integer within a range."""
 
     name = "integer"
 
@@ -53,7 +53,7 @@ class Whole(_Integer):
 
 
 class Real(_Number):
-    """A decimal number, as a double."""
+    """Type of an option: a decimal number, read as a double."""
 
     name = "number"
 
@@ -73,12 +73,12 @@ class Real(_Number):
 
 
 class Degrees(_Pair):
-    """Degrees [m/n] written as M/N."""
+    """Type of an option: the degrees [m/n] of an approximant, written M/N."""
 
     name = "M/N"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Parse "3/6"."""
+        """Parse degrees such as "3/6"."""
         if isinstance(value, tuple):
             return value
         match = re.fullmatch(r"([0-9]{1,3})/([0-9]{1,3})", value)
@@ -96,18 +96,23 @@ _NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this le
 ORDER = Whole("order", 0, arguments.MAX_ORDER)
 DIGITS = Whole("digits", 1, arguments.MAX_DIGITS)
 STYLE = click.option(
-    "--format", "style", type=click.Choice(["text", "json", "csv", "latex"]), default="text", show_default=True
+    "--format",
+    "style",
+    type=click.Choice(["text", "json", "csv", "latex"]),
+    default="text",
+    show_default=True,
+    help="Format of the output.",
 )
 # 30 unless a material is given: those numbers are double precision.
-DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits, without a material.  [default: 30]")
+DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
 MATERIAL_HELP = {
-    "young_modulus": "Young modulus.",
-    "poisson_ratio": "Poisson ratio.",
-    "density": "Density.",
-    "dissipative_constant": "Dissipative constant A, a time.",
+    "young_modulus": "Young modulus of the material, a pressure.",
+    "poisson_ratio": "Poisson ratio of the material, > -1 and <= 0.5.",
+    "density": "Density of the material, a mass per volume.",
+    "dissipative_constant": "Dissipative constant A of the material, a time.",
 }
 
 
@@ -115,25 +120,25 @@ def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
     """Return a decorator that adds the options of two spheres of one material, or of a sphere and a wall."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        command = click.option("--wall", is_flag=True, help="The partner is a plane wall of the same material.")(
+        command = click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material.")(
             command
         )
         for name in reversed(names):
             option = click.option("--" + name.replace("_", "-"), type=Real(name), help=MATERIAL_HELP[name])
             command = option(command)
-        help_text = "Radius of the spheres; twice for two of different size. Any consistent units."
+        help_text = "Radius of both spheres, a length; give the option twice for two different radii."
         return click.option("--radius", "radii", type=Real("radius"), multiple=True, help=help_text)(command)
 
     return decorate
 
 
 def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> Pair | None:
-    """Return the pair that the options describe, or None if there are none.
+    """Return the pair of bodies that the options describe, or None if no option is given.
 
     Raises
     ------
     click.UsageError
-        If some are missing, or there are too many radii.
+        If an option is missing, or there are too many radii.
     """
     from viscopade.collision.spheres import Pair, Sphere
 
@@ -151,25 +156,25 @@ def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> P
 
 
 class Missing(click.ClickException):
-    """A package that is needed is not there; the message is one line."""
+    """Error: an optional package is not installed; the message is one line."""
 
     exit_code = 2
 
 
 def need(package: str, user: str) -> None:
-    """Refuse to begin what ends at an optional package that is not installed.
+    """Check that an optional package is installed, before any work that needs it.
 
     Parameters
     ----------
     package : str
         Its name for `import` and for pip.
     user : str
-        What needs it, for the message.
+        The command that needs the package, for the message.
 
     Raises
     ------
     Missing
-        With the command that installs it.
+        If it is not installed; the message has the command that installs it.
     """
     try:
         import_module(package)
@@ -179,12 +184,12 @@ def need(package: str, user: str) -> None:
 
 
 def read_file(file: Path, accepted: str) -> bytes:
-    """Return what a file holds.
+    """Return the content of a file.
 
     Raises
     ------
     ValueError
-        If it cannot be read, or is far too long.
+        If the file cannot be read or has more than `LONGEST` bytes.
     """
     try:
         with file.open("rb") as stream:
@@ -199,7 +204,7 @@ def read_file(file: Path, accepted: str) -> bytes:
 def show(
     style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
 ) -> None:
-    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; no number is ever cut in two."""
+    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; numbers are never broken across lines."""
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
         click.echo(json.dumps(whole, ensure_ascii=False))
@@ -216,7 +221,7 @@ def show(
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print a table, if it fits at least with its heads on several lines, or else a record for each row."""
+    """Print a table, with its heads on several lines if needed; a table too wide becomes one record a row."""
     from rich.console import Console
 
     limit = terminal_width()
@@ -247,7 +252,7 @@ def _table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | N
 
 
 def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None, width: int) -> Iterator[str]:
-    """Yield the lines that stand for a table that is too wide: for each row its cells, one below the other."""
+    """Yield the lines of records, the form of a table too wide for the terminal: one cell below the other."""
     yield from [] if title is None else _wrapped(title, width)
     column = max((len(name) for name in header if len(name) <= width // 2), default=0)
     for row in cells:
@@ -263,18 +268,18 @@ def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str |
 
 
 def say(text: str, indent: int = 0) -> None:
-    """Print words; on a terminal, lines break at spaces only, and those that follow are indented."""
+    """Print a text; on a terminal, lines break at spaces, and all lines but the first are indented."""
     width = terminal_width()
     click.echo(text if width is None else "\n".join(_wrapped(text, width, " " * indent)))
 
 
 def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
-    """Return the lines of a text, which breaks at spaces: what is longer than a line, a number say, stays whole."""
+    """Return the lines of a text broken at spaces; a word longer than a line, such as a number, stays whole."""
     return wrap(text, max(width, 1), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def terminal_width() -> int | None:
-    """Return the width of the terminal that is printed to; None in a pipe, where lines are as long as they need."""
+    """Return the width of the terminal on standard output; None for a pipe or a file, whose lines have no limit."""
     if not _is_terminal(sys.stdout):
         return None
     from rich.console import Console
@@ -283,19 +288,19 @@ def terminal_width() -> int | None:
 
 
 def _is_terminal(stream: TextIO | None) -> bool:
-    """Whether a stream is a terminal: not by the environment's word (FORCE_COLOR), and not if it was closed."""
+    """Return whether a stream is an open terminal, whatever the environment says (FORCE_COLOR)."""
     return stream is not None and not stream.closed and stream.isatty()
 
 
 def keep_printing() -> None:
-    """Print characters that the output's encoding lacks as escapes, instead of giving up in the middle."""
+    """Set up the output: characters outside its encoding are printed as escapes and raise no error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="backslashreplace")
 
 
 def tracker(steps: Sequence[int], description: str) -> Iterable[int]:
-    """Show progress on a terminal, and take it away when done."""
+    """Iterate over the steps with a progress bar, if standard error is a terminal; the bar disappears at the end."""
     if not _is_terminal(sys.stderr):
         yield from steps
         return

@@ -1,4 +1,4 @@
-"""From the equation of motion to numbers: reproduce, coefficients, pade, epsilon, invert."""
+"""Commands that print exact numbers: reproduce, coefficients, pade, epsilon, invert."""
 
 from __future__ import annotations
 
@@ -31,13 +31,16 @@ COMPARED_DIGITS = 20
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path), help="Write the exports to this directory.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Directory to write the exported files to. Default: none is written."
+)
 @STYLE
 @click.pass_context
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:
-    """Derive the paper's table, compare every printed entry, and write the exports.
+    """Derive the paper's table and compare every printed entry.
 
-    The exit status is 1 if an entry disagrees; nothing is written then.
+    With --out, also write all exported files (C headers, tables, modules). If an entry disagrees, the exit status is
+    1 and nothing is written.
     """
     from viscopade.kernels import requests
     from viscopade.theory.paper import CITATION, approximants, compare
@@ -70,7 +73,10 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @DIGITS_OPTION
 @STYLE
 def coefficients(order: int, digits: int, style: str) -> None:
-    """Print the coefficients h_0 … h_ORDER of eps = sum h_k v*^k, every digit proven."""
+    """Print the series coefficients h_k of eps = sum h_k v*^k.
+
+    The coefficients are h_0 … h_ORDER; every digit is proven.
+    """
     from viscopade.theory.series import series
 
     h = series(order, digits).decimals()
@@ -84,7 +90,11 @@ def coefficients(order: int, digits: int, style: str) -> None:
 @DIGITS_OPTION
 @STYLE
 def pade_command(m: int, n: int, digits: int, style: str) -> None:
-    """Print the Padé approximant [M/N]: coefficients, poles, zeros, and where it may be used."""
+    """Print the Padé approximant [M/N] of eps(v*).
+
+    The output has its coefficients, poles and zeros, and the range of v* where it may be used. M is the degree of the
+    numerator, N that of the denominator.
+    """
     from viscopade.arithmetic.balls import known_decimal
     from viscopade.theory.pade import pade
 
@@ -103,20 +113,21 @@ def pade_command(m: int, n: int, digits: int, style: str) -> None:
 
 
 @click.command()
-@click.option("--v-star", help="v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
-@click.option("--beta", help="With --speed, instead of --v-star: beta in (time/length)^(1/5).")
-@click.option("--speed", help="Impact speed in length/time, in any consistent units.")
+@click.option("--v-star", help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
+@click.option("--beta", help="The damping beta in (time/length)^(1/5); with --speed, instead of --v-star.")
+@click.option("--speed", help="Impact speed in length/time.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 @DIGITS_IF_EXACT
 @STYLE
 def epsilon(
     v_star: str | None, beta: str | None, speed: str | None, digits: int | None, style: str, **options: Any
 ) -> None:
-    """Print the exact coefficient of restitution, maximal compression and contact time.
+    """Print eps, maximal compression and contact time.
 
-    At v*, or at a beta and a speed, every digit is proven; x_max and tau_c are in units of (rho/m_eff)^(-2/5) v^(4/5)
-    and (rho/m_eff)^(-2/5) v^(-1/5). For spheres of a material at a speed, the numbers are double precision and in the
-    units of the arguments.
+    Give either --v-star, or --beta and --speed, or a material and --speed, in any consistent units.
+
+    For v*, or beta and a speed, every digit is proven. Then x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and tau_c
+    in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision and in your units.
     """
     from viscopade.collision import exact
 
@@ -133,18 +144,20 @@ def epsilon(
 
 
 @click.command()
-@click.option("--epsilon", help="Coefficient of restitution, > 0 and <= 1.")
-@click.option("--one-minus-epsilon", help="1 - epsilon instead, for nearly elastic collisions.")
-@click.option("--speed", help="Impact speed; then beta is printed, too.")
+@click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
+@click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
+@click.option("--speed", help="Impact speed in length/time; then beta is printed, too.")
 @material("young_modulus", "poisson_ratio", "density")
 @DIGITS_OPTION
 @STYLE
 def invert(
     epsilon: str | None, one_minus_epsilon: str | None, speed: str | None, digits: int, style: str, **options: Any
 ) -> None:
-    """Print the v* that leads to a coefficient of restitution; with a speed beta, and with a material A.
+    """Print the v*, beta and A that give a wanted eps.
 
-    Every digit is proven, but A is double precision and in the units of the arguments.
+    Without further options, the command prints v*. With --speed, it also prints beta. With a material and --speed, it
+    also prints the dissipative constant A. Use any consistent units. Every digit is proven, except for A, which is in
+    double precision.
     """
     from viscopade.collision import exact
 
@@ -162,7 +175,7 @@ def invert(
 
 
 def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
-    """Return what happens at a speed, in double precision."""
+    """Return the numbers of a collision at a speed, in double precision."""
     numbers = {
         "beta": pair.beta,
         "v_star": pair.v_star(speed),

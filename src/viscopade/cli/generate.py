@@ -1,4 +1,4 @@
-"""Code and parameters for simulations: export, scene, simulators."""
+"""Commands that generate code and simulator parameters: export, scene, simulators."""
 
 from __future__ import annotations
 
@@ -35,39 +35,70 @@ if TYPE_CHECKING:
     "--pade",
     type=Degrees(),
     multiple=True,
-    help="A Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
+    help="Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
 )
-@click.option("--minimax", type=Degrees(), multiple=True, help="A best approximant on an interval, such as 1/4.")
+@click.option(
+    "--minimax",
+    type=Degrees(),
+    multiple=True,
+    help="Best approximant on the interval from --v-star-min to --v-star-max, such as 1/4; repeat for more.",
+)
 @click.option(
     "--accuracy",
     multiple=True,
-    help="Proven error, such as 1e-5: the cheapest best approximant on the interval, or, without one, the smallest "
-    "kernel for all v* >= 0.",
+    help="Largest proven error, such as 1e-5; repeat for more. With --v-star-max, this selects the cheapest best "
+    "approximant on the interval. Without it, this selects the smallest kernel for all v* >= 0.",
 )
-@click.option("--inverse", multiple=True, help="Proven relative error of a kernel for v*(eps).")
-@click.option("--epsilon-min", default="0", show_default=True, help="The inverse's end; 0: for all of (0, 1].")
-@click.option("--v-star-max", help="The interval's end, for --minimax and --accuracy.")
-@click.option("--v-star-min", default="0", show_default=True, help="Its beginning.")
+@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps).")
+@click.option(
+    "--epsilon-min", default="0", show_default=True, help="Smallest eps, for --inverse; 0 means all 0 < eps <= 1."
+)
+@click.option("--v-star-max", help="Largest v* of the interval, for --minimax and --accuracy.")
+@click.option(
+    "--v-star-min", default="0", show_default=True, help="Smallest v* of the interval, for --minimax and --accuracy."
+)
 @click.option(
     "--measure",
     type=click.Choice(MEASURES),
     default="both",
     show_default=True,
-    help="Error relative to the smaller of eps and 1 - eps, or to eps.",
+    help="Error relative to the smaller of eps and 1 - eps (both), or to eps (relative).",
 )
-@click.option("--full", is_flag=True, help="The kernels of full accuracy, in C.")
+@click.option("--full", is_flag=True, help="Kernels of v* to the last place, in C.")
 @click.option(
     "--from-speed",
     type=click.Choice(TIERS),
     multiple=True,
-    help="A kernel from speed and beta to eps without a root, of this accuracy, in C.",
+    help="Accuracy of a kernel from speed and beta to eps, in C; it reads a table and computes no root.",
 )
-@click.option("--size", type=click.Choice((FAST, SMALL)), default=FAST, show_default=True, help="Of its table.")
-@click.option("--order", type=ORDER, default=SERIES_ORDER, show_default=True, help="For series-csv and -json.")
-@click.option("--digits", type=DIGITS, default=SERIES_DIGITS, show_default=True, help="Likewise.")
+@click.option(
+    "--size",
+    type=click.Choice((FAST, SMALL)),
+    default=FAST,
+    show_default=True,
+    help="Size of the table of --from-speed: the large one needs fewer operations (fast), the small one more (small).",
+)
+@click.option(
+    "--order",
+    type=ORDER,
+    default=SERIES_ORDER,
+    show_default=True,
+    help="Highest power of v*, for series-csv and series-json.",
+)
+@click.option(
+    "--digits",
+    type=DIGITS,
+    default=SERIES_DIGITS,
+    show_default=True,
+    help="Significant digits, for series-csv and series-json.",
+)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
 def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
-    """Generate code or tables: C, CUDA, GLSL, WGSL, JavaScript, Fortran, Rust, Julia, Python, CSV, JSON, LaTeX.
+    """Generate code or tables of proven kernels.
+
+    A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, cuda, glsl, wgsl,
+    javascript, fortran, rust and julia get kernels for all v* >= 0; c, python, csv, json, latex and certificates get
+    the paper's approximants; series-csv and series-json get the coefficients h_k.
 
     An existing file is replaced only if viscopade generated it.
     """
@@ -90,20 +121,22 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 @click.option(
     "--costs",
     type=click.Path(path_type=Path),
-    help="What `viscopade bench --out` wrote, for times instead of counted operations.",
+    help="Result of `viscopade bench --out`: rank kernels by measured time. Default: by counted operations.",
 )
 @click.option(
     "--check/--no-check",
     "checking",
     default=True,
-    help="Compile and run what is generated, where the tool is there, and compare.",
+    help="Compile and run the generated code, if its compiler or interpreter is installed, and compare its results "
+    "with the exact eps.",
 )
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
 @STYLE
 def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
-    """Find the cheapest kernel that is good enough for the scene in a TOML file, and generate it.
+    """Find the cheapest kernel within a scene's tolerance.
 
-    The keys of the file are described in docs/usage/scenes.md; examples/ has ready scenes.
+    FILE describes the scene in TOML: materials, bodies, speeds, tolerance and language. docs/usage/scenes.md describes
+    its keys, and examples/ has ready scenes. With --out, the kernel's code is written.
     """
     from viscopade.kernels import toolchain
     from viscopade.scene import check as run
@@ -141,10 +174,10 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
 @click.command("simulators")
 @click.argument("target", type=click.Choice(simulators.TARGETS))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
-@click.option("--epsilon", type=Real("epsilon"), help="Instead of a scene: eps of two spheres, at --speed.")
-@click.option("--speed", type=Real("speed"), help="The impact speed at which it is known.")
+@click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
+@click.option("--speed", type=Real("speed"), help="Impact speed in m/s, instead of a scene.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
-@click.option("--tier", type=click.Choice(TIERS), help="Of the kernel for REBOUND.  [default: 1e-5]")
+@click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
 def simulators_command(
     target: str,
@@ -155,9 +188,10 @@ def simulators_command(
     output: Path | None,
     **options: Any,
 ) -> None:
-    """Give a simulator's own parameters for a scene, or for a material (SI units) and eps at a speed.
+    """Print the contact parameters in a simulator's own words.
 
-    LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS.
+    The simulators are LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS. Give either a scene as FILE, or a
+    material and a speed with either eps or A, all in SI units.
     """
     from viscopade.simulators.render import render
 
@@ -184,7 +218,7 @@ def simulators_command(
 
 
 def _setup_of_material(epsilon: float | None, speed: float | None, options: dict[str, Any]) -> Setup:
-    """Return one pair of bodies, with A or with the one that leads to eps."""
+    """Return one pair of bodies with the given A, or with the A that gives the wanted eps."""
     from viscopade.simulators.setup import of_pair
 
     constant = options["dissipative_constant"]
@@ -202,7 +236,7 @@ def _setup_of_material(epsilon: float | None, speed: float | None, options: dict
 
 
 def _words(**options: Any) -> str:
-    """Return options as they were given."""
+    """Return the options as the words of a command line."""
     words = []
     for name, value in options.items():
         flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
@@ -216,7 +250,7 @@ def _words(**options: Any) -> str:
 
 
 def read_scene(file: Path) -> Scene:
-    """Return the scene in a file."""
+    """Return the scene that a TOML file describes."""
     from viscopade.scene.read import from_toml
 
     return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))

@@ -1,10 +1,10 @@
-r"""A table's cells as LaTeX: the symbols, powers and numbers in them become formulas, the rest is escaped."""
+r"""Cells of a table in LaTeX: symbols, powers and numbers become formulas, other characters are escaped."""
 
 from __future__ import annotations
 
 import re
 
-# What is not composed as below; a star is the paper's index.
+# Symbols that the rules below do not compose; a star is the paper's index.
 _NAMES = {
     "v*": "v_*",
     "v_star": "v_*",
@@ -40,7 +40,7 @@ _SPECIAL = str.maketrans(
 
 
 def latex(cell: str) -> str:
-    """Return a cell as LaTeX sets it in text; a bracket or a star after a line's end would be its argument."""
+    """Return a cell as LaTeX; "{}" goes before a leading bracket or star, else an argument of the line's end above."""
     parts, end = [], 0
     for found in _FORMULA.finditer(cell):
         parts += [cell[end : found.start()].translate(_SPECIAL), _formula(found)]
@@ -50,7 +50,7 @@ def latex(cell: str) -> str:
 
 
 def _formula(found: re.Match[str]) -> str:
-    """Return what was found as a formula, or as it is where that looks the same."""
+    """Return a match as a formula, or unchanged where both look the same."""
     factor, exponent, name, base, index, power = found.groups()
     if factor:
         return rf"${factor}\times10^{{{int(exponent)}}}$"
@@ -64,5 +64,5 @@ def _formula(found: re.Match[str]) -> str:
 
 
 def _group(text: str) -> str:
-    """Return an index or a power; what is more than one sign is held together."""
+    """Return an index or a power, in braces if it has more than one character."""
     return text if len(text) == 1 else f"{{{text}}}"

@@ -1,4 +1,4 @@
-"""The command line. Numbers go to standard output; progress and errors to standard error."""
+"""Entry point of the command line: numbers go to standard output, progress and errors to standard error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # f
 
 
 class Commands(click.Group):
-    """The commands of this package, and those that gather evidence about it."""
+    """Group of commands: those of this package, and those of `EVIDENCE`, loaded when needed."""
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Return the names of all commands."""
@@ -44,7 +44,11 @@ class Commands(click.Group):
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="viscopade")
 def command() -> None:
-    """Coefficient of restitution of viscoelastic spheres: proven series, Padé approximants, generated code."""
+    """Coefficient of restitution eps of viscoelastic spheres: exact numbers, proven approximants, generated code.
+
+    eps depends on one number, v* = beta^(1/2) v^(1/10). Here v is the impact speed, and beta = 3/2 A
+    (rho/m_eff)^(2/5) stands for the material and the sizes. All commands take --help.
+    """
 
 
 for found in (*derive.COMMANDS, *generate.COMMANDS):
@@ -52,7 +56,7 @@ for found in (*derive.COMMANDS, *generate.COMMANDS):
 
 
 def _fail(message: object, status: int) -> NoReturn:
-    """Print one line, in which no character does more than to be seen and no word is endless, and exit."""
+    """Print a message as one line of printable characters, with long words shortened, and exit."""
     words = (word if len(word) <= 400 else f"{word[:200]}…{word[-200:]}" for word in str(message).split())
     line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
     try:
@@ -63,14 +67,14 @@ def _fail(message: object, status: int) -> NoReturn:
 
 
 def _forget(stream: TextIO | None) -> None:
-    """Let go of what cannot be printed any more; the interpreter would complain at exit."""
+    """Discard all further output to a broken stream; the interpreter would complain about it at exit."""
     if stream is not None:
         with suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _run_command() -> object:
-    """Run the command that is asked for, and return its exit status, if it says one; without any, print the help."""
+    """Run the command in the arguments and return its exit status, if it has one; without a command, print the help."""
     try:
         return command.main(prog_name="viscopade", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -1,4 +1,4 @@
-"""Write generated files: all or none, each in one step, and never over a file that is not ours."""
+"""Writer of generated files: each is replaced in one step, and files from other sources are never replaced."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _STALE = 24 * 3600  # seconds; a temporary file lives for as long as the texts o
 
 
 class WriteError(ValueError):
-    """A file cannot be written, or must not be; the message is one line."""
+    """Error: a file cannot or must not be written; the message is one line."""
 
 
 def write(path: str | os.PathLike[str], text: str) -> None:
@@ -30,7 +30,7 @@ def write(path: str | os.PathLike[str], text: str) -> None:
 
 
 def check(paths: Iterable[str | os.PathLike[str]], *, parents: bool = False) -> None:
-    """Refuse at once what `write_all` would refuse for its targets, before anything is computed for them.
+    """Check the targets of a later `write_all`, before the texts are computed.
 
     Parameters and errors are those of `write_all`.
     """
@@ -48,8 +48,8 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
 
     So each target is at any time the whole old file or the whole new one, even if the process is killed, the disk
     is full, the power fails, or others write the same targets at the same time (the last one wins, file by file).
-    Not all of them change at once: who is killed, or fails, between two replacements leaves some targets new and
-    the others old. And what was replaced just before a power failure may be the old file again.
+    The targets do not all change at once: a process killed between two replacements leaves some targets new and
+    the others old. A target replaced just before a power failure may be the old file again.
 
     No temporary file stays after an error or an interruption from the keyboard. A process that is killed leaves
     what it had staged, as hidden files .viscopade-*.tmp; a later call removes those beside its targets that are
@@ -88,7 +88,7 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
 
 @contextmanager
 def _reporting(path: Path) -> Iterator[None]:
-    """Turn what the operating system refuses into a `WriteError`."""
+    """Turn an error of the operating system into a `WriteError`."""
     try:
         yield
     except OSError as error:
@@ -101,7 +101,7 @@ def _is_ours(path: Path, content: bytes) -> bool:
 
 
 def _check_content(path: Path, content: bytes) -> None:
-    """Refuse what a second run would not know as ours, or a text with the ends of lines of other systems."""
+    """Refuse a content without the marker, and a text with carriage returns."""
     if not _is_ours(path, content):
         raise WriteError(f"cannot write {path}: the text does not begin with '{MARKER}'")
     if path.suffix not in _PICTURES and b"\r" in content:
@@ -170,7 +170,7 @@ def _synchronise(descriptor: int) -> None:
 
 
 def _remove_stale(directory: Path, written: Path) -> None:
-    """Remove what processes that were killed long ago have left, by the clock that dated the file just written.
+    """Remove the temporary files of processes killed long ago, by the clock that dated the file just written.
 
     A process that was only stopped for so long cannot replace its targets any more, and says so: they stay old.
     """

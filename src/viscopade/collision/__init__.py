@@ -1,4 +1,4 @@
-"""One collision, exactly: spheres and pairs, the flow around the turning point, proven digits, the table's proof."""
+"""The exact collision: spheres and pairs, the flow around the turning point, proven digits of eps, proven tables."""
 
 __all__ = [
     "exact",

@@ -119,7 +119,7 @@ NAMES = ("v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c")
 def collision(
     v_star: Exact = None, digits: SupportsIndex = 30, *, beta: Exact = None, speed: Exact = None
 ) -> Collision:
-    """Return everything about the collision at v*, or at a speed and a beta.
+    """Return the proven numbers of the collision at v*, or at a speed and a beta.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-r"""One collision as a polynomial flow, integrated by Taylor pieces with a proven error (docs/theory/exact-function.md).
+r"""The collision as a polynomial flow, integrated by Taylor polynomials piece by piece (docs/theory/exact-function.md).
 
 Measured from the turning point, with r = sqrt(x/x_max) and p = |x'|/(2 x_max^(5/4)) (which is g/sqrt(5) of
 section 2.2), the only parameter is k = sqrt(5) K. In the regularised time s, d tau = 2 (2F)^(1/5) r ds,
@@ -40,7 +40,7 @@ AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
 
 
 class Dyadic(NamedTuple):
-    """The number mantissa 2^exponent."""
+    """A dyadic number, mantissa 2^exponent."""
 
     mantissa: int
     exponent: int
@@ -79,7 +79,7 @@ def _shifted(number: int, exponent: int) -> int:
 
 
 class Piece(NamedTuple):
-    """u(z) = sum u_j z^j, 0 <= z <= 1, over a step h of s; u_j in units of 2^-bits."""
+    """Taylor polynomial u(z) = sum u_j z^j, 0 <= z <= 1, over a step h of s; u_j in units of 2^-bits."""
 
     u: list[int]
     h: Dyadic
@@ -122,7 +122,7 @@ class Branch:
 
     @cached_property
     def p_end(self) -> arb:
-        """F or m, without a proof. To be called within `working`."""
+        """F or m at the end, without a proof. To be called within `working`."""
         last = self.pieces[-1]
         return fixed_point(_horner(last.y, self.root, self.bits), 0, self.bits) / (2 * last.h.ball())
 

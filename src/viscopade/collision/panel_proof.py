@@ -1,4 +1,4 @@
-r"""The exact eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with a proven error, to compare kernels with.
+r"""Proof of the table of panels: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
 
 The polynomials are the rows of `double`'s table. Nothing is assumed of where they come from: `prove` compares them, on
 a whole panel at once, with a `parametric_flow` of collisions whose error is proven (docs/theory/exact-function.md,
@@ -48,7 +48,7 @@ END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 
 
 class PanelRow(NamedTuple):
-    """2^exponent (a_0 + a_1 z + …), a function on a panel, z = (v* - centre)/(half width)."""
+    """A row of the table: a function on a panel is 2^exponent (a_0 + a_1 z + …), z = (v* - centre)/(half width)."""
 
     exponent: int
     a: tuple[int, ...]
@@ -102,7 +102,7 @@ def proven() -> dict[int, list[int]]:
 
 
 def digest_of_rows() -> str:
-    """Return the line of the record that says which table it is of."""
+    """Return the digest of the table, the record's line that names its table."""
     rows_only = "\n".join(line for line in _text(DATA).splitlines() if not line.startswith("#"))
     return f"sha256 {hashlib.sha256(rows_only.encode()).hexdigest()}"
 

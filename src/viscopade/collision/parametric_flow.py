@@ -1,4 +1,4 @@
-r"""All collisions of an interval of v* at once: branches of `flow` whose coefficients are polynomials in z, |z| <= 1.
+r"""Collisions of a whole interval of v*: branches of `flow` whose coefficients are polynomials in z, |z| <= 1.
 
 For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece is
 
@@ -33,7 +33,7 @@ SPARE_TERMS = 1.3  # coefficients of a piece, compared with those of a single br
 
 
 class Scaled(NamedTuple):
-    """The polynomial 2^exponent sum_i c_i z^i."""
+    """A scaled polynomial 2^exponent sum_i c_i z^i with integer coefficients."""
 
     polynomial: fmpz_poly
     exponent: int
@@ -77,7 +77,7 @@ def _integer(value: arb) -> int:
 
 
 class ParametricPiece(NamedTuple):
-    """Coefficients u_j(z) in units of 2^-bits, and the step H."""
+    """Taylor polynomial in y with coefficients u_j(z), in units of 2^-bits, over a step H."""
 
     u: list[fmpz_poly]
     step: Dyadic
@@ -90,7 +90,7 @@ class ParametricPiece(NamedTuple):
 
 @dataclass(frozen=True)
 class Family:
-    """Loading, or unloading (`unloading`), from the turning point to close before the end, for all |z| <= 1.
+    """Family of branches, loading or unloading, from the turning point to close before the end, for all |z| <= 1.
 
     Attributes
     ----------
@@ -324,7 +324,7 @@ def _middle(series: arb_series) -> arb_series:
 
 
 class Ends(NamedTuple):
-    """2 H c p at the end as a polynomial in z, proven up to a relative error."""
+    """End value 2 H c p as a polynomial in z, with a proven relative error."""
 
     slope: arb_poly
     """2 H c(z) p(z): u_y of the last piece."""
@@ -335,7 +335,7 @@ class Ends(NamedTuple):
 
 
 def ends(family: Family, origin: bool = False) -> Ends:
-    """Prove how far the end's p is off, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
+    """Return p at the end with a proven error, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
 
     Raises
     ------

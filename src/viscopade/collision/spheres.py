@@ -1,4 +1,4 @@
-"""Physical parameters: from spheres to rho, beta and v*, and the scaled equation of motion.
+"""Spheres and pairs with physical parameters: rho, beta, v* and the units of the scaled equation of motion.
 
 Two smooth spheres press on each other with the force of eq:viscoelastic. Whatever they are made of, their
 collision depends on one number, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes it, and the
@@ -145,7 +145,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two colliding spheres, or a sphere and a wall. Exchanging them changes nothing, to the last bit.
+    """A colliding pair: two spheres, or a sphere and a wall. Exchanging them changes nothing, to the last bit.
 
     Parameters
     ----------

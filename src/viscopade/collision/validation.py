@@ -1,4 +1,4 @@
-r"""Proof of how far a `flow.Branch` is from the true solution (docs/theory/exact-function.md).
+r"""Proof of the distance between a `flow.Branch` and the true solution (docs/theory/exact-function.md).
 
 Put rho = p' - r^2 (r^2 + k p) for the polynomials of a branch, with r' = -2 p exactly. As a curve in the (r, p) plane
 it obeys p dp/du = (r^2 (r^2 + k p) + rho)/2, and comparison with the true curve gives, as long as contact lasts,
@@ -24,7 +24,7 @@ ENERGY_FROM = -2
 
 
 class Ends(NamedTuple):
-    """Proven enclosures of what a branch leads to."""
+    """Proven enclosures at the end of a branch: p, the time and the work."""
 
     p: arb
     """F (loading) or m (unloading)."""

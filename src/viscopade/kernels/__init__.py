@@ -1,4 +1,4 @@
-"""Proven kernels: a formula with its certificate and its bound of rounding, the registry of ready ones, their text."""
+"""Proven kernels: formulas with certificates and rounding bounds, the registry of ready kernels, their code."""
 
 __all__ = [
     "certificate",

@@ -1,4 +1,4 @@
-r"""Proof of a kernel's error: a bound of |R(v*) - eps(v*)| in a measure, for every v* of an interval.
+r"""Sup-norm certificates: proof of a bound of |R(v*) - eps(v*)| in a measure, for every v* of an interval.
 
 The exact function is known on panels as polynomials with a proven error (`panel_proof`). Each panel is cut into equal
 parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed for the whole
@@ -37,7 +37,7 @@ TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor 
 
 
 class Formula(Hashable, Protocol):
-    """What is to be proven of: R(v*) as power-series arithmetic, in the formula's exact coefficients."""
+    """A formula to prove: R(v*) in power-series arithmetic, with exact coefficients."""
 
     @property
     def power(self) -> int:
@@ -51,14 +51,14 @@ class Formula(Hashable, Protocol):
 
 
 class FormulaToInfinity(Formula, Protocol):
-    """A formula for all v* >= 0."""
+    """A formula to prove for all v* >= 0."""
 
     def limit(self, u: arb) -> arb:
         """Return R v*^(10/3) for all v* >= 1/u."""
 
 
 class InverseFormula(Hashable, Protocol):
-    """A formula V for v*, given eps, as power-series arithmetic."""
+    """A formula V for v*(eps) in power-series arithmetic."""
 
     @property
     def power(self) -> int:
@@ -72,11 +72,11 @@ class InverseFormula(Hashable, Protocol):
 
 
 class DerivativeFormula(Hashable, Protocol):
-    """A formula R' for d eps/d v*, as power-series arithmetic."""
+    """A formula R' for d eps/d v* in power-series arithmetic."""
 
     @property
     def power(self) -> int:
-        """1: a smooth function of v*."""
+        """The r of `Formula.power`, 1: R'/v* is a smooth function of v*."""
 
     def slope_ratio(self, v_star: arb_series) -> arb_series:
         """Return R'/v*, also around v* = 0."""
@@ -100,14 +100,14 @@ def _v_star(panel: int, z: Fraction) -> Fraction:
 
 @dataclass(frozen=True)
 class Rational:
-    """The quotient of two polynomials, with exact coefficients in ascending order."""
+    """A quotient of two polynomials, with exact coefficients in ascending order."""
 
     a: tuple[Fraction, ...]
     b: tuple[Fraction, ...]
 
     @property
     def power(self) -> int:
-        """The quotient is a smooth function of v*."""
+        """The r of `Formula.power`, 1: the quotient is a smooth function of v*."""
         return 1
 
     def loss_ratio(self, y: arb_series) -> arb_series:
@@ -133,7 +133,7 @@ class Rational:
 
 @dataclass(frozen=True)
 class RationalDerivative:
-    """v* T/D^2, T and D polynomials with exact coefficients in ascending order."""
+    """The derivative v* T/D^2 of a quotient; T and D are polynomials with exact coefficients in ascending order."""
 
     t: tuple[Fraction, ...]
     b: tuple[Fraction, ...]
@@ -153,7 +153,7 @@ class RationalDerivative:
 
     @property
     def power(self) -> int:
-        """A smooth function of v*."""
+        """The r of `Formula.power`, 1: the derivative is a smooth function of v*."""
         return 1
 
     def slope_ratio(self, v_star: arb_series) -> arb_series:
@@ -165,7 +165,7 @@ class RationalDerivative:
 
 @dataclass(frozen=True)
 class Certificate:
-    """A proven bound of the deviation of a formula from eps.
+    """Sup-norm certificate: a proven bound of the deviation of a formula from eps.
 
     Attributes
     ----------
@@ -452,7 +452,7 @@ def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int
 
 
 def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
-    """Return the quotient; unlike FLINT, also refuse 0 by what may vanish."""
+    """Return the quotient of two series; a denominator that may vanish is refused, also for a numerator 0."""
     if not denominator.coeffs() or denominator.coeffs()[0].contains(0):
         raise ZeroDivisionError("the denominator may vanish")
     return numerator / denominator

@@ -29,7 +29,7 @@ from viscopade.arithmetic.formats import Format
 
 
 class Expression:
-    """What stands on the right-hand side of an assignment."""
+    """An expression, the right-hand side of an assignment."""
 
     def __add__(self, other: Expression) -> Expression:
         return Operation("+", self, other)
@@ -43,7 +43,7 @@ class Expression:
 
 @dataclass(frozen=True)
 class Name(Expression):
-    """An input, a constant, or what was assigned before."""
+    """A name in a program: an input, a constant, or an assigned variable."""
 
     name: str
 
@@ -66,7 +66,7 @@ class Operation(Expression):
 
 @dataclass(frozen=True)
 class Call(Expression):
-    """A function of math.h."""
+    """A call of a function of math.h."""
 
     function: str
     arguments: tuple[Expression, ...]
@@ -83,7 +83,7 @@ Program = tuple[Statement, ...]
 
 
 class Language(NamedTuple):
-    """How functions and literals are written."""
+    """Syntax of a language: its functions and literals."""
 
     function: Callable[[str], str]
     literal: Callable[[str], str]
@@ -93,7 +93,7 @@ PYTHON = Language(lambda name: f"math.{name}", lambda text: text)
 
 
 def c_language(form: Format) -> Language:
-    """Return how C writes functions and literals of this type."""
+    """Return the syntax of C for functions and literals of this type."""
     return Language(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
 
 
@@ -101,7 +101,7 @@ _BINDING = {"+": 1, "*": 2, "/": 2}
 
 
 def text(expression: Expression, language: Language) -> str:
-    """Return the expression as text whose order of evaluation is that of the expression."""
+    """Return the expression as text, with the same order of evaluation."""
     match expression:
         case Name(name):
             return name
@@ -220,12 +220,12 @@ def power(variable: str, exponent: int) -> Name:
 
 
 def gaps(exponents: Sequence[int]) -> set[int]:
-    """Return the powers that Horner's rule needs."""
+    """Return the powers of y that Horner's rule for a lacunary polynomial needs."""
     return {high - low for low, high in pairwise(exponents)}
 
 
 def horner_expression(exponents: Sequence[int], names: Sequence[str], variable: str) -> Expression:
-    """Return a polynomial with gaps by Horner's rule: a0 + y4 * (a4 + y4 * a8).
+    """Return a lacunary polynomial by Horner's rule as an expression: a0 + y4 * (a4 + y4 * a8).
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def smallest(form: Format) -> Fraction:
 
 
 class Rounded:
-    """A number of a type: an enclosure of its value without rounding errors, bounds of its error, and its slope.
+    """A rounded number of a type: an enclosure of its exact value, bounds of its error, and its slope.
 
     An operation rounds to nearest, with a relative error of at most 2^-precision or, where a product or a quotient
     underflows, an absolute one of half the smallest number. That holds all the more where a product and a sum are
@@ -337,7 +337,7 @@ class Rounded:
         return self
 
     def with_error_of_y(self, error: arb) -> Rounded:
-        """Return the number with what an error of at most `error` of ln y brings, by the slope.
+        """Return the number with the further error, by its slope, of an error of at most `error` in ln y.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The words by which kernels and their files are asked for."""
+"""Names in requests for kernels: targets, accuracies and table sizes."""
 
 TARGETS = (
     *("c", "python", "csv", "json", "latex", "certificates"),

@@ -1,4 +1,4 @@
-"""Kernels in powers of a root, with their proofs: from a fit to what the exporters need."""
+"""Maker of lacunary and speed kernels: from a fit or a table to a kernel with its proof."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _Formula(NamedTuple):
 
 
 def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKernel:
-    """Return the kernel for all v* >= 0 with the fewest coefficients that is proven to be accurate enough.
+    """Return the kernel for all v* >= 0 with the fewest coefficients and a proven error within the accuracy.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
 
 
 def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
-    """Return the kernel for v*(eps) with the fewest coefficients that is proven to be accurate enough.
+    """Return the kernel for v*(eps) with the fewest coefficients and a proven error within the accuracy.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> Roo
 
 @cache
 def speed_kernel(tier: str, size: str = FAST) -> SpeedKernel:
-    """Return a kernel.
+    """Return the kernel from speed to eps of an accuracy and a table size.
 
     Parameters
     ----------

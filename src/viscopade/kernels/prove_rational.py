@@ -1,4 +1,4 @@
-"""Kernels with their proofs: from an approximant to what the exporters need."""
+"""Maker of quotient kernels: from a Padé or best approximant to a kernel with its proof."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def of_minimax(
 
 @lru_cache(maxsize=64)
 def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
-    """Return the cheapest kernel whose proven errors, by formula and by rounding in type double, add up to `accuracy`.
+    """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
     (The former is relative to what `measure` says, the latter to eps.)
     Arguments and errors as for `minimax.choose`.

@@ -1,4 +1,4 @@
-"""The kernels that stand ready for every scene, with their proven errors: those of speed, half-line, compact and full.
+"""Registry of the ready kernels with their proven errors: speed tables, half-line, compact and full kernels.
 
 To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/catalogue.csv
 and read by `entries`. An error is stated as
@@ -36,7 +36,7 @@ HOST = "host"
 
 @dataclass(frozen=True)
 class Entry:
-    """A kernel in one format.
+    """An entry of the registry: a kernel in one format.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Entry:
         return Fraction(self.inside if within else self.outside)
 
     def covers(self, low: Fraction, high: Fraction) -> bool:
-        """Whether anything is proven on all of a range of v*: compact kernels have w as a normal number, cut off."""
+        """Return whether a bound is proven on a whole range of v*; a compact kernel's w must be a normal number."""
         if self.kind != "compact":
             return True
         least, largest = limits(self.format)
@@ -98,7 +98,7 @@ def limits(form: str) -> tuple[Fraction, Fraction]:
 
 @lru_cache(maxsize=1)
 def entries() -> tuple[Entry, ...]:
-    """Return all kernels, as the data file has them."""
+    """Return all entries of the data file."""
     text = cast(bytes, pkgutil.get_data("viscopade", DATA)).decode()
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     return tuple(_entry(row) for row in rows)

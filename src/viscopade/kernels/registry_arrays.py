@@ -1,4 +1,4 @@
-"""What the kernels of the catalogue compute, on NumPy arrays, without the compiled code's rounding."""
+"""Formulas of the registry's kernels on NumPy arrays, without the compiled code's rounding."""
 
 from __future__ import annotations
 

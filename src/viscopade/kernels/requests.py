@@ -1,4 +1,4 @@
-"""Which files `exports/` holds, and the command that makes each: `viscopade reproduce` writes all of them."""
+"""Requests for exported files: options of `viscopade export`, and the files that `viscopade reproduce` writes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Degrees = Sequence[tuple[int, int]]
 
 @dataclass(frozen=True)
 class Request:
-    """What `viscopade export` is asked for, each kernel in the words of its option.
+    """A request to `viscopade export`; its fields are the command's options.
 
     A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
     interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), those of full accuracy, or one
@@ -102,7 +102,7 @@ class Request:
         return " ".join(words)
 
     def quotients(self) -> list[Quotient]:
-        """Return the quotients of polynomials, with their proofs.
+        """Return the requested quotients of polynomials, with their proofs.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Request:
         return [*found, *chosen]
 
     def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
-        """Return the kernels for the half-line and for the inverse, with their proofs; errors as for `quotients`."""
+        """Return the requested half-line and inverse kernels, with their proofs; errors as for `quotients`."""
         half_lines = _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
         inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
         return [*half_lines, *inverses]
@@ -146,7 +146,7 @@ def _by_name(kernels: Iterable[Named]) -> list[Named]:
 
 
 class Kind(NamedTuple):
-    """Kernels that may stand in one file: their name, and whether a request asks for such.
+    """A kind of kernels that may share a file: its name, and whether a request asks for it.
 
     `kernels` gives what it asks for, with the proofs; `renderers` make the file's text of that and the command line.
     """
@@ -195,7 +195,7 @@ INVERSE = Request(inverse=("1e-3", "1e-5"))
 
 
 def default(target: str) -> Request:
-    """Return what a file holds if nothing is asked for: the paper's table, or the kernels for all v* >= 0."""
+    """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
     return HALF_LINE if target in table_free.TARGETS else PAPER
 
 

@@ -1,4 +1,4 @@
-r"""How far a computed quotient of polynomials is from the exact one: a running error bound for the exported code.
+r"""Rounding bounds of quotients: running error bounds for the exported code, in ball arithmetic.
 
 The code evaluates numerator and denominator by Horner's rule and divides once, rounding to nearest:
 
@@ -100,7 +100,7 @@ def _on_part(a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star:
 def horner_with_error(
     coefficients: Sequence[Fraction], form: Format, v_star: arb, rounded: bool = False
 ) -> tuple[arb, arb]:
-    """Return an enclosure of the polynomial, and a bound of what Horner's rule (and coefficients, if rounded) adds."""
+    """Return an enclosure of the polynomial, and a bound of the rounding error of Horner's rule and coefficients."""
     unit, eta = arb(2) ** -form.precision, arb(2) ** (1 - form.largest - form.precision)
     speed = abs(v_star).abs_upper()
     own = unit if rounded else arb(0)

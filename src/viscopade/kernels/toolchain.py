@@ -1,4 +1,4 @@
-"""The C compiler of this machine, and what it builds: shared libraries that are loaded at once."""
+"""The C compiler of this machine, and the shared libraries that it builds."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ Library = Literal["scalar", "array", "vector"]
 
 
 class BenchError(RuntimeError):
-    """The benchmark cannot run, or must not be believed; the message is one line."""
+    """Error: the benchmark cannot run or its result is not reliable; the message is one line."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A compiler and the flags that it takes.
+    """A compiler and its flags.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Compiler:
 
 
 def find(command: str | None = None) -> Compiler:
-    """Return the compiler that is asked for, or that CC names, or cc.
+    """Return the compiler named by the argument, by CC, or cc.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _accepts(words: Sequence[str], flags: Sequence[str], directory: str) -> bool
 
 
 def build(compiler: Compiler, units: Mapping[Library, Sources], headers: Sources) -> dict[Library, ctypes.CDLL]:
-    """Compile each library's files, every one by itself, and load the libraries.
+    """Compile the files of each library one by one, link and load the libraries.
 
     They are linked without their flags: with -ffast-math, gcc would link code that makes the whole process flush
     subnormal numbers to zero.
@@ -150,7 +150,7 @@ def _short(message: str, directory: Path) -> str:
 
 
 def read_from(directory: str | os.PathLike[str], name: str) -> str:
-    """Return an exported header that lies in a directory.
+    """Return the text of an exported header in a directory.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the rounding of v* = sqrt(beta) pow(speed, 0.1), which the functions of the speed compute, does to eps."""
+"""Rounding error of v* = sqrt(beta) pow(speed, 0.1) in functions of the speed, and its effect on eps."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 @cache
 def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
-    """Return a bound of what the rounding of v* does to eps and 1 - eps, relatively.
+    """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def stated(forms: Sequence[Format]) -> str:
 
 
 def assumed(roots: str) -> str:
-    """Return what is assumed of the functions of math.h that a file calls."""
+    """Return the assumptions on the functions of math.h that a file calls."""
     return (
         f"assumed: sqrt rounds correctly; the results of {roots}, in type float as well, are within {ULPS} units in "
         "the last place (the largest errors known of glibc's are not larger)"

@@ -1,4 +1,4 @@
-"""From a description of a simulation to the cheapest kernel that is good enough for it."""
+"""Scenes: from the description of a simulation to the cheapest kernel within its tolerance."""
 
 __all__ = [
     "check",

@@ -1,4 +1,4 @@
-"""The kernels that a scene may be content with, each with its cost, its proven errors on the scene, and its code."""
+"""Candidate kernels for a scene, each with its operations, its proven errors on the scene, and its code."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ ULPS_OF_DISSIPATION = 3  # that the last sums and products of 1 - eps^2 add
 
 @dataclass(frozen=True)
 class Candidate(ABC):
-    """A kernel.
+    """A candidate: a kernel on the pairs of a scene.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Candidate(ABC):
     @property
     @abstractmethod
     def label(self) -> str:
-        """What it is, for the reader."""
+        """The kernel in words, for the reader."""
 
     @property
     @abstractmethod
@@ -63,20 +63,20 @@ class Candidate(ABC):
     @property
     @abstractmethod
     def operations(self) -> Operations:
-        """What one evaluation consists of."""
+        """Operations of one evaluation."""
 
     @property
     @abstractmethod
     def errors(self) -> Errors:
-        """The largest errors on the scene, proven, rounding included."""
+        """The largest errors on the scene (proven), with rounding."""
 
     @abstractmethod
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return what the formula gives for a pair, to show where it fails."""
+        """Return the formula's eps for a pair, to find the place of its largest error."""
 
     @property
     def bench_id(self) -> str | None:
-        """The id in the benchmark, if it is measured there."""
+        """The kernel's id in the benchmark, if the benchmark measures it."""
         return None
 
     @property
@@ -85,11 +85,11 @@ class Candidate(ABC):
         return 0
 
     def request(self) -> requests.Request | None:
-        """Return what `viscopade export` is to be asked for; None if there is no such file."""
+        """Return the request to `viscopade export` for this kernel; None if no export has it."""
         return None
 
     def sampled(self, measure: str) -> tuple[float, float, str]:
-        """Return the largest error in one of the tolerance's measures that was found, at which v*, and of which pair.
+        """Return the largest error found (sampled) in a measure of the tolerance, its v*, and its pair.
 
         Of the formula, without rounding: what rounding may have done to the sample is taken off.
         """
@@ -107,7 +107,7 @@ class Candidate(ABC):
 
 @dataclass(frozen=True)
 class PairConstant(Candidate):
-    """One number for each pair.
+    """The candidate of a constant eps for each pair.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class PairConstant(Candidate):
 
     @property
     def label(self) -> str:
-        """What it is."""
+        """The kernel in words."""
         return "a constant" + (" for each pair" if len(self.encounters) > 1 else "")
 
     @property
@@ -135,13 +135,13 @@ class PairConstant(Candidate):
 
     @cached_property
     def values(self) -> tuple[str, ...]:
-        """By pair, eps as a decimal."""
+        """The constant eps of each pair, as a decimal."""
         met = (in_format(encounter, self.code) for encounter in self.encounters)
         return tuple(_constant(epsilon, self.tolerance, self.code) for _, epsilon in met)
 
     @cached_property
     def errors(self) -> Errors:
-        """Errors at the ends of the ranges, where they are largest, as eps falls with v*."""
+        """Errors at the ends of the ranges; they are largest there, as eps falls with v*."""
         found = None
         for value, encounter in zip(self.values, self.encounters, strict=True):
             mine = _of_constant(value, in_format(encounter, self.code)[1], self.code)
@@ -213,7 +213,7 @@ def _with_loss(loss: float) -> float:
 
 @dataclass(frozen=True)
 class Polynomial(Candidate):
-    """A best approximant [m/n] on the scene's range of v*; a two-term series if it is [2/0].
+    """The candidate of a best approximant [m/n] on the scene's range of v*; [2/0] is a two-term series.
 
     Attributes
     ----------
@@ -229,7 +229,7 @@ class Polynomial(Candidate):
 
     @property
     def label(self) -> str:
-        """What it is."""
+        """The kernel in words."""
         of_speed = ", v* by pow" if self.code.argument == "speed" else ""
         kind = "best series" if self.kernel.n == 0 else "best quotient"
         return f"{kind} {self.kernel.label}{of_speed}"
@@ -241,7 +241,7 @@ class Polynomial(Candidate):
 
     @property
     def operations(self) -> Operations:
-        """Two Horner's rules, a quotient, and v*."""
+        """Operations: two Horner's rules, a quotient, and v*."""
         powers = int(self.code.argument == "speed")
         return Operations(2 * (self.kernel.m + self.kernel.n), int(self.kernel.n > 0), powers)
 
@@ -269,7 +269,7 @@ class Polynomial(Candidate):
 
 @dataclass(frozen=True)
 class Ready(Candidate):
-    """A kernel of the catalogue.
+    """The candidate of a kernel in the registry.
 
     Attributes
     ----------
@@ -282,7 +282,7 @@ class Ready(Candidate):
 
     @property
     def label(self) -> str:
-        """What it is."""
+        """The kernel in words."""
         tier, size = self.entry.tier, " (small table)" if self.entry.size == "small" else ""
         accuracy = "full accuracy" if tier == "full" else f"to {tier}"
         of_speed = ", v* by pow" if self.code.argument == "speed" else ""
@@ -314,7 +314,7 @@ class Ready(Candidate):
 
     @property
     def operations(self) -> Operations:
-        """As counted in the templates."""
+        """Operations as counted in the templates."""
         simple, by_pow = self.entry.operations, int(self.code.argument == "speed")
         return {
             "speed": Operations(simple),
@@ -337,7 +337,7 @@ class Ready(Candidate):
         return worst(found)
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
-        """Return what the kernel computes, without rounding."""
+        """Return the kernel's eps, without rounding."""
         return registry_arrays.epsilon(self.entry, v_star)
 
     def request(self) -> requests.Request:
@@ -354,7 +354,7 @@ def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
 
 
 def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
-    """Return the ranges of v* and of eps, as far as they reach where beta, the speed and v* are rounded.
+    """Return the ranges of v* and of eps, widened by the rounding of beta, the speed and v*.
 
     For type double the encounter's own ranges are wide enough.
     """
@@ -382,7 +382,7 @@ def _of_v_star(code: Code) -> Fraction:
 
 
 def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
-    """Yield the kernels that language, format and argument admit; of best quotients on the range, the cheapest."""
+    """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
     code = scene.code
     yield PairConstant(encounters, scene.tolerance, code)
     kinds = _kinds(code)
@@ -408,7 +408,7 @@ def _kinds(code: Code) -> set[str]:
 
 
 def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
-    """Return why compact kernels are not proven on this scene, if so it is: v* or beta are out of the type's range."""
+    """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
     code = scene.code
     if "compact" not in _kinds(code):
         return None
@@ -432,7 +432,7 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
 
 
 def polynomial(scene: Scene, encounters: Sequence[Encounter]) -> Polynomial | None:
-    """Return the cheapest best approximant that keeps the tolerance on the range of v* of all pairs, or None.
+    """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
     Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
     """
@@ -488,7 +488,7 @@ def _short(accuracy: Fraction) -> str:
 
 
 def interval(encounters: Sequence[Encounter], code: Code) -> Interval:
-    """Return the range of v* of all pairs, rounded outwards to three digits; to 0 if it begins very low."""
+    """Return the range of v* of all pairs, rounded outwards to three digits; a very low start becomes 0."""
     ranges = [in_format(encounter, code)[0] for encounter in encounters]
     low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
     return _outwards(low, -1) if low > Fraction(1, 100) else Fraction(0), _outwards(high, 1)
@@ -501,7 +501,7 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
 
 
 def cheaper_polynomial(found: Polynomial) -> tuple[str, float, str] | None:
-    """Return the best approximant of the next lower cost, its error and its measure in words; None if there is none."""
+    """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, found.kernel.bounds[0].measure)

@@ -1,4 +1,4 @@
-"""Run what was generated for a scene, and compare its results with the exact function."""
+"""Check of the code generated for a scene: a run at many speeds, compared with the exact eps."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class SceneCheck:
-    """What was found.
+    """Result of the check.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class SceneCheck:
 
 @dataclass(frozen=True)
 class Collisions:
-    """Collisions of all pairs: what the code is given, in the scene's units and format, and what is exact."""
+    """Collisions of all pairs: inputs for the code, in the scene's units and format, and the exact results."""
 
     speed: Array
     beta: Array
@@ -63,12 +63,12 @@ class Collisions:
 
     @property
     def bytes(self) -> bytes:
-        """What a program reads."""
+        """The inputs as bytes, for the program."""
         return b"".join(values.tobytes() for values in (self.speed, self.argument, self.pair))
 
 
 def check(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
-    """Run the generated code at many speeds, and compare.
+    """Run the generated code at many speeds, and compare its results with the exact eps.
 
     Parameters
     ----------

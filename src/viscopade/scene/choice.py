@@ -1,4 +1,4 @@
-"""The cheapest kernel that keeps a scene's tolerance, and why those that are cheaper do not."""
+"""Choice of the cheapest kernel within a scene's tolerance, with the reasons against cheaper ones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1
 
 @dataclass(frozen=True)
 class Offer:
-    """A candidate with its price, and the names of the tolerances that it exceeds."""
+    """An offer: a candidate with its price, and the names of the tolerances that it exceeds."""
 
     candidate: Candidate
     price: Price
@@ -28,18 +28,18 @@ class Offer:
 
     @property
     def suffices(self) -> bool:
-        """Whether it keeps the tolerance."""
+        """Whether the candidate keeps the tolerance."""
         return not self.failing
 
     @property
     def rank(self) -> tuple[float, int, Fraction]:
-        """What is compared: the price, the size of the table, the error."""
+        """The key for comparison: price, size of the table, error."""
         return self.price.value, self.candidate.bytes, self.candidate.errors.epsilon
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a scene gets.
+    """The choice for a scene: the kernel and the offers against it.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Choice:
 
 
 def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
-    """Return the cheapest kernel that keeps the tolerance.
+    """Return the choice of the cheapest kernel within the tolerance.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a kernel costs: nanoseconds that `viscopade bench` measured, or a weighted count of operations."""
+"""Costs of kernels: nanoseconds that `viscopade bench` measured, or a weighted count of operations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BY_POW = (_FULL, _HALF_LINE)
 
 @dataclass(frozen=True)
 class Operations:
-    """What one evaluation consists of.
+    """Operations of one evaluation.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Operations:
 
     @property
     def count(self) -> int:
-        """The weighted number."""
+        """The weighted number of operations."""
         return self.simple + DIVISION * self.divisions + POWER * self.powers + CUBE_ROOT * self.cube_roots
 
 
@@ -45,7 +45,7 @@ _OF_PADE = Operations(simple=18, divisions=1)  # [3/6], besides the power
 
 @dataclass(frozen=True)
 class Price:
-    """What an evaluation costs, in the unit of `Costs`; `how` says where the number is from."""
+    """Price of an evaluation in the unit of `Costs`; `how` is the source of the number."""
 
     value: float
     how: str
@@ -53,7 +53,7 @@ class Price:
 
 @dataclass(frozen=True)
 class Costs:
-    """By count.
+    """Costs by the weighted count of operations.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ COUNTED = Costs()
 
 @dataclass(frozen=True)
 class MeasuredCosts(Costs):
-    """By time.
+    """Costs by measured time.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class MeasuredCosts(Costs):
     times: Mapping[str, float] | None = None
 
     def of(self, bench_id: str | None, operations: Operations) -> Price:
-        """Return the measured time; if there is none, that of pow and of the further operations in proportion.
+        """Return the measured time; without one, the time of pow plus a proportional time of the other operations.
 
         A measured time less that of pow counts as measured, too.
         """
@@ -109,7 +109,7 @@ class MeasuredCosts(Costs):
 
 @dataclass(frozen=True)
 class Time:
-    """One measured time: nanoseconds per collision of a kernel (`id`), in a type, on some speeds, by one measure."""
+    """A measured time: nanoseconds per collision of a kernel (`id`), in a type, on some speeds, by one measure."""
 
     id: str
     format: str
@@ -120,7 +120,7 @@ class Time:
 
 @dataclass(frozen=True)
 class MeasuredTimes:
-    """What `viscopade bench` measured, as far as costs need it: the machine, its compiler, and the times."""
+    """Measured times from `viscopade bench`, with the machine and its compiler."""
 
     cpu: str
     compiler: str
@@ -128,7 +128,7 @@ class MeasuredTimes:
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str) -> MeasuredTimes:
-        """Return the times in what `viscopade bench --out` wrote.
+        """Return the times in a result of `viscopade bench --out`.
 
         Raises
         ------
@@ -146,7 +146,7 @@ def _time(row: Node) -> Time:
 
 
 def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
-    """Return the costs that a benchmark found.
+    """Return the costs by a benchmark's times.
 
     Parameters
     ----------
@@ -179,12 +179,12 @@ def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
 
 
 def id_of_tier(tier: str, size: str) -> str | None:
-    """Return the id of a kernel of speed in the benchmark, if it is measured there."""
+    """Return the benchmark's id of a kernel from speed to eps, if the benchmark measures it."""
     return f"speed-{tier}" if size == "fast" else None
 
 
 def id_of_name(name: str) -> str | None:
-    """Return the id of a kernel of v* in the benchmark, by its functions' names: halfline_2p09em4 or full."""
+    """Return the benchmark's id of a kernel of v* from its functions' names, such as halfline_2p09em4 or full."""
     if name == _FULL:
         return _FULL
     kind, _, bound = name.partition("_")

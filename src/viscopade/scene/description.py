@@ -1,4 +1,4 @@
-"""What a scene is: materials, bodies, what meets how fast, the tolerance, and the code that is wanted. SI units."""
+"""Description of a scene in SI units: materials, bodies, contacts with speeds, the tolerance, the wanted code."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _HALF_WAY = math.sqrt(math.pi / 2)
 
 @dataclass(frozen=True)
 class Material:
-    """What a body is made of.
+    """The material of a body.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Radii of a body: the least, the typical and the largest."""
+    """Radii of a kind of body: the least, the typical and the largest."""
 
     least: float
     typical: float
@@ -65,7 +65,7 @@ class Sizes:
 
     @property
     def spread(self) -> bool:
-        """Whether they differ."""
+        """Whether the radii differ."""
         return self.least < self.largest
 
 
@@ -78,18 +78,18 @@ class Body:
 
     @property
     def is_wall(self) -> bool:
-        """Whether it is a wall."""
+        """Whether the body is a wall."""
         return self.sizes is None
 
 
 def geometric_mean(low: float, high: float) -> float:
-    """Return sqrt(low high), between the two also if rounding would have it outside."""
+    """Return the geometric mean sqrt(low high), kept between low and high in spite of rounding."""
     return min(max(math.sqrt(low) * math.sqrt(high), low), high)
 
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Impact speeds from `slowest` to `fastest`."""
+    """Range of impact speeds from `slowest` to `fastest`."""
 
     slowest: float
     fastest: float
@@ -101,7 +101,7 @@ class SpeedLimits:
 
 @dataclass(frozen=True)
 class Temperature:
-    """A gas in equilibrium.
+    """Impact speeds in a gas in equilibrium, by its granular temperature.
 
     The normal component of the impact velocity has the density v exp(-v^2/(2 s^2)), as faster pairs meet more often,
     where s^2 is the variance of a component of the relative velocity.
@@ -118,7 +118,7 @@ class Temperature:
     tail: float
 
     def deviation(self, wall: bool) -> float:
-        """Return s."""
+        """Return s, the standard deviation of the relative velocity's normal component."""
         return math.sqrt(self.temperature * (1 if wall else 2))
 
     def of(self, wall: bool) -> tuple[float, float, float]:
@@ -133,7 +133,7 @@ Speeds = SpeedLimits | Temperature
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two kinds of bodies that collide.
+    """A meeting: two kinds of bodies that collide.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """The largest errors that the simulation can live with; at least one is given.
+    """Tolerance of the simulation: the largest admissible errors; at least one is given.
 
     Attributes
     ----------
@@ -175,13 +175,13 @@ class Tolerance:
     absolute: float | None = None
 
     def given(self) -> dict[str, float]:
-        """Return those that are given."""
+        """Return the given tolerances."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class Code:
-    """What is to be generated.
+    """The wanted code: language, format and argument.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Scene:
-    """All of it.
+    """A scene.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class Scene:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def sphere(self, name: str, radius: float | None = None) -> Sphere:
-        """Return a body; a sphere with its typical radius, if none is given."""
+        """Return a body; a sphere without a given radius has its typical one."""
         body = self.bodies[name]
         material = self.materials[body.material]
         if body.sizes is None:
@@ -247,13 +247,13 @@ class Scene:
         return material.sphere(body.sizes.typical if radius is None else radius)
 
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
-        """Return two bodies that meet, with their typical radii if none are given."""
+        """Return the pair of bodies that meet, with their typical radii unless radii are given."""
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
         return with_constant(Pair(*spheres), meeting.dissipative_constant)
 
 
 def with_constant(pair: Pair, dissipative_constant: float | None) -> Pair:
-    """Return a pair with another A, if one is given."""
+    """Return the pair, with another A if one is given."""
     if dissipative_constant is None:
         return pair
     first, second = (replace(s, dissipative_constant=dissipative_constant) for s in (pair.first, pair.second))

@@ -1,4 +1,4 @@
-"""What happens when the bodies of a scene meet: ranges of beta, v* and eps, duration and depth of contact."""
+"""Encounters of a scene's bodies: ranges of beta, v* and eps, duration and depth of contact."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Interval = tuple[Fraction, Fraction]
 
 @dataclass(frozen=True)
 class Encounter:
-    """A pair of kinds of bodies.
+    """An encounter: two kinds of bodies with their ranges of beta, v* and eps.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Encounter:
 
     @cached_property
     def v_star(self) -> Interval:
-        """The range of v* that occurs, rounded outwards."""
+        """The range of v*, rounded outwards."""
         slowest, _, fastest = self.speeds
         low, high = Fraction(self.weakest.v_star(slowest)), Fraction(self.strongest.v_star(fastest))
         return low * (1 - _PADDING), high * (1 + _PADDING)
@@ -79,7 +79,7 @@ class Encounter:
         return float(self.pair.max_compression(self.speeds[2])) / radius
 
     def contact(self) -> Contact:
-        """Return what simulators are told."""
+        """Return the contact for simulators."""
         slowest, typical, fastest = self.speeds
         extremes = () if self.weakest == self.strongest else (self.weakest, self.strongest)
         known = self.meeting.known_at
@@ -95,7 +95,7 @@ def epsilon(v_star: Fraction) -> Interval:
 
 
 def encounters(scene: Scene) -> list[Encounter]:
-    """Return all pairs that meet.
+    """Return the encounters of all pairs that meet.
 
     Raises
     ------

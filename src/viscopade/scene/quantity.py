@@ -1,4 +1,4 @@
-"""Physical quantities with units, such as "70 GPa", as numbers in SI units; the units are those of Pint."""
+"""Physical quantities with units of Pint, such as "70 GPa", converted to SI units."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ def quantity(node: Node, dimension: str, *, zero: bool = False) -> float:
 
 
 def words(dimension: str, *, zero: bool = False) -> str:
-    """Return what is accepted as a quantity."""
+    """Return the accepted quantities in words, for a message."""
     unit, example = DIMENSIONS[dimension]
     return f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
 
 
 def factor(node: Node, dimension: str) -> tuple[str, float]:
-    """Return a unit's name, and what it is in SI units.
+    """Return a unit's name, and its factor to SI units.
 
     Raises
     ------

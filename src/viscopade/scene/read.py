@@ -1,4 +1,4 @@
-"""A scene from the text of a TOML file; docs/usage/scenes.md describes the keys."""
+"""Reader of scenes in TOML; docs/usage/scenes.md describes the keys."""
 
 from __future__ import annotations
 

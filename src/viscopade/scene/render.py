@@ -1,4 +1,4 @@
-"""The file that a scene gets: what was asked and found, the kernel, and the scene's names for its functions."""
+"""The generated file of a scene: the question and the answer, the kernel, and functions by the scene's names."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _C_HEADERS = re.compile(
 
 
 def file_name(scene: Scene) -> str:
-    """Return the name of the file: the scene's, unless a header or a module has it already."""
+    """Return the file's name, the scene's unless a header or a module of that name exists already."""
     name, language = scene.name, scene.code.language
     of_python = iskeyword(name) or name in sys.stdlib_module_names or name == "viscopade"
     taken = {"c": _C_HEADERS.fullmatch(name) is not None, "python": of_python}
@@ -93,7 +93,7 @@ def render(choice: Choice, command: str) -> str:
 
 
 def layout(choice: Choice) -> dict[str, Any]:
-    """Return what the file's templates, and those of a program that calls it, need to know of names and types."""
+    """Return the names and types for the templates of the file and of a program that calls it."""
     scene, candidate = choice.scene, choice.chosen.candidate
     language, name = scene.code.language, prefix(scene)
     constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
@@ -141,7 +141,7 @@ def _is_spread(scene: Scene) -> bool:
 
 
 def prefix(scene: Scene) -> str:
-    """Return what the names in the file begin with.
+    """Return the prefix of the names in the file.
 
     C++ and GLSL keep names with two underscores in a row for themselves, and there are names that are taken.
     """
@@ -299,7 +299,7 @@ def _use(choice: Choice) -> list[str]:
 
 
 def place_of(scene: Scene) -> str:
-    """Return what stands before the names of the file's functions where they are called."""
+    """Return the qualifier before the functions' names in a call."""
     modules = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
     return modules.get(scene.code.language, f"{prefix(scene)}_")
 

@@ -1,4 +1,4 @@
-"""Compilers and interpreters that run what a scene gets: programs in a temporary directory, from numbers to numbers."""
+"""Compilers and interpreters that run a scene's generated code, in a temporary directory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ERROR = re.compile(r"error(\[\w+\])?:|undefined reference", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Runner:
-    """How a driver and the file that it includes are compiled and run.
+    """Recipe to compile and run a driver and its included file.
 
     Attributes
     ----------
@@ -70,14 +70,14 @@ DEVICE = Runner(("nvcc",), ".cu", ("{tool}", "-c", "{driver}", "-o", "{program}"
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool that is there: its command, and what it says of itself."""
+    """An installed tool: its command, and its version in its own words."""
 
     words: tuple[str, ...]
     version: str
 
 
 def find(runner: Runner, command: str | None = None) -> Tool | None:
-    """Return the tool that is asked for, or that the environment names, or the first that is there.
+    """Return the requested tool, or the one named by the environment, or the first installed one.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def find(runner: Runner, command: str | None = None) -> Tool | None:
 
 
 def missing(runner: Runner) -> str:
-    """Return the names of the tools that are looked for."""
+    """Return the names of the tools in the search, for a message."""
     named = os.environ.get(runner.variable) if runner.variable else None
     return named or " or ".join(runner.tools)
 

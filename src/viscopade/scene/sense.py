@@ -1,4 +1,4 @@
-"""Where a scene leaves what the model assumes: spheres that are hard, Hertz's theory, a slow and elastic material."""
+"""Limits of the model in a scene: hard spheres, Hertz's theory, slow impacts, elastic material."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the
 
 
 def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
-    """Yield a sentence for each assumption that does not hold."""
+    """Yield a sentence for each assumption of the model that the scene violates."""
     for check in (_hardness, _depth, _yielding, _slowness, _relaxation):
         yield from (f"{encounter.name}: {text}" for text in check(scene, encounter))
 
@@ -61,7 +61,7 @@ def _yielding(scene: Scene, encounter: Encounter) -> Iterator[str]:
 
 
 def yield_speed(pair: Pair, strength: float) -> float:
-    """Return the impact speed at which the pressure of Hertz's theory reaches `YIELD_PRESSURE` times the strength.
+    """Return the impact speed at which the Hertzian pressure reaches `YIELD_PRESSURE` times the strength.
 
     p = 2 E_eff/pi sqrt(xi/R_eff), and m_eff v^2/2 = 8/15 E_eff R_eff^(1/2) xi^(5/2) without dissipation.
     """

@@ -17,7 +17,7 @@ WORKGROUP = 64
 
 
 def device() -> str | None:
-    """Return what would run a shader, for the reader; None if nothing does."""
+    """Return the name of the device for shaders; None without one."""
     try:
         info = import_module("wgpu").gpu.request_adapter_sync().info
         return f"wgpu {version('wgpu')} on {info['device']}"
@@ -26,7 +26,7 @@ def device() -> str | None:
 
 
 def run(shader: str | bytes, arrays: Sequence[npt.NDArray[Any]], size: int) -> FloatArray:
-    """Return what a shader writes.
+    """Return the output of a shader.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a scene gets, as tables and sentences, and as JSON."""
+"""The answer for a scene as tables, sentences and JSON."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def summary(choice: Choice) -> str:
 
 
 def sentences(choice: Choice) -> Iterator[str]:
-    """Yield what there is to say."""
+    """Yield the sentences of the answer."""
     tolerance = choice.scene.tolerance.given().items()
     yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
     yield f"Costs are {choice.costs.source}."
@@ -69,7 +69,7 @@ def sentences(choice: Choice) -> Iterator[str]:
 
 
 def checked(found: SceneCheck) -> str:
-    """Return a sentence on the check."""
+    """Return the sentence on the check's result."""
     if found.reason:
         how = f" ({found.how})" if found.how else ""
         return f"The file was {found.reason}{how}."
@@ -78,7 +78,7 @@ def checked(found: SceneCheck) -> str:
 
 
 def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
-    """Return all of it as JSON-able data."""
+    """Return the whole answer as JSON-able data."""
     scene, chosen = choice.scene, choice.chosen
     return {
         "scene": scene.name,

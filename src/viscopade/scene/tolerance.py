@@ -1,4 +1,4 @@
-"""From a proven bound of a kernel's error to the errors that a tolerance is about, over the range of eps of a scene."""
+"""Errors in the measures of a tolerance, from a proven bound of a kernel and the scene's range of eps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HOPELESS = Fraction(10) ** 30
 
 @dataclass(frozen=True)
 class Bound:
-    """What is proven of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps, with both < 1.
+    """Proven bound of a computed eps: |d eps| <= both min(eps, 1 - eps) + relative eps, with both < 1.
 
     Attributes
     ----------
@@ -59,28 +59,28 @@ class Bound:
 
 @dataclass(frozen=True)
 class Errors:
-    """The errors that a `Tolerance` may limit: relative ones of eps and of 1 - eps^2, and the absolute one of eps."""
+    """Errors in the measures of a `Tolerance`: relative ones of eps and of 1 - eps^2, and the absolute one of eps."""
 
     epsilon: Fraction
     dissipation: Fraction
     absolute: Fraction
 
     def worse(self, other: Errors) -> Errors:
-        """Return the larger one of each."""
+        """Return the larger error in each measure."""
         return Errors(*(max(a, b) for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
 
     def failing(self, tolerance: Tolerance) -> list[str]:
-        """Return the names of those that exceed the tolerance."""
+        """Return the names of the measures that exceed the tolerance."""
         return [name for name, limit in tolerance.given().items() if getattr(self, name) > _exact(limit)]
 
 
 def worst(found: Sequence[Errors]) -> Errors:
-    """Return the largest of each."""
+    """Return the largest error in each measure."""
     return reduce(Errors.worse, found)
 
 
 def allowed(tolerance: Tolerance, ranges: list[Interval], measure: str) -> Fraction:
-    """Return the largest error in a measure ("both" or "relative") that keeps the tolerance, but for second orders.
+    """Return the largest error in a measure ("both" or "relative") within the tolerance, to first order.
 
     The errors are nearly proportional to it: one of 2^-40 tells the factors.
     """

@@ -1,4 +1,4 @@
-"""A scene in its own units, as simulators and generated files want it."""
+"""Conversion of a scene from SI units to its own units, for simulators and generated files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Our answer in the parameters of simulators: LAMMPS, REBOUND, MercuryDPM, YADE and LIGGGHTS."""
+"""Contact parameters in the words of simulators: LAMMPS, REBOUND, MercuryDPM, YADE and LIGGGHTS."""
 
 TARGETS = ("lammps", "rebound-c", "rebound-python", "mercurydpm", "yade", "liggghts")
 

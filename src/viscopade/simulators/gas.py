@@ -1,4 +1,4 @@
-r"""A granular gas that cools: spheres that lose energy in collisions, by simulation (DSMC) and by quadrature.
+r"""Cooling of a granular gas of viscoelastic spheres, by simulation (DSMC) and by quadrature.
 
 What an approximant of eps is good for is decided in a simulation. This is the simplest one: a homogeneous gas of equal,
 smooth spheres without forces. `cool` simulates it with random numbers; `maxwellian` has no noise, but takes the
@@ -57,7 +57,7 @@ _LARGEST_STEP = 0.04  # of ln(1 + t)
 
 @dataclass(frozen=True, eq=False)
 class Cooling:
-    """A simulated gas, batch by batch; the first entries are those of the start.
+    """History of a simulated gas, one entry for the start and one for each batch.
 
     Attributes
     ----------
@@ -334,7 +334,7 @@ Indices = np.typing.NDArray[np.intp]
 
 
 def waves(first: Indices, second: Indices, particles: int) -> Iterator[Indices]:
-    """Divide a sequence of pairs so that those of one wave share no particle, and the order is kept for each particle.
+    """Divide a sequence of pairs into waves: pairs of a wave share no particle, and each particle's order is kept.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class HertzMaterial:
 
     @property
     def style(self) -> str:
-        """The words that follow the types in pair_coeff, and `granular` in fix wall/gran."""
+        """The words after the types in pair_coeff, and after `granular` in fix wall/gran."""
         return f"hertz/material {_number(self.E)} {_number(self.eta_n0)} {_number(self.nu)} {_LAW}"
 
     def pair(self, pair: Pair) -> Pair:
@@ -89,7 +89,7 @@ class HertzMaterial:
 
 @dataclass(frozen=True)
 class TimeStep:
-    """How far off eps is with a time step.
+    """Error of eps by a time step.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class TimeStep:
 
 
 def parameters(pair: Pair) -> HertzMaterial:
-    """Return what LAMMPS needs for a pair of bodies.
+    """Return the parameters of LAMMPS for a pair of bodies.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def timesteps(setup: Setup) -> tuple[TimeStep, ...]:
 
 
 def size_error(contact: Contact) -> float:
-    """Return the largest relative error of eps at the contact's `extremes` if LAMMPS has the numbers of its pair.
+    """Return the largest relative error of eps at the contact's `extremes` with the parameters of its typical pair.
 
     It is taken at the slowest, the typical and the fastest speed; 0 if there are no extremes.
     """

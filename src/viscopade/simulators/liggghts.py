@@ -1,4 +1,4 @@
-"""LIGGGHTS: the viscoelastic law exactly, as `hertz/stiffness`, or a constant eps, as `hertz`.
+"""LIGGGHTS: the exact viscoelastic law by `hertz/stiffness`, or a constant eps by `hertz`.
 
 Read in the source of LIGGGHTS-PUBLIC 3.8.0, with d the overlap, v_n the speed of compression, and E_eff, R_eff, m_eff
 as in `Pair` (at a wall R_eff and m_eff are the sphere's: `pair_gran_base.h`, `fix_wall_gran_base.h`):
@@ -70,7 +70,7 @@ class Stiffness:
 
 
 def stiffness(pair: Pair) -> Stiffness:
-    """Return the parameters with which `hertz/stiffness` and `limitForce on` is the viscoelastic law of a pair."""
+    """Return the parameters that make `hertz/stiffness` with `limitForce on` the viscoelastic law of a pair."""
     return Stiffness(4 / 3 * pair.E_eff, 2 * pair.A * (pair.E_eff / pair.m_eff), 8 * _shear_modulus(pair))
 
 
@@ -81,7 +81,7 @@ def _shear_modulus(pair: Pair) -> float:
 
 
 def stiffness_errors(contact: Contact) -> ProgramErrors:
-    """Return the errors of `hertz/stiffness`: none for the pair itself, some for other sizes of the same types."""
+    """Return the errors of `hertz/stiffness`: zero for the pair itself, not for other sizes of the same types."""
     gamman = stiffness(contact.pair).gamman
 
     def program(pair: Pair, speed: float) -> float:
@@ -93,7 +93,7 @@ def stiffness_errors(contact: Contact) -> ProgramErrors:
 
 
 def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
-    """Return the `coefficientRestitution` with which `hertz` has the wanted eps.
+    """Return the `coefficientRestitution` that gives the wanted eps with `hertz`.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
 
 
 def least_epsilon(limit_force: bool) -> float:
-    """Return the eps that all of `hertz` is above, as `coefficientRestitution` must be above 0.05."""
+    """Return the lower limit of eps with `hertz`, as `coefficientRestitution` must be above 0.05."""
     if not limit_force:
         return LEAST_COEFFICIENT
     return tsuji.epsilon(tsuji.damping_ratio(LEAST_COEFFICIENT, end="position"), "force")
@@ -166,7 +166,7 @@ def restitution(contact: Contact, limit_force: bool) -> Restitution:
 
 
 def limits_force(contacts: Sequence[Contact]) -> bool:
-    """Return whether `hertz` can have `limitForce on` with these contacts: the switch is one for all pairs of types."""
+    """Return whether `hertz` can have `limitForce on` for all these contacts: all pairs of types share the switch."""
     least = least_epsilon(True)
     return all(constant(contact).epsilon > least for contact in contacts)
 

@@ -1,4 +1,4 @@
-"""MercuryDPM: the viscoelastic law exactly, or a constant eps where the program is older.
+"""MercuryDPM: the exact viscoelastic law, or a constant eps for older versions of the program.
 
 Read in the source of MercuryDPM 1.0 (trunk of July 2024, `Kernel/`), with d the overlap, v_n the speed of compression,
 and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and `getEffectiveMass`, at walls too):
@@ -61,7 +61,7 @@ class Parameters:
 
 
 def dissipation(epsilon: float) -> float:
-    """Return `setDissipation` of species without BSHP with which eps is the wanted one, > 0 and <= 1.
+    """Return the `setDissipation` of species without BSHP that gives the wanted eps, > 0 and <= 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""REBOUND: its `coefficient_of_restitution` callback with our kernel, in C and in Python; and one by the pair's sizes.
+"""REBOUND: the `coefficient_of_restitution` callback with our kernel, in C and Python, for one pair or by sizes.
 
 What REBOUND does (read in version 5.2.2; `src/collision.c` is the same in 5.0.0): `reb_collision_resolve_hardsphere`
 calls `r->coefficient_of_restitution(r, v)` with the component of the relative velocity p1 - p2 along the line of
@@ -45,7 +45,7 @@ SAMPLES = 1001  # speeds at which errors are looked for
 
 @dataclass(frozen=True)
 class SizeError:
-    """What one beta for all sizes does to the eps of a pair.
+    """Error of a pair's eps by one beta for all sizes.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeErro
 
 
 def kernel(tier: str) -> speed_kernel.SpeedKernel:
-    """Return the kernel from speed to eps that the files contain: the one with the small table, if there are two.
+    """Return the kernel from speed to eps in the files; of two tables, the small one.
 
     Collisions come one at a time, between other work: a large table would not stay in the cache.
 
@@ -91,7 +91,7 @@ def kernel(tier: str) -> speed_kernel.SpeedKernel:
 
 
 def contacts(setup: Setup) -> dict[str, Contact]:
-    """Return the contacts that REBOUND can have, those of two spheres, by the end of the names of their C functions.
+    """Return the contacts of two spheres, which REBOUND can have, by the ends of their C functions' names.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a simulator is told: the bodies, which of them meet, and how fast."""
+"""Setup for a simulator: the bodies, their contacts and the impact speeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from viscopade.collision.spheres import Pair, Sphere
 
 @dataclass(frozen=True)
 class Units:
-    """Names of the units that all numbers of a `Setup` are in."""
+    """Names of the units of all numbers in a `Setup`."""
 
     length: str = "m"
     mass: str = "kg"
@@ -111,7 +111,7 @@ class Setup:
 
     @property
     def spheres(self) -> list[str]:
-        """Names of the bodies that are no walls."""
+        """Names of the spheres."""
         return [name for name, body in self.bodies.items() if not body.is_wall]
 
 

@@ -1,4 +1,4 @@
-"""What the generated files state about a contact: its numbers, and the error of a program's eps over its speeds."""
+"""Statements of the generated files about a contact: its numbers, and the error of a program's eps over its speeds."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ProgramErrors:
 
     @property
     def largest(self) -> float:
-        """The largest of all in absolute value."""
+        """The largest error in absolute value."""
         return max(abs(error) for row in ((self.slowest, self.fastest), *self.extremes) for error in row)
 
     @property
@@ -48,7 +48,7 @@ class ProgramErrors:
 
 
 def errors(program: Callable[[Pair, float], float], contact: Contact) -> ProgramErrors:
-    """Return the errors of what a program has as eps for a pair at a speed."""
+    """Return the errors of a program's eps for a pair at a speed."""
 
     def ends(pair: Pair) -> tuple[float, float]:
         slowest, fastest = (program(pair, v) / pair.epsilon(v) - 1 for v in (contact.slowest, contact.fastest))
@@ -59,7 +59,7 @@ def errors(program: Callable[[Pair, float], float], contact: Contact) -> Program
 
 @dataclass(frozen=True)
 class ConstantEpsilon:
-    """The constant eps that is right at a contact's typical speed, and the one whose largest error is smallest.
+    """Constant eps for a contact: the exact one at the typical speed, and the one with the smallest maximal error.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ def constant(contact: Contact) -> ConstantEpsilon:
 
 
 def heading(setup: Setup) -> str:
-    """Return the title, after a look at it and the bodies' names, which stand in comments.
+    """Return the title; it and the bodies' names are checked, as they stand in comments.
 
     Raises
     ------
@@ -123,14 +123,14 @@ def facts(contact: Contact, units: Units) -> list[str]:
 
 
 def shortest_contact(setup: Setup) -> float:
-    """Return how long the shortest of all contacts lasts, a time; smaller particles part sooner."""
+    """Return the shortest duration of all contacts, a time; smaller particles part sooner."""
     return min(
         pair.contact_time(contact.fastest) for contact in setup.contacts for pair in (contact.pair, *contact.extremes)
     )
 
 
 def largest_step_error(setup: Setup, timestep: float) -> float:
-    """Return by how much a time step puts eps of the viscoelastic law off, at most, over all contacts.
+    """Return the largest error of the viscoelastic law's eps by a time step, over all contacts.
 
     LIGGGHTS, YADE and MercuryDPM step as LAMMPS does: what they compute agrees with its scheme to all digits.
     """

@@ -1,4 +1,4 @@
-"""Damping with x^(1/4): the coefficient of restitution does not depend on the speed.
+"""Tsuji's damping, proportional to x^(1/4): a coefficient of restitution independent of the speed.
 
 Many programs damp Hertz's force so that eps is one number for all speeds, as Tsuji, Tanaka and Ishida proposed:
 
@@ -78,7 +78,7 @@ def one_minus_epsilon(damping_ratio: Number, end: End = "force") -> float:
 def damping_ratio(
     epsilon: Number | None = None, *, one_minus_epsilon: Number | None = None, end: End = "force"
 ) -> float:
-    """Return the damping ratio zeta with which the coefficient of restitution is the wanted one.
+    """Return the damping ratio zeta that gives the wanted coefficient of restitution.
 
     Parameters
     ----------

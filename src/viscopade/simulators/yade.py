@@ -1,4 +1,4 @@
-"""YADE: the viscoelastic law after 2023.02a, a constant eps in it.
+"""YADE: the viscoelastic law in versions after 2023.02a; a constant eps in 2023.02a and before.
 
 Read in `pkg/dem/HertzMindlin.cpp` of YADE, `Ip2_FrictMat_FrictMat_MindlinPhys::go` and
 `Law2_ScGeom_MindlinPhys_Mindlin::go`, with u the overlap and v_n the speed of compression:
@@ -76,7 +76,7 @@ class Parameters:
 
 
 def betan(epsilon: float) -> float:
-    """Return the `betan` with which eps is the wanted one, > 0 and <= 1.
+    """Return the `betan` that gives the wanted eps, > 0 and <= 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""From the equation of motion to numbers: the scaled equation, its series, Padé approximants, limits, singularities."""
+"""Theory of eps(v*): the scaled equation of motion, its series, Padé approximants, both limits, singularities."""
 
 __all__ = [
     "asymptotics",

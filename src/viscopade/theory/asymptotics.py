@@ -1,4 +1,4 @@
-r"""Asymptotic expansions of eps, x_max, tau_c and of v*(eps) at both ends: v* -> 0 and v* -> infinity.
+r"""Asymptotic expansions of eps, x_max, tau_c and v*(eps) for v* -> 0 and v* -> infinity.
 
 They use nothing of what finds the exact function (`flow`, `validation`, `exact`) or the series (`series`), so that they
 can check it. `derivations/14_expansions.py` derives every recursion.
@@ -43,7 +43,7 @@ _Laurent = dict[int, fmpq]
 
 @dataclass(frozen=True)
 class PowerExpansion:
-    """y^start times a power series in y, y = at^root.
+    """Power expansion: y^start times a power series in y, y = at^root.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class PowerExpansion:
 
 @dataclass(frozen=True)
 class LogExpansion:
-    """factor X^power (p_0(ln X) + p_1(ln X)/X + …), X = scale at^root.
+    """Logarithmic expansion factor X^power (p_0(ln X) + p_1(ln X)/X + …), X = scale at^root.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
 
 @lru_cache(maxsize=8)
 def elastic_in_closed_form(digits: int) -> dict[str, PowerExpansion]:
-    """Return the first terms of `elastic`, up to relative order v*^3, by the Gamma function.
+    """Return the first terms of `elastic`, up to relative order v*^3, in closed form by the Gamma function.
 
     The first terms left out are those in v*^6 of 1 - eps, in v*^4 of x_max and tau_c, and in (1 - eps)^(5/2) of v*.
     """

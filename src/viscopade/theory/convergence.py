@@ -231,7 +231,7 @@ def _draft(square: Square) -> _Draft:
 
 @dataclass(frozen=True)
 class BivariateBall:
-    """All functions that differ from a polynomial in y and z by at most `error` on |y| <= 1, |z| <= 1.
+    """Ball of functions: all that differ from a polynomial in y and z by at most `error` on |y| <= 1, |z| <= 1.
 
     It is `function_balls.Element` with two variables and complex integers; those of z^i y^j stand at i + STRIDE j
     of `re` and `im`. Everything is in units of 2^-BITS. There are at most TERMS powers of z and ORDER + 1 powers of
@@ -275,7 +275,7 @@ class BivariateBall:
         return BivariateBall(re, im, (error >> BITS) + 1 + 2 * TERMS * (ORDER + 1))
 
     def times(self, number: int) -> BivariateBall:
-        """Return a multiple."""
+        """Return the function times a number."""
         return BivariateBall(self.re * number, self.im * number, self.error * abs(number))
 
     def slope(self) -> BivariateBall:
@@ -315,7 +315,7 @@ class BivariateBall:
         return self.norm() - abs(self.middle())
 
     def in_z(self) -> acb_poly:
-        """Return functions of z alone as a polynomial with balls as coefficients."""
+        """Return a function of z alone as a polynomial whose coefficients are balls."""
         length = max(len(self.re), len(self.im))
         coefficients = [acb(_unit(int(self.re[i])), _unit(int(self.im[i]))) for i in range(length)]
         error = arb(0, _unit(self.error))
@@ -363,7 +363,7 @@ def _advanced(part: fmpz_poly) -> fmpz_poly:
 
 @dataclass(frozen=True)
 class ProvenDisc:
-    """What is proven for all v* = c + d z, |z| <= 1.
+    """A disc of the v* plane, v* = c + d z with |z| <= 1, and the proven enclosures on it.
 
     Orbits exist along all paths 0, M', s with |M' - turning(z)| <= reach, |s - end(z)| <= reach. There is exactly one
     such s with R = v* sqrt(-W), Re sqrt(-W) > 0. Its distance from end(z) is at most `distance`, that of
@@ -463,7 +463,7 @@ class _End:
 
 
 def prove(square: Square) -> ProvenDisc:
-    """Prove a panel.
+    """Return the proof for one panel.
 
     Raises
     ------
@@ -495,7 +495,7 @@ def _proven(square: Square, draft: _Draft) -> ProvenDisc:
 
 
 def panels(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterator[ProvenDisc]:
-    """Yield panels that cover the upper half of the disc |v*| <= radius, or of it what lies in `squares`.
+    """Yield panels that cover the upper half of the disc |v*| <= radius, or its part in `squares`.
 
     Raises
     ------
@@ -523,7 +523,7 @@ def _grid(radius: Fraction) -> Iterator[Square]:
 
 
 def agree(one: ProvenDisc, other: ProvenDisc) -> bool:
-    """Whether two panels whose squares touch are proven to have the same eps where they overlap."""
+    """Return whether two panels whose squares touch are proven to have the same eps on their overlap."""
     point = one.square.common_point(other.square)
     if point is None:
         raise ValueError("the squares do not touch")
@@ -535,7 +535,7 @@ def agree(one: ProvenDisc, other: ProvenDisc) -> bool:
 
 
 def starts_elastically(panel: ProvenDisc) -> bool:
-    """Whether the panel's end of contact at v* = 0 is proven to be that of the elastic collision."""
+    """Return whether the panel's end of contact at v* = 0 is proven to be the end of the elastic collision."""
     with working(BITS + 20):
         z = panel.z(Fraction(0), Fraction(0))
         duration = 2 * (arb(5) / 4).root(5) * (arb(1) / 5).gamma() * arb.pi().sqrt() / (5 * (arb(7) / 10).gamma())
@@ -543,7 +543,7 @@ def starts_elastically(panel: ProvenDisc) -> bool:
 
 
 class Theorem(NamedTuple):
-    """eps is analytic for |v*| <= radius, and there |eps| <= bound: |h_k| <= bound/radius^k."""
+    """Theorem: eps is analytic for |v*| <= radius, with |eps| <= bound there, so |h_k| <= bound/radius^k."""
 
     radius: Fraction
     bound: arb

@@ -1,4 +1,4 @@
-"""Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros, and what they are good for.
+"""Padé approximants [m/n] of the series (eq:padeDef): proven coefficients, poles, zeros and domain of use.
 
 The conditions b(v*) eps(v*) - a(v*) = O(v*^(m+n+1)), b_0 = 1 are a linear system for b, whose condition grows about
 like 10^(0.35 (m+n)) for m = n - 3 (the hard case pade-systems measures it); enclosing the solution loses up to half as
@@ -170,7 +170,7 @@ class Pade:
 
     @property
     def verdict(self) -> str:
-        """One line that says where the approximant may be used, and why not elsewhere."""
+        """The domain of use as one line, with the reason for its end."""
         if self.usable:
             return "usable for all v* >= 0: no positive real pole or zero"
         if self.domain_end is None:
@@ -319,7 +319,7 @@ def rational_pade(h: Sequence[Rational], m: SupportsIndex, n: SupportsIndex, dig
 
 
 def exact_solution(h: Sequence[fmpq], m: int, n: int) -> tuple[list[fmpq], list[fmpq]]:
-    """Return a and b of [m/n] in fractions, which lose nothing.
+    """Return a and b of [m/n] as exact fractions.
 
     Raises
     ------
@@ -383,7 +383,7 @@ def _assembled(
 
 
 def solution(h: Sequence[arb], m: int, n: int) -> tuple[tuple[arb, ...], tuple[arb, ...]]:
-    """Return a and b of [m/n]: mpmath's numbers, each the middle of a ball that is proven to hold the true coefficient.
+    """Return a and b of [m/n] as mpmath numbers, the middles of balls that are proven to hold the true coefficients.
 
     To be called within `working`.
 

@@ -1,4 +1,4 @@
-"""The paper's own numbers (Müller & Pöschel 2011), typed in as printed, and our verdict on them."""
+"""The paper's printed numbers (Müller & Pöschel 2011), and their comparison with ours."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ BETA_ICE_CGS = "1.307"
 
 
 def last_digit(printed: str) -> Decimal:
-    """Return one in the last digit that the table has of a number, zeros at the end that it leaves out included."""
+    """Return one unit in a number's last printed digit, with trailing zeros that the table omits restored."""
     return Decimal(1).scaleb(-max(len(printed.partition(".")[2]), LEAST_DECIMALS))
 
 
 @dataclass(frozen=True)
 class PrintedCoefficient:
-    """One printed coefficient of tab:padeCoeffs beside ours.
+    """A printed coefficient of tab:padeCoeffs beside ours.
 
     Attributes
     ----------
@@ -73,18 +73,18 @@ class PrintedCoefficient:
 
     @property
     def agrees(self) -> bool:
-        """Whether the two are equal at the digits printed."""
+        """Whether the printed and our rounded value are equal."""
         return Decimal(self.printed) == Decimal(self.rounded)
 
 
 def approximants(digits: int) -> tuple[Pade, ...]:
-    """Return the approximants of the paper's table, derived here, to 12 digits or more: they are rounded once again."""
+    """Return the approximants of the paper's table, derived here, to 12 digits or more: `compare` rounds them again."""
     digits = arguments.integer("digits", digits, 12, arguments.MAX_DIGITS)
     return tuple(pade(m, n, digits) for m, n in TABLE)
 
 
 def compare(ours: Iterable[Pade]) -> tuple[PrintedCoefficient, ...]:
-    """Set every entry of the paper's table beside ours, in the order printed (32 entries for all four)."""
+    """Return every entry of the paper's table beside ours, in the printed order (32 entries for all four)."""
     return tuple(
         PrintedCoefficient(p.m, p.n, symbol, index, printed, own)
         for p in ours

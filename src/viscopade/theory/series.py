@@ -1,4 +1,4 @@
-"""The exact series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced), every coefficient with a proven enclosure.
+"""The series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) with a proven enclosure of every coefficient.
 
 The way from the equation of motion to h_k has four steps, each a function below:
 
@@ -145,14 +145,14 @@ def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30) -> tuple[ar
 
 @dataclass(frozen=True)
 class Effort:
-    """Working precision in bits, and number of Taylor coefficients on either side."""
+    """Computational effort: working precision in bits, and number of Taylor coefficients on either side."""
 
     bits: int
     terms: int
 
     @classmethod
     def guess(cls, orders: int, digits: int) -> Effort:
-        """Return what should do for `orders` orders in K; the slopes were measured and prove nothing.
+        """Return an estimate of the effort for `orders` orders in K; its slopes were measured, not proven.
 
         The singularities at the fifth roots of unity grow by one power an order, so Taylor coefficient j of g_n is
         larger than that of g_0 by about j^n/n!, and an order costs about log2(1 + terms/orders) bits of truncation.
@@ -163,7 +163,7 @@ class Effort:
         return cls(int(bits + 2.2 * orders) + terms.bit_length() + 8, terms)
 
     def raised(self, missing_bits: int) -> Effort:
-        """Return the effort that should give `missing_bits` more."""
+        """Return the estimated effort for `missing_bits` more bits."""
         more = missing_bits + 8
         return Effort(self.bits + more, self.terms + int(more / BITS_PER_TERM) + 1)
 

@@ -1,4 +1,4 @@
-r"""What ends the convergence of the series: the singularity of eps(v*) nearest to v* = 0, found in two ways.
+r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of the series, found in two ways.
 
 `derivations/09_singularity.py` derives it. With the damping as unit of speed every collision is an orbit of
 
@@ -59,7 +59,7 @@ class Singularity:
 
     @property
     def argument(self) -> mp.mpf:
-        """Arg(v*)/pi: the signs of h_k repeat about every 2/argument coefficients."""
+        """The argument Arg(v*)/pi: the signs of h_k repeat about every 2/argument coefficients."""
         ctx = _context()
         return ctx.arg(self.v_star) / ctx.pi
 

@@ -1,4 +1,4 @@
-"""Symbolic side of the series: the hierarchy from the equation of motion, H's rationals, h_k in the lambdas.
+"""Symbolic derivation of the series: the hierarchy of equations, the rational H_k, h_k as polynomials in lambda_k.
 
 The way from the scaled equation to eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) in exact terms:
 

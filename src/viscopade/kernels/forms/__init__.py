@@ -1,4 +1,4 @@
-"""The forms that a kernel may have: what each consists of, and what is proven of it."""
+"""Forms of kernels: for each form, its coefficients and its proven bounds."""
 
 __all__ = [
     "lacunary_rounding",

@@ -1,4 +1,4 @@
-"""Kernels in powers of a root, as `certificate` evaluates them: exact coefficients, power-series arithmetic."""
+"""Formulas of lacunary kernels for `certificate`: exact coefficients, power-series arithmetic."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ HALF = Fraction(1, 2)
 
 @dataclass(frozen=True)
 class HalfLineFormula:
-    """eps = D/(D + v*^2 N), N (top) and D (bottom) polynomials with gaps in y = v*^(1/3), deg N = deg D + 4."""
+    """Half-line formula eps = D/(D + v*^2 N): N (top), D (bottom) lacunary in y = v*^(1/3), deg N = deg D + 4."""
 
     top: Terms
     bottom: Terms
 
     @property
     def power(self) -> int:
-        """The formula is a smooth function of v*^(1/3)."""
+        """The r of `certificate.Formula.power`, 3: the formula is a smooth function of v*^(1/3)."""
         return 3
 
     def epsilon(self, y: arb_series) -> arb_series:
@@ -46,7 +46,7 @@ class HalfLineFormula:
 
 @dataclass(frozen=True)
 class LacunaryInverse:
-    """v* = y^k N/D, N (top) and D (bottom) polynomials with gaps in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
+    """Inverse formula v* = y^k N/D: N (top), D (bottom) lacunary in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
 
     top: Terms
     bottom: Terms
@@ -54,7 +54,7 @@ class LacunaryInverse:
 
     @property
     def power(self) -> int:
-        """Near 0, y is v*^(1/k) times a smooth function."""
+        """The r of `certificate.InverseFormula.power`, k: near 0, y is v*^(1/k) times a smooth function."""
         return int(HALF / self.root)
 
     def ratio(self, y: arb_series, odds_ratio: arb_series) -> arb_series:

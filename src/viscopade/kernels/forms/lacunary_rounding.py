@@ -1,4 +1,4 @@
-r"""How exported code evaluates quotients with gaps, as straight-line programs, and bounds of its rounding errors.
+r"""Straight-line programs of lacunary quotients, as exported code evaluates them, and their rounding bounds.
 
 Half-line kernels (`half_line`), with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
 
@@ -65,7 +65,7 @@ Result = TypeVar("Result")
 
 
 class Branch(NamedTuple):
-    """A program for a part of all arguments, and the expressions of its results.
+    """A branch of the code: a program for a part of the arguments, and the expressions of its results.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Branch(NamedTuple):
 
 
 class Size(NamedTuple):
-    """A proven bound of what rounding adds: relative |exact value| + underflow (the type's smallest number)."""
+    """A proven rounding bound: relative |exact value| + underflow (the type's smallest number)."""
 
     relative: str
     underflow: str
@@ -92,7 +92,7 @@ class Size(NamedTuple):
 
 
 def constants(form: Powers, a: Values, b: Values) -> dict[str, float]:
-    """Return the coefficients by the names they have in programs: a4 is that of y^4 in N, b4 in D."""
+    """Return the coefficients by their names in programs: a4 is the coefficient of y^4 in N, b4 the one in D."""
     tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
     return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
 
@@ -178,7 +178,7 @@ def _polynomial(letter: str, exponents: list[int], variable: str, mirror: bool) 
 
 @lru_cache(maxsize=256)
 def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, Size]:
-    """Bound what rounding adds to epsilon and one_minus_epsilon for all v* >= 0, relative to the formula's own value.
+    """Bound the rounding errors of epsilon and one_minus_epsilon for all v* >= 0, relative to the formula's value.
 
     Beyond 2^largest w may be subnormal. There w^3 underflows to 0, eps comes out as 0 and 1 - eps as 1, and both are
     right but for less than the smallest number.
@@ -213,7 +213,7 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
 def inverse_sizes(
     form: Powers, root: Fraction, epsilon_min: Fraction, a: Values, b: Values, kind: Format
 ) -> dict[str, Size]:
-    """Bound what rounding adds to v_star and beta, relative to the formula's own value; nothing underflows there.
+    """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
 
     The quotient of 1 - eps and eps has two roundings. (Where it is subnormal, the larger of eps and 1 - eps is
     rounded to 1, and the quotient is exact but for less than that.)
@@ -313,7 +313,7 @@ def _of_v_star(found: Found) -> arb:
 
 
 def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
-    """Return a bound for all parts together: the part with the largest is halved until that hardly lowers it any more.
+    """Return a bound over all parts: the part with the largest bound is halved while that lowers it noticeably.
 
     On wide parts enclosures, those of slopes above all, exceed what they enclose by far.
 

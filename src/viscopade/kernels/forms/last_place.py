@@ -1,4 +1,4 @@
-r"""eps(v*) and 1 - eps(v*) to the last place: tables of machine numbers for C, and the proof of their rounding errors.
+r"""Kernels of eps(v*) and 1 - eps(v*) to the last place: tables of machine numbers, and proof of a bound in ulp.
 
 Tabulated is the smaller of the two functions, p <= 1/2 (nearly), the other is 1 - p. Panels are the halves of those of
 `double`, 16 to an octave of v*; what is approximated are its polynomials, cut off after Chebyshev's T_n. With t the
@@ -68,7 +68,7 @@ Number = TypeVar("Number", float, "RoundedDouble")
 
 
 class SmallerOnPanel(NamedTuple):
-    """The smaller of eps and 1 - eps on [centre - half, centre + half] as a polynomial in z = (v* - centre)/half."""
+    """The smaller of eps and 1 - eps on a panel centre ± half, as a polynomial in z = (v* - centre)/half."""
 
     centre: Fraction
     half: Fraction
@@ -89,7 +89,7 @@ def _polynomial(name: str, index: int) -> fmpq_poly:
 
 @lru_cache(maxsize=1)
 def panels() -> tuple[SmallerOnPanel, ...]:
-    """Return the panels from `NEAR` to 2^(FOLD + PERIOD); those where 1 - eps is the smaller one come first."""
+    """Return the panels from `NEAR` to 2^(FOLD + PERIOD); panels where 1 - eps is smaller than eps come first."""
     found = []
     for index in range(1, PANELS):
         loss = _polynomial("one_minus_epsilon", index)
@@ -104,7 +104,7 @@ def panels() -> tuple[SmallerOnPanel, ...]:
 
 @lru_cache(maxsize=1)
 def switch() -> int:
-    """Return how many panels are elastic: those before it."""
+    """Return the number of elastic panels, where 1 - eps is smaller than eps; they come first."""
     return sum(panel.elastic for panel in panels())
 
 
@@ -136,7 +136,7 @@ def _scaled(coefficients: Sequence[float], half: Fraction) -> fmpq_poly:
 
 
 class DoubleRow(NamedTuple):
-    """eps - base = a0_high + a1_high t_1 + (a0_low + a1_high t_2 + a1_low t + a_2 t^2 + …).
+    """A row for type double: eps - base = a0_high + a1_high t_1 + (a0_low + a1_high t_2 + a1_low t + a_2 t^2 + …).
 
     t = t_1 + t_2 = v* - centre; base is 1 where the panel is elastic, 0 elsewhere.
     """
@@ -150,12 +150,12 @@ class DoubleRow(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The row of the table."""
+        """The numbers of the row."""
         return (*self[:-1], *self.a)
 
 
 class Near(NamedTuple):
-    """1 - eps = v*^2 (c + v*^2 (a_0 + a_1 v* + …)) below `NEAR`; c = c_high + c_low."""
+    """Expansion below `NEAR`: 1 - eps = v*^2 (c + v*^2 (a_0 + a_1 v* + …)), c = c_high + c_low."""
 
     c_high: float
     c_low: float
@@ -174,7 +174,7 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
 
 @lru_cache(maxsize=1)
 def double_rows() -> tuple[DoubleRow, ...]:
-    """Return the table of type double: a row for [0, NEAR], where only eps uses it, then one for each panel."""
+    """Return the table of type double: a row for [0, NEAR], which only eps uses, then one for each panel."""
     return (_double_row_near(), *(_double_row(panel) for panel in panels()))
 
 
@@ -275,7 +275,7 @@ def _cleared(x: float, bits: int) -> float:
 
 
 def evaluate(form: str, function: str, v_star: float) -> float:
-    """Return what the kernel of this type returns when nothing is contracted.
+    """Return the kernel's result in this type without FMA contraction.
 
     Parameters
     ----------
@@ -339,7 +339,7 @@ def _check(form: str, function: str) -> None:
 
 
 class RoundedDouble:
-    """A number of type double: where its value would lie without rounding errors, and a bound of its error.
+    """A rounded number of type double: an enclosure of its exact value, and a bound of its error.
 
     An operation adds at most half a unit in the last place of the largest number that it can be applied to. That
     covers results that underflow, and holds all the more where a product and a sum are fused.
@@ -351,7 +351,7 @@ class RoundedDouble:
 
     @classmethod
     def between(cls, low: Fraction, high: Fraction) -> RoundedDouble:
-        """Return a number without error between two bounds."""
+        """Return an exact number between two bounds."""
         return cls(_arb(low).union(_arb(high)))
 
     def _after(self, value: arb, error: arb) -> RoundedDouble:
@@ -402,7 +402,7 @@ def _ulp(least: arb, form: Format) -> arb:
 
 
 class UlpBound(NamedTuple):
-    """A bound of the error over a part of the half-line, in units in the last place of the true value."""
+    """A bound of the error over a part of the half-line, in ulp (units in the last place) of the true value."""
 
     low: Fraction
     high: Fraction

@@ -1,4 +1,4 @@
-"""The kernel of a minimax approximant: coefficients that are machine numbers, with what is proven of them."""
+"""Kernels of minimax approximants: machine coefficients with proven errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from viscopade.kernels.forms.quotient import Values, proven_errors, threshold, w
 
 @dataclass(frozen=True)
 class Derivative:
-    """d eps/d v* = v* T/D^2 in one format, D being the kernel's denominator.
+    """Derivative of a kernel in one format: d eps/d v* = v* T/D^2, with the kernel's denominator D.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class MinimaxKernel:
 
     @property
     def interval(self) -> tuple[Fraction, Fraction]:
-        """Where v* is."""
+        """The interval of v*."""
         certificate = self.variants[0].certificate
         return certificate.low, certificate.high or Fraction(0)
 
@@ -115,7 +115,7 @@ class MinimaxKernel:
 
     @property
     def name(self) -> str:
-        """The name with type, degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" is 9.86e-4 up to v* = 5."""
+        """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
         low, high = self.interval
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
         kind = "" if self.bounds[0].measure == "both" else "_relative"
@@ -139,7 +139,7 @@ class MinimaxKernel:
 
     @property
     def end(self) -> None:
-        """There is no pole and no zero in the interval."""
+        """No end of the domain: the interval has neither pole nor zero."""
         return None
 
     @property
@@ -149,7 +149,7 @@ class MinimaxKernel:
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """Sentences on what is proven, of the derivative too."""
+        """Sentences on the proven errors, also of the derivative."""
         of_eps = proven_errors(self.bounds, [(v.form.name, v.rounding) for v in self.variants])
         slopes = [(v.form.name, v.derivative) for v in self.variants if v.derivative is not None]
         if not slopes:
@@ -198,7 +198,7 @@ class MinimaxKernel:
         }
 
     def certificates(self) -> list[dict[str, object]]:
-        """Return what is needed to check the proofs, as JSON-able data; coefficients as hexadecimal numbers."""
+        """Return the data for independent checks of the proofs, ready for JSON; coefficients are hexadecimal."""
         return [
             {
                 "name": self.name,

@@ -1,4 +1,4 @@
-"""Frozen descriptions of rational approximants [m/n], from which every exported file is made.
+"""Quotient kernels [m/n]: frozen descriptions of rational approximants, the source of every exported file.
 
 Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. What they share is here: what a kernel
 is to them (`Quotient`), the words that begin every file, and the kernel of a Padé approximant. `minimax` has the other.
@@ -31,7 +31,7 @@ Values = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 class Quotient(Protocol):
-    """What the exporters need to know of a quotient of polynomials."""
+    """Interface of a quotient kernel for the exporters."""
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class Quotient(Protocol):
 
     @property
     def pattern(self) -> str:
-        """The form of such names, as a header explains it."""
+        """The pattern of the names, as a header explains it."""
 
     @property
     def label(self) -> str:
@@ -47,11 +47,11 @@ class Quotient(Protocol):
 
     @property
     def domain(self) -> str:
-        """The values of v* for which the formula is meant, as a sentence's part."""
+        """The domain of the formula in v*, as part of a sentence."""
 
     @property
     def interval(self) -> tuple[Fraction, Fraction] | None:
-        """The values of v* for which the formula is made; None if for all in the domain."""
+        """The interval of v* for which the formula is fitted; None for the whole domain."""
 
     @property
     def end(self) -> tuple[str, Decimal] | None:
@@ -75,7 +75,7 @@ class Quotient(Protocol):
 
     @property
     def source(self) -> str:
-        """Where the formula comes from."""
+        """The source of the formula."""
 
     @property
     def facts(self) -> tuple[str, ...]:
@@ -83,7 +83,7 @@ class Quotient(Protocol):
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """Those of them that say what is proven."""
+        """Sentences on the proven errors, a part of `facts`."""
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
@@ -93,7 +93,7 @@ class Quotient(Protocol):
 
     @property
     def bounds(self) -> tuple[Certificate, ...]:
-        """What is proven of the error."""
+        """The certificates of the error."""
 
     def derivative(self, form: Format) -> tuple[Values, int] | None:
         """Return T and D of d eps/d v* = v* T/D^2 and the t of `threshold` for them; None if not exported."""

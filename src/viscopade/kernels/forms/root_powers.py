@@ -1,4 +1,4 @@
-"""Kernels in powers of a root of v*, and of eps for the inverse: their coefficients and what is proven of them."""
+"""Lacunary kernels, in powers of a root of v* or of (1 - eps)/eps: machine coefficients with proven errors."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RootPowerVariant:
             raise ValueError(f"a coefficient is not a number of type {self.form.name}")
 
     def rounding(self, function: str) -> str:
-        """Return a bound of what rounding adds to a function, relative to the true value.
+        """Return a bound of a function's rounding error, relative to the true value.
 
         Only for functions whose own relative error the certificate bounds.
         """
@@ -71,7 +71,7 @@ class RootPowerVariant:
 
 @dataclass(frozen=True)
 class Gapped(ABC):
-    """What kernels for the half-line and for the inverse have in common.
+    """A lacunary kernel: common base of half-line and inverse kernels.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Gapped(ABC):
     @property
     @abstractmethod
     def domain(self) -> str:
-        """The arguments for which the formula is made, as a sentence's part."""
+        """The domain of the formula, as part of a sentence."""
 
     @property
     @abstractmethod
@@ -126,21 +126,21 @@ class Gapped(ABC):
     @property
     @abstractmethod
     def branches(self) -> tuple[Branch, ...]:
-        """The programs that the exported code is made of."""
+        """The programs of the exported code."""
 
     @property
     @abstractmethod
     def root(self) -> Fraction:
-        """Exponent: y = v*^root, or the power of (1 - eps)/eps."""
+        """The exponent of y = v*^root, or of y = ((1 - eps)/eps)^root."""
 
     @property
     @abstractmethod
     def proven(self) -> tuple[str, ...]:
-        """Sentences on what is proven."""
+        """Sentences on the proven errors."""
 
     @property
     def powers_text(self) -> str:
-        """N and D, as the end of the formula's text."""
+        """N and D as text, the end of the formula's text."""
         top, bottom = (
             " + ".join(f"{letter}{k} {_power(k)}" if k else constant for k in exponents)
             for letter, constant, exponents in (("a", "a0", self.powers.top), ("b", "1", self.powers.bottom))
@@ -233,7 +233,7 @@ class Gapped(ABC):
 
 @dataclass(frozen=True)
 class HalfLineKernel(Gapped):
-    """eps = D/(D + v*^2 N) for all v* >= 0, N and D polynomials with gaps in y = v*^(1/3).
+    """Half-line kernel: eps = D/(D + v*^2 N) for all v* >= 0, with lacunary polynomials N and D in y = v*^(1/3).
 
     Attributes and errors are those of `Gapped`; the measure is "both" or "relative".
     """
@@ -281,7 +281,7 @@ class HalfLineKernel(Gapped):
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """What is proven of the error, of rounding, and where results are subnormal."""
+        """Sentences on the proven errors of formula and rounding, also for subnormal results."""
         both = self.bound.measure == "both"
         of_loss = "(1 - eps)" if both else "of the formula's 1 - eps"
         return (
@@ -303,7 +303,7 @@ class HalfLineKernel(Gapped):
 
 @dataclass(frozen=True)
 class InverseKernel(Gapped):
-    """v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
+    """Inverse kernel: v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
 
     Attributes
     ----------
@@ -368,7 +368,7 @@ class InverseKernel(Gapped):
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """What is proven of the error and of rounding."""
+        """Sentences on the proven errors of formula and rounding."""
         of_beta = self.bound_of_beta
         return (
             f"proven: |formula - v*| / v* <= {self._bounds}; |formula - beta| / beta <= {of_beta}",
@@ -389,7 +389,7 @@ RootPowerKernel = HalfLineKernel | InverseKernel
 
 
 def interval_start(epsilon_min: Fraction) -> Fraction:
-    """Return the largest multiple of 2^-24 up to a number: it and its difference to 1 are numbers of both types."""
+    """Return the largest multiple of 2^-24 up to a number; it and its difference from 1 are exact in both types."""
     return Fraction(epsilon_min.numerator * 2**LEAST_BITS // epsilon_min.denominator, 2**LEAST_BITS)
 
 
@@ -398,7 +398,7 @@ def _sizes(variant: RootPowerVariant) -> dict[str, dict[str, str]]:
 
 
 def scientific(bound: str) -> str:
-    """Return a bound as a part of a name, always with an exponent: 0.00157 as 1p57em3."""
+    """Return a bound as part of a name, always with an exponent: 0.00157 becomes 1p57em3."""
     return identifier(f"{Decimal(bound).normalize():e}")
 
 

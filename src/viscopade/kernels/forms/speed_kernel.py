@@ -1,4 +1,4 @@
-"""Kernels from speed to eps: a table over w = beta^5 speed = v*^10, and a kernel of v* beyond its ends."""
+"""Kernels from speed to eps: a speed table over w = beta^5 speed = v*^10, and a kernel of v* beyond its ends."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ HALF_LINE = ("1e-3", "1e-5", "1e-7")
 
 @dataclass(frozen=True)
 class SpeedKernel:
-    """A table and what is used beyond it.
+    """A speed table, and the kernel of v* for speeds beyond it.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class SpeedKernel:
 
     @cached_property
     def name(self) -> str:
-        """The end of the functions' names: lookup, degree, rows to an octave, proven bound."""
+        """The end of the functions' names: "lookup", degree, rows per octave, proven bound."""
         if isinstance(self.table, FullTable):
             return "lookup_full"
         return f"lookup_{self.table.degree}_{1 << self.table.split}_{scientific(self.bound)}"

@@ -1,4 +1,4 @@
-r"""From speed to eps without a root: tables over the leading bits of w = beta^5 v = v*^10, with proofs of their errors.
+r"""Speed tables: eps without a root, by the leading bits of w = beta^5 v = v*^10, with proofs of their errors.
 
 A floating-point number w = 2^e m, 1 <= m < 2, says by its exponent e and the leading bits of m which row of a table it
 belongs to; no root and no logarithm is needed. A row holds a polynomial in m of odd degree for
@@ -52,7 +52,7 @@ _MORE = 7  # terms of Taylor polynomials beyond the degree
 
 
 class MantissaPiece(NamedTuple):
-    """p on an interval of m as a polynomial in s, |s| <= 1, m = centre + half s, and how far it may be off."""
+    """p on an interval of m as a polynomial in s, |s| <= 1, m = centre + half s, with a bound of its error."""
 
     centre: Fraction
     half: Fraction
@@ -91,7 +91,7 @@ class RowBounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """Which numbers w belong to which row.
+    """Layout of a speed table: the row of every number w.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class Layout:
         return self.first + octave, low, low + Fraction(1, 1 << self.split)
 
     def best(self, index: int, degree: int) -> Interpolation:
-        """Return the row's p as a polynomial of this degree, nearly the best one: it meets p at Chebyshev's points."""
+        """Return the row's p as its interpolation polynomial of this degree at Chebyshev points, nearly the best."""
         exponent, low, high = self.interval(index)
         centre, half = (low + high) / 2, (high - low) / 2
         points = nodes(degree + 1)
@@ -145,7 +145,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Table(Layout):
-    """Rows of polynomials in m.
+    """A speed table: rows of polynomials in m.
 
     Attributes
     ----------
@@ -230,7 +230,7 @@ class Table(Layout):
         return (after - before) / min(abs(before), 1 - abs(before))
 
     def rounding(self, form: Format) -> Fraction:
-        """Return a bound of what rounding adds to p, relative to the smaller of eps and 1 - eps, where w is exact.
+        """Return a bound of the rounding error of p for exact w, relative to the smaller of eps and 1 - eps.
 
         A coefficient c_k goes through at most two roundings in its pair, and three more for each m^2 (that of m^2, of
         the product and of the sum).
@@ -239,7 +239,7 @@ class Table(Layout):
 
 
 def of_w(form: Format) -> Fraction:
-    """Return a bound of what the rounding of w = beta^5 v does to eps and 1 - eps, relative to each of them.
+    """Return a bound of the relative errors of eps and of 1 - eps by the rounding of w = beta^5 v.
 
     A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
     of its rows twice.

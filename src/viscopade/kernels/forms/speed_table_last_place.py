@@ -1,4 +1,4 @@
-r"""From w = beta^5 v to eps to the last place of type double: a table as in `speed_table`, and a bound in ulp.
+r"""Speed table of full accuracy: eps to the last place of type double, with a bound in ulp.
 
 With t = m - centre, which is exact,
 
@@ -41,7 +41,7 @@ class FullBounds(NamedTuple):
 
 @dataclass(frozen=True)
 class FullTable(Layout):
-    """Rows high, low, a_1, …, a_DEGREE. Attributes are those of `Layout`."""
+    """A speed table with rows high, low, a_1, …, a_DEGREE. Attributes are those of `Layout`."""
 
     split: int = SPLIT
     first: int = FIRST
@@ -99,7 +99,7 @@ class FullTable(Layout):
 
 
 def ulp_of_w() -> Fraction:
-    """Return a bound of what the rounding of w = beta^5 v does to eps, in ulp: a number is at most 2^53 ulp."""
+    """Return a bound in ulp of the error of eps by the rounding of w = beta^5 v; a number is at most 2^53 ulp."""
     return of_w(DOUBLE) * 2**53
 
 

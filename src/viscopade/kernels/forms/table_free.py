@@ -1,4 +1,4 @@
-r"""Kernels from speed to eps without tables: a root by log2 and exp2, then a quotient with gaps; for GPUs and shaders.
+r"""Kernels from speed to eps without tables: a root by log2 and exp2, then a lacunary quotient; for GPUs and shaders.
 
 With w = beta^5 v = v*^10, y = v*^(1/3) = w^(1/30) = exp2(log2(w)/30), and N, D of `half_line`:
 
@@ -75,7 +75,7 @@ def called(top: Expression, bottom: Expression) -> Expression:
 
 @dataclass(frozen=True)
 class MachineArithmetic:
-    """What is assumed of a machine's arithmetic; errors are in units in the last place of the result.
+    """Assumptions on a machine's arithmetic; errors are in units in the last place (ulp) of the result.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ SHADER = MachineArithmetic(
 
 
 class TableFreeKernel(NamedTuple):
-    """The program of a kernel.
+    """A table-free kernel as a straight-line program.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class TableFreeKernel(NamedTuple):
 
 
 class RoundingBound(NamedTuple):
-    """Proven bounds of what rounding adds to a function, relative to the formula's value.
+    """Proven bounds of a function's rounding error, relative to the formula's value.
 
     Attributes
     ----------
@@ -159,13 +159,13 @@ class RoundingBound(NamedTuple):
 
 
 def w_program() -> Program:
-    """Return the assignments of w = beta^5 speed; beta^5 comes first, so that a compiler takes it out of loops."""
+    """Return the assignments of w = beta^5 speed; beta^5 comes first, so that a compiler can move it out of loops."""
     square, beta = Name("square"), Name("beta")
     return Statement("square", beta * beta), Statement("w", square * square * beta * Name("speed"))
 
 
 def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2") -> TableFreeKernel:
-    """Return the program with given powers of y; `log` and `exp` have the same base, whichever.
+    """Return the program with given powers of y; `log` and `exp` share any one base.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
 
 @lru_cache(maxsize=256)
 def bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
-    """Bound what rounding adds to each function where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
+    """Bound each function's rounding error where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
 
     That of rebound holds where it is a normal number.
 

@@ -1,4 +1,4 @@
-"""The text of kernels in each language, and tables of numbers."""
+"""Targets: the code of kernels in each language, and tables of numbers."""
 
 __all__ = [
     "last_place",

@@ -1,4 +1,4 @@
-"""The C header: C99, also valid C++ from C++98 on, without dependencies but math.h."""
+"""C header of quotient kernels: C99, also valid C++ from C++98 on; it needs math.h only."""
 
 from __future__ import annotations
 

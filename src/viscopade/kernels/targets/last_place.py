@@ -1,4 +1,4 @@
-"""The C header with the functions of full accuracy, `viscopade.kernels.forms.last_place`: C99, also valid C++17."""
+"""C header of the kernels of full accuracy (`viscopade.kernels.forms.last_place`): C99, also valid C++17."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Python module: one file without dependencies, to be copied into other people's programs."""
+"""Python module of quotient kernels: one file without dependencies, to copy into other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels in powers of a root of v*, and of eps for the inverse: what is exported of them, as C and as Python."""
+"""Code of lacunary kernels (half-line and inverse) in C and Python."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def render_c(kernels: Sequence[RootPowerKernel], command: str) -> str:
 
 
 def render_functions(kernels: Sequence[RootPowerKernel]) -> str:
-    """Return what `render_c` puts after the comment that begins the file."""
+    """Return the header's text after its first comment."""
     return template(__name__, "gapped_functions.h.jinja").render(
         blocks=[_c_block(kernel) for kernel in _distinct(kernels)]
     )

@@ -1,4 +1,4 @@
-"""Kernels from speed to eps, in C: the tables of `speed_table`, and where they end a kernel of v*. C99, also C++17."""
+"""C header of kernels from speed to eps: a speed table, and a kernel of v* beyond its ends. C99, also C++17."""
 
 from __future__ import annotations
 
@@ -261,13 +261,13 @@ def _slow_name(given: SpeedKernel) -> str:
 
 
 def rounding_of(table: Table, form: Format) -> Fraction:
-    """Return a bound of what rounding adds to p in a type, that of w included, relative to min(eps, 1 - eps)."""
+    """Return a bound of the rounding error of p in a type, w's included, relative to min(eps, 1 - eps)."""
     change = (1 + table.rounding(form)) * (1 + of_w(form)) - 1
     return change * (1 + table.proven.error)
 
 
 def main() -> None:
-    """Print the tables' sizes and bounds, as docs/reference/speed.md has them."""
+    """Print the tables' sizes and bounds as a table for docs/reference/speed.md."""
     for tier, size in [*TABLES, (FULL, FAST)]:
         given = speed_kernel(tier, size)
         table = given.table

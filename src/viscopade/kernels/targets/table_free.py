@@ -1,4 +1,4 @@
-"""Compact kernels from speed to eps in other languages: CUDA, GLSL, WGSL, JavaScript, Fortran, Rust and Julia.
+"""Code of compact kernels from speed to eps in CUDA, GLSL, WGSL, JavaScript, Fortran, Rust and Julia.
 
 All texts come from the programs of `viscopade.kernels.forms.table_free`; the languages differ in how names, literals
 and functions are written (`TargetLanguage`), and in their template.
@@ -48,7 +48,7 @@ _SHADER = (
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a language writes numbers of one type.
+    """Dialect of a language for one type: its literals and functions.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Dialect:
 
 @dataclass(frozen=True)
 class TargetLanguage:
-    """A language.
+    """A target language.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class TargetLanguage:
 
 
 def shortest(value: float, form: Format) -> str:
-    """Return the shortest decimal that is rounded to a number of the format, always with a point."""
+    """Return the shortest decimal that rounds to a number of the format, always with a point."""
     for digits in range(1, form.digits + 1):
         written = format(value, f".{digits}g")
         with suppress(ValueError):  # below the smallest normal number

@@ -19,17 +19,17 @@ SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:e
 
 
 class Described(Protocol):
-    """What has a record and certificates."""
+    """Interface of a kernel with a record and certificates."""
 
     @property
     def source(self) -> str:
-        """Where the formula comes from."""
+        """The source of the formula."""
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
 
     def certificates(self) -> list[dict[str, object]]:
-        """Return what is needed to check the proofs, as JSON-able data."""
+        """Return the data for independent checks of the proofs, ready for JSON."""
 
 
 CERTIFICATE_SOURCE = (
@@ -58,19 +58,19 @@ def json(kernels: Sequence[Quotient], command: str) -> str:
 
 
 def certificates(kernels: Sequence[Described], command: str) -> str:
-    """Return one object; its "certificates" hold what is needed to check the kernels' proofs."""
+    """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
     entries = [entry for kernel in kernels for entry in kernel.certificates()]
     return _json(command, CERTIFICATE_SOURCE, {"certificates": entries})
 
 
 def records(kernels: Sequence[Described], command: str) -> str:
-    """Return one object; its "approximants" hold the records of kernels that are no quotients of full polynomials."""
+    """Return one object; its "approximants" hold the records of lacunary kernels."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
     return _json(command, source, {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]})
 
 
 def latex(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
-    """Return a tabular laid out like the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
+    """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
     arguments.digits(digits)
     head = "\n".join(f"% {line}".rstrip() for line in preamble(kernels, command))
     blocks = [_latex_rows(kernel, digits) for kernel in distinct(kernels)]

@@ -1,4 +1,4 @@
-"""What the texts in all languages share: the sentences that begin a file, Horner's rule."""
+"""Common text of all languages: the sentences at the head of a file, Horner's rule."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Kind = TypeVar("Kind", bound="Quotient")
 
 
 def distinct(kernels: Sequence[Kind]) -> tuple[Kind, ...]:
-    """Return the kernels as a tuple if there is at least one and no two have the same name."""
+    """Return the kernels as a tuple; refuse an empty sequence and repeated names."""
     names = [kernel.name for kernel in kernels]
     if not names:
         raise ValueError("there is no approximant to export")
@@ -49,7 +49,7 @@ def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
 
 
 def bound_text(kernels: Sequence[Quotient]) -> str:
-    """Return a sentence on what is claimed of errors."""
+    """Return the sentence on the error bounds."""
     return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
 
 
