@@ -68,7 +68,7 @@ def test_report_names_file_and_key_of_a_wrong_result(tmp_path):
     wrong.write_text('{"command": "x", "machine": {}}')
     result = called("report", "--from", wrong, "--out", tmp_path)
     assert result.returncode == 2
-    assert result.stderr == f"viscopade: {wrong}: rows is missing\n"
+    assert result.stderr == f"viscopade: {wrong}: settings is missing\n"
 
 
 def test_help_lists_the_commands_that_work_and_no_others():

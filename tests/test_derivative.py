@@ -71,8 +71,8 @@ def test_a_quotient_with_a_slope_at_0_is_refused():
 
 @pytest.fixture(scope="module")
 def headers():
-    requests = [requests.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES + GROWING]
-    return [request.render("c") for request in requests]
+    wanted = [requests.Request(minimax=((m, n),), v_star_max=end) for m, n, end in DEGREES + GROWING]
+    return [request.render("c") for request in wanted]
 
 
 @pytest.fixture(scope="module")

@@ -281,7 +281,7 @@ def test_the_part_with_the_largest_bound_is_halved():
 
 
 def test_what_has_no_bound_is_refused(monkeypatch):
-    monkeypatch.setattr(lacunary, "MOST_PARTS", 30)
+    monkeypatch.setattr(lacunary_rounding, "MOST_PARTS", 30)
     whole = [(Fraction(0), Fraction(1))]
 
     def never(part):

@@ -32,7 +32,7 @@ TOUR = "01_tour.ipynb"
 LARGEST = 400_000  # bytes
 NEEDS_COMPILER = "needs-c-compiler"
 NO_COMPILER = "There is no C compiler on this machine"
-ALLOWED = {"IPython", "matplotlib", "numpy", "sympy", "viscopade"} | sys.stdlib_module_names
+ALLOWED = {"IPython", "matplotlib", "numpy", "sympy", "viscopade", "viscopade_lab"} | sys.stdlib_module_names
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
