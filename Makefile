@@ -8,14 +8,18 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce test test-slow exhaustive hardcases processors matrix bench simulators lint format clean
+.PHONY: reproduce test check test-slow exhaustive hardcases processors matrix bench simulators lint format clean
 
 reproduce: $(READY)
 	$(BIN)/viscopade reproduce --out exports
 	$(BIN)/viscopade figures --out docs/figures
 
 test: $(NATIVE) lint
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations 10
+
+# For the working loop, in less than a minute: lint, types, and the tests in files that take a few seconds each.
+check: $(NATIVE) lint
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --quick -q
 
 test-slow: $(NATIVE)
 	$(BIN)/python -m pytest -m slow

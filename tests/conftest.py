@@ -1,4 +1,8 @@
-"""What holds for every test: Hypothesis judges what is computed, never how long a busy machine takes for it."""
+"""What holds for every test: Hypothesis judges what is computed, never how long a busy machine takes for it.
+
+`--quick`, which `make check` gives, runs only the files of `QUICK`: those that take a few seconds of processor time
+each.
+"""
 
 import os
 
@@ -12,3 +16,26 @@ settings.register_profile(
     in os.environ,  # a submission is judged on the same examples every time; at home new ones are tried
 )
 settings.load_profile("viscopade")
+
+
+QUICK = frozenset(
+    f"test_{name}.py"
+    for name in (
+        *("balls", "benchmarks", "compensated", "docs", "expansions", "flow", "halfline", "hardcases_always"),
+        *("hardcases_data_precision", "hardcases_near_elastic", "hardcases_overflow", "hardcases_printed_digits"),
+        *("hierarchy_step", "latex", "layers", "lint", "lookup_more", "model", "names", "paper", "patience"),
+        *("perturbation", "remez", "restitution", "rounding", "scene_cost", "scene_encounter", "scene_tolerance"),
+        *("simulators_liggghts", "simulators_mercurydpm", "simulators_tsuji", "simulators_yade", "singularity"),
+        *("speed_page", "v_star", "wiener", "writer"),
+    )
+)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--quick", action="store_true", help="run the quick files only (tests/conftest.py lists them)")
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Leave out what is not quick, before it is imported."""
+    name = collection_path.name
+    return True if config.getoption("quick") and name.startswith("test_") and name not in QUICK else None
