@@ -541,10 +541,10 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, BuildErrors]]) ->
         return text
     asked = sum(int(np.isnan(_ANSWERS[f.kind]).sum()) for one in made_fast for f in one.functions)
     return text + (
-        f" No bound is promised under -ffast-math. There, results for speeds that are numbers exceed the proven errors by "
-        f"at most {at_most(max(e.excess for e in fast))} ulp. Of the results that should be NaN, "
+        " No bound is promised under -ffast-math. There, results for speeds that are numbers exceed the proven errors "
+        f"by at most {at_most(max(e.excess for e in fast))} ulp. Of the results that should be NaN, "
         f"{sum(e.refused for e in fast)} of {asked} are: the compiler may remove the test for NaN, and the header then "
-        f"returns a number."
+        "returns a number."
     )
 
 
