@@ -384,6 +384,32 @@ def test_names_of_curves_are_within_the_frame_and_do_not_overlap(sheets, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_names_lie_on_no_curve(sheets, name):
+    """But for those that are written on their curve, and hide it there."""
+    beside = [text for text in sheets[name].findobj(Annotation) if text.get_text() and any(text.xyann)]
+    on_curve = [
+        (text.get_text(), line.get_gid())
+        for text in beside
+        for line in text.axes.lines
+        if line.get_linestyle() != "None"
+        and line.get_transform()
+        .transform_path(line.get_path())
+        .intersects_bbox(Text.get_window_extent(text), filled=False)
+    ]
+    assert on_curve == []
+
+
+def test_numbers_of_an_inset_are_within_the_frame(sheets):
+    for name in ("localSlope", "tryingDifferentPadeLin"):
+        (axes,) = sheets[name].axes
+        (inset,) = axes.child_axes
+        shown = [tick for tick in inset.get_xticks() if inset.get_xlim()[0] <= tick <= inset.get_xlim()[1]]
+        numbers = [text for text in inset.get_xticklabels() if text.get_position()[0] in shown]
+        assert numbers
+        assert all(within(text.get_window_extent(), axes.bbox) for text in numbers), name
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_nothing_is_cut(sheets, name):
     sheet = sheets[name]
     assert within(sheet.get_tightbbox(), sheet.bbox_inches)

@@ -193,6 +193,19 @@ def test_the_page_says_everything_and_escapes_what_markdown_would_take():
     assert "| error stays below | 1e-16 | \\<= 2e-16 | yes |" in text
 
 
+def test_tables_are_folded_unless_a_check_fails():
+    text = page.markdown((finding(), finding("other", result=result(Check("none is lost", 2, "==", 0)))))
+    assert text.count("<details>\n<summary>Tables and checks: all 1 checks hold</summary>\n\n") == 1
+    assert text.count("<details open>\n<summary>Tables and checks: fails: 1 of 1 checks do not hold</summary>\n\n") == 1
+    assert text.count("\n\n</details>\n") == 2
+
+
+def test_no_line_breaks_within_a_code_span():
+    span = "`viscopade hardcases --only one --only another`"
+    shown = replace(finding(), question=" ".join(["word"] * 20) + " " + span)
+    assert span in page.markdown((shown,))
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0, "0"), (123456, "123,456"), (1e-16, "1e-16"), (2.34567, "2.35"), (math.nan, "nan"), (1e20, "1e+20")],

@@ -51,6 +51,16 @@ def test_without_a_compiler_it_says_so(monkeypatch):
     assert result.summary.startswith("Not run")
 
 
+def test_the_chart_sets_builds_with_fast_math_apart():
+    """They are promised no bound, so the mark that stands above it must say why."""
+    builds = [Build(("-O2",), "bits"), Build(("-O2", "-ffast-math"), "fast"), Build(("-O3",), "bits")]
+    made = [compilers.Made("gcc", build, (), (), "") for build in builds]
+    errors = [compilers.BuildErrors(part, 0.0, 0, 0) for part in (0.5, 1.8, 0.6)]
+    curves = {c.name: (c.x, c.y) for c in compilers._chart(list(zip(made, errors, strict=True))).curves}
+    assert curves.pop("proven") == ((1, 3), (1, 1))
+    assert curves == {"gcc": ((1, 3), (0.5, 0.6)), "-ffast-math: no bound promised": ((2,), (1.8,))}
+
+
 def test_truth_is_that_of_another_computation(given):
     v_star, speed, epsilon = (given.arguments[over] for over in compilers.OVER)
     for kind, expected in {

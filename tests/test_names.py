@@ -97,7 +97,7 @@ def test_files_that_are_named():
 
 
 def test_code_spans_are_on_one_line():
-    for page in (page for page in PAGES if page.name != "hard-cases.md" or "Generated" not in page.read_text()[:20]):
+    for page in PAGES:
         text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
         assert [(page, line) for line in text.splitlines() if line.count("`") % 2] == []
 

@@ -487,8 +487,8 @@ def _trying_different_pade() -> Sheet:
 )
 def _local_slope() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
-    inset = axes.inset_axes((0.53, 0.37, 0.45, 0.6))
-    places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (20, 4, -4), (15, 18): (26, -3, 3)}
+    inset = axes.inset_axes((0.52, 0.37, 0.42, 0.6))
+    places: dict[tuple[int, int], Beside] = {(1, 4): (20, 0, 3), (3, 6): (8, 0, 7), (15, 18): (24, 4, -4)}
     for plane, suffix in ((axes, ""), (inset, "-inset")):
         exact_place = (30, 0, -4) if suffix else (0.5, -5, -2)
         draw_curve(plane, "exact", LOGARITHMIC, double.slope(LOGARITHMIC), exact_place, gid="exact" + suffix)
@@ -514,7 +514,7 @@ def _local_slope() -> Sheet:
 )
 def _trying_different_pade_lin() -> Sheet:
     sheet, (axes,) = new_sheet(2.6)
-    inset = axes.inset_axes((0.51, 0.4, 0.46, 0.57))
+    inset = axes.inset_axes((0.49, 0.42, 0.45, 0.55))
     places = {(0, 3): (2.6, 3, 3), (1, 4): (2.4, 4, 3), (2, 5): (2.3, -3, -3), (3, 6): (2.75, -4, -13)}
     for plane, suffix in ((axes, ""), (inset, "-inset")):
         draw_curve(
@@ -525,7 +525,7 @@ def _trying_different_pade_lin() -> Sheet:
             draw_curve(plane, name, LINEAR, _pade(degrees, LINEAR), beside, gid=name + suffix)
     label_axes(axes, V_STAR, EPSILON, (0, 3), (0, 1.02), "")
     label_axes(inset, "", "", (2, 3), (0, 0.14), "")
-    inset.set(xticks=(2, 2.5, 3), yticks=(0, 0.05, 0.1))
+    inset.set(xticks=(2.25, 2.5, 2.75), yticks=(0, 0.05, 0.1))
     inset.tick_params(labelsize=6)
     axes.indicate_inset_zoom(inset, edgecolor=BLACK, linewidth=0.5)
     return sheet

@@ -30,7 +30,7 @@ from viscopade.kernels.toolchain import BenchError
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
 from viscopade_lab import proven
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
 Rules = Literal["bits", "contracted", "extended", "fast"]
 Array = npt.NDArray[Any]
@@ -541,9 +541,10 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, BuildErrors]]) ->
         return text
     asked = sum(int(np.isnan(_ANSWERS[f.kind]).sum()) for one in made_fast for f in one.functions)
     return text + (
-        f" With it, results for speeds that are numbers exceed the proven errors by at most "
-        f"{at_most(max(e.excess for e in fast))} ulp; of results that should be NaN, {sum(e.refused for e in fast)} of "
-        f"{asked} are: the compiler may take the test for them out, and what comes instead is a number."
+        " No bound is promised under -ffast-math. There, results for speeds that are numbers exceed the proven errors "
+        f"by at most {at_most(max(e.excess for e in fast))} ulp. Of the results that should be NaN, "
+        f"{sum(e.refused for e in fast)} of {asked} are: the compiler may remove the test for NaN, and the header then "
+        "returns a number."
     )
 
 
@@ -564,17 +565,23 @@ def _table(made: Sequence[Made], found: Mapping[tuple[str, str], BuildErrors]) -
 
 
 def _chart(found: Sequence[tuple[Made, BuildErrors]]) -> Chart:
-    names = list(dict.fromkeys(one.compiler for one, _ in found))
-    curves = []
-    for name in names:
-        mine = [(i, e.part) for i, (one, e) in enumerate(found, 1) if one.compiler == name]
-        curves.append(curve(name, [i for i, _ in mine], [part for _, part in mine], "points"))
-    last = max(2, len(found))
-    curves.append(curve("proven", (1, last), (1, 1), look="bound"))
+    """Return the errors of all builds. Those with -ffast-math are a group apart: the bound is not promised to them."""
+    groups: dict[str, list[tuple[int, float]]] = {one.compiler: [] for one, _ in found if one.build.rules != "fast"}
+    fast: list[tuple[int, float]] = []
+    for i, (one, error) in enumerate(found, 1):
+        (fast if one.build.rules == "fast" else groups[one.compiler]).append((i, error.part))
+    curves = [_group(name, points) for name, points in groups.items()]
+    curves.append(curve("proven", (1, max(2, len(found))), (1, 1), look="bound"))
+    if fast:
+        curves.append(_group("-ffast-math: no bound promised", fast))
     return Chart(
-        "Largest error, in parts of what is proven", "build (row of the table)", "error / proven bound", tuple(curves),
-        "linear", "linear",
+        "Largest error, in parts of what is proven", "build, in the order of the table", "error / proven bound",
+        tuple(curves), "linear", "linear",
     )  # fmt: skip
+
+
+def _group(name: str, points: Sequence[tuple[int, float]]) -> ChartCurve:
+    return curve(name, [build for build, _ in points], [part for _, part in points], "points")
 
 
 def check(thorough: bool) -> Outcome:

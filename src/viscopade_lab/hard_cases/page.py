@@ -23,6 +23,9 @@ COUNTS = 1e15  # whole numbers below this are shown in full
 # A list of numbers only, over several lines, which no text within has; it fits on one.
 _LIST = re.compile(r'\[\n\s*([^\[\]"{}]+?)\n\s*\]')
 
+# A code span, and what stands for a space within it while lines are broken.
+_CODE, _KEPT = re.compile("`[^`]*`"), "\0"
+
 # What Markdown would take for a command.
 _SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}
 
@@ -67,7 +70,7 @@ def markdown(findings: Sequence[Finding]) -> str:
         verdict=verdict,
         checks=checks,
         header=CHECKS,
-        warning=WARNING,
+        paragraph=paragraph,
     )
 
 
@@ -80,11 +83,19 @@ def verdict(finding: Finding) -> str:
 
 def introduction(finding: Finding, width: int | None = None) -> str:
     """Return the words before a case's tables, for a terminal of this width."""
-    words = [f"{finding.name}: {finding.title}", finding.question, finding.result.summary]
-    if not finding.result.passes:
-        words.insert(2, WARNING)
+    words = [f"{finding.name}: {finding.title}", *_words(finding)]
     columns = min(width or WIDTH, WIDTH)
     return "\n\n".join(fill(text, columns, break_on_hyphens=False, break_long_words=False) for text in words)
+
+
+def paragraph(finding: Finding) -> str:
+    """Return the question of a case and its answer, as one paragraph of the page."""
+    return " ".join(_words(finding))
+
+
+def _words(finding: Finding) -> list[str]:
+    warning = [] if finding.result.passes else [WARNING]
+    return [finding.question, *warning, finding.result.summary]
 
 
 def checks(finding: Finding) -> Iterator[tuple[str, str, str, str]]:
@@ -110,7 +121,9 @@ def number(value: float) -> str:
 
 
 def _prose(text: str) -> str:
-    return fill(_cell(text), WIDTH, break_on_hyphens=False)
+    """Return a text in lines that break at no space within a code span."""
+    whole = _CODE.sub(lambda span: span[0].replace(" ", _KEPT), _cell(text))
+    return fill(whole, WIDTH, break_on_hyphens=False, break_long_words=False).replace(_KEPT, " ")
 
 
 def _cell(value: Cell) -> str:

@@ -107,7 +107,7 @@ class SheetLayout:
     beside: int  # longest line of a curve's name, in characters
 
 
-WIDE = SheetLayout(width=10.4, stacked=False, font=8.6, panel=4.7, line=0.19, room=2.5, columns=6, wrap=32, beside=26)
+WIDE = SheetLayout(width=10.4, stacked=False, font=8.6, panel=4.7, line=0.19, room=2.5, columns=6, wrap=20, beside=26)
 NARROW = SheetLayout(width=3.7, stacked=True, font=7.8, panel=4.5, line=0.24, room=4.0, columns=2, wrap=21, beside=14)
 
 _LEFT, _RIGHT, _BOTTOM, _GAP = 0.68, 0.24, 0.52, 0.25
