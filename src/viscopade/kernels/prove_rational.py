@@ -111,7 +111,7 @@ def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure:
     """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
     (The former is relative to what `measure` says, the latter to eps.)
-    Arguments and errors as for `minimax.choose`.
+    Arguments and errors as for `cheapest.choose`.
     """
     wanted = limit = arguments.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
     for _ in range(ATTEMPTS):
