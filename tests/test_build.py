@@ -96,6 +96,7 @@ def test_the_source_distribution_has_all_that_the_extension_needs(source):
 def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_path):
     extensions = wheel(source, tmp_path)
     assert files_in(tmp_path / "installed" / "viscopade") == files_in(PACKAGE) - {"arrays/_native.c"}
+    assert files_in(tmp_path / "installed" / "viscopade_lab") == files_in(ROOT / "src" / "viscopade_lab")
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
     assert len(extensions) == 1

@@ -182,7 +182,7 @@ def test_the_accuracy_may_be_the_error_itself():
         ("nan", 5, ValueError, "accuracy is 'nan'"),
         (None, 5, TypeError, "accuracy is None"),
         ("1e-3", 0, ValueError, "v_star_max is 0: accepted is a number above 0, at most 1000"),
-        ("1e-3", "1000.1", ValueError, "at most 1000 .*minimax.choose goes further"),
+        ("1e-3", "1000.1", ValueError, "at most 1000 .*cheapest.choose goes further"),
         ("1e-3", [1], TypeError, r"v_star_max is \[1\]"),
         ("1e-20", 4, ValueError, r"accuracy is 1e-20: accepted on \[0, 5\] is [0-9.e-]+ or more .*a shorter interval"),
     ],

@@ -136,7 +136,7 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
         If something is out of range, or no degrees of the table are accurate enough: one line that says what is.
     """
     limit = float(arguments.exact("accuracy", accuracy, "a number above 0 and below 1", lambda x: 0 < x < 1))
-    accepted = f"a number above 0, at most {GRID[-1]:g} (where the table ends; minimax.choose goes further)"
+    accepted = f"a number above 0, at most {GRID[-1]:g} (where the table ends; cheapest.choose goes further)"
     end = arguments.exact("v_star_max", v_star_max, accepted, lambda v: 0 < v <= GRID[-1])
     grid_end = GRID[bisect_left(GRID, end)]
     found = _cheapest(_on(grid_end), limit)
