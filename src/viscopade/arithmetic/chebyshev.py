@@ -50,7 +50,7 @@ def greatest(p: fmpq_poly, parts: int = 1) -> Fraction:
     """
     half = fmpq(1, parts)
     shifted = (p(fmpq_poly([(2 * i + 1) * half - 1, half])) for i in range(parts)) if parts > 1 else (p,)
-    return max(sum((abs(to_fraction(c)) for c in in_chebyshev(part)), Fraction(0)) for part in shifted)
+    return to_fraction(max(sum(map(abs, in_chebyshev(part)), fmpq(0)) for part in shifted))
 
 
 @cache
@@ -63,11 +63,12 @@ def nodes(number: int) -> tuple[Fraction, ...]:
 
 def interpolated(points: Sequence[Fraction], values: Sequence[Fraction]) -> fmpq_poly:
     """Return the polynomial with given values at given points, by divided differences."""
-    differences = list(values)
+    at = [to_fmpq(point) for point in points]
+    differences = [to_fmpq(value) for value in values]
     for step in range(1, len(points)):
         for i in range(len(points) - 1, step - 1, -1):
-            differences[i] = (differences[i] - differences[i - 1]) / (points[i] - points[i - step])
+            differences[i] = (differences[i] - differences[i - 1]) / (at[i] - at[i - step])
     total = fmpq_poly([])
-    for point, difference in zip(reversed(points), reversed(differences), strict=True):
-        total = total * fmpq_poly([-to_fmpq(point), 1]) + to_fmpq(difference)
+    for point, difference in zip(reversed(at), reversed(differences), strict=True):
+        total = total * fmpq_poly([-point, 1]) + difference
     return total

@@ -22,7 +22,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple, cast
 
-from flint import arb, arb_poly, arb_series, fmpz_poly
+from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arrays import panels
@@ -55,7 +55,8 @@ class PanelRow(NamedTuple):
 
     def __call__(self, z: Fraction) -> Fraction:
         """Return the polynomial's value, exactly."""
-        return Fraction(2) ** self.exponent * sum(c * z**n for n, c in enumerate(self.a))
+        value = fmpq_poly(list(self.a))(fmpq(z.numerator, z.denominator))
+        return Fraction(2) ** self.exponent * Fraction(int(value.p), int(value.q))
 
     def poly(self) -> arb_poly:
         """Return the polynomial, exactly if FLINT's precision holds it."""

@@ -23,11 +23,12 @@ def epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     """
     if entry.tier == FULL:
         return np.asarray(double.epsilon(v_star))
-    table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
+    key = entry.tier, entry.size
+    table = TABLES.get(key) if entry.kind == "speed" else None
     if table is None:
         return _half_line(entry.tier).epsilon(v_star)
     beyond = _half_line(entry.tier).epsilon(v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
-    return np.where(_inside(table, v_star), _of_table(table, v_star), beyond)
+    return np.where(_inside(table, v_star), _of_table(table, _rows(*key), v_star), beyond)
 
 
 @lru_cache(maxsize=8)
@@ -40,14 +41,18 @@ def _inside(table: Table, v_star: FloatArray) -> FloatArray:
     return np.asarray((table.first <= exponent) & (exponent < table.first + OCTAVES))
 
 
-def _of_table(table: Table, v_star: FloatArray) -> FloatArray:
+@lru_cache(maxsize=len(TABLES))
+def _rows(tier: str, size: str) -> FloatArray:
+    return np.array(TABLES[tier, size].rows)
+
+
+def _of_table(table: Table, rows: FloatArray, v_star: FloatArray) -> FloatArray:
     """Return base + p, p being the polynomial in the mantissa of w = v*^10 of its row."""
     mantissa, exponent = np.frexp(v_star**10)
     m, e = 2 * mantissa, exponent - 1
     e = np.clip(e, table.first, table.first + OCTAVES - 1)
     row = ((e - table.first) << table.split) + ((m - 1) * (1 << table.split)).astype(np.int64)
-    coefficients = np.asarray(table.rows)[row]
     p = np.zeros_like(m)
-    for c in coefficients.T[::-1]:
+    for c in rows[row].T[::-1]:
         p = c + m * p
     return np.asarray(np.where(e < SWITCH, 1.0, 0.0) + p)

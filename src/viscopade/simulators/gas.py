@@ -29,6 +29,7 @@ import math
 import numbers
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -373,6 +374,7 @@ def _checked(restitution: RestitutionFunction, speed: FloatArray) -> FloatArray:
     return epsilon
 
 
+@lru_cache(maxsize=8)
 def _rule(nodes: int) -> tuple[FloatArray, FloatArray]:
     """Return v/sqrt(T) = 2 sqrt(u) and the weights of an average over u e^(-u)."""
     z, w = np.polynomial.legendre.leggauss(nodes)

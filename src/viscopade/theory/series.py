@@ -337,7 +337,9 @@ def end_series(order: int) -> tuple[Fraction, ...]:
         right = 5 * (integral - integral(fmpq(1)))
         if i == 1:
             right += fmpq_poly([1, 0, 0, 0, 0, -1])
-        products = sum((k[j] * k[i - j] for j in range(1, i)), fmpq_poly())
+        products = 2 * sum((k[j] * k[i - j] for j in range(1, (i + 1) // 2)), fmpq_poly())
+        if i % 2 == 0:
+            products += k[i // 2] * k[i // 2]
         k.append((right - products) / 2)
     with working(64, order + 1):
         log_k0: Any = fmpq_series([k_i[0] for k_i in k], prec=order + 1).log()  # the stub lacks products with fmpq

@@ -209,7 +209,7 @@ class Table(Layout):
             raise ArithmeticError(f"p may vanish in row {index}")
         error = greatest(machine - piece.p, parts) + piece.error
         high = piece.centre + piece.half
-        terms = sum((abs(Fraction(c)) * high**n for n, c in enumerate(self.rows[index])), Fraction(0))
+        terms = value([abs(c) for c in self.rows[index]], high)
         rise = machine.derivative()
         falling = to_fraction(rise[0]) + greatest(rise - rise[0]) < 0
         return RowBounds(error / smallest, terms / smallest, falling)
@@ -269,7 +269,7 @@ def gamma(number: int, form: Format) -> Fraction:
 
 def value(row: Sequence[float], m: Fraction) -> Fraction:
     """Return a polynomial's value, exactly."""
-    return sum((Fraction(c) * m**n for n, c in enumerate(row)), Fraction(0))
+    return to_fraction(fmpq_poly([to_fmpq(Fraction(c)) for c in row])(to_fmpq(m)))
 
 
 # --- what is tabulated ------------------------------------------------------------------------------------------------
