@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
@@ -36,9 +37,19 @@ MODULES = {name_of(path): path for path in SOURCE.rglob("*.py")}
 PRODUCT = sorted(module for module in MODULES if module.split(".")[0] == "viscopade" and module not in FRAME)
 
 
+@cache
+def nodes(module):
+    return tuple(ast.walk(ast.parse(MODULES[module].read_text())))
+
+
+@cache
 def imports(module):
-    """Yield what a module imports of ours, anywhere in it (type-checking imports too): modules, and names in them."""
-    for node in ast.walk(ast.parse(MODULES[module].read_text())):
+    """Return what a module imports of ours, anywhere in it (type-checking imports too): modules, and names in them."""
+    return tuple(_imports(module))
+
+
+def _imports(module):
+    for node in nodes(module):
         if isinstance(node, ast.Import):
             yield from ((alias.name, "") for alias in node.names if alias.name.startswith("viscopade"))
         elif isinstance(node, ast.ImportFrom):
@@ -104,7 +115,7 @@ def test_faces_list_modules_that_are_there_and_wanted(wing):
 def test_only_the_command_line_and_compilers_touch_files(module):
     if module.startswith("viscopade.cli"):
         return
-    names = {node.id for node in ast.walk(ast.parse(MODULES[module].read_text())) if isinstance(node, ast.Name)}
+    names = {node.id for node in nodes(module) if isinstance(node, ast.Name)}
     assert not names & {"open", "Path", "os", "shutil", "tempfile"}
 
 
