@@ -4,7 +4,7 @@ The variable is q = (1 - eps)/eps, from 0 at eps = 1 to infinity at eps = 0, whi
 v* is sqrt(q) times a smooth function of sqrt(q) near 0, and goes like q^(3/10) at infinity (section 2.5). So
 
     on [eps_min, 1]:    v* = y N(y)/D(y),      y = q^(1/2), full polynomials;
-    on (0, 1]:          v* = y^5 N(y)/D(y),    y = q^(1/10), polynomials with gaps, deg D = deg N + 2.
+    on (0, 1]:          v* = y^5 N(y)/D(y),    y = q^(1/10), lacunary polynomials, deg D = deg N + 2.
 
 The relative error of v* is levelled, down to v* = 0; kappa = v*^2, beta = v*^2/v^(1/5) and the dissipative constant A
 have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one to four coefficients more

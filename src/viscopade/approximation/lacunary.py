@@ -1,12 +1,12 @@
 r"""Best quotients of lacunary polynomials: N(y)/D(y), in which only some powers of y = x^(1/r) occur.
 
 Where a function behaves like different fractional powers at 0 and at infinity, as eps(v*) does, quotients with few
-powers of a root of the argument are far better than quotients of full polynomials. Which powers, a search tells
-(`rough`, many choices at once: least squares with weights that are moved to where the error is large, after Lawson,
-with Loeb's linearisation of the quotient); `best` then levels the error by Remez's algorithm.
+powers of a root of the argument are far better than quotients of full polynomials. A search finds these powers
+(`rough`, many choices at once: iteratively reweighted least squares after Lawson, with Loeb's linearisation of the
+quotient). `best` then levels the error by Remez's algorithm.
 
-Powers with gaps are no Chebyshev system: a levelled error is that of a local optimum (sampled), and nobody proves that
-there is no better one. No claim of the project rests on that: what counts is the error attained.
+Lacunary powers are no Chebyshev system: a levelled error is that of a local optimum (sampled), and a better one may
+exist. No claim of the project rests on optimality: the proofs bound the error attained.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class LacunaryQuotient:
 
 
 Terms = tuple[tuple[int, Fraction], ...]
-"""A polynomial with gaps: exponents, ascending, and coefficients."""
+"""A lacunary polynomial: exponents, ascending, and coefficients."""
 
 
 def evaluated(polynomial: Terms, y: FloatArray) -> FloatArray:
@@ -144,7 +144,7 @@ class Rough(NamedTuple):
 
     error: FloatArray
     coefficients: FloatArray
-    """Those of N, then those of D without the first."""
+    """Coefficients of N, then of D without the first."""
     deviation: FloatArray
     """Weighted errors at the points."""
 

@@ -8,7 +8,7 @@ p = v^k/w, with k the order of contact (N - D = O(v^k) is one of the conditions)
 
 has no 0/0 at v = 0 where f - 1 and w vanish like v^k. Without contact, k = 0, this is every other problem.
 
-What is relied on (elastic structure: k = 2, so a_0 = b_0 = 1 and a_1 = b_1; m + n - 1 free parameters):
+The theorem behind it (elastic structure: k = 2, so a_0 = b_0 = 1 and a_1 = b_1; m + n - 1 free parameters):
 
     If R = N/D, D > 0 on the interval, has m + n points where the weighted error is of alternating signs, then no
     other such approximant has a weighted error that is smaller in absolute value at all of these points.
@@ -69,8 +69,8 @@ class NotAttained(NoBest):
 
     def __init__(self, infimum: float) -> None:
         super().__init__(
-            f"no best approximant exists: errors come as near to {infimum:.3e} as one likes, but the better, the nearer"
-            " to 0 a pole and a zero that nearly cancel"
+            f"no best approximant exists: the error's infimum {infimum:.3e} is not attained, only approached with a "
+            "Froissart doublet (a pole and a zero that nearly cancel) that tends to 0"
         )
         self.infimum = infimum
 
@@ -336,7 +336,7 @@ def _refuse_if_not_attained(problem: Problem) -> Approximation:
     of them. If N^/D^ of degrees [m/n], with N^ - D^ = O(v^k), were as good, N^ D - N D^ = v^(k-1) q would have a q of
     degree m + n - k with as many zeros between the points, and q(0) = -(a_(k-1) - b_(k-1)). If
     this is of the other sign than q(x), there is one more zero: none is as good. But [m/n] with the common factor
-    v + delta in D and nearly in N come as near to R as one likes.
+    v + delta in D and nearly in N approach R for delta -> 0.
     """
     if problem.contact < 1 or not problem.only_limits or min(problem.m, problem.n) < 1 or problem.sees_zero:
         raise NoBest("the condition at 0 has a hold")

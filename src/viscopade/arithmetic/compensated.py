@@ -1,7 +1,7 @@
 r"""Compensated Horner rule: a polynomial in double precision with the accuracy of twice the precision, and its bound.
 
 A sum and a product of two doubles differ from the rounded result by a double, which six and seventeen operations find
-(`two_sum`, after Knuth, and `two_product`, after Dekker and Veltkamp: no fused multiply-add is needed). Horner's rule
+(`two_sum`, after Knuth, and `two_product`, after Dekker and Veltkamp: no FMA is needed). Horner's rule
 that adds up these differences as a second polynomial is compensated Horner (Graillat, Langlois, Louvet). With
 
     u = 2^-53,    gamma_k = k u/(1 - k u),    size = sum |c_k| |x|^k    (degree n),

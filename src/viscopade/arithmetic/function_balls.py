@@ -5,9 +5,9 @@ The Wiener algebra of power series f(y) = sum c_j y^j with norm ||f|| = sum |c_j
 
     || f - polynomial / 2^bits || <= error / 2^bits,
 
-the polynomial's coefficients being integers. What a product has beyond degree `terms` is cut off, and the norm of
-the cut, taken exactly, is added to the error; so is rounding, one unit a coefficient. No estimate of how fast the
-true coefficients decay is needed anywhere: every bound is a sum over integers that are there.
+the polynomial's coefficients being integers. A product is truncated to `terms` coefficients. The exact norm of the
+truncated part is added to the error, and one unit a coefficient for rounding. No bound needs an estimate of the decay
+of the true coefficients: every bound is a sum over known integers.
 See docs/theory/error-bounds.md for the proofs.
 """
 

@@ -17,7 +17,7 @@ Number = SupportsFloat | SupportsIndex
 
 Values = TypeVar("Values", float, FloatArray)
 
-_OR_ARRAY = ", or an array of such"
+_OR_ARRAY = ", or an array of such numbers"
 
 
 class Accepted(NamedTuple):

@@ -1,7 +1,7 @@
 r"""The exact functions eps(v*), x_max(v*), tau_c(v*) and v*(eps) in double precision, on NumPy arrays.
 
 Every function takes numbers, lists or arrays, and is within `ULP` units in the last place of the true value (sampled:
-tests/test_double.py). What underflows becomes a denormal number, then 0, with an error of at most one denormal unit.
+tests/test_double.py). Results that underflow become subnormal, then 0, with an error of at most one subnormal unit.
 So between neighbouring numbers a function that falls may rise by a unit: eps does at v* = 0.06045712713593428.
 
 [0, 2^FOLD) is cut into panels: one below 2^FIRST, then 2^SPLIT of them to each octave. On every panel each function is
@@ -198,7 +198,7 @@ def _slope(v_star: FloatArray) -> FloatArray:
 def _inverse(small: FloatArray, elastic: npt.NDArray[np.bool_]) -> FloatArray:
     """Return v*, given the smaller of 1 - eps (where elastic) and eps, which is at most 1/2."""
     limit = np.where(elastic, 0.0, np.inf)
-    # Where small is tiny, v* is a power of it: out of the range of denormal numbers it goes, and back.
+    # Where small is tiny, v* is a power of it: it is scaled out of the range of subnormal numbers, and back.
     tiny = small < _TINY
     scale = np.where(tiny, np.where(elastic, 2.0**-200, 2.0**120), 1.0)
     wanted = np.where(small == 0, 0.25, np.where(tiny, small * 2.0**400, small))

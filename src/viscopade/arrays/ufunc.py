@@ -1,7 +1,7 @@
 """A function of two numbers with the interface of a NumPy ufunc, for machines without the compiled one.
 
 Broadcasting, casting, `out`, `where`, memory overlap and buffering are those of `numpy.nditer`, on which NumPy's own
-ufuncs are modelled. What makes no sense for such a function (reduce, accumulate, reduceat) and `at` are missing.
+ufuncs are modelled. The methods reduce, accumulate and reduceat, which make no sense here, and `at` are missing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the commands share: types of arguments, tables on standard output, progress on standard error."""
+"""Common parts of the commands: types of arguments, tables on standard output, progress on standard error."""
 
 from __future__ import annotations
 

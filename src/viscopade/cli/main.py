@@ -61,7 +61,7 @@ def _fail(message: object, status: int) -> NoReturn:
     line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
     try:
         click.echo(f"viscopade: {line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + '…'}", err=True)
-    except OSError:  # nobody can be told; the exit status still says it
+    except OSError:  # standard error is closed, too; only the exit status can tell
         _forget(sys.stderr)
     sys.exit(status)
 
@@ -101,7 +101,7 @@ def main() -> None:
         _fail(error, 1)
     except MemoryError:
         _fail("there is not enough memory: accepted are fewer digits, a lower order, or fewer inputs at once", 1)
-    except BrokenPipeError:  # whoever read the output has had enough
+    except BrokenPipeError:  # the reader of the output has closed it
         _forget(sys.stdout)
         sys.exit(1)
     except OSError as error:  # the disk is full, for instance

@@ -245,7 +245,7 @@ def _rounded(number: Fraction, digits: int) -> str:
 
 @dataclass(frozen=True)
 class _AtK:
-    """What a given k leads to, proven. Properties are to be used within `working`."""
+    """Proven numbers of the collision at a given k. Properties are to be used within `working`."""
 
     k: arb
     loading: Ends
@@ -289,7 +289,7 @@ class _AtK:
         return {"x_max": x_max, "tau_c": 2 * f.root(5) * time * _within(delta * sensitivity)}
 
 
-# --- what is wanted ---------------------------------------------------------------------------------------------------
+# --- results ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

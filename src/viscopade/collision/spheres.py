@@ -1,8 +1,8 @@
 """Spheres and pairs with physical parameters: rho, beta, v* and the units of the scaled equation of motion.
 
-Two smooth spheres press on each other with the force of eq:viscoelastic. Whatever they are made of, their
-collision depends on one number, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes it, and the
-scales that lead there.
+Two smooth spheres press on each other with the force of eq:viscoelastic. For all materials, their collision
+depends on one number only, v* = beta^(1/2) v^(1/10) (eq:betadef). This module computes v*, and the units of
+length and time of the scaled equation.
 
 Units: any consistent system (SI, CGS, a simulation's own); results come in the units of the arguments. Only
 `beta_cgs_from_si` and `beta_si_from_cgs` convert, because beta is a (time/length)^(1/5). Nothing overflows or

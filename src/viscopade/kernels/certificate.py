@@ -214,7 +214,7 @@ def prove(formula: Formula, low: Fraction, high: Fraction, measure: Measure = "b
     """
     if measure == "both" and low == 0:
         with working(BITS, ORDER + 1):
-            formula.loss_ratio(arb_series([arb(0), arb(1)]))  # refuses here, if at all, what is no such formula
+            formula.loss_ratio(arb_series([arb(0), arb(1)]))  # a formula without these limits is refused here
     return _prove(formula, low, high, measure)
 
 

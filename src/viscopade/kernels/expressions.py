@@ -8,7 +8,7 @@ sequence of operations gives a bound of what rounding does to the result:
 
 where alpha comes from results that underflow and is a few of the smallest numbers of the type. The relative part does
 not depend on the size of the numbers, so that it holds down to 0 (other than in `last_place`, where errors are counted
-in units of the last place of the largest number). Powers of y and sums of powers with gaps are made here, too.
+in units of the last place of the largest number). Powers of y and lacunary polynomials are made here, too.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ def evaluate(
     raise TypeError(f"{expression!r} is no expression")
 
 
-# --- powers and polynomials with gaps ---------------------------------------------------------------------------------
+# --- powers and lacunary polynomials ----------------------------------------------------------------------------------
 
 
 class Step(NamedTuple):

@@ -6,7 +6,7 @@ TARGETS = (
 )
 """Kinds of files with kernels: languages, and tables of numbers."""
 SERIES_ORDER, SERIES_DIGITS = 60, 50
-"""What a file with the coefficients h_k holds unless more are asked for."""
+"""Highest power and digits of a file with the coefficients h_k, unless the request has others."""
 
 FULL = "full"
 TIERS = ("1e-3", "1e-5", "1e-7", "1e-10", FULL)

@@ -214,7 +214,7 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
         "absolute": _largest(off),
     }
     limits, proven = choice.scene.tolerance.given(), vars(choice.chosen.candidate.errors)
-    # What has no tolerance must still be about as good as the file says (a GPU's rounding may be another).
+    # Measures without a tolerance must still meet twice the file's bounds (a GPU may round differently).
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():
         if not errors[name] <= limit + REFERENCE:

@@ -152,7 +152,7 @@ def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
     ----------
     result : MeasuredTimes
     code : Code
-        What is wanted: it decides which of the measurements counts.
+        The wanted code, which decides on the measurements that count.
     processor : str
         That of this machine: the result says on which one it was measured.
 

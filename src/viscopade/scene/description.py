@@ -118,7 +118,7 @@ class Temperature:
     tail: float
 
     def deviation(self, wall: bool) -> float:
-        """Return s, the standard deviation of the relative velocity's normal component."""
+        """Return s, the standard deviation of a component of the relative velocity."""
         return math.sqrt(self.temperature * (1 if wall else 2))
 
     def of(self, wall: bool) -> tuple[float, float, float]:

@@ -1,6 +1,6 @@
 r"""Cooling of a granular gas of viscoelastic spheres, by simulation (DSMC) and by quadrature.
 
-What an approximant of eps is good for is decided in a simulation. This is the simplest one: a homogeneous gas of equal,
+A simulation shows the effect of an approximant's error. This is the simplest one: a homogeneous gas of equal,
 smooth spheres without forces. `cool` simulates it with random numbers; `maxwellian` has no noise, but takes the
 velocities as Maxwellian at all times, which they are only nearly. In both, eps is any function of the impact speed,
 which is the normal component v = |g . e| of the relative velocity g.

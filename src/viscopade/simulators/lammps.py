@@ -478,7 +478,7 @@ def _time_table(setup: Setup) -> list[str]:
 
 
 def _units_lines(units: Units) -> list[str]:
-    """Return what is to be said on units."""
+    """Return the lines of comment on units."""
     text = f"Units: {units.length}, {units.mass}, {units.time}."
     if (units.length, units.mass, units.time) not in _STYLES:
         text += " LAMMPS has no units style for these: units lj takes numbers as they are."

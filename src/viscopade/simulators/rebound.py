@@ -1,13 +1,13 @@
 """REBOUND: the `coefficient_of_restitution` callback with our kernel, in C and Python, for one pair or by sizes.
 
-What REBOUND does (read in version 5.2.2; `src/collision.c` is the same in 5.0.0): `reb_collision_resolve_hardsphere`
+REBOUND's source (read in version 5.2.2; `src/collision.c` is the same in 5.0.0): `reb_collision_resolve_hardsphere`
 calls `r->coefficient_of_restitution(r, v)` with the component of the relative velocity p1 - p2 along the line of
 centres from p2 to p1, in the simulation's units. The spheres approach, so v is negative (or 0): callbacks take fabs(v).
 Without a callback eps is 1. `r->minimum_collision_velocity` may raise the change of velocity afterwards.
 
 The callback knows neither of the two particles: it can have one beta only. If sizes are distributed, that is wrong for
-all pairs but the typical one, as beta is proportional to 1/R for spheres of one material. What knows the pair
-is a `collision_resolve` function, which gets the numbers of both particles and looks masses and radii up. The generated
+all pairs but the typical one, as beta is proportional to 1/R for spheres of one material. A `collision_resolve`
+function does know the pair: it gets the numbers of both particles and looks masses and radii up. The generated
 C file has one. It needs no root for beta: for one material
 
     beta^5 / beta_0^5 = (R_eff/R_0) (m_0/m_eff)^2                                      (eq:betadef, eq:paramEl)

@@ -196,7 +196,7 @@ class _Leg:
 
     @property
     def duration(self) -> acb_poly:
-        """What the pieces take together, a polynomial in z."""
+        """The time of all pieces together, a polynomial in z."""
         return self.h.in_z() * acb(ball_of(ADVANCE * len(self.pieces)))
 
 

@@ -36,7 +36,7 @@ MEETING_POINT = Fraction(15, 32)
 BITS_PER_TERM = 1.09  # -log2(15/32), rounded down
 
 GUARD_BITS = 16
-# Two do as a rule; this many mean that a coefficient is zero and nobody knew.
+# Two attempts usually suffice; this many mean that a coefficient is exactly zero.
 MAX_ATTEMPTS = 20
 
 

@@ -1,17 +1,17 @@
 r"""Kernels of eps(v*) and 1 - eps(v*) to the last place: tables of machine numbers, and proof of a bound in ulp.
 
-Tabulated is the smaller of the two functions, p <= 1/2 (nearly), the other is 1 - p. Panels are the halves of those of
-`double`, 16 to an octave of v*; what is approximated are its polynomials, cut off after Chebyshev's T_n. With t the
-distance from the panel's centre, which is exact:
+The tables hold the smaller of the two functions, p <= 1/2 (nearly); the other is 1 - p. Panels are the halves of the
+panels of `double`, 16 to an octave of v*. Their polynomials are those of `double` in the Chebyshev basis, truncated
+after T_n. With t the distance from the panel's centre, which is exact:
 
 - type float evaluates p = a_0 + t (a_1 + …) in type double and rounds once more;
 - type double evaluates s + (rest), where s = a_0 + a_1 t_1 is exact: a_0, a_1 and t_1 are cut to few bits, and what
   they lack is in the rest.
 
 Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), in type double with a product c v*^2 in two parts. From 2^FOLD on, v* is
-divided by a power of 8 (`double`). Neither a fused multiplication nor its absence is needed: bounds hold for both.
+divided by a power of 8 (`double`). The bounds hold with and without FMA contraction.
 
-`evaluate` does in Python exactly what the code in C does without fused multiplications. `certificate` bounds, over
+`evaluate` returns in Python, bit by bit, the result of the C code without FMA contraction. `certificate` bounds, over
 every panel, the error of the table it is made from, the exact difference of the polynomials, and all rounding errors of
 that sequence of operations, in ball arithmetic.
 """
@@ -226,7 +226,7 @@ def near(form: str) -> Near:
 
 
 # --- the sequence of operations ---------------------------------------------------------------------------------------
-# For floats it gives what the code in C does without fused multiplications; for `Rounded`, a bound of its errors.
+# For floats it gives the result of the code in C without FMA contraction; for `Rounded`, a bound of its errors.
 
 
 def _pairs(a: Sequence[float], t: Number, square: Number) -> Number:

@@ -1,7 +1,7 @@
 """Quotient kernels [m/n]: frozen descriptions of rational approximants, the source of every exported file.
 
-Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. What they share is here: what a kernel
-is to them (`Quotient`), the words that begin every file, and the kernel of a Padé approximant. `minimax` has the other.
+Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. `Quotient` is the interface of a kernel
+to all exporters. `PadeKernel` is one of its two implementations; the other is `minimax.MinimaxKernel`.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Quotient(Protocol):
 
     @property
     def end(self) -> tuple[str, Decimal] | None:
-        """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
+        """The upper end of the domain, "pole" or "zero", and its v*; None if the domain has no end."""
 
     @property
     def a(self) -> tuple[Decimal | float, ...]:
@@ -240,7 +240,7 @@ class PadeKernel:
 
     @property
     def end(self) -> tuple[str, Decimal] | None:
-        """What bounds the domain from above ("pole" or "zero") and where; None if nothing does."""
+        """The upper end of the domain, "pole" or "zero", and its v*; None if the domain has no end."""
         bounds = [(kind, at) for kind, at in (("pole", self.pole), ("zero", self.zero)) if at is not None]
         return min(bounds, key=lambda bound: bound[1], default=None)
 
@@ -257,7 +257,7 @@ class PadeKernel:
 
     @property
     def error(self) -> str:
-        """What the Padé property says about the error, as a sentence's part."""
+        """The error by the Padé property, as part of a sentence."""
         order = self.m + self.n + 1
         deviation = Fraction(self.next_term)
         if not deviation:

@@ -9,10 +9,10 @@ the smaller of eps and 1 - eps, so that its relative error is what counts (secti
 
     1 - eps^2 = (1 - base) - p (2 base + p)
 
-loses no digits either. What is approximated are the rows of `panel_proof`, as functions of m; the polynomials meet them
-at Chebyshev's points. `Table` also bounds, row by row and exactly or in ball arithmetic: the error of the polynomials
-with their machine coefficients, what rounding adds in the sequence of operations of the exported code, what an error of
-w does, and by how much eps may increase with v. (docs/reference/speed.md)
+loses no digits either. The polynomials interpolate the rows of `panel_proof`, as functions of m, at Chebyshev points.
+`Table` also bounds, row by row, exactly or in ball arithmetic: the error of the polynomials with their machine
+coefficients, the rounding error in the exported code's sequence of operations, the effect of an error of w, and the
+largest increase of eps with v (docs/reference/speed.md).
 
 The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 (…)).
 """

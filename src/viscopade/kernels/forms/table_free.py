@@ -122,7 +122,7 @@ _SHADER_MODEL = Format("shader", "", FLOAT.precision - 1, 104, FLOAT.digits)
 SHADER = MachineArithmetic(
     FLOAT, _SHADER_MODEL, Fraction(3), Fraction(3), Fraction(5, 2), Fraction(1, 2**21), exp2_slope=Fraction(2)
 )
-"""What Vulkan and WGSL guarantee."""
+"""Arithmetic that Vulkan and WGSL guarantee."""
 
 
 class TableFreeKernel(NamedTuple):
