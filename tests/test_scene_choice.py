@@ -394,7 +394,7 @@ def test_an_impossible_tolerance_is_refused_with_what_is_possible(language: str,
 def test_the_witness_of_the_reason_fails_in_the_compiled_code(tmp_path: Path) -> None:
     found = choose(scene((0.2, 2.0), epsilon=1e-5), Costs())
     match = re.match(
-        r"table of the speed, to 1e-3: relative error of eps (\S+) at v\* = (\S+) \(m0-m0\), more than 1e-05",
+        r"speed table, to 1e-3: relative error of eps (\S+) at v\* = (\S+) \(m0-m0\), more than 1e-05",
         found.reason,
     )
     assert match
@@ -416,7 +416,7 @@ def test_the_witness_of_the_reason_fails_in_the_compiled_code(tmp_path: Path) ->
 
 def test_the_reason_names_the_tolerance_that_is_exceeded_most() -> None:
     found = choose(scene((0.2, 2000.0), epsilon=1e-4, absolute=1e-5), Costs())
-    assert found.reason.startswith("table of the speed, to 1e-3: error of eps")
+    assert found.reason.startswith("speed table, to 1e-3: error of eps")
 
 
 def test_the_cheaper_quotient_of_the_reason_fails() -> None:

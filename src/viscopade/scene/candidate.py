@@ -287,7 +287,7 @@ class Ready(Candidate):
         accuracy = "full accuracy" if tier == "full" else f"to {tier}"
         of_speed = ", v* by pow" if self.code.argument == "speed" else ""
         return {
-            "speed": f"table of the speed, {accuracy}{size}",
+            "speed": f"speed table, {accuracy}{size}",
             "half-line": f"quotient for all v*, {accuracy}{of_speed}",
             "compact": f"quotient for all v*, {accuracy}, without tables",
             "full": "table of v*, full accuracy",

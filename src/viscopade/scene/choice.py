@@ -16,6 +16,7 @@ from viscopade.scene.encounter import Encounter, encounters
 
 AS_CHEAP = 1.05  # prices that differ by less are equal: the smaller table decides, then the error
 WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
+_CHEAPEST = "no kernel is cheaper"
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ class Choice:
     costs: Costs
     reason: str
     warnings: Sequence[str]
+
+    @property
+    def against_cheaper(self) -> str:
+        """The sentence on the next cheaper kernels."""
+        return "No kernel is cheaper." if self.reason == _CHEAPEST else f"Cheaper, but rejected: {self.reason}."
 
 
 def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
@@ -131,7 +137,7 @@ def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
     if larger:
         names = " and ".join(offer.candidate.label for offer in larger)
         texts.append(f"{names}: hardly cheaper, with more than {chosen.candidate.bytes:,} bytes of a table")
-    return "; ".join(texts) or "no kernel is cheaper"
+    return "; ".join(texts) or _CHEAPEST
 
 
 def _failure(scene: Scene, offer: Offer) -> str:

@@ -246,7 +246,7 @@ def _head(choice: Choice, command: str) -> list[str]:
         + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
         + ".",
         *errors(choice),
-        f"Not cheaper: {choice.reason}.",
+        choice.against_cheaper,
         *(f"Warning: {text}." for text in choice.warnings),
     ]
     lines = [marker_line(command), ""]

@@ -31,7 +31,7 @@ def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:
     if share > LONGEST_CONTACT:
         yield (
             f"contacts last {share:.2g} of the mean free time ({free:.2g} s), more than {LONGEST_CONTACT:g}: "
-            "instantaneous collisions of two are not what happens"
+            "the model of instantaneous collisions of two bodies does not hold"
         )
 
 

@@ -60,7 +60,7 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
     yield f"Costs are {choice.costs.source}."
     yield from errors(choice)
-    yield f"Not cheaper: {choice.reason}."
+    yield choice.against_cheaper
     for encounter in choice.encounters:
         free = mean_free_time(choice.scene, encounter)
         if free is not None:

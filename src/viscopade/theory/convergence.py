@@ -233,7 +233,7 @@ def _draft(square: Square) -> _Draft:
 class BivariateBall:
     """Ball of functions: all that differ from a polynomial in y and z by at most `error` on |y| <= 1, |z| <= 1.
 
-    It is `function_balls.Element` with two variables and complex integers; those of z^i y^j stand at i + STRIDE j
+    It is `function_balls.FunctionBall` with two variables and complex integers; those of z^i y^j stand at i + STRIDE j
     of `re` and `im`. Everything is in units of 2^-BITS. There are at most TERMS powers of z and ORDER + 1 powers of
     y.
     """
