@@ -39,3 +39,11 @@ def pytest_ignore_collect(collection_path, config):
     """Leave out what is not quick, before it is imported."""
     name = collection_path.name
     return True if config.getoption("quick") and name.startswith("test_") and name not in QUICK else None
+
+
+LONGEST = ("test_notebooks.py", "test_exports.py", "test_figures.py", "test_derivations.py", "test_gapped_kernels.py")
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the files that take longest: at the end they would keep one worker busy and the others idle."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)
