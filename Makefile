@@ -15,7 +15,7 @@ reproduce: $(READY)
 	$(BIN)/viscopade figures --out docs/figures
 
 test: $(NATIVE) lint
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder --durations 10
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations 10
 
 # For the working loop, in less than a minute: lint, types, and the tests in files that take a few seconds each.
 check: $(NATIVE) lint

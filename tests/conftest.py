@@ -1,11 +1,14 @@
 """What holds for every test: Hypothesis judges what is computed, never how long a busy machine takes for it.
 
 `--quick`, which `make check` gives, runs only the files of `QUICK`: those that take a few seconds of processor time
-each.
+each. Several workers share the files out in the order of `FIRST`: the long ones first, so that no worker waits for
+another at the end; those of `TOGETHER`, which need the same proofs, go to one worker.
 """
 
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile(
@@ -17,27 +20,45 @@ settings.register_profile(
 )
 settings.load_profile("viscopade")
 
+TESTS = Path(__file__).parent
+
+
+def files(folder, *names):
+    return tuple(str(Path(folder, f"test_{name}.py")) for name in names)
+
 
 QUICK = frozenset(
-    f"test_{name}.py"
-    for name in (
-        *(
-            "balls",
-            "compensated",
-            "docs",
-            "expansions",
-            "flow",
-            "halfline",
-            "hierarchy_step",
-            "latex",
-            "layers",
-            "model",
-        ),
-        *("names", "paper", "patience", "perturbation", "restitution", "rounding", "scene_cost", "scene_encounter"),
-        *("scene_tolerance", "simulators_liggghts", "simulators_mercurydpm", "simulators_tsuji", "simulators_yade"),
-        *("speed_page", "wiener", "writer"),
+    (
+        *files("", "docs", "layers", "names", "patience"),
+        *files("arithmetic", "balls", "compensated", "function_balls"),
+        *files("theory", "hierarchy_step", "paper", "symbolic"),
+        *files("collision", "expansions", "flow", "restitution", "spheres"),
+        *files("approximation", "half_line"),
+        *files("kernels", "rounding", "speed_page"),
+        *files("simulators", "liggghts", "mercurydpm", "tsuji", "yade"),
+        *files("scene", "cost", "encounter", "tolerance"),
+        *files("cli", "latex", "writer"),
     )
 )
+TOGETHER = (
+    *files(
+        "kernels", "exports", "speed_kernels", "compact_languages", "gapped_kernels", "inverse_kernels", "derivative"
+    ),
+    *files("cli", "cli", "scenes"),
+    *files("scene", "choice", "render", "check"),
+    *files("simulators", "rebound"),
+    *files("lab", "proven_errors"),
+)
+FIRST = (
+    *TOGETHER,
+    *files("", "notebooks", "derivations"),
+    *files("lab", "figures", "claims", "report"),
+    *files("collision", "panel_proof"),
+)
+
+
+def file(path):
+    return str(Path(path).relative_to(TESTS))
 
 
 def pytest_addoption(parser):
@@ -46,13 +67,29 @@ def pytest_addoption(parser):
 
 def pytest_ignore_collect(collection_path, config):
     """Leave out what is not quick, before it is imported."""
-    name = collection_path.name
-    return True if config.getoption("quick") and name.startswith("test_") and name not in QUICK else None
+    quick = not collection_path.name.startswith("test_") or file(collection_path) in QUICK
+    return True if config.getoption("quick") and not quick else None
 
 
-LONGEST = ("test_notebooks.py", "test_exports.py", "test_figures.py", "test_derivations.py", "test_gapped_kernels.py")
+def place(item):
+    """Return where in the order a test comes."""
+    name = file(item.path)
+    return FIRST.index(name) if name in FIRST else len(FIRST)
 
 
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest: at the end they would keep one worker busy and the others idle."""
-    items.sort(key=lambda item: item.path.name not in LONGEST)
+    items.sort(key=place)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Return how workers share the tests: as `--dist loadfile` does, in the order and groups of this file."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Groups(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            name = super()._split_scope(nodeid)
+            return "together" if name.removeprefix("tests/") in TOGETHER else name
+
+    config.option.loadscopereorder = False  # by the number of tests
+    return Groups(config, log)

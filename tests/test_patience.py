@@ -8,6 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.conftest import FIRST, QUICK
+
 HERE = Path(__file__).parent
 FILES = sorted(path for path in HERE.rglob("*.py") if path.name != "conftest.py")
 
@@ -22,6 +24,10 @@ def keywords(path):
 def test_the_profile_is_in_force():
     assert settings.default.deadline is None
     assert HealthCheck.too_slow in settings.default.suppress_health_check
+
+
+def test_the_lists_of_quick_and_of_long_files_name_files():
+    assert {name for name in QUICK | {*FIRST} if not (HERE / name).is_file()} == set()
 
 
 @settings(max_examples=1)

@@ -42,10 +42,12 @@ PACKAGES = ("sympy", "mpmath", "numpy", "python-flint", "click", "jinja2", "pint
 OPTIONAL = ("matplotlib", "scipy", "hypothesis", "nbformat", "pytest", "pytest-xdist", "setuptools")
 TESTS: Mapping[str, Sequence[str]] = {
     "few": tuple(
-        f"tests/test_{name}.py"
+        f"tests/{name}.py"
         for name in (
-            "balls", "series", "pade", "flow", "exact", "model", "perturbation", "double", "kernels", "cli",
-            "cli_scenes", "scene_read", "scene_cost", "writer", "layers", "gas",
+            "arithmetic/test_balls", "theory/test_series", "theory/test_pade", "theory/test_symbolic",
+            "collision/test_flow", "collision/test_exact", "collision/test_spheres", "arrays/test_double",
+            "kernels/test_kernels", "cli/test_cli", "cli/test_scenes", "cli/test_writer", "scene/test_read",
+            "scene/test_cost", "simulators/test_gas", "test_layers",
         )
     ),
     "all": ("tests",),

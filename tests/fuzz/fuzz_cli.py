@@ -1,10 +1,10 @@
-"""Coverage-guided fuzzing of the command line, with the grammar of tests/command_line; run by hand.
+"""Coverage-guided fuzzing of the command line, with the grammar of tests/cli; run by hand.
 
     pip install atheris -e .
     python -m tests.fuzz.fuzz_cli -max_len=400 -max_total_time=600 CORPUS
 
 The fuzzer's bytes are the dice that the grammar throws: it learns which choices lead to new code. A crash is any fault
-that `tests.command_line.trial` knows.
+that `tests.cli.trial` knows.
 """
 
 import os
@@ -25,8 +25,8 @@ INSTRUMENTED = [
 with atheris.instrument_imports(
     include=[*INSTRUMENTED, "viscopade.scene", "viscopade.simulators", "viscopade.collision.spheres"]
 ):
-    from tests.command_line import trial
-    from tests.command_line.processes import memory
+    from tests.cli import trial
+    from tests.cli.processes import memory
 
 
 class Dice(random.Random):

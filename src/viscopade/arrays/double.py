@@ -1,7 +1,7 @@
 r"""The exact functions eps(v*), x_max(v*), tau_c(v*) and v*(eps) in double precision, on NumPy arrays.
 
 Every function takes numbers, lists or arrays, and is within `ULP` units in the last place of the true value (sampled:
-tests/test_double.py). Results that underflow become subnormal, then 0, with an error of at most one subnormal unit.
+tests/arrays/test_double.py). Results that underflow become subnormal, then 0, to within one subnormal unit.
 So between neighbouring numbers a function that falls may rise by a unit: eps does at v* = 0.06045712713593428.
 
 [0, 2^FOLD) is cut into panels: one below 2^FIRST, then 2^SPLIT of them to each octave. On every panel each function is

@@ -1,0 +1,655 @@
+"""`vp.restitution`: both backends give the same bits, and both are called as NumPy's ufuncs are."""
+
+import copy
+import doctest
+import io
+import math
+import os
+import pickle
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import viscopade as vp
+from tools import restitution_table
+from viscopade.arrays import fallback, native
+from viscopade.collision import exact
+
+try:
+    from viscopade.arrays import _native
+except ImportError:
+    _native = None
+
+HEADER = Path(__file__).parents[2] / "exports" / "viscopade_speed_full.h"
+NUMPY = native.numpy_restitution()
+COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
+BACKENDS = {"numpy": NUMPY, **COMPILED}
+
+each_backend = pytest.mark.parametrize("restitution", BACKENDS.values(), ids=BACKENDS)
+needs_extension = pytest.mark.skipif(not COMPILED, reason="the extension was not built")
+FLOATS = (np.float32, np.float64)
+BITS = {4: np.uint32, 8: np.uint64}
+
+
+def same(first, second):
+    """Whether all bits agree, except those that tell a NaN from another."""
+    if type(first) is not type(second) or first.dtype != second.dtype or first.shape != second.shape:
+        return False
+    if np.ma.isMaskedArray(first) and not np.array_equal(first.mask, second.mask):
+        return False
+    first, second = (np.array(x, dtype=x.dtype.newbyteorder("=")) for x in (first, second))
+    bits = BITS[first.dtype.itemsize]
+    return bool(np.all((first.view(bits) == second.view(bits)) | (np.isnan(first) & np.isnan(second))))
+
+
+def quiet(function, *arguments, **keywords):
+    with np.errstate(all="ignore"):
+        return function(*arguments, **keywords)
+
+
+# --- the same bits ----------------------------------------------------------------------------------------------------
+
+
+def samples(dtype, number, seed):
+    """Yield speeds and betas: any bits; those of the table; those beyond it."""
+    rng = np.random.default_rng(seed)
+    size = np.dtype(dtype).itemsize
+    for signs in (False, True):
+        pair = [rng.integers(0, 256, number * size, dtype=np.uint8).view(dtype) for _ in range(2)]
+        yield pair if signs else np.abs(pair)
+    for width in (3, 25 if size == 8 else 7):
+        yield [(10 ** rng.uniform(-w, w, number)).astype(dtype) for w in (width, width / 5)]
+
+
+def edges(dtype):
+    """Return numbers next to where the code branches, and the special ones."""
+    table = fallback._tables()
+    ends = 2.0 ** np.array([table.first, table.first + 128, table.first + table.switch / 2**table.split, 0, 1])
+    form = np.finfo(dtype)
+    numbers = [*ends, form.tiny, form.smallest_subnormal, form.max, form.eps, 1.5, 1e-30, 1e30, 0.0, np.inf, np.nan]
+    with np.errstate(all="ignore"):
+        numbers = np.array(numbers, dtype=dtype)
+        near = np.concatenate([numbers, np.nextafter(numbers, dtype(0)), np.nextafter(numbers, dtype(np.inf))])
+    return np.concatenate([near, -near])
+
+
+def check_agreement(compiled, dtype, number, seed):
+    for speed, beta in samples(dtype, number, seed):
+        assert same(quiet(compiled, speed, beta), quiet(NUMPY, speed, beta))
+        for one in (dtype(1.307), beta[0], beta[1]):
+            assert same(quiet(compiled, speed, one), quiet(NUMPY, speed, one))
+
+
+@needs_extension
+@pytest.mark.parametrize("compiled", COMPILED.values(), ids=COMPILED)
+@pytest.mark.parametrize("dtype", FLOATS)
+def test_backends_agree_to_the_last_bit(dtype, compiled):
+    check_agreement(compiled, dtype, 30_000, seed=1)
+    grid = edges(dtype)
+    assert same(quiet(compiled.outer, grid, grid), quiet(NUMPY.outer, grid, grid))
+
+
+@pytest.mark.slow
+@needs_extension
+@pytest.mark.parametrize("compiled", COMPILED.values(), ids=COMPILED)
+@pytest.mark.parametrize("dtype", FLOATS)
+@pytest.mark.parametrize("seed", range(100, 102))
+def test_backends_agree_on_millions_of_numbers(dtype, compiled, seed):
+    check_agreement(compiled, dtype, 400_000, seed)
+
+
+@each_backend
+def test_blocks_and_single_numbers_agree(restitution):
+    """The kernel takes blocks of speeds where it can, and NumPy parts of long arrays."""
+    rng = np.random.default_rng(5)
+    speed, beta = 10 ** rng.uniform(-9, 6, 3000), 10 ** rng.uniform(-1, 1, 3000)
+    speed[rng.integers(0, 3000, 30)] = rng.choice([0.0, np.inf, np.nan, 1e300, 1e-300], 30)
+    one_by_one = np.array([restitution(v, b) for v, b in zip(speed, beta, strict=True)])
+    assert same(restitution(speed, beta), one_by_one)
+    for length in (1, 31, 32, 33, 1023, 1025):
+        assert same(restitution(speed[:length], beta[:length]), one_by_one[:length])
+
+
+@each_backend
+def test_long_arrays_are_cut_into_parts(restitution):
+    speed = np.tile(np.geomspace(1e-3, 1e3, 1000), 70)
+    first = restitution(speed[:1000], 2.0)
+    assert same(restitution(speed, 2.0), np.tile(first, 70))
+    assert same(restitution(speed, 2), np.tile(first, 70))  # an integer
+
+
+@each_backend
+def test_float_is_the_rounded_double(restitution):
+    rng = np.random.default_rng(6)
+    speed, beta = ((10 ** rng.uniform(-4, 4, 5000)).astype(np.float32) for _ in range(2))
+    assert same(restitution(speed, beta), restitution(speed.astype(float), beta.astype(float)).astype(np.float32))
+
+
+# --- the right numbers ------------------------------------------------------------------------------------------------
+
+
+@each_backend
+def test_agrees_with_the_exact_function(restitution):
+    for speed, beta in [(0.1, 1.307), (2.0, 3.28), (1e-12, 0.5), (1e9, 7.0), (3e-200, 1e-3), (1e99, 1e3)]:
+        truth = exact.collision(beta=beta, speed=speed, digits=20).floats()["epsilon"]
+        assert restitution(speed, beta) == pytest.approx(truth, rel=2e-14, abs=0)
+
+
+@each_backend
+def test_agrees_with_the_function_of_v_star(restitution):
+    speed = np.geomspace(1e-40, 1e40, 20_000)
+    np.testing.assert_allclose(restitution(speed, 1.0), vp.epsilon(speed**0.1), rtol=3e-14)
+
+
+SPECIAL = [
+    (0.0, 1.0, 1.0),
+    (1.0, 0.0, 1.0),
+    (-0.0, 1.0, 1.0),
+    (1.0, -0.0, 1.0),
+    (0.0, 0.0, 1.0),
+    (math.inf, 1.0, 0.0),
+    (1.0, math.inf, 0.0),
+    (math.inf, math.inf, 0.0),
+    (math.inf, 5e-324, 0.0),
+    (5e-324, 5e-324, 1.0),
+    (1.7e308, 1.7e308, 0.0),
+]
+INVALID = [(0.0, math.inf), (math.inf, 0.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-math.inf, 1.0), (1.0, -math.inf)]
+WITH_NAN = [(math.nan, 1.0), (1.0, math.nan), (math.nan, math.nan), (math.nan, -1.0), (-1.0, math.nan)]
+
+
+@each_backend
+@pytest.mark.parametrize("extra", [0, 100])
+def test_special_values(restitution, extra):
+    """No warning: those are errors in these tests. With `extra` numbers around them, blocks are computed."""
+    with np.errstate(all="raise", invalid="raise"):
+        for speed, beta, epsilon in SPECIAL:
+            for dtype in (np.float32, np.float64) if beta < 1e30 and not 0 < beta < 1e-30 else (np.float64,):
+                padded = [np.array([x, *[1.5] * extra], dtype) for x in (speed, beta)]
+                assert restitution(*padded)[0] == epsilon
+            assert np.signbit(restitution(speed, beta)) == 0
+        for pair in WITH_NAN:
+            assert math.isnan(restitution(*[np.array([x, *[1.5] * extra]) for x in pair])[0])
+
+
+@each_backend
+@pytest.mark.parametrize("pair", INVALID)
+def test_invalid_values_are_reported_as_numpy_does(restitution, pair):
+    speed, beta = (np.full(50, x) for x in pair)
+    with pytest.warns(RuntimeWarning, match="^invalid value encountered in restitution$") as caught:
+        assert math.isnan(restitution(*pair))
+    assert caught[0].filename == __file__
+    with pytest.warns(RuntimeWarning, match="^invalid value encountered in restitution$"):
+        assert np.isnan(restitution(speed, beta)).all()
+    with np.errstate(invalid="ignore"):
+        assert math.isnan(restitution(*pair))
+    with np.errstate(invalid="raise"), pytest.raises(FloatingPointError, match="invalid value encountered in rest"):
+        restitution(*pair)
+    log, calls = io.StringIO(), []
+    with np.errstate(invalid="log", call=log):
+        restitution(*pair)
+    assert log.getvalue() == "Warning: invalid value encountered in restitution\n"
+    with np.errstate(invalid="call", call=lambda *arguments: calls.append(arguments)):
+        restitution(*pair)
+    assert calls == [("invalid value", 8)]
+
+
+@each_backend
+def test_invalid_values_can_be_printed(restitution, capfd):
+    with np.errstate(invalid="print"):
+        restitution(-1.0, 1.0)
+    assert "Warning: invalid value encountered in restitution" in "".join(capfd.readouterr())
+
+
+@each_backend
+def test_an_early_invalid_value_is_not_forgotten(restitution):
+    speed = np.ones(100_000)
+    speed[3] = -1
+    for arguments in ((speed, 1.0), (speed[::2], 1.0), (speed.astype(">f8"), 1.0), (speed.astype(int), 1.0)):
+        arguments[0][arguments[0] < 0] = -1
+        invalid = bool((arguments[0] < 0).any())
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            restitution(*arguments)
+        assert len(caught) == invalid
+
+
+@each_backend
+def test_masked_out_values_are_not_reported(restitution):
+    out = np.full(3, 7.0)
+    restitution([1.0, -1.0, 1.0], 1.0, out=out, where=[True, False, True])
+    assert out[1] == 7
+
+
+# --- called as a ufunc ------------------------------------------------------------------------------------------------
+
+
+def a(values, dtype=None):
+    return np.array(values, dtype)
+
+
+CALLS = {
+    "numbers": ((0.5, 1.3), {}),
+    "integers": ((1, 2), {}),
+    "booleans": ((True, False), {}),
+    "a huge integer": ((2**70, 1.0), {}),
+    "an integer too large": ((10**400, 1.0), {}),
+    "lists": (([1, 2], [[1], [2.5]]), {}),
+    "ragged": (([[1, 2], [3]], 1), {}),
+    "empty": (([], 1.0), {}),
+    "empty, two axes": ((np.ones((0, 3)), np.ones(3)), {}),
+    "no axes": ((a(1.0), a(2.0)), {}),
+    "no broadcast": ((np.ones(2), np.ones(3)), {}),
+    "float32 scalar": ((np.float32(1), np.float32(2)), {}),
+    "float32 and Python's": ((a([1, 2], "f4"), 2.0), {}),
+    "float32 and a list": ((a([1, 2], "f4"), [2.0, 1.0]), {}),
+    "float32 and an integer": ((a([1, 2], "f4"), 2), {}),
+    "float32 and float64": ((a([1, 2], "f4"), np.float64(2)), {}),
+    "float32 and int8": ((a([1, 2], "f4"), a([1], "i1")), {}),
+    "float32 and int16": ((a([1, 2], "f4"), a([1], "i2")), {}),
+    "float32 and int32": ((a([1, 2], "f4"), a([1], "i4")), {}),
+    "float32 and int64": ((a([1, 2], "f4"), a([1], "i8")), {}),
+    "float16": ((a([1, 2], "f2"), 2.0), {}),
+    "float16 and uint16": ((a([1, 2], "f2"), a([1], "u2")), {}),
+    "int8": ((a([1, 2], "i1"), a([1], "i1")), {}),
+    "int8 and a float": ((a([1, 2], "i1"), 1.5), {}),
+    "int16 and uint16": ((a([1, 2], "i2"), a([1], "u2")), {}),
+    "uint32": ((a([1, 2**32 - 1], "u4"), a([1], "u4")), {}),
+    "int64 and uint64": ((a([1, 2**62], "i8"), a([2**63], "u8")), {}),
+    "bool arrays": ((a([True]), a([True])), {}),
+    "other endian": ((a([1, 2], ">f8"), a([1, 2], "<i4")), {}),
+    "other endian, float": ((a([1, 2], ">f4"), 1), {}),
+    "longdouble": ((np.longdouble(1), 1.0), {}),
+    "complex": ((1j, 1.0), {}),
+    "complex array": ((np.ones(2), np.ones(2, complex)), {}),
+    "strings": (("a", 1.0), {}),
+    "string array": ((1.0, a(["a"])), {}),
+    "bytes": ((b"1", 1.0), {}),
+    "None": ((None, 1.0), {}),
+    "objects": ((a([1, 2], object), 1.0), {}),
+    "dates": ((a(["2020-01-01"], "M8[D]"), 1.0), {}),
+    "durations": ((1.0, np.timedelta64(1, "s")), {}),
+    "records": ((np.zeros(1, "f8,f8"), 1.0), {}),
+    "one argument": ((1.0,), {}),
+    "four arguments": ((1.0, 2.0, None, 4.0), {}),
+    "named arguments": ((), {"speed": 1.0, "beta": 1.0}),
+    "unknown keyword": ((1.0, 1.0), {"axis": 0}),
+    "dtype f4": ((a([1.0, 1e-50]), 1.0), {"dtype": "f4"}),
+    "dtype f8": ((a([1, 2], "f4"), 1.1), {"dtype": float}),
+    "dtype f4 of integers": ((a([1, 2], "i1"), 1), {"dtype": np.float32}),
+    "dtype i4": ((1.0, 1.0), {"dtype": "i4"}),
+    "dtype f2": ((1.0, 1.0), {"dtype": "f2"}),
+    "dtype object": ((1.0, 1.0), {"dtype": object}),
+    "dtype f4, safe": ((a([1.0]), 1.0), {"dtype": "f4", "casting": "safe"}),
+    "complex as f8": ((a([1j]), 1.0), {"dtype": "f8"}),
+    "complex as f8, unsafe": ((a([2 + 0j]), 1.0), {"dtype": "f8", "casting": "unsafe"}),
+    "casting no": ((a([1.0, 2.0]), 1), {"casting": "no"}),
+    "casting bad": ((1.0, 1.0), {"casting": "some"}),
+    "signature d": ((a([1, 2], "f4"), 1.0), {"signature": "dd->d"}),
+    "signature f": ((a([1.0, 2.0]), 1.0), {"signature": "ff->f"}),
+    "signature wrong": ((1.0, 1.0), {"signature": "gg->g"}),
+    "signature and dtype": ((1.0, 1.0), {"signature": "dd->d", "dtype": "f8"}),
+    "order F": ((np.ones((2, 3)), 1.0), {"order": "F"}),
+    "order bad": ((1.0, 1.0), {"order": "Z"}),
+    "out": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2)}),
+    "out positional": ((a([1.0, 2.0]), 1.0, np.zeros(2)), {}),
+    "out in a tuple": ((a([1.0, 2.0]), 1.0), {"out": (np.zeros(2),)}),
+    "out None": ((a([1.0, 2.0]), 1.0), {"out": (None,)}),
+    "out twice": ((a([1.0]), 1.0, np.zeros(1)), {"out": np.zeros(1)}),
+    "out f4": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4")}),
+    "out f4, safe": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4"), "casting": "safe"}),
+    "out f8 of f4": ((a([1, 2], "f4"), 1.0), {"out": np.zeros(2)}),
+    "out complex": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, complex)}),
+    "out integers": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, int)}),
+    "out other endian": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, ">f8")}),
+    "out too small": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(1)}),
+    "out larger": ((1.0, 1.0), {"out": np.zeros((2, 3))}),
+    "out no axes": ((1.0, 1.0), {"out": np.zeros(())}),
+    "out a list": ((1.0, 1.0), {"out": [0.0]}),
+    "out empty tuple": ((1.0, 1.0), {"out": ()}),
+    "out two": ((1.0, 1.0), {"out": (np.zeros(1), np.zeros(1))}),
+    "where": ((a([1.0, 2.0, -1.0]), 1.0), {"out": np.zeros(3), "where": [True, True, False]}),
+    "where, more axes": ((a([1.0, 2.0]), 1.0), {"out": np.zeros((2, 2)), "where": [[True], [False]]}),
+    "where with f4": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4"), "where": [False, True]}),
+    "where False": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2), "where": False}),
+    "where numbers": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2), "where": [1.0, 0.0]}),
+    "masked": ((np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0]), 1.0), {}),
+    "masked, both": ((np.ma.array([1.0, 2.0], mask=[0, 1]), np.ma.array([1.0, 2.0], mask=[1, 0])), {}),
+    "masked second": ((1.0, np.ma.array([1.0, 2.0], mask=[0, 1])), {}),
+    "masked constant": ((np.ma.masked, 1.0), {}),
+    "subok": ((np.ma.array([1.0, 2.0], mask=[0, 1]), 1.0), {"subok": False}),
+}
+
+
+def outcome(restitution, arguments, keywords):
+    """Return what a call gives: the result, or the exception's type; and the warnings."""
+    arguments, keywords = copy.deepcopy((arguments, keywords))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            result = restitution(*arguments, **keywords)
+        except TypeError:  # NumPy's errors of casting are subclasses
+            result = TypeError
+        except (ValueError, OverflowError) as error:
+            result = type(error)
+    return result, [(warning.category, str(warning.message)) for warning in caught]
+
+
+@needs_extension
+@pytest.mark.parametrize("call", CALLS)
+def test_the_backends_are_called_alike(call):
+    results, warned = zip(*(outcome(f, *CALLS[call]) for f in (vp_compiled(), NUMPY)), strict=True)
+    assert warned[0] == warned[1]
+    if isinstance(results[0], type):
+        assert results[0] == results[1]
+    elif results[0].dtype.kind == "c":
+        assert np.array_equal(*results)
+    else:
+        assert same(*results)
+        assert results[0].flags["F_CONTIGUOUS"] == results[1].flags["F_CONTIGUOUS"]
+
+
+def vp_compiled():
+    return next(reversed(COMPILED.values()))
+
+
+@each_backend
+def test_types_of_results(restitution):
+    assert type(restitution(1, 2)) is np.float64
+    assert type(restitution(np.float32(1), 2.0)) is np.float32
+    assert restitution(np.ones(2, np.int8), np.ones(2, np.uint8)).dtype == np.float64
+    assert restitution(np.ones(2, np.float16), 1).dtype == np.float32
+    assert type(restitution([1.0], 1)) is np.ndarray
+    out = np.zeros(2)
+    assert restitution([1.0, 2.0], 1.0, out=out) is out
+
+
+@each_backend
+@pytest.mark.parametrize("value", ["a", 1j, np.array(["2020-01-01"], "M8[D]"), object(), np.longdouble(1)])
+def test_what_is_no_real_number_is_refused_in_one_line(restitution, value):
+    with pytest.raises(TypeError, match=r"^ufunc 'restitution' not supported for the input types"):
+        restitution(value, 1.0)
+
+
+DTYPES = [*"bBhHiIlLfd", ">f8", ">f4", ">i2", "f2"]
+
+
+@st.composite
+def arrays(draw, shape, dtype):
+    """An array that may be strided, reversed, transposed, or unaligned."""
+    dtype = np.dtype(dtype)
+    elements = st.integers(0, 100) if dtype.kind in "iu" else st.floats(0, 64, width=16)
+    whole = np.asarray(draw(hnp.arrays(dtype, tuple(2 * n for n in shape), elements=elements, fill=elements)), dtype)
+    kind = draw(st.sampled_from(["plain", "stepped", "reversed", "fortran", "unaligned", "read-only"]))
+    if kind == "stepped":
+        return whole[(..., *(slice(None, None, 2) for _ in shape))]
+    part = np.array(whole[tuple(slice(n) for n in shape)], dtype)
+    if kind == "reversed":
+        return part[(..., *(slice(None, None, -1) for _ in shape))]
+    if kind == "fortran":
+        return np.asfortranarray(part)
+    if kind == "unaligned":
+        raw = np.zeros(part.nbytes + 1, np.uint8)[1:].view(part.dtype).reshape(part.shape)
+        raw[...] = part
+        return raw
+    part.flags.writeable = kind != "read-only"
+    return part
+
+
+@needs_extension
+@settings(max_examples=150)
+@given(st.data(), hnp.mutually_broadcastable_shapes(num_shapes=3, max_dims=3, max_side=5))
+def test_all_shapes_types_and_strides(data, shapes):
+    speed, beta, mask = (
+        data.draw(arrays(shape, data.draw(st.sampled_from(kinds))))
+        for shape, kinds in zip(shapes.input_shapes, (DTYPES, DTYPES, ["u1"]), strict=True)
+    )
+    keywords = {"order": data.draw(st.sampled_from("CFAK"))}
+    if data.draw(st.booleans()):
+        shape = np.broadcast_shapes(speed.shape, beta.shape)
+        kind = data.draw(st.sampled_from(["f4", "f8", ">f8"]))
+        keywords["out"] = np.zeros(tuple(2 * n for n in shape), kind)[(..., *(slice(None, None, 2) for _ in shape))]
+        if np.broadcast_shapes(shape, mask.shape) == shape and data.draw(st.booleans()):
+            keywords["where"] = mask % 2 == 0
+    first, second = (outcome(f, (speed, beta), keywords) for f in (vp_compiled(), NUMPY))
+    assert first[1] == second[1] == []
+    assert np.array_equal(first[0], second[0])
+    assert first[0].dtype == second[0].dtype
+    assert np.squeeze(first[0]).strides == np.squeeze(second[0]).strides
+
+
+@each_backend
+@pytest.mark.parametrize("dtype", FLOATS)
+@pytest.mark.parametrize("beta_is_array", [False, True])
+def test_out_may_overlap_the_arguments(restitution, dtype, beta_is_array):
+    start = np.geomspace(1e-3, 1e3, 5000).astype(dtype)
+    views = [slice(0, 4000), slice(1, 4001), slice(900, 4900), slice(3999, None, -1), slice(0, 4000)]
+    for read in views:
+        for write in views:
+            memory = start.copy()
+            speed = memory[read][:4000]
+            beta = np.flip(memory)[write][:4000] if beta_is_array else dtype(1.3)
+            expected = restitution(speed.copy(), np.copy(beta))
+            out = memory[write][:4000]
+            restitution(speed, beta, out=out)
+            assert same(out.copy(), expected)
+
+
+@each_backend
+def test_in_place(restitution):
+    for dtype in FLOATS:
+        values = np.geomspace(1e-3, 1e3, 5000).astype(dtype)
+        expected = restitution(values, values)
+        assert same(restitution(values, values, out=values), expected)
+        values = np.ones((50, 60), dtype)
+        expected = restitution(values.T, 1.2)
+        assert same(restitution(values.T, 1.2, out=values.T), expected)
+
+
+@each_backend
+@pytest.mark.parametrize("place", [0, 1])
+def test_what_is_overwritten_in_place_is_still_reported(restitution, place):
+    arguments = [np.ones(100), np.ones(100)]
+    arguments[place][:] = -1
+    with pytest.warns(RuntimeWarning, match="invalid value encountered in restitution"):
+        restitution(*arguments, out=arguments[place])
+
+
+@each_backend
+def test_in_place_with_where_keeps_the_rest(restitution):
+    values = np.linspace(1, 2, 100)
+    shifted = values.copy()
+    mask = np.arange(99) % 3 == 0
+    restitution(shifted[:-1], 1.0, out=shifted[1:], where=mask)
+    assert same(shifted[1:], np.where(mask, restitution(values[:-1], 1.0), values[1:]))
+
+
+@each_backend
+def test_outer(restitution):
+    speed, beta = np.geomspace(1e-3, 1, 6).reshape(2, 3), np.ones(4)
+    assert same(restitution.outer(speed, beta), restitution(speed[..., None], beta))
+
+
+@needs_extension
+def test_methods_without_meaning_stay_in_bounds():
+    """`reduce` and others feed results back, one at a time."""
+    f = vp_compiled()
+    values = np.geomspace(0.1, 10, 7)
+    running = [values[0]]
+    for value in values[1:]:
+        running.append(f(running[-1], value))
+    assert np.array_equal(f.accumulate(values), running)
+    assert f.reduce(values) == running[-1]
+    for name in ("reduce", "accumulate", "reduceat", "at"):
+        assert not hasattr(NUMPY, name)
+
+
+@each_backend
+def test_several_threads(restitution):
+    speed = np.geomspace(1e-6, 1e6, 200_000)
+    betas = np.linspace(0.5, 5, 8)
+    alone = [restitution(speed, beta) for beta in betas]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda beta: restitution(speed, beta), betas))
+    assert all(map(same, alone, together))
+
+
+class Wrapped(np.ndarray):
+    """A subclass that says how it was made."""
+
+    def __array_wrap__(self, array, context=None, return_scalar=False):
+        made = super().__array_wrap__(array, context)
+        made.context = context
+        return made
+
+
+class Diverted:
+    def __init__(self, answer):
+        self.answer = answer
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **keywords):
+        return NotImplemented if self.answer is None else (self.answer, ufunc.__name__, method, inputs, keywords)
+
+
+class MoreDiverted(Diverted):
+    pass
+
+
+class Without:
+    __array_ufunc__ = None
+
+
+@each_backend
+def test_subclasses_and_overrides(restitution):
+    speed = np.ones(2).view(Wrapped)
+    result = restitution(speed, 1.0)
+    assert type(result) is Wrapped
+    assert (result.context[0], result.context[2]) == (restitution, 0)
+    assert type(restitution(1.0, speed)) is Wrapped
+    assert type(restitution(speed, 1.0, subok=False)) is np.ndarray
+    first, second = Diverted("first"), MoreDiverted("second")
+    assert restitution(first, 1.0) == ("first", "restitution", "__call__", (first, 1.0), {})
+    assert restitution(1.0, second, dtype=float)[1:] == ("restitution", "__call__", (1.0, second), {"dtype": float})
+    assert restitution(first, second)[0] == "second"
+    assert restitution(Diverted(None), second)[0] == "second"
+    assert restitution(1.0, 1.0, out=first)[4] == {"out": (first,)}
+    assert restitution.outer(first, 1.0)[2] == "outer"
+    with pytest.raises(TypeError, match="all returned NotImplemented"):
+        restitution(Diverted(None), 1.0)
+    with pytest.raises(TypeError, match="does not support ufuncs"):
+        restitution(Without(), 1.0)
+
+
+@each_backend
+def test_looks_like_a_ufunc(restitution):
+    for name in ("nin", "nout", "nargs", "ntypes", "identity", "signature", "__name__"):
+        assert getattr(restitution, name) == getattr(NUMPY, name)
+    assert list(restitution.types) == list(NUMPY.types)
+    assert repr(restitution).startswith("<ufunc 'restitution'")
+    assert restitution.__doc__ == NUMPY.__doc__ or "[, signature]" in restitution.__doc__
+    assert restitution.__doc__.startswith("restitution(x1, x2, /, out=None, *, where=True, casting='same_kind'")
+    assert native.DOC in restitution.__doc__
+
+
+def test_the_example_in_the_docstring():
+    runner = doctest.DocTestRunner()
+    for test in doctest.DocTestFinder().find(native.DOC, "restitution", globs={}) or [
+        doctest.DocTestParser().get_doctest(native.DOC, {}, "restitution", None, 0)
+    ]:
+        runner.run(test)
+    assert runner.summarize(verbose=False) == (0, 2)
+
+
+def test_pickled_by_name():
+    for pickled in (pickle.dumps(vp.restitution), pickle.dumps([vp.restitution])):
+        assert pickle.loads(pickled) in (vp.restitution, [vp.restitution])
+    assert copy.deepcopy(vp.restitution) is vp.restitution
+    assert copy.copy(NUMPY) is NUMPY
+
+
+# --- which backend ----------------------------------------------------------------------------------------------------
+
+
+def python(code, **environment):
+    variables = {k: v for k, v in os.environ.items() if k != native.VARIABLE} | environment
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=variables)
+
+
+SHOWN = "import viscopade as vp; print(vp.backend(), type(vp.restitution).__name__, vp.restitution(0.1, 1.307).hex())"
+
+
+def test_the_environment_chooses():
+    value = NUMPY(0.1, 1.307).hex()
+    assert python(SHOWN, VISCOPADE_BACKEND="numpy").stdout.split() == ["numpy", "Ufunc", value]
+    expected = ["compiled", "ufunc", value] if COMPILED else ["numpy", "Ufunc", value]
+    assert python(SHOWN).stdout.split() == python(SHOWN, VISCOPADE_BACKEND="").stdout.split() == expected
+
+
+def test_a_bad_environment_is_refused():
+    run = python(SHOWN, VISCOPADE_BACKEND="fortran")
+    assert run.returncode == 1
+    assert run.stderr.splitlines()[-1] == "ValueError: VISCOPADE_BACKEND is 'fortran': accepted is compiled or numpy"
+
+
+def test_without_the_extension(monkeypatch):
+    monkeypatch.setitem(sys.modules, "viscopade.arrays._native", None)
+    monkeypatch.delattr("viscopade.arrays._native", raising=False)
+    for wanted in (None, "", "numpy"):
+        name, restitution = native.choose(wanted)
+        assert (name, type(restitution)) == ("numpy", type(NUMPY))
+    with pytest.raises(ImportError, match="VISCOPADE_BACKEND is 'compiled', but the extension could not be loaded"):
+        native.choose("compiled")
+
+
+@needs_extension
+def test_unknown_instructions_are_refused():
+    with pytest.raises(ValueError, match="instructions are z80: accepted is one of instruction_sets"):
+        native.compiled_restitution("z80")
+
+
+def test_backend_is_what_runs():
+    assert vp.backend() in native.BACKENDS
+    assert isinstance(vp.restitution, type(NUMPY)) == (vp.backend() == "numpy")
+
+
+def test_a_compiler_was_used_if_there_is_one():
+    headers = Path(sysconfig.get_path("include"), "Python.h")
+    if shutil.which("cc") is None or not headers.exists():
+        pytest.skip("no C compiler, or Python's headers are missing")
+    assert COMPILED, "the extension was not built: pip install --verbose says why"
+
+
+def test_tables_are_read_when_needed():
+    code = (
+        "import sys, viscopade; from viscopade.arrays import fallback; print(fallback._tables.cache_info().currsize, "
+        "'viscopade.kernels.forms.speed_table' in sys.modules)"
+    )
+    assert python(code, VISCOPADE_BACKEND="numpy").stdout.split() == ["0", "False"]
+
+
+def test_tables_are_those_of_the_header():
+    text = HEADER.read_text()
+    tables = {}
+    for name, body in re.findall(r"^static const double (\w+)\[\d+\]\[\d+\] = \{\n(.*?)^\};", text, re.M | re.S):
+        rows = [re.findall(r"-?0x[0-9a-f.]+p[+-]\d+|\b-?0\.0\b", line) for line in body.splitlines()]
+        tables[name] = np.array([[float.fromhex(number) for number in row] for row in rows])
+    assert set(tables) == {"viscopade_table_lookup_full", "viscopade_full_table"}
+    read = fallback._tables()
+    assert np.array_equal(tables["viscopade_table_lookup_full"], read.columns.T)
+    assert np.array_equal(tables["viscopade_full_table"], read.full.T)
+
+
+def test_the_data_file_is_what_the_module_writes():
+    path = Path(native.__file__).parents[2] / "data" / "restitution.txt"
+    assert restitution_table.text() == path.read_text()

@@ -1,0 +1,333 @@
+"""Locale, encoding, directory, Python's options and the settings of the calling program change no result.
+
+The same commands run in new processes, each time with something changed, and what they print is compared with what they
+print as usual. Other Pythons and other versions of packages take too long for this: `make matrix` records them.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import viscopade as vp
+from tests.cli.processes import Ran, program, run
+from tests.patience import HANGS
+from tools import environment_matrix
+
+COMMANDS = (
+    ("epsilon", "--v-star", "1.5", "--digits", "25"),
+    ("pade", "1", "4", "--digits", "8"),
+    ("export", "c", "--pade", "1/4"),
+    ("coefficients", "--order", "6", "--format", "csv"),
+    ("epsilon", "--v-star", "1,5"),
+)
+"""Tables with lines and accents, a generated file, numbers, and a wrong input with its message."""
+CODE = """
+import sys
+from viscopade.cli.main import main
+for words in {commands!r}:
+    sys.argv = ["viscopade", *words]
+    try:
+        main()
+    except SystemExit as end:
+        sys.stdout.flush()
+        print("exit", end.code, flush=True)
+"""
+SHADOWS = ("math", "numpy", "flint", "click", "string", "decimal")  # modules, of which a directory has files so named
+NOWHERE = "/proc/viscopade/nowhere"
+ESCAPE = re.compile(rb"\\u[0-9a-f]{4}|\\x[0-9a-f]{2}")
+NUMBER = re.compile(rb"\d[\d.]*(?:[eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What is changed: variables (None takes one away), Python's options, the directory ("deleted": it is gone).
+
+    The output must be the same: to the byte, or, where there is no UTF-8, its numbers.
+    """
+
+    name: str
+    variables: dict[str, str | None] = field(default_factory=dict)
+    options: tuple[str, ...] = ()
+    directory: str = "usual"
+    bytes: bool = True
+
+
+QUICK = (
+    Environment("C locale, no UTF-8", {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, bytes=False),
+    Environment("Latin-1 only", {"PYTHONIOENCODING": "latin-1"}, bytes=False),
+    Environment("-OO, -W error, -X dev", {"PYTHONHASHSEED": "1"}, ("-OO", "-W", "error", "-X", "dev")),
+    Environment(
+        "directory deleted; no HOME, PATH, LANG; COLUMNS=1, FORCE_COLOR=1",
+        {"HOME": NOWHERE, "PATH": "", "COLUMNS": "1", "LANG": None, "FORCE_COLOR": "1"},
+        directory="deleted",
+    ),
+)
+MORE = (
+    *(Environment(f"PYTHONHASHSEED={seed}", {"PYTHONHASHSEED": str(seed)}) for seed in (0, 2, 3)),
+    Environment("PYTHONUTF8=1", {"PYTHONUTF8": "1"}),
+    Environment("ASCII only", {"PYTHONIOENCODING": "ascii"}, bytes=False),
+    Environment("POSIX locale", {"LC_ALL": "POSIX", "LANG": None}),
+    Environment("LANG unset", {"LANG": None, "LC_ALL": None}),
+    Environment("python -E", {}, ("-E",)),
+    Environment("python -I", {}, ("-I",)),
+    Environment("python -O", {}, ("-O",)),
+    Environment("python -bb", {}, ("-bb",)),
+    Environment("directory with a space and an umlaut", directory="Größe und Maß"),
+    Environment("directory with math.py, numpy.py, flint.py …", directory="shadowing"),
+    Environment("TERM=dumb", {"TERM": "dumb"}),
+    Environment("TERM unset", {"TERM": None}),
+    Environment("NO_COLOR", {"NO_COLOR": "1"}),
+    Environment("COLUMNS=20, LINES=1", {"COLUMNS": "20", "LINES": "1"}),
+    Environment("TZ, SOURCE_DATE_EPOCH", {"TZ": "Pacific/Chatham", "SOURCE_DATE_EPOCH": "0"}),
+    Environment("MPMATH_NOGMPY", {"MPMATH_NOGMPY": "1"}),
+    Environment("one thread", {"FLINT_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}),
+    Environment("VISCOPADE_BACKEND=numpy", {"VISCOPADE_BACKEND": "numpy"}),
+)
+LOCALES = ("de_DE.UTF-8", "fr_FR.UTF-8", "tr_TR.UTF-8", "fa_IR.UTF-8", "ar_EG.UTF-8", "hi_IN.UTF-8")
+"""With other commas, digits and letters."""
+
+
+@cache
+def locales_here():
+    """Return those that this machine has."""
+    try:
+        listed = subprocess.run(["locale", "-a"], capture_output=True, timeout=HANGS).stdout.decode(errors="replace")
+    except OSError:
+        return ()
+    plain = {name.lower().replace("-", "") for name in listed.split()}
+    return tuple(name for name in LOCALES if name.lower().replace("-", "") in plain)
+
+
+def in_environment(given, code, top):
+    """Run code in an environment, whose directory is made in `top`."""
+    directory = Path(top) / given.directory
+    directory.mkdir()
+    if given.directory == "shadowing":
+        for name in SHADOWS:
+            (directory / f"{name}.py").write_text("raise SystemExit('this is not the module that was wanted')\n")
+    leave = directory.rmdir if given.directory == "deleted" else None
+    return run(code, given.options, given.variables, directory, leave)
+
+
+def numbers(text):
+    """Return the numbers in a text; characters that were printed as escapes are none."""
+    return NUMBER.findall(ESCAPE.sub(b"", text))
+
+
+def alike(given, usual, ran):
+    """Whether an environment left the output as it must."""
+    if b"Traceback" in ran.err or b"Warning" in ran.err:
+        return False
+    return ran == usual or (not given.bytes and numbers(ran.out) == numbers(usual.out) and ran.status == usual.status)
+
+
+@pytest.fixture(scope="module")
+def usual():
+    return run(CODE.format(commands=COMMANDS))
+
+
+def test_what_is_printed_is_what_the_package_computes(usual):
+    """The output that environments are compared with, by another route."""
+    first, *others = usual.out.split(b"exit ")
+    assert str(vp.exact.collision("1.5", digits=25).decimals()["epsilon"]).encode() in first
+    assert [other.split(b"\n")[0] for other in others] == [b"0", b"0", b"0", b"0", b"2"]
+    assert usual.err.count(b"\n") == 1
+
+
+@pytest.mark.parametrize(
+    "given", [*QUICK, *(pytest.param(one, marks=pytest.mark.slow) for one in MORE)], ids=lambda one: one.name
+)
+def test_an_environment_changes_nothing(given, usual, tmp_path):
+    ran = in_environment(given, CODE.format(commands=COMMANDS), tmp_path)
+    assert alike(given, usual, ran), ran
+
+
+@pytest.mark.parametrize("first", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["first", "others"])
+def test_a_locale_changes_nothing(first, usual):
+    here = locales_here()[:1] if first else locales_here()[1:]
+    if not here:
+        pytest.skip(f"this machine has none of {', '.join(LOCALES)}, or one only")
+    for name in here:
+        assert run(CODE.format(commands=COMMANDS), changed={"LC_ALL": name}) == usual, name
+
+
+@pytest.mark.slow
+def test_a_figure_is_the_same_where_nothing_can_be_kept(tmp_path):
+    """Matplotlib keeps settings and a cache."""
+    pictures = []
+    nowhere = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), NOWHERE)
+    for name, changed in (("usual", {}), ("nowhere", {"MPLCONFIGDIR": None, **nowhere})):
+        ran = run(program("figures", "--only", "localSlope", "--out", str(tmp_path / name)), changed=changed)
+        assert name == "usual" or ran.err == b""
+        pictures.append((tmp_path / name / "localSlope.svg").read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+# --- settings of the calling program ----------------------------------------------------------------------------------
+
+# What a program may have set before it calls the package, and how that reads afterwards.
+SETTINGS = {
+    "mpmath at 7 digits": ("import mpmath; mpmath.mp.dps = 7", "mpmath.mp.dps"),
+    "FLINT at 20 bits": ("import flint; flint.ctx.prec = 20", "flint.ctx.prec"),
+    "decimal with 5 digits, rounding up": (
+        "import decimal; decimal.setcontext(decimal.Context(prec=5, rounding=decimal.ROUND_UP))",
+        "decimal.getcontext().prec, decimal.getcontext().rounding",
+    ),
+    "NumPy: floating-point errors are raised": (
+        "import numpy; numpy.seterr(all='raise')",
+        "sorted(numpy.geterr().items())",
+    ),
+    "random and NumPy seeded": (
+        "import random, numpy; random.seed(1); numpy.random.seed(1)",
+        "random.getstate(), numpy.random.get_state()[1].tolist()",
+    ),
+    "locale of the environment": (
+        "import locale; locale.setlocale(locale.LC_ALL, '')",
+        "locale.setlocale(locale.LC_ALL)",
+    ),
+}
+OFTEN = ("mpmath at 7 digits", "NumPy: floating-point errors are raised")
+API = """
+import json, sys
+{before}
+found = repr(({state}))
+import viscopade as vp
+results = [
+    vp.exact.collision("1.5", digits=40).decimals(),
+    vp.exact.invert("0.3", digits=30).decimals(),
+    vp.series(30, 40).decimals(),
+    vp.pade(3, 6).decimals(20),
+    [x.hex() for x in vp.epsilon([0, 1e-300, 1e-5, 0.5, 1.5, 1e5, 1e300]).tolist()],
+    [x.hex() for x in vp.one_minus_epsilon([0, 1e-300, 1e-5, 0.5, 1.5, 1e5, 1e300]).tolist()],
+    [x.hex() for x in vp.restitution([0, 1e-300, 1e-5, 0.5, 1.5, 1e5, 1e300], 1.3).tolist()],
+]
+{after}
+print(json.dumps([results, found, repr(({state}))]))
+"""
+
+
+@cache
+def results():
+    return json.loads(run(API.format(before="", state="None", after="")).out)[0]
+
+
+def after_setting(name, after=""):
+    """Call the package after a program has set something; return whether all results are right, and it was kept.
+
+    A program that sets the locale of the environment has decimal commas, if the machine has such a locale.
+    """
+    before, state = SETTINGS[name]
+    locale = {"LC_ALL": locales_here()[0]} if locales_here() else {}
+    ran = run(API.format(before=before, state=state, after=after), changed=locale)
+    found, was, now = json.loads(ran.out)
+    return found == results(), was == now
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in OFTEN else pytest.param(name, marks=pytest.mark.slow) for name in SETTINGS]
+)
+def test_settings_are_kept_and_change_nothing(name):
+    assert after_setting(name) == (True, True)
+
+
+# --- what is looked for is found --------------------------------------------------------------------------------------
+
+HELLO = Ran(b"one\n2.50\n", b"", 0)
+
+
+@pytest.mark.parametrize(
+    ("given", "ran", "good"),
+    [
+        (Environment("same"), HELLO, True),
+        (Environment("number"), HELLO._replace(out=b"one\n2,50\n"), False),
+        (Environment("number", bytes=False), HELLO._replace(out=b"one\n2.51\n"), False),
+        (Environment("letters", bytes=False), HELLO._replace(out=b"un\n2.50\n"), True),
+        (Environment("letters"), HELLO._replace(out=b"un\n2.50\n"), False),
+        (Environment("warning", bytes=False), HELLO._replace(err=b"x.py:1: DeprecationWarning: y"), False),
+        (Environment("status", bytes=False), HELLO._replace(status=1), False),
+    ],
+)
+def test_differences_are_found(given, ran, good):
+    assert alike(given, HELLO, ran) is good
+
+
+def test_numbers_are_found():
+    assert numbers("v* 1.5e-3 │ 27\n".encode()) == [b"1.5e-3", b"27"]
+
+
+def test_a_program_that_depends_on_its_environment_is_found(tmp_path):
+    code = "import os; print(os.environ.get('TERM'), __debug__)"
+    usual = run(code, (), {"TERM": "x"})
+    for place, given in enumerate((Environment("TERM", {"TERM": "y"}), Environment("option", {"TERM": "x"}, ("-O",)))):
+        (tmp_path / str(place)).mkdir()
+        assert not alike(given, usual, in_environment(given, code, tmp_path / str(place)))
+
+
+def test_directories_are_as_they_are_said_to_be(tmp_path):
+    """A module of the directory is not taken, and a directory that is gone is gone."""
+    code = "import math, os; print(hasattr(math, 'cos'), os.path.exists('math.py'))"
+    assert in_environment(Environment("x", directory="shadowing"), code, tmp_path).out == b"True True\n"
+    gone = in_environment(Environment("x", directory="deleted"), "import os; os.getcwd()", tmp_path)
+    assert b"FileNotFoundError" in gone.err
+
+
+def test_settings_that_are_lost_are_found():
+    assert after_setting(OFTEN[0], "import mpmath; mpmath.mp.dps = 9") == (True, False)
+
+
+def test_a_program_that_sets_its_locale_has_decimal_commas():
+    if not locales_here():
+        pytest.skip("there is no locale with decimal commas")
+    assert after_setting("locale of the environment", "import locale; results[0] = locale.str(1.5)") == (False, True)
+
+
+# --- other Pythons and packages ---------------------------------------------------------------------------------------
+
+
+def test_the_record_has_both_ends_of_what_is_allowed_and_no_failure():
+    rows = environment_matrix.recorded()
+    assert {row["set"] for row in rows} >= {"oldest", "newest"}
+    for row in rows:
+        assert (row["failed"], row["exports_same"]) == ("0", row["exports"])
+        assert int(row["passed"]) > 0
+
+
+def test_the_page_is_made_from_the_record():
+    rows = environment_matrix.recorded()
+    assert environment_matrix.PAGE.read_text(encoding="utf-8") == environment_matrix.page(rows)
+
+
+def test_a_row_replaces_that_of_the_same_python_set_and_tests(tmp_path, monkeypatch):
+    rows = environment_matrix.recorded()
+    monkeypatch.setattr(environment_matrix, "RECORD", tmp_path / "environments.csv")
+    monkeypatch.setattr(environment_matrix, "PAGE", tmp_path / "environments.md")
+    environment_matrix.RECORD.write_text(",".join(environment_matrix.COLUMNS) + "\n")
+    for row in (*reversed(rows), rows[0] | {"passed": 7}):
+        environment_matrix.save(row)
+    assert environment_matrix.recorded() == [rows[0] | {"passed": "7"}, *rows[1:]]
+    assert environment_matrix.PAGE.read_text(encoding="utf-8").count("\n| 3.") == len(rows)
+
+
+def test_what_the_record_is_made_of_is_there():
+    root = environment_matrix.ROOT
+    assert [name for name in environment_matrix.PARTS if not (root / name).exists()] == []
+    tests = [name for names in environment_matrix.TESTS.values() for name in names]
+    assert [name for name in tests if not (root / name).exists()] == []
+
+
+def test_console_needs_no_generic_parameters_of_click():
+    """They exist from Click 8.4 on."""
+    code = (
+        "import click\n"
+        "class Plain(click.ParamType):\n"
+        "    __class_getitem__ = None\n"
+        "click.ParamType = Plain\n"
+        "import viscopade.cli.console"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True).stderr == b""

@@ -1,0 +1,802 @@
+"""Compact kernels in other languages: bounds of rounding, and every text run where its toolchain is present.
+
+Those of GLSL and WGSL also run translated to C++, and that of Julia translated to Python, so that their numbers and
+expressions are checked everywhere. Nothing here has run on a GPU.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import viscopade as vp
+from tests import compiled
+from viscopade.approximation import lacunary
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
+from viscopade.kernels.targets import root_powers as gapped_kernels
+from viscopade.kernels.targets import table_free as exporter
+from viscopade.kernels.targets.table_free import TARGETS, name_of, render, shortest
+
+COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
+BENCHMARK = Path(__file__).parents[2] / "src" / "viscopade_lab" / "cuda" / "bench.cu"
+FORMS = {"double": DOUBLE, "float": FLOAT}
+TYPES = {"double": np.float64, "float": np.float32}
+BITS = {"double": np.uint64, "float": np.uint32}
+OF_REFERENCE = 1e-13  # error of the reference, of v* as well
+
+
+@cache
+def kernels():
+    return tuple(prove_lacunary.half_line_kernel(accuracy) for accuracy in ("1e-3", "1e-5", "1e-7"))
+
+
+@cache
+def made(target):
+    return render(target, kernels(), COMMAND.replace("TARGET", target))
+
+
+def having(form):
+    return [kernel for kernel in kernels() if any(v.form == FORMS[form] for v in kernel.variants)]
+
+
+def tool(name):
+    command = shutil.which(name)
+    if command is None:
+        pytest.skip(f"{name} is not installed")
+    return command
+
+
+# --- programs and bounds ----------------------------------------------------------------------------------------------
+
+
+def test_the_program_is_the_formula():
+    y, speed = Fraction(3, 5), Fraction(7, 2)
+    for kernel in kernels():
+        variant = kernel.variants[0]
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
+        n, d = (sum(c * y**k for k, c in part) for part in (quotient.top, quotient.bottom))
+        eps = d / (d + y**6 * n)
+        own = table_free.kernel(kernel.powers)
+        given = {k: Fraction(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
+        values = expressions.run((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
+        found = {name: expressions.evaluate(e, values, Fraction) for name, e in own.results.items()}
+        assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
+
+
+def test_w():
+    values = expressions.run(table_free.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
+    assert values["w"] == 3**5 * Fraction(5, 2)
+
+
+def test_powers_of_another_kind_are_refused():
+    with pytest.raises(ValueError, match="deg N must be deg D"):
+        table_free.kernel(Powers((0, 4), (0, 4)))
+
+
+def emulated(kernel, machine, generator, w):
+    """The program in type float, with functions whose results are moved by random errors within their bounds."""
+    variant = kernel.variant(FLOAT)
+    f32 = np.float32
+
+    def moved(exact, ulps, absolute=0.0):
+        steps = generator.uniform(-1, 1, len(w)) * np.asarray(ulps, dtype=float)
+        near = np.abs(exact) <= 1
+        error = np.where(near & (absolute > 0), generator.uniform(-absolute, absolute, len(w)), steps * spacing(exact))
+        # A little less, as the result is rounded to a number of the type.
+        return (exact + error * (1 - 2**-2)).astype(f32)
+
+    def spacing(exact):
+        return np.ldexp(1.0, np.frexp(exact)[1] - 24)
+
+    functions = {
+        "log2": lambda x: moved(np.log2(x.astype(float)), float(machine.log2), float(machine.log2_absolute)),
+        "exp2": lambda x: moved(
+            np.exp2(x.astype(float)), float(machine.exp2) + float(machine.exp2_slope) * np.abs(x.astype(float))
+        ),
+        "divide": lambda a, b: moved(np.divide(a, b, dtype=float), max(float(machine.quotient) - 0.5, 0)),
+    }
+    own = table_free.kernel(kernel.powers, table_free.called)
+    given = {k: f32(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
+    given |= {"w": w, "speed": np.ones(len(w), f32)}
+    values = expressions.run((*own.common, own.inverse), given, f32, functions)
+    return {name: expressions.evaluate(e, values, f32, functions) for name, e in own.results.items()}
+
+
+def formula(kernel, form, w):
+    """The formula with the coefficients of a type, in double precision, with few roundings."""
+    variant = kernel.variant(form)
+    y = np.longdouble(w) ** (np.longdouble(1) / 30)
+    n, d = (
+        sum(np.longdouble(c) * y**k for k, c in zip(exponents, numbers, strict=True))
+        for exponents, numbers in ((kernel.powers.top, variant.a), (kernel.powers.bottom, variant.b))
+    )
+    eps, loss = d / (d + y**6 * n), y**6 * n / (d + y**6 * n)
+    return {"restitution": eps, "rebound": eps, "dissipation": loss * (1 + eps)}
+
+
+@pytest.mark.parametrize(
+    "machine", [LIBRARY["float"], DEVICE, SHADER], ids=["library", "device", "shader"]
+)  # fmt: skip
+@pytest.mark.parametrize("which", [0, 1])
+def test_bounds_hold_for_machines_as_bad_as_assumed(machine, which):
+    kernel, generator = kernels()[which], np.random.default_rng(5)
+    variant = kernel.variant(FLOAT)
+    w = np.exp2(generator.uniform(-126, 120, 60_000)).astype(np.float32)
+    common = (w >= 1e-30) & (w <= 1e10)
+    found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
+    bounds = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
+    for function in FUNCTIONS:
+        error = np.abs(found[function] / true[function] - 1)
+        for bound, part in ((bounds[function].everywhere, error), (bounds[function].common, error[common])):
+            assert 0.05 * float(bound) < part.max() <= float(bound)
+
+
+@pytest.mark.parametrize("machine", [LIBRARY["double"], LIBRARY["float"], SHADER], ids=["double", "float", "shader"])
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(machine):
+    kernel = kernels()[1]
+    variant, form = kernel.variant(machine.type), machine.type
+    given = kernel.powers, variant.a, variant.b, machine
+    w = np.linspace(1 - form.largest, LARGEST[form.name], 150)
+    with working(128):
+        parts = [Fraction(2.0**e) for e in (*(w / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
+        alone = [(y**3, table_free._on_part(*given, y, y)) for y in parts]
+    for function, bound in table_free.bounds(*given).items():
+        everywhere = max(float(found[function]) for _, found in alone)
+        common = max(float(found[function]) for v, found in alone if table_free.COMMON[0] <= v <= table_free.COMMON[1])
+        assert 0.85 * float(bound.everywhere) < everywhere <= float(bound.everywhere)
+        assert 0.85 * float(bound.common) < common <= float(bound.common)
+
+
+def test_common_speeds_are_covered():
+    low, high = table_free._COMMON_Y
+    assert low**3 <= table_free.COMMON[0]
+    assert table_free.COMMON[1] <= high**3 < table_free.COMMON[1] * Fraction(101, 100)
+    for form in FORMS.values():
+        for ends in (table_free._COMMON_Y, table_free._ends(form)):
+            parts = list(table_free._parts(form, *ends))
+            assert (parts[0][0], parts[-1][1]) == ends
+            assert all(left[1] == right[0] for left, right in itertools.pairwise(parts))
+        low, high = table_free._ends(form)
+        assert low**30 <= Fraction(2) ** (1 - form.largest)
+        assert high**30 >= Fraction(2) ** LARGEST[form.name]
+
+
+BAD = {
+    "log2": replace(LIBRARY["float"], log2=Fraction(3000)),
+    "log2, absolute": replace(LIBRARY["float"], log2_absolute=Fraction(1, 100)),
+    "exp2": replace(LIBRARY["float"], exp2=Fraction(1000)),
+    "exp2, slope": replace(LIBRARY["float"], exp2_slope=Fraction(1000)),
+    "quotient": replace(LIBRARY["float"], quotient=Fraction(1000)),
+}
+
+
+@pytest.mark.parametrize("machine", BAD.values(), ids=BAD)
+def test_every_error_of_a_machine_counts(machine):
+    """One that is far larger than all others: results come close to the bound, and not beyond it."""
+    kernel, generator = kernels()[1], np.random.default_rng(6)
+    variant = kernel.variant(FLOAT)
+    ends = (-1, 1) if machine.log2_absolute else (-126, 120)
+    w = np.exp2(generator.uniform(*ends, 20_000)).astype(np.float32)
+    bound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
+    found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
+    ratio = {f: np.abs(found[f] / true[f] - 1).max() / float(bound[f].everywhere) for f in FUNCTIONS}
+    assert max(ratio.values()) <= 1
+    assert ratio["restitution"] > (0.1 if machine.log2_absolute else 0.2)
+
+
+def test_powers_that_overflow_are_refused(monkeypatch):
+    kernel = kernels()[0]
+    variant = kernel.variant(FLOAT)
+    monkeypatch.setitem(LARGEST, "float", 150)
+    with pytest.raises(ArithmeticError, match="may overflow in type float"):
+        table_free.bounds.__wrapped__(kernel.powers, variant.a, variant.b, DEVICE)
+
+
+def test_shortest_decimals():
+    assert shortest(0.1, DOUBLE) == "0.1"
+    assert shortest(1.0, DOUBLE) == "1.0"
+    assert shortest(2.0**900, DOUBLE) == repr(2.0**900).replace("+", "")
+    for number in np.random.default_rng(1).normal(size=200).astype(np.float32):
+        assert np.float32(shortest(float(number), FLOAT)) == number
+
+
+def test_requests_that_are_refused():
+    with pytest.raises(ValueError, match="target is 'cobol': accepted are cuda, glsl"):
+        render("cobol", kernels(), COMMAND)
+    with pytest.raises(ValueError, match="inverse"):
+        render("cuda", [prove_lacunary.inverse_kernel("1e-3")], COMMAND)
+    with pytest.raises(ValueError, match="has type float only"):
+        render("glsl", kernels()[2:], COMMAND)
+    with pytest.raises(ValueError, match="twice"):
+        render("rust", [kernels()[0], kernels()[0]], COMMAND)
+
+
+def test_a_module_of_another_name_in_fortran():
+    text = render("fortran", kernels(), COMMAND.replace("TARGET", "fortran"), "of_a_scene")
+    renamed = ("\nmodule viscopade\n", "\nmodule of_a_scene\n"), ("use viscopade\n", "use of_a_scene\n")
+    expected = made("fortran")
+    for old, new in renamed:
+        assert expected.count(old) == 1
+        expected = expected.replace(old, new)
+    assert text == expected
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_file_says_what_it_is(target):
+    text = " ".join(line.strip(" *!#/") for line in made(target).split("\n\n")[0].splitlines()[:120])
+    comment = TARGETS[target].comment
+    assert COMMAND.replace("TARGET", target) in made(target).splitlines()[1 if target == "cuda" else 0]
+    assert made(target).splitlines()[2].startswith(comment)
+    for words in ("End condition: contact ends when the force vanishes", "domain: 2^-", "proven:", "assumed:"):
+        assert words in text
+    forms = [dialect.form for dialect in TARGETS[target].dialects]
+    for kernel in kernels():
+        stated = [v.certificate.bound for v in kernel.variants if v.form in forms]
+        assert name_of(kernel) in text
+        assert stated or f"{name_of(kernel)} is left out" in text
+        assert all(f"<= {bound}" in text or f"and {bound}" in text for bound in stated)
+    assert max(map(len, made(target).splitlines())) <= 132
+
+
+def test_relative_kernels_claim_nothing_of_the_loss():
+    text = render("javascript", [prove_lacunary.half_line_kernel("1e-3", "relative")], COMMAND)
+    assert "(1 - eps^2) <=" not in text
+    assert "relative to of the formula's" not in text
+    assert "relative to the formula's 1 - eps^2" in text.replace("\n//         ", " ")
+
+
+# --- running the texts ------------------------------------------------------------------------------------------------
+#
+# A program reads lines of two numbers, speed and beta, as hexadecimal bits, and writes the results of all functions.
+
+
+def calls(form, pattern, prefix=""):
+    """Calls of all functions for a form, in the order of `results`."""
+    return [
+        pattern.format(f"{prefix}{function}_{name_of(kernel)}")
+        for kernel, function in itertools.product(having(form), FUNCTIONS)
+    ]
+
+
+def run(command, form, speed, beta):
+    kind, bits = TYPES[form], BITS[form]
+    digits = 16 if form == "double" else 8
+    pairs = zip(kind(speed).view(bits), kind(beta).view(bits), strict=True)
+    lines = "".join(f"{s:0{digits}x} {b:0{digits}x}\n" for s, b in pairs)
+    ran = subprocess.run(command, input=lines, check=True, capture_output=True, text=True)
+    words = np.array([int(word, 16) for word in ran.stdout.split()], dtype=bits)
+    return by_name(form, words.view(kind).reshape(len(speed), -1))
+
+
+def by_name(form, columns):
+    names = list(itertools.product(having(form), FUNCTIONS))
+    assert columns.shape[1] == len(names)
+    return {(name_of(k), f): columns[:, i] for i, (k, f) in enumerate(names)}
+
+
+C_DRIVER = """
+#include <stdio.h>
+#include <string.h>
+{include}
+int main(void)
+{{
+    {integer} s, b, r;
+    {type} speed, beta, result;
+    while (scanf("%{length}x %{length}x", &s, &b) == 2) {{
+        memcpy(&speed, &s, sizeof speed);
+        memcpy(&beta, &b, sizeof beta);
+{body}
+        printf("\\n");
+    }}
+    return 0;
+}}
+"""
+
+
+def c_driver(form, include, prefix="viscopade_", suffix=None):
+    """A program in C and C++."""
+    end = FORMS[form].suffix if suffix is None else suffix
+    body = "\n".join(
+        f'        result = {call}; memcpy(&r, &result, sizeof r); printf("%{"l" if form == "double" else ""}x ", r);'
+        for call in calls(form, "{}" + end + "(speed, beta)", prefix)
+    )
+    integer, length = ("unsigned long", "l") if form == "double" else ("unsigned", "")
+    return C_DRIVER.format(include=include, integer=integer, length=length, type=form, body=body)
+
+
+def c_program(directory, form, standard, source, flags=()):
+    path, program_ = directory / f"driver_{form}.src", directory / f"driver_{form}"
+    path.write_text(source)
+    command = [*compiled.compiler(standard), *compiled.WARNINGS, "-O2", *flags, str(path), "-o", str(program_), "-lm"]
+    subprocess.run(command, check=True, capture_output=True, text=True, cwd=directory)
+    return [str(program_)]
+
+
+def host(directory, form, standard="c99", flags=()):
+    (directory / "viscopade.cuh").write_text(made("cuda"))
+    return c_program(directory, form, standard, c_driver(form, '#include "viscopade.cuh"'), flags)
+
+
+def host_cxx(directory, form):
+    return host(directory, form, "c++98")
+
+
+def host_nvcc(directory, form):
+    (directory / "viscopade.cuh").write_text(made("cuda"))
+    (directory / "driver.cu").write_text(c_driver(form, '#include "viscopade.cuh"'))
+    command = [tool("nvcc"), "-arch=sm_75", "-Werror", "all-warnings", "driver.cu", "-o", "driver"]
+    subprocess.run(command, check=True, capture_output=True, cwd=directory)
+    return [str(directory / "driver")]
+
+
+def javascript(directory, form):
+    (directory / "viscopade.mjs").write_text(made("javascript"))
+    body = ", ".join(calls(form, "m.{}(speed, beta)"))
+    (directory / "driver.mjs").write_text(
+        f"""import * as m from "./viscopade.mjs";
+import {{ readFileSync }} from "node:fs";
+const view = new DataView(new ArrayBuffer(8));
+const number = (h) => {{ view.setBigUint64(0, BigInt("0x" + h)); return view.getFloat64(0); }};
+const bits = (x) => {{ view.setFloat64(0, x); return view.getBigUint64(0).toString(16); }};
+const lines = readFileSync(0, "utf8").trim().split("\\n");
+console.log(lines.map((line) => {{
+    const [speed, beta] = line.split(" ").map(number);
+    return [{body}].map(bits).join(" ");
+}}).join("\\n"));
+"""
+    )
+    return [tool("node"), str(directory / "driver.mjs")]
+
+
+def fortran(directory, form):
+    (directory / "viscopade.f90").write_text(made("fortran"))
+    kind, digits = ("real64", 16) if form == "double" else ("real32", 8)
+    integer = kind.replace("real", "int")
+    body = "\n".join(f"r({i + 1}) = {call}" for i, call in enumerate(calls(form, "{}(speed, beta)")))
+    (directory / "driver.f90").write_text(
+        f"""program driver
+use, intrinsic :: iso_fortran_env
+use viscopade
+implicit none
+integer({integer}) :: s, b
+real({kind}) :: speed, beta, r({len(calls(form, ""))})
+integer :: status, i
+do
+read (*, '(z{digits}, 1x, z{digits})', iostat=status) s, b
+if (status /= 0) exit
+speed = transfer(s, speed)
+beta = transfer(b, beta)
+{body}
+write (*, '(*(z{digits}, 1x))') (transfer(r(i), s), i = 1, size(r))
+end do
+end program
+"""
+    )
+    flags = ["-std=f2018", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O2"]
+    command = [tool("gfortran"), *flags, "viscopade.f90", "driver.f90", "-o", "driver"]
+    subprocess.run(command, check=True, capture_output=True, cwd=directory)
+    return [str(directory / "driver")]
+
+
+def rust(directory, form):
+    (directory / "viscopade.rs").write_text(made("rust"))
+    kind, integer, end = ("f64", "u64", "") if form == "double" else ("f32", "u32", "_f32")
+    body = ", ".join(calls(form, "viscopade::{}" + end + "(speed, beta)"))
+    (directory / "main.rs").write_text(
+        f"""#[allow(dead_code)]
+mod viscopade;
+fn main() {{
+    for line in std::io::stdin().lines() {{
+        let line = line.unwrap();
+        let bits = |i: usize| {integer}::from_str_radix(line.split(' ').nth(i).unwrap(), 16).unwrap();
+        let (speed, beta) = ({kind}::from_bits(bits(0)), {kind}::from_bits(bits(1)));
+        for r in [{body}] {{
+            print!("{{:x}} ", r.to_bits());
+        }}
+        println!();
+    }}
+}}
+"""
+    )
+    command = [tool("rustc"), "--edition", "2021", "-D", "warnings", "-O", "main.rs", "-o", "driver"]
+    subprocess.run(command, check=True, capture_output=True, cwd=directory)
+    return [str(directory / "driver")]
+
+
+def julia(directory, form):
+    (directory / "viscopade.jl").write_text(made("julia"))
+    kind, integer = ("Float64", "UInt64") if form == "double" else ("Float32", "UInt32")
+    body = ", ".join(calls(form, "Viscopade.{}(speed, beta)"))
+    (directory / "driver.jl").write_text(
+        f"""include("viscopade.jl")
+for line in eachline()
+    speed, beta = (reinterpret({kind}, parse({integer}, word, base = 16)) for word in split(line))
+    println(join((string(reinterpret({integer}, r), base = 16) for r in ({body},)), " "))
+end
+"""
+    )
+    return [tool("julia"), str(directory / "driver.jl")]
+
+
+SHIMS = """
+#include <math.h>
+#define precise const
+struct vec2 { float x, y; vec2(float a, float b) : x(a), y(b) {} };
+static inline float min(float a, float b) { return b < a ? b : a; }
+static inline float max(float a, float b) { return a < b ? b : a; }
+static inline float select(float a, float b, bool c) { return c ? b : a; }
+"""
+# Implicit conversions of constants are the language's own; all else is compiled with warnings as errors.
+SHIM_FLAGS = ("-Wno-unused-function", "-Wno-conversion")
+
+
+def glsl_translated(directory, form):
+    text = re.sub(r"\b(\d+\.\d*(?:e[+-]?\d+)?)(?![\w.])", r"\1f", re.sub(r"//.*", "", made("glsl")))
+    text = re.sub(r"^(float|vec2) ", r"static inline \1 ", text, flags=re.MULTILINE)
+    return c_program(directory, form, "c++17", c_driver(form, SHIMS + text, suffix=""), SHIM_FLAGS)
+
+
+def wgsl_translated(directory, form):
+    text = re.sub(r"//.*", "", made("wgsl")).replace("vec2<f32>", "vec2")
+    text = re.sub(
+        r"^fn (\w+)\((\w+): f32, (\w+): f32\) -> (\w+) {", r"static inline \4 \1(f32 \2, f32 \3) {", text, flags=re.M
+    )
+    text = re.sub(r"let (\w+)(?:: f32)? =", r"const auto \1 =", text)
+    text = re.sub(r"\b(\d+\.\d+)(?![\w.])", r"\1f", text)
+    assert "fn " not in text
+    assert "let " not in text
+    source = c_driver(form, f"{SHIMS}typedef float f32;\n{text}", suffix="")
+    return c_program(directory, form, "c++17", source, SHIM_FLAGS)
+
+
+class OnDevice:
+    """A compute shader, run by wgpu on whatever device it finds, which may be a CPU."""
+
+    def __init__(self, form, shader):
+        self.form, self.shader = form, shader
+
+    def __call__(self, speed, beta):
+        from wgpu.utils.compute import compute_with_buffers
+
+        count = len(calls(self.form, ""))
+        inputs = {0: speed.astype(np.float32), 1: beta.astype(np.float32)}
+        out = compute_with_buffers(inputs, {2: (count * len(speed), "f")}, self.shader, n=len(speed))
+        return by_name(self.form, np.frombuffer(out[2], dtype=np.float32).reshape(len(speed), count))
+
+
+def wgpu():
+    found = pytest.importorskip("wgpu", reason="wgpu is not installed")
+    try:
+        found.gpu.request_adapter_sync()
+    except Exception as reason:  # whatever the driver raises
+        pytest.skip(f"wgpu finds no device: {reason}")
+
+
+def wgsl(directory, form):
+    wgpu()
+    count = len(calls(form, ""))
+    body = "\n".join(
+        f"    r[{count}u * id.x + {i}u] = {call};"
+        for i, call in enumerate(calls(form, "{}(s[id.x], b[id.x])", "viscopade_"))
+    )
+    shader = f"""{made("wgsl")}
+@group(0) @binding(0) var<storage, read> s: array<f32>;
+@group(0) @binding(1) var<storage, read> b: array<f32>;
+@group(0) @binding(2) var<storage, read_write> r: array<f32>;
+@compute @workgroup_size(1)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+{body}
+}}
+"""
+    return OnDevice(form, shader)
+
+
+def glsl(directory, form):
+    wgpu()
+    compile_glsl(directory, form)
+    return OnDevice(form, (directory / "t.spv").read_bytes())
+
+
+def compile_glsl(directory, form):
+    count = len(calls(form, ""))
+    body = "\n".join(
+        f"    r[{count}u * i + {j}u] = {call};" for j, call in enumerate(calls(form, "{}(s[i], b[i])", "viscopade_"))
+    )
+    (directory / "t.comp").write_text(
+        f"""#version 450
+{made("glsl")}
+layout(local_size_x = 1) in;
+layout(std430, set = 0, binding = 0) readonly buffer S {{ float s[]; }};
+layout(std430, set = 0, binding = 1) readonly buffer B {{ float b[]; }};
+layout(std430, set = 0, binding = 2) buffer R {{ float r[]; }};
+void main() {{
+    uint i = gl_GlobalInvocationID.x;
+{body}
+}}
+"""
+    )
+    command = [tool("glslangValidator"), "-V", "t.comp", "-o", "t.spv"]
+    subprocess.run(command, check=True, capture_output=True, cwd=directory)
+
+
+def julia_translated(directory, form):
+    return JuliaInPython(form)
+
+
+class JuliaInPython:
+    """The functions of the Julia module, line by line as Python, with NumPy's numbers of one type."""
+
+    def __init__(self, form):
+        self.form, kind = form, "Float64" if form == "double" else "Float32"
+        text = re.sub(r"#.*", "", made("julia"))
+        text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", text)
+        text = re.sub(r"return w > largest \? largest : w", "return largest if w > largest else w", text)
+        text = re.sub(r"if !\((.*)\)", r"if not (\1):", text.replace("&&", "and"))
+        text = re.sub(r"(\w+ = )(-?\d[\d.e+-]*)$", r"\1number(\2)", text, flags=re.M)
+        blocks = re.findall(rf"function (\w+)\(([^)]*::{kind})\)\n(.*?)^end", text, re.M | re.S)
+        lines = [
+            f"def {name}({arguments.replace(f'::{kind}', '')}):\n{body.replace('    end', '')}"
+            for name, arguments, body in blocks
+        ]
+        number = TYPES[form]
+        self.names = {"number": number, "NaN": math.nan, kind: number, "log2": np.log2, "exp2": np.exp2}
+        exec("\n".join(lines), self.names)
+
+    def __call__(self, speed, beta):
+        with np.errstate(all="ignore"):
+            columns = [
+                [self.names[f"{f}_{name_of(k)}"](s, b) for k, f in itertools.product(having(self.form), FUNCTIONS)]
+                for s, b in zip(TYPES[self.form](speed), TYPES[self.form](beta), strict=True)
+            ]
+        return by_name(self.form, np.array(columns))
+
+
+IEEE = {
+    "C": host,
+    "C++": host_cxx,
+    "nvcc, host": host_nvcc,
+    "JavaScript": javascript,
+    "Fortran": fortran,
+    "Rust": rust,
+    "Julia": julia,
+    "Julia as Python": julia_translated,
+}
+SHADERS = {"GLSL": glsl, "GLSL as C++": glsl_translated, "WGSL": wgsl, "WGSL as C++": wgsl_translated}
+RUNNERS = IEEE | SHADERS
+ONLY = {"JavaScript": "double", **dict.fromkeys(SHADERS, "float")}
+EACH = [(name, form) for name in RUNNERS for form in FORMS if ONLY.get(name, form) == form]
+EACH_IEEE = [(name, form) for name, form in EACH if name in IEEE]
+
+
+@pytest.fixture(scope="module")
+def runner(tmp_path_factory):
+    """Return a function from the name of a language and a type to one from speeds and betas to results."""
+
+    @cache
+    def ready(name, form):
+        found = RUNNERS[name](tmp_path_factory.mktemp("language"), form)
+        return found if callable(found) else lambda speed, beta: run(found, form, speed, beta)
+
+    return ready
+
+
+def machine_of(name, form):
+    return SHADER if name in SHADERS else LIBRARY[form]
+
+
+def inputs(form, low, high, size, seed=7):
+    """Speeds and betas with w from 2^low to 2^high, numbers of the type."""
+    generator = np.random.default_rng(seed)
+    beta = np.exp2(generator.uniform(-1, 1, size)).astype(TYPES[form])
+    speed = np.exp2(generator.uniform(low + 5, high - 5, size)).astype(TYPES[form])
+    return speed, beta
+
+
+def exact(form, speed, beta):
+    v_star = (np.longdouble(beta) ** 5 * np.longdouble(speed)) ** (np.longdouble(1) / 10)
+    eps, loss = (f(np.float64(v_star)) for f in (vp.epsilon, vp.one_minus_epsilon))
+    return eps, {"restitution": eps, "rebound": eps * np.float64(speed), "dissipation": loss * (1 + eps)}
+
+
+@pytest.mark.parametrize(("name", "form"), EACH)
+def test_results_are_within_the_bounds(runner, name, form):
+    compute, kind = runner(name, form), FORMS[form]
+    size = 500 if "as Python" in name else 4000
+    # In type double v* from 1e-10 to 1e10, where the reference is known to hold.
+    ends = (-126, LARGEST[form]) if form == "float" else (-332, 332)
+    speed, beta = (
+        np.concatenate(part) for part in zip(inputs(form, *ends, size), inputs(form, -30, 30, size), strict=True)
+    )
+    eps, true = exact(form, speed, beta)
+    found = compute(speed, beta)
+    for kernel in having(form):
+        variant = kernel.variant(kind)
+        bound = float(Fraction(variant.certificate.bound))
+        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
+        for function in FUNCTIONS:
+            result = np.float64(found[name_of(kernel), function])
+            of_formula = bound * (1 + bound / 2) if function == "dissipation" else bound * np.minimum(1, 1 / eps - 1)
+            allowed = of_formula + float(rounding[function].everywhere) * (1 + bound) + OF_REFERENCE
+            error = np.abs(result / true[function] - 1)
+            assert (error <= allowed).all()
+            if function == "restitution":
+                assert error.max() > bound / 2  # of the formula: the test can tell
+                assert ((result > 0) & (result <= 1)).all()
+
+
+@pytest.mark.parametrize(("name", "form"), EACH_IEEE)
+def test_special_values(runner, name, form):
+    inf, nan, limits = math.inf, math.nan, np.finfo(TYPES[form])
+    tiny, largest = float(limits.smallest_subnormal), float(limits.max)
+    cut = 2.0 ** LARGEST[form]
+    cases = [  # speed, beta: restitution, rebound, dissipation; "cut": as at the cut-off; None: not compared
+        (0.0, 1.0, (1, 0, 0)),
+        (-0.0, 1.0, (1, -0.0, 0)),
+        (2.0, 0.0, (1, 2, 0)),
+        (2.0, -0.0, (1, 2, 0)),
+        (0.0, 0.0, (1, 0, 0)),
+        (tiny, 1.0, (1, tiny, None)),
+        (1.0, tiny, (1, 1, 0)),
+        (inf, 1.0, ("cut", inf, 1)),
+        (1.0, inf, ("cut", None, 1)),
+        (inf, inf, ("cut", inf, 1)),
+        (largest, 1e10, ("cut", None, 1)),
+        (cut * 2, 1.0, ("cut", None, 1)),
+        *(
+            (*pair, (nan, nan, nan))
+            for pair in [(0.0, inf), (inf, 0.0), (0.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
+        ),
+        *((*pair, (nan, nan, nan)) for pair in [(nan, 1.0), (1.0, nan), (-inf, 1.0), (-inf, -inf), (nan, nan)]),
+        (cut, 1.0, ("cut", None, 1)),
+    ]
+    speed, beta = (np.array(column, dtype=TYPES[form]) for column in list(zip(*cases, strict=True))[:2])
+    found = runner(name, form)(speed, beta)
+    for kernel in having(form):
+        results = {function: found[name_of(kernel), function] for function in FUNCTIONS}
+        least = results["restitution"][-1]
+        assert 0 < least < (1e-89 if form == "double" else 2e-12)
+        for i, (_, _, wanted) in enumerate(cases):
+            for function, expected in zip(FUNCTIONS, wanted, strict=True):
+                if expected is not None:
+                    np.testing.assert_equal(results[function][i], least if expected == "cut" else expected)
+        assert 0 <= results["dissipation"][speed == tiny].item() < 1e-8
+
+
+@pytest.mark.parametrize("name", SHADERS)
+def test_special_values_of_shaders(runner, name):
+    """NaN is left out: nothing is said of it."""
+    cases = [
+        (0.0, 1.0),
+        (-0.0, 1.0),
+        (1.0, 0.0),
+        (1e-42, 1.0),
+        (-1.0, 1.0),
+        (1.0, -1.0),
+        (math.inf, 1.0),
+        (2.0**120, 1.0),
+    ]
+    speed, beta = (np.array(column, dtype=np.float32) for column in zip(*cases, strict=True))
+    found = runner(name, "float")(speed, beta)
+    for kernel in having("float"):
+        eps, loss = (found[name_of(kernel), function] for function in ("restitution", "dissipation"))
+        assert (eps[:6] == 1).all()
+        assert (loss[:6] == 0).all()
+        assert eps[6] == eps[7]
+        assert 0 < eps[7] < 2e-12
+        assert (loss[6:] == 1).all()
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_eps_is_never_beyond_its_range(runner, form):
+    """In C, for speeds of all sizes: in (0, 1], and 1 - eps^2 beyond 1 by two units at most."""
+    bits = np.random.default_rng(9).integers(0, 2 ** (63 if form == "double" else 31), 20_000).astype(BITS[form])
+    speed = bits.view(TYPES[form])
+    speed = speed[speed >= 0]
+    found = runner("C", form)(speed, np.full(len(speed), 1.3))
+    for kernel in having(form):
+        eps, loss = (found[name_of(kernel), function] for function in ("restitution", "dissipation"))
+        assert ((eps > 0) & (eps <= 1)).all()
+        assert ((loss >= 0) & (loss <= 1 + 2 * np.finfo(TYPES[form]).eps)).all()
+
+
+def test_the_header_agrees_with_the_one_for_v_star(runner, tmp_path):
+    """viscopade_half_line.h takes cbrt of v*, the header here a thirtieth power of w."""
+    library = compiled.build(tmp_path, [gapped_kernels.render_c(kernels(), COMMAND)])
+    speed, beta = inputs("double", -100, 40, 2000)
+    found = runner("C", "double")(speed, beta)
+    for kernel in kernels():
+        other = np.array([library[f"restitution_{kernel.name}"](s, b) for s, b in zip(speed, beta, strict=True)])
+        ulps = np.abs(found[name_of(kernel), "restitution"] - other) / np.spacing(other)
+        assert ulps.max() <= 60
+
+
+def test_results_do_not_depend_on_contraction(tmp_path, runner):
+    """With fused multiply-add, results are within the bounds as well."""
+    flags = ["-ffp-contract=fast"]
+    with open("/proc/cpuinfo") if os.path.exists("/proc/cpuinfo") else open(os.devnull) as file:
+        flags += ["-mfma"] if " fma " in file.read() else []
+    speed, beta = inputs("float", -100, 40, 3000)
+    found = run(host(tmp_path, "float", flags=flags), "float", speed, beta)
+    _, true = exact("float", speed, beta)
+    for kernel in having("float"):
+        variant = kernel.variant(FLOAT)
+        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])["restitution"].everywhere
+        error = np.abs(found[name_of(kernel), "restitution"] / true["restitution"] - 1)
+        assert error.max() <= float(variant.certificate.bound) + float(rounding) * 1.001
+
+
+# --- compilers only ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("standard", [s for s in compiled.STANDARDS if s not in ("c99", "c++98")])
+def test_the_header_is_c_and_cxx(tmp_path, standard):
+    host(tmp_path, "double", standard)
+
+
+LAUNCHES = """
+#include "viscopade.cuh"
+#define FOR(NAME, T, BETA) \\
+    template cudaError_t viscopade_launch<viscopade_##NAME>(size_t, const T *, BETA<T>, T *, cudaStream_t);
+FOR(compact_2p09em4::restitution, float, viscopade_beta_of_all)
+FOR(compact_3p4em6::rebound, float, viscopade_beta_of_pair)
+FOR(compact_3p4em6::dissipation, double, viscopade_beta_of_each)
+FOR(compact_2p79em8::restitution, double, viscopade_beta_of_all)
+FOR(compact_2p79em8::restitution, float, viscopade_beta_of_all)
+"""
+
+
+@pytest.mark.parametrize("architecture", ["sm_75", "sm_90"])
+def test_device_code_compiles(tmp_path, architecture):
+    (tmp_path / "viscopade.cuh").write_text(made("cuda"))
+    (tmp_path / "launches.cu").write_text(LAUNCHES)
+    command = [tool("nvcc"), f"-arch={architecture}", "-std=c++17", "-Werror", "all-warnings", "-O3", "-Xptxas", "-v"]
+    ran = subprocess.run(
+        [*command, "-cubin", "launches.cu", "-o", "launches.cubin"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ran.returncode == 0, ran.stderr
+    registers = [int(n) for n in re.findall(r"Used (\d+) registers", ran.stderr)]
+    assert len(registers) == 5
+    assert max(registers) <= 64  # so that 1024 threads fit on a multiprocessor
+    assert "bytes spill" not in ran.stderr or set(re.findall(r"(\d+) bytes spill", ran.stderr)) == {"0"}
+
+
+def test_the_gpu_benchmark_compiles(tmp_path):
+    """It has not been run on a GPU."""
+    (tmp_path / "viscopade.cuh").write_text(made("cuda"))
+    command = [
+        tool("nvcc"),
+        "-arch=sm_75",
+        "-std=c++17",
+        "-Werror",
+        "all-warnings",
+        "-I",
+        str(tmp_path),
+        str(BENCHMARK),
+    ]
+    subprocess.run([*command, "-o", str(tmp_path / "bench")], check=True, capture_output=True)
+
+
+def test_glsl_compiles(tmp_path):
+    compile_glsl(tmp_path, "float")
+
+
+def test_exporter_knows_all_languages():
+    assert set(exporter.TARGETS) == {"cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"}

@@ -1,0 +1,878 @@
+"""Exported kernels in powers of a root: programs, bounds of rounding, C (compiled), Python (executed), records."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import random
+import re
+import subprocess
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from flint import arb
+
+from tests import compiled, daily
+from viscopade.approximation import half_line, inverse, lacunary
+from viscopade.approximation.lacunary import Powers
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels.expressions import (
+    PYTHON,
+    Literal,
+    Name,
+    Rounded,
+    c_language,
+    chain,
+    horner_expression,
+    powers,
+    run,
+    smallest,
+    text,
+)
+from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, interval_start
+from viscopade.kernels.targets.root_powers import render_c, render_python
+from viscopade_lab.hard_cases import exported
+
+COMMAND = "viscopade export c --half-line 1e-3"
+FORMS = {"double": DOUBLE, "float": FLOAT}
+TYPES = {"double": np.float64, "float": np.float32}
+MATH = {"cbrt": math.cbrt, "sqrt": math.sqrt, "pow": math.pow}
+EPSILON_MIN = Fraction("0.3")
+MIXED_SIGNS = Powers((0, 4, 12, 19), (0, 4, 6, 8, 15))
+SMALL = Powers((0, 4, 8), (0, 4))
+WHOLE = Powers((0, 16), (0, 10, 18))
+NOT_IN_FLOAT = Powers((0, 6, 12, 13, 17, 18, 26), (0, 6, 8, 9, 10, 22))
+
+
+@cache
+def kernels():
+    """Return one kernel of each kind; that of half-line "both" has sums of mixed signs."""
+    return (
+        prove_lacunary.of_half_line(MIXED_SIGNS, "both"),
+        prove_lacunary.of_half_line(SMALL, "relative"),
+        prove_lacunary.of_inverse(WHOLE),
+        prove_lacunary.of_inverse_on(2, 2, EPSILON_MIN),
+    )
+
+
+def half_lines():
+    return kernels()[:2]
+
+
+def inverses():
+    return kernels()[2:]
+
+
+each_form = pytest.mark.parametrize("form", ["double", "float"])
+each_half_line = pytest.mark.parametrize("which", [0, 1], ids=["both", "relative"])
+each_inverse = pytest.mark.parametrize("which", [0, 1], ids=["whole", "interval"])
+of_days = pytest.mark.parametrize("days", [1, pytest.param(10, marks=pytest.mark.slow)])
+
+
+def has_fma():
+    try:
+        with open("/proc/cpuinfo") as file:
+            return " fma " in file.read()
+    except OSError:
+        return False
+
+
+BUILDS = {"plain": [], "contracted": ["-ffp-contract=fast", "-mfma"] if has_fma() else ["-ffp-contract=fast"]}
+
+
+@cache
+def header():
+    return render_c(kernels(), COMMAND)
+
+
+@pytest.fixture(scope="module")
+def libraries(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("gapped")
+    return {name: compiled.build(directory, [header()], flags=flags) for name, flags in BUILDS.items()}
+
+
+@pytest.fixture(scope="module")
+def module():
+    names = {"__name__": "generated"}
+    exec(render_python(kernels(), COMMAND), names)
+    return SimpleNamespace(**names)
+
+
+def suffix(form):
+    return FORMS[form].suffix
+
+
+# --- programs ---------------------------------------------------------------------------------------------------------
+
+
+def test_chains_of_powers():
+    steps = chain(frozenset({7, 15, 4}))
+    have = {1}
+    for step in steps:
+        assert {step.left, step.right} <= have
+        assert step.power == step.left + step.right
+        have.add(step.power)
+    assert {7, 15, 4} <= have
+    # The shortest addition chains: Knuth, section 4.6.3.
+    assert [len(chain(frozenset({n}))) for n in (1, 2, 3, 7, 15, 23, 32, 47)] == [0, 1, 2, 4, 5, 6, 5, 8]
+    with pytest.raises(ValueError, match="whole numbers >= 1"):
+        chain(frozenset({0, 3}))
+
+
+def test_text_keeps_the_order_of_evaluation():
+    generator = random.Random(1)
+    names = {name: generator.uniform(0.5, 2) for name in "abcde"}
+
+    def expression(depth):
+        if depth == 0:
+            return Name(generator.choice("abcde")) if generator.random() < 0.8 else Literal("0.1")
+        left, right = expression(depth - generator.randint(1, depth)), expression(depth - 1)
+        return generator.choice([left + right, left * right, left / right, right / left])
+
+    for _ in range(300):
+        made = expression(4)
+        value = expressions.evaluate(made, names, float)
+        assert eval(text(made, PYTHON), dict(names)) == value
+        assert eval(text(made, c_language(DOUBLE)), dict(names)) == value
+
+
+def test_horner_with_gaps():
+    assert text(horner_expression((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
+    assert text(horner_expression((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
+    values = run(powers("y", {3, 5}), {"y": Fraction(2)}, Fraction)
+    assert (values["y3"], values["y5"]) == (8, 32)
+
+
+def test_programs_are_the_formulas():
+    """In exact numbers, given the root: both branches of all kernels."""
+    y = Fraction(3, 5)
+    for kernel in kernels():
+        variant = kernel.variants[0]
+        numbers = {k: Fraction(c) for k, c in lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items()}
+        quotient = lacunary.LacunaryQuotient(
+            kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b))
+        )
+        for branch in kernel.branches:
+            at = y if branch.variable == "y" else 1 / y
+            given = {**numbers, branch.variable: y, "v_star": at**3}
+            values = run(branch.program, given, Fraction)
+            found = {k: expressions.evaluate(e, values, Fraction) for k, e in branch.results.items()}
+            n, d = (sum(c * at**k for k, c in part) for part in (quotient.top, quotient.bottom))
+            if isinstance(kernel, HalfLineKernel):
+                assert found == {"epsilon": d / (d + at**6 * n), "one_minus_epsilon": at**6 * n / (d + at**6 * n)}
+            else:
+                assert found == {"v_star": at ** int(1 / (2 * kernel.root)) * n / d}
+
+
+# --- bounds of rounding errors ----------------------------------------------------------------------------------------
+
+
+def random_float(generator, low, high):
+    return float(np.float32(generator.uniform(low, high)))
+
+
+def test_bounds_of_rounding_errors_hold():
+    """Random programs of type float: no error beyond the bound, and some not far below."""
+    generator, closest = random.Random(3), 0.0
+    program_ = (*powers("y", {2, 5}), expressions.Statement("sum", horner_expression((0, 2, 7), ("a", "b", "c"), "y")))
+    result = Name("sum") / (Name("a") + Name("y5") * Name("y2"))
+    for _ in range(400):
+        low = generator.uniform(0, 1)
+        part = (low, low + generator.uniform(0, 0.05))
+        a, b, c = (random_float(generator, *ends) for ends in ((0.5, 2), (-2, 2), (-2, 2)))
+        with working(128):
+            given = {k: Rounded(arb(x), FLOAT) for k, x in (("a", a), ("b", b), ("c", c))}
+            y = arb(part[0]).union(arb(part[1]))
+            values = run(program_, given | {"y": Rounded(y, FLOAT, slope=1)}, lambda t: Rounded(arb(t), FLOAT))
+            try:
+                bound = expressions.evaluate(result, values, None).with_error_of_y(arb(0))
+            except ArithmeticError:  # the sum vanishes
+                continue
+        for _ in range(20):
+            x = random_float(generator, *part)
+            inputs = {"a": a, "b": b, "c": c, "y": x}
+            found, true = (
+                expressions.evaluate(result, run(program_, {k: kind(v) for k, v in inputs.items()}, kind), kind)
+                for kind in (np.float32, Fraction)
+            )
+            error = abs(Fraction(float(found)) - true)
+            assert bound.value.contains(arb(true.numerator) / true.denominator) or not part[0] <= x <= part[1]
+            assert error <= Fraction(float(bound.relative)) * abs(true) + Fraction(float(bound.underflow))
+            closest = max(closest, float(error / abs(true)) / float(bound.relative))
+    assert closest > 0.1
+
+
+def test_a_sum_that_may_vanish_is_refused():
+    with working(128):
+        one, y = Rounded(arb(1), FLOAT), Rounded(arb(-1, 0.5), FLOAT, relative=1e-3, slope=1)
+        vanishing = one + y
+        assert vanishing.spread > 1e-3
+        with pytest.raises(ArithmeticError, match="may vanish"):
+            vanishing.with_error_of_y(arb(0))
+        with pytest.raises(ArithmeticError, match="may vanish"):
+            one / vanishing
+        assert (one + vanishing).spread == 0
+        assert (one + vanishing).relative > 1e-3
+
+
+def test_slopes():
+    """d ln/d ln y of y^5/(1 + 2 y^3) at y = 1/2: 5 - 3/5."""
+    with working(128):
+        y = Rounded(arb("0.5"), DOUBLE, slope=1)
+        one, two = Rounded(arb(1), DOUBLE), Rounded(arb(2), DOUBLE)
+        cube = y * y * y
+        result = cube * y * y / (one + two * cube)
+        assert abs(result.slope - arb(22) / 5) < 1e-30
+        assert result.with_error_of_y(arb(1e-3)).relative > 4.4e-3
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_slopes_of_sums_with_one_large_term_are_close_on_wide_parts(sign):
+    """y^16/(y^16 + sign) goes with 16; between 3.9 and 4.1 y^16 changes by more than a factor 2."""
+    with working(128):
+        y = Rounded(arb(4, 0.1), DOUBLE, slope=1)
+        power = y * y
+        for _ in range(3):
+            power = power * power
+        for total in (power + Rounded(arb(sign), DOUBLE), Rounded(arb(sign), DOUBLE) + power):
+            for at in (arb("3.91"), arb(4), arb("4.09")):
+                assert total.slope.contains(16 * at**16 / (at**16 + sign))
+            assert total.slope.rad() < 1e-6
+            assert total.relative < 17 * arb(2) ** -53
+            assert total.spread == 0
+
+
+def test_the_error_of_a_sum_that_nearly_vanishes_stays_absolute():
+    """On a part where a sum is from 1/1000 to 1/10, what is added to it decides how much its error counts."""
+    with working(128):
+        y = Rounded(arb("0.9495", "0.0495"), DOUBLE, relative=1e-9, slope=1)
+        small = Rounded(arb(1), DOUBLE) + Rounded(arb(-1), DOUBLE) * y
+        assert small.value.abs_lower() > 0.0009
+        total = Rounded(arb(1), DOUBLE) + small
+        assert total.spread == 0
+        assert 0.9e-9 < total.relative < 1.1e-9
+
+
+def test_the_part_with_the_largest_bound_is_halved():
+    """x (1 - x) on [0, 1], with bounds that are too large by the width of the part, and none for wide ones."""
+
+    def on(part):
+        if part[1] - part[0] > Fraction(1, 10):
+            raise ArithmeticError("too wide")
+        return part
+
+    def bound(part):
+        nearest = min(max(Fraction(1, 2), part[0]), part[1])
+        return ball_of(nearest * (1 - nearest) + part[1] - part[0])
+
+    with working(64):
+        found = lacunary_rounding.largest(on, [(Fraction(0), Fraction(1))], bound)
+        assert 0.25 <= found <= 0.25 * (1 + 1 / 16)
+
+
+def test_what_has_no_bound_is_refused(monkeypatch):
+    monkeypatch.setattr(lacunary_rounding, "MOST_PARTS", 30)
+    whole = [(Fraction(0), Fraction(1))]
+
+    def never(part):
+        raise ArithmeticError("never")
+
+    with pytest.raises(ArithmeticError, match="never"):
+        lacunary_rounding.largest(never, whole, lambda _: arb(1))
+    with pytest.raises(ArithmeticError, match="there is no bound from 0 to "):
+        lacunary_rounding.largest(lambda part: part, whole, lambda part: arb.nan() if part[0] == 0 else arb(1))
+
+
+@pytest.mark.parametrize("of", [exported.of_half_line, exported.of_inverse])
+def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(of):
+    largest = {}
+    for function in of(("1e-5",)):
+        ends = function.low, function.high
+        ends = (float(smallest(function.form)), ends[1]) if function.name == "v*(1 - eps)" and ends[0] < 0.5 else ends
+        key = function.form.name, float(function.relative)
+        found = max(function.local(x) for x in np.geomspace(*ends, 40)[1:-1].tolist() + list(ends))
+        largest[key] = max(largest.get(key, 0), float(found))
+    assert len(largest) > 1
+    for (_, bound), found in largest.items():
+        assert 0.8 * bound < found <= bound
+
+
+def test_what_underflow_does_is_counted():
+    with working(128):
+        tiny = Rounded(arb(2) ** -1000, DOUBLE)
+        square = tiny * tiny
+        assert square.underflow == arb(2) ** -1075
+    assert smallest(DOUBLE) == Fraction(5e-324)
+    assert smallest(FLOAT) == Fraction(1, 2**149)
+
+
+@each_form
+def test_math_h_is_as_accurate_as_assumed(form, tmp_path):
+    """A sample: cbrt and pow of this machine against exact powers."""
+    source = (
+        "#include <math.h>\n"
+        "static inline double viscopade_cbrt(double x) { return cbrt(x); }\n"
+        "static inline double viscopade_pow(double x) { return pow(x, 0.1); }\n"
+        "static inline float viscopade_cbrtf(float x) { return cbrtf(x); }\n"
+        "static inline float viscopade_powf(float x) { return powf(x, 0.1f); }\n"
+    )
+    library = compiled.build(tmp_path, [re.sub(r"\) \{ (.*) \}", r")\n{ \1 }", source)])
+    generator = random.Random(7)
+    exponent = {"cbrt": Fraction(1, 3), "pow": Fraction(FORMS[form].nearest(Fraction("0.1")))}
+    for name in ("cbrt", "pow"):
+        worst = 0.0
+        for _ in range(3000):
+            x = float(TYPES[form](2.0 ** generator.uniform(-120, 120)))
+            found = library[name + suffix(form)](x)
+            with working(128):
+                true = (arb(x).log() * exponent[name].numerator / exponent[name].denominator).exp()
+                ulp = float(np.spacing(TYPES[form](found)))
+                worst = max(worst, float(abs(found - true) / ulp))
+        assert 0.3 < worst < lacunary_rounding.ULPS
+
+
+# --- half-line: compiled code against the truth -----------------------------------------------------------------------
+
+
+def at_exponents(form, generator):
+    low, high = (-1074, 1024) if form == "double" else (-149, 128)
+    wide = [generator.uniform(low, high) for _ in range(4)]
+    return [2.0**e for e in (*wide, *(generator.uniform(-12, 25) for _ in range(8)))]
+
+
+@cache
+def speeds(form, days=1):
+    """Return v* of all sizes, others every day, where branches change, and where results become subnormal."""
+    return sorted(set().union(*(_speeds(form, random.Random(daily.DAY + day)) for day in range(days))))
+
+
+def _speeds(form, generator):
+    kind = TYPES[form]
+    found = {float(kind(x)) for x in at_exponents(form, generator) if x < np.finfo(kind).max}
+    found |= {float(np.nextafter(kind(1), kind(side))) for side in (0, 2)} | {1.0}
+    found |= {float(np.finfo(kind).max), float(np.finfo(kind).smallest_subnormal), float(np.finfo(kind).tiny)}
+    subnormal = {"double": (92, 97), "float": (11, 13.6)}[form]
+    found |= {float(kind(10.0 ** generator.uniform(*subnormal))) for _ in range(2)}
+    tiny_loss = {"double": (-162, -154), "float": (-22.5, -19)}[form]
+    found |= {float(kind(10.0 ** generator.uniform(*tiny_loss))) for _ in range(2)}
+    return found
+
+
+@cache
+def truth(v_star):
+    """Return eps and 1 - eps to 25 digits; beyond 1e100, where eps is far below all numbers, a bound of it."""
+    if v_star > 1e100:
+        return Fraction(0), Fraction(1)
+    found = exact.collision(v_star, 25)
+    decimals = found.decimals()
+    return Fraction(decimals["epsilon"]), Fraction(decimals["one_minus_epsilon"])
+
+
+@each_form
+@each_half_line
+@pytest.mark.parametrize("build", BUILDS)
+@of_days
+def test_half_line_is_within_the_proven_bounds(libraries, which, form, build, days):
+    kernel = half_lines()[which]
+    variant = kernel.variant(FORMS[form])
+    bound, sizes = Fraction(variant.certificate.bound), dict(variant.sizes)
+    least = smallest(FORMS[form])
+    for v_star in speeds(form, days):
+        true = dict(zip(("epsilon", "one_minus_epsilon"), truth(v_star), strict=True))
+        relative_to = min(true.values()) if kernel.bound.measure == "both" else true["epsilon"]
+        for function, size in sizes.items():
+            computed = Fraction(libraries[build][f"{function}_{kernel.name}{suffix(form)}"](v_star))
+            relative = Fraction(size.relative) * (true[function] + bound * relative_to)
+            allowed = bound * relative_to + relative + Fraction(size.underflow) * least
+            assert abs(computed - true[function]) <= allowed, (function, v_star.hex())
+
+
+@each_half_line
+def test_half_line_against_double_at_many_points(libraries, which):
+    """The error is nearly as large as the bound says, and no larger."""
+    kernel = half_lines()[which]
+    v_star = np.geomspace(1e-4, 1e8, 20_001)
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    of_epsilon, of_loss = (
+        np.abs(np.array([libraries["plain"][f"{function}_{kernel.name}"](v) for v in v_star]) / true - 1)
+        for function, true in (("epsilon", epsilon), ("one_minus_epsilon", loss))
+    )
+    worst = np.maximum(of_epsilon, of_loss) if kernel.bound.measure == "both" else of_epsilon
+    bound = float(kernel.variants[0].certificate.bound)
+    assert 0.98 * bound < worst.max() < bound + 1e-13
+
+
+def formula_ball(kernel, variant, x):
+    """Return the exact formula's values in type `variant`, of v* or of (epsilon, 1 - epsilon), at 300 bits."""
+    top, bottom = (
+        [(k, arb(c)) for k, c in zip(exponents, values, strict=True)]
+        for exponents, values in ((kernel.powers.top, variant.a), (kernel.powers.bottom, variant.b))
+    )
+    if isinstance(kernel, HalfLineKernel):
+        y = arb(x).root(3)
+    else:
+        odds = x[1] / x[0]
+        y = odds.sqrt() if kernel.epsilon_min else odds.root(10)
+    n, d = (sum((c * y**k for k, c in part), arb(0)) for part in (top, bottom))
+    if isinstance(kernel, HalfLineKernel):
+        return {"epsilon": d / (d + y**6 * n), "one_minus_epsilon": y**6 * n / (d + y**6 * n)}
+    return {"v_star": y ** int(1 / (2 * kernel.root)) * n / d}
+
+
+@each_form
+@each_half_line
+@pytest.mark.parametrize("build", BUILDS)
+def test_half_line_rounding_is_within_its_bound(libraries, which, form, build):
+    kernel = half_lines()[which]
+    variant = kernel.variant(FORMS[form])
+    generator, kind, closest = random.Random(5), TYPES[form], 0.0
+    values = speeds(form) + [float(kind(2.0 ** generator.uniform(-15, 15))) for _ in range(2000)]
+    for v_star in values:
+        with working(300):
+            exactly = formula_ball(kernel, variant, v_star)
+            for function, size in variant.sizes:
+                found = libraries[build][f"{function}_{kernel.name}{suffix(form)}"](v_star)
+                error = abs(found - exactly[function])
+                allowed = arb(size.relative) * exactly[function]
+                underflow = arb(size.underflow) * float(smallest(FORMS[form]))
+                assert error <= allowed + underflow, (function, v_star.hex())
+                if exactly[function] > float(np.finfo(kind).tiny):
+                    closest = max(closest, float(error / allowed))
+    assert closest > 0.03
+
+
+@each_half_line
+def test_python_is_c_to_the_last_bit(libraries, module, which):
+    kernel = half_lines()[which]
+    generator = random.Random(9)
+    values = speeds("double") + [2.0 ** generator.uniform(-20, 20) for _ in range(1000)]
+    for function in ("epsilon", "one_minus_epsilon"):
+        for v_star in values:
+            found = getattr(module, f"{function}_{kernel.name}")(v_star)
+            assert found == libraries["plain"][f"{function}_{kernel.name}"](v_star)
+    for speed, beta in ((2.0, 1.307), (1e-300, 1e-5), (1e300, 1e300)):
+        found = getattr(module, f"restitution_{kernel.name}")(speed, beta)
+        assert found == libraries["plain"][f"restitution_{kernel.name}"](speed, beta)
+
+
+@each_form
+@each_half_line
+@pytest.mark.parametrize("build", BUILDS)
+def test_half_line_special_values(libraries, which, form, build):
+    kernel = half_lines()[which]
+    kind = TYPES[form]
+    functions = ("epsilon", "one_minus_epsilon", "restitution")
+    epsilon, loss, restitution = (libraries[build][f"{f}_{kernel.name}{suffix(form)}"] for f in functions)
+    tiny, largest = (float(x) for x in (np.finfo(kind).smallest_subnormal, np.finfo(kind).max))
+    assert [epsilon(x) for x in (0.0, -0.0, tiny, math.inf, largest)] == [1, 1, 1, 0, 0]
+    assert [loss(x) for x in (0.0, -0.0, tiny, math.inf, largest)] == [0, 0, 0, 1, 1]
+    assert math.copysign(1, loss(-0.0)) == 1
+    for bad in (-1.0, -tiny, -largest, -math.inf, math.nan):
+        assert math.isnan(epsilon(bad))
+        assert math.isnan(loss(bad))
+    assert [restitution(*pair) for pair in ((0.0, 1.3), (2.0, -0.0), (math.inf, 1.3), (2.0, math.inf))] == [1, 1, 0, 0]
+    for pair in ((0.0, math.inf), (math.inf, 0.0), (-1.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.nan)):
+        assert math.isnan(restitution(*pair))
+
+
+# --- inverse ----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def portions(form, days=1):
+    """Return values of eps and of 1 - eps of all sizes, others every day."""
+    return sorted(set().union(*(_portions(form, random.Random(daily.DAY + day)) for day in range(days))))
+
+
+def _portions(form, generator):
+    kind = TYPES[form]
+    low = -1074 if form == "double" else -149
+    found = [2.0 ** generator.uniform(low, 0) for _ in range(2)] + [generator.random() for _ in range(6)]
+    found += [1 - 10 ** -generator.uniform(1, 6) for _ in range(2)]
+    edge = [float(np.nextafter(kind(0.5), kind(side))) for side in (0, 1)]
+    ends = [float(np.finfo(kind).smallest_subnormal), float(np.nextafter(kind(1), kind(0))), 0.5, 0.3, 0.7]
+    return {float(kind(x)) for x in (*found, *edge, *ends)} - {0.0, 1.0}
+
+
+@cache
+def true_speed(portion, of_loss):
+    given = {"one_minus_epsilon": portion} if of_loss else {"epsilon": portion}
+    return Fraction(exact.invert(digits=25, **given).decimals()["v_star"])
+
+
+def in_domain(kernel, portion, of_loss):
+    return (1 - portion if of_loss else portion) >= kernel.epsilon_low
+
+
+@each_form
+@each_inverse
+@pytest.mark.parametrize("build", BUILDS)
+@pytest.mark.parametrize("of_loss", [False, True], ids=["epsilon", "loss"])
+@of_days
+def test_inverse_is_within_the_proven_bounds(libraries, which, form, build, of_loss, days):
+    kernel = inverses()[which]
+    variant = kernel.variant(FORMS[form])
+    bound, relative = Fraction(variant.certificate.bound), Fraction(dict(variant.sizes)["v_star"].relative)
+    name = "v_star_from_loss" if of_loss else "v_star"
+    function = libraries[build][f"{name}_{kernel.name}{suffix(form)}"]
+    checked, closest = 0, 0.0
+    for portion in portions(form, days):
+        if not in_domain(kernel, Fraction(portion), of_loss):
+            assert math.isnan(function(portion))
+            continue
+        true = true_speed(portion, of_loss)
+        computed = Fraction(function(portion))
+        assert abs(computed / true - 1) <= bound + relative * (1 + bound), portion.hex()
+        with working(300):
+            pair = (1 - arb(portion), arb(portion)) if of_loss else (arb(portion), 1 - arb(portion))
+            formula = formula_ball(kernel, variant, pair)["v_star"]
+            ratio = abs(function(portion) / formula - 1) / arb(dict(variant.sizes)["v_star"].relative)
+            closest = max(closest, float(ratio))
+        checked += 1
+    assert closest <= 1
+    assert closest > 0.01
+    assert checked > 5
+
+
+@each_inverse
+def test_inverse_python_is_c(libraries, module, which):
+    kernel = inverses()[which]
+    for of_loss, name in ((False, "v_star"), (True, "v_star_from_loss")):
+        for portion in (*portions("double"), 0.0 if of_loss else 1.0):
+            if in_domain(kernel, Fraction(portion), of_loss):
+                found = getattr(module, f"{name}_{kernel.name}")(portion)
+                assert found == libraries["plain"][f"{name}_{kernel.name}"](portion)
+    for speed in (5e-324, 1e-3, 2.0, 1e308, math.inf):
+        found = getattr(module, f"beta_{kernel.name}")(0.9, speed)
+        assert found == libraries["plain"][f"beta_{kernel.name}"](0.9, speed)
+
+
+@each_form
+@each_inverse
+def test_beta(libraries, which, form):
+    kernel = inverses()[which]
+    variant = kernel.variant(FORMS[form])
+    total = Fraction(kernel.bound_of_beta) + Fraction(dict(variant.sizes)["beta"].relative) * 2
+    function = libraries["plain"][f"beta_{kernel.name}{suffix(form)}"]
+    for portion, speed in itertools.product((0.995, 0.5), (1e-30, 0.01, 2.0, 1e30)):
+        epsilon, v = (float(TYPES[form](x)) for x in (portion, speed))
+        true = Fraction(exact.invert(epsilon, 25, speed=v).decimals()["beta"])
+        assert abs(Fraction(function(epsilon, v)) / true - 1) <= total
+
+
+@each_form
+@each_inverse
+@pytest.mark.parametrize("build", BUILDS)
+def test_inverse_special_values(libraries, which, form, build):
+    kernel = inverses()[which]
+    names = ("v_star", "v_star_from_loss", "beta")
+    v_star, from_loss, beta = (libraries[build][f"{n}_{kernel.name}{suffix(form)}"] for n in names)
+    assert v_star(1.0) == 0
+    assert [from_loss(x) for x in (0.0, -0.0)] == [0, 0]
+    tiny = float(np.finfo(TYPES[form]).smallest_subnormal)
+    assert 0 < from_loss(tiny) < 1e-20
+    above = float(np.nextafter(TYPES[form](1), TYPES[form](2)))
+    for bad in (0.0, -0.0, -tiny, -1.0, above, 2.0, math.inf, -math.inf, math.nan):
+        assert math.isnan(v_star(bad))
+        assert math.isnan(beta(bad, 1.0))
+    for bad in (1.0, above, -tiny, -1.0, math.inf, -math.inf, math.nan):
+        assert math.isnan(from_loss(bad))
+    assert beta(1.0, 2.0) == 0
+    assert beta(0.9, math.inf) == 0
+    for bad in (0.0, -0.0, -1.0, -math.inf, math.nan):
+        assert math.isnan(beta(0.9, bad))
+    if not kernel.epsilon_min:
+        largest = v_star(tiny)
+        assert math.isfinite(largest)
+        assert math.isfinite(beta(tiny, tiny))
+        assert largest > 1e10
+
+
+@each_form
+def test_ends_of_an_interval_are_within(libraries, form):
+    """0.3 in decimal is a little below or above 3/10 in binary: it belongs to the interval, as does 1 - 0.3."""
+    kernel = inverses()[1]
+    assert kernel.epsilon_min == Fraction("0.3")
+    v_star, from_loss = (libraries["plain"][f"{n}_{kernel.name}{suffix(form)}"] for n in ("v_star", "v_star_from_loss"))
+    kind = TYPES[form]
+    for x in (0.3, float(kind(0.3))):
+        assert v_star(x) > 1
+    for x in (0.7, float(kind(0.7)), float(kind(1) - kind(0.3))):
+        assert from_loss(x) > 1
+    assert math.isnan(v_star(0.2999))
+    assert math.isnan(from_loss(0.7001))
+    for low in (Fraction("0.3"), Fraction("0.1"), Fraction(1, 3), Fraction(1, 5000)):
+        start = interval_start(low)
+        assert 0 <= low - start < Fraction(1, 2**24)
+        assert all(Fraction(float(np.float32(float(x)))) == x for x in (start, 1 - start))
+
+
+# --- text -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("standard", compiled.STANDARDS)
+def test_every_standard_gives_the_same_numbers(standard, libraries, tmp_path):
+    library = compiled.build(tmp_path, [header(), header()], standard)
+    plain = libraries["plain"]
+    assert library.keys() == plain.keys()
+    for kernel, form in itertools.product(kernels(), FORMS):
+        name = ("epsilon_" if isinstance(kernel, HalfLineKernel) else "v_star_") + kernel.name + suffix(form)
+        for x in (0.3, 0.45, 0.5, 0.75, 1.0, 1.5, 1e5):
+            assert repr(library[name](x)) == repr(plain[name](x))
+
+
+def test_header_combines_with_that_of_other_kernels(tmp_path):
+    from tests.kernels.test_kernels import PAPER
+    from viscopade.kernels.targets import c
+
+    library = compiled.build(tmp_path, [c.render(PAPER[3:], COMMAND), header()])
+    assert "epsilon_pade_3_6" in library
+    assert f"epsilon_{kernels()[0].name}f" in library
+
+
+PATTERNS = """
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+int main(void)
+{
+    uint64_t z = 1;
+    double sum = 0.0;
+    for (long n = 0; n < 40000; n++) {
+        z = z * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        uint64_t bits = n < 4096 ? (uint64_t)n << 52 : n < 8192 ? ((uint64_t)(n - 4096) << 52) - 1 : z;
+        uint32_t bitsf = (uint32_t)(n < 8192 ? (uint64_t)n << 20 : z >> 32);
+        double x;
+        float xf;
+        memcpy(&x, &bits, sizeof bits);
+        memcpy(&xf, &bitsf, sizeof bitsf);
+        const double found[] = {CALLS};
+        for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++) {
+            sum += found[i] >= 0.0 && found[i] < INFINITY;
+        }
+    }
+    printf("%.0f", sum);
+    return 0;
+}
+"""
+
+
+def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path):
+    """No finite input gives an infinity, nor a division by 0 (of which the sanitizer would tell)."""
+    functions = [name for _, name, parameters in compiled._DEFINITION.findall(header()) if "," not in parameters]
+    calls = [f"{name}(x{'f' if re.search(r'f$', name) else ''})" for name in functions]
+    source, built = tmp_path / "patterns.c", tmp_path / "patterns"
+    source.write_text(header() + PATTERNS.replace("CALLS", ", ".join(f"(double){call}" for call in calls)))
+    flags = ["-O1", "-fsanitize=undefined,address,float-divide-by-zero", "-fno-sanitize-recover=all", "-o", str(built)]
+    made = subprocess.run([*compiled.compiler("c99"), *flags, str(source), "-lm"], capture_output=True, text=True)
+    if made.returncode:
+        pytest.skip("the compiler has no sanitizers")
+    done = subprocess.run([str(built)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert len(calls) == 16
+    assert 40_000 * 16 * 0.6 > int(done.stdout) > 40_000 * 16 * 0.3
+
+
+def test_names():
+    both, relative, whole, interval = kernels()
+    assert re.fullmatch(r"halfline_3p4em6", both.name)
+    assert re.fullmatch(r"halfline_3p55em4_relative", relative.name)
+    assert re.fullmatch(r"inverse_\d(p\d+)?em4", whole.name)
+    assert re.fullmatch(r"inverse_e0p3_\d(p\d+)?em\d", interval.name)
+    for kernel in kernels():
+        number = kernel.name.removesuffix("_relative").rpartition("_")[2].replace("p", ".").replace("em", "e-")
+        assert Decimal(number) == max(Decimal(v.certificate.bound) for v in kernel.variants)
+
+
+def test_header_and_module_say_what_they_hold():
+    flat = " ".join(header().replace(" *", " ").split())
+    assert header().startswith("/*\n * Generated by viscopade ")
+    assert COMMAND in header()
+    assert "contact ends when the force vanishes" in flat
+    assert "within 4 units in the last place" in flat
+    module = " ".join(render_python(kernels(), COMMAND).replace("\n#", " ").split())
+    for kernel in kernels():
+        for fact in kernel.facts:
+            assert fact in flat
+            assert fact in module
+        for variant in kernel.variants:
+            for c in (*variant.a, *variant.b):
+                assert variant.form.hexadecimal(c) in header()
+    assert all(len(line) <= 120 for line in header().splitlines())
+    assert header().isascii()
+    assert not re.search(r"\n\n\n", header())
+
+
+def test_the_same_text_again():
+    assert render_c(kernels(), COMMAND) == header()
+    prove_lacunary.of_half_line.cache_clear()
+    lacunary_rounding.half_line_sizes.cache_clear()
+    assert render_c([prove_lacunary.of_half_line(MIXED_SIGNS, "both")], COMMAND) == render_c(kernels()[:1], COMMAND)
+
+
+def test_one_kind_alone(tmp_path):
+    assert "v_star_from_loss" not in render_c(half_lines(), COMMAND)
+    assert "cbrt(" not in render_c(inverses(), COMMAND)
+    compiled.build(tmp_path, [render_c(inverses(), COMMAND), render_c(half_lines(), COMMAND)])
+    exec(render_python(inverses(), COMMAND), {"__name__": "generated"})
+
+
+def test_records():
+    for kernel in kernels():
+        record = json.loads(json.dumps(kernel.record()))
+        assert record["name"] == kernel.name
+        assert [v["type"] for v in record["variants"]] == [v.form.name for v in kernel.variants]
+        for certificate, variant in zip(json.loads(json.dumps(kernel.certificates())), kernel.variants, strict=True):
+            assert tuple(map(float.fromhex, certificate["a"])) == variant.a
+            assert tuple(map(float.fromhex, certificate["b"])) == variant.b
+            assert tuple(certificate["top"]) == kernel.powers.top
+            assert Fraction(certificate["root"]) == kernel.root
+            assert certificate["bound"] == variant.certificate.bound
+            assert certificate["rounding"].keys() == dict(variant.sizes).keys()
+            if isinstance(kernel, InverseKernel):
+                assert Fraction(certificate["epsilon_low"]) == kernel.epsilon_low
+
+
+# --- Python module ----------------------------------------------------------------------------------------------------
+
+
+def test_python_at_special_values(module):
+    for kernel in half_lines():
+        epsilon, loss = (getattr(module, f"{f}_{kernel.name}") for f in ("epsilon", "one_minus_epsilon"))
+        assert [epsilon(x) for x in (0, -0.0, math.inf, Fraction(0), np.float32(0))] == [1, 1, 0, 1, 1]
+        assert [loss(x) for x in (0, -0.0, math.inf)] == [0, 0, 1]
+        assert math.isnan(epsilon(math.nan))
+        assert math.isnan(getattr(module, f"restitution_{kernel.name}")(0.0, math.inf))
+        assert getattr(module, f"restitution_{kernel.name}")(0.0, 1.0) == 1
+    for kernel in inverses():
+        assert getattr(module, f"v_star_{kernel.name}")(1) == 0
+        assert math.isnan(getattr(module, f"v_star_{kernel.name}")(math.nan))
+        assert math.isnan(getattr(module, f"beta_{kernel.name}")(0.9, math.nan))
+
+
+def test_python_refuses_bad_arguments(module):
+    half, whole, interval = kernels()[0].name, *(kernel.name for kernel in inverses())
+    cases = [
+        (f"epsilon_{half}", (-1.0,), "v_star must not be negative, but is -1.0"),
+        (f"one_minus_epsilon_{half}", (-5e-324,), "v_star must not be negative"),
+        (f"restitution_{half}", (-1.0, 1.0), "speed must not be negative"),
+        (f"restitution_{half}", (1.0, -1.0), "beta must not be negative"),
+        (f"v_star_{whole}", (0.0,), "epsilon is 0.0: accepted is 0 < eps <= 1"),
+        (f"v_star_{whole}", (1.5,), "epsilon is 1.5: accepted is 0 < eps <= 1"),
+        (f"v_star_from_loss_{whole}", (1.0,), "one_minus_epsilon is 1.0: accepted is 0 < eps <= 1"),
+        (f"v_star_{interval}", (0.29,), "epsilon is 0.29: accepted is 0.3 <= eps <= 1"),
+        (f"v_star_from_loss_{interval}", (0.71,), "one_minus_epsilon is 0.71: accepted is 0.3 <= eps <= 1"),
+        (f"beta_{whole}", (0.9, 0.0), "speed must be positive, but is 0.0"),
+        (f"beta_{whole}", (2.0, 1.0), "epsilon is 2.0"),
+    ]
+    for name, arguments, message in cases:
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
+            getattr(module, name)(*arguments)
+    for bad in ("1", None, 1j, [1.0], b"1"):
+        for name in (f"epsilon_{half}", f"v_star_{whole}", f"v_star_from_loss_{interval}"):
+            with pytest.raises(TypeError, match="must be a real number"):
+                getattr(module, name)(bad)
+
+
+# --- constructors -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("accuracy", "measure"), [("1e-3", "relative"), (3.5e-6, "both")])
+def test_the_fewest_coefficients_that_are_accurate_enough(accuracy, measure):
+    kernel = prove_lacunary.half_line_kernel(accuracy, measure)
+    total = kernel.variants[0].total(kernel.checked)
+    assert Fraction(kernel.variants[0].certificate.bound) < total <= Fraction(accuracy)
+    best = half_line.BEST[measure]
+    before = best[: best.index(kernel.powers)]
+    assert all(half_line.fit(powers_, measure).error > float(accuracy) for powers_ in before)
+
+
+def test_inverse_constructor():
+    assert (
+        prove_lacunary.inverse_kernel("1e-3").powers.coefficients == inverse.kernel(1e-3).quotient.powers.coefficients
+    )
+    kernel = prove_lacunary.inverse_kernel("1e-3", 0.5)
+    assert isinstance(kernel, InverseKernel)
+    assert kernel.variants[0].total(kernel.checked) <= Fraction("1e-3")
+    count = kernel.powers.coefficients
+    for m in range(count - 1):
+        assert inverse.fit_interval(m, count - 2 - m, "0.5").error > 1e-3
+
+
+def test_what_is_said_to_be_accepted_is_accepted():
+    with pytest.raises(ValueError) as refused:
+        prove_lacunary.half_line_kernel(1e-9)
+    accuracy = re.search(r">= (\S+),", str(refused.value))[1]
+    assert prove_lacunary.half_line_kernel(accuracy).variants[0].total(("epsilon",)) <= Fraction(accuracy)
+
+
+def test_a_float_that_is_much_less_accurate_is_left_out():
+    kernel = prove_lacunary.of_half_line(NOT_IN_FLOAT, "both")
+    assert [v.form for v in kernel.variants] == [DOUBLE]
+    header_ = " ".join(render_c([kernel], COMMAND).replace(" *", " ").split())
+    assert "There are no functions of type float: with coefficients of that type the error would be" in header_
+    assert f"epsilon_{kernel.name}f" not in header_
+    with pytest.raises(ValueError, match="the error would be"):
+        kernel.variant(FLOAT)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (
+            lambda: prove_lacunary.half_line_kernel(1e-9),
+            ValueError,
+            "accuracy is 1e-09: accepted is a number >= 2.8.*e-8",
+        ),
+        (
+            lambda: prove_lacunary.half_line_kernel(1),
+            ValueError,
+            "accuracy is 1: accepted is a number from 1e-15 to 0.99",
+        ),
+        (
+            lambda: prove_lacunary.half_line_kernel(0.1, "absolute"),
+            ValueError,
+            "measure is 'absolute': accepted is one of",
+        ),
+        (lambda: prove_lacunary.half_line_kernel(None), TypeError, "accuracy is None: accepted is a number from"),
+        (lambda: prove_lacunary.inverse_kernel("x"), ValueError, "accuracy is 'x': accepted is a number from"),
+        (lambda: prove_lacunary.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
+        (lambda: prove_lacunary.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
+        (lambda: prove_lacunary.inverse_kernel(1e-12), ValueError, "accuracy is 1e-12: accepted is a number >="),
+        (lambda: render_c([], COMMAND), ValueError, "there is no approximant to export"),
+        (lambda: render_python(kernels() * 2, COMMAND), ValueError, "is asked for twice"),
+        (lambda: render_c(kernels(), "two\nlines"), ValueError, "command must be one printable line"),
+    ],
+)
+def test_bad_input(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_kernels_that_contradict_themselves_cannot_be_made():
+    both, relative, _, interval = kernels()
+    with pytest.raises(ValueError, match="wrong number of coefficients"):
+        HalfLineKernel(SMALL, both.variants, (), both.source)
+    with pytest.raises(ValueError, match="of one measure"):
+        HalfLineKernel(both.powers, (*both.variants, *relative.variants), (), both.source)
+    with pytest.raises(ValueError, match="for all v"):
+        HalfLineKernel(interval.powers, interval.variants, (), both.source)
+    with pytest.raises(ValueError, match="must begin at"):
+        InverseKernel(interval.powers, interval.variants, (), both.source, interval.epsilon_min, Fraction(3, 10))
+    with pytest.raises(ValueError, match="must be one of v"):
+        InverseKernel(both.powers, both.variants, (), both.source, Fraction(0), Fraction(0))
+    variant = both.variants[1]
+    with pytest.raises(ValueError, match="not a number of type float"):
+        type(variant)(FLOAT, (0.1, *variant.a[1:]), variant.b, variant.certificate, variant.sizes)
+    with pytest.raises(ValueError, match="b_0 must be 1"):
+        type(variant)(FLOAT, variant.a, (2.0, *variant.b[1:]), variant.certificate, variant.sizes)

@@ -1,0 +1,852 @@
+"""Kernels from speed to eps, compiled: errors, arrays, odd inputs, flags against IEEE rules, monotonicity, indices."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.compiled import WARNINGS
+from tests.kernels.speed_headers import (
+    FORMS,
+    FUNCTIONS,
+    KINDS,
+    SUFFIXES,
+    Functions,
+    Header,
+    Truth,
+    compilers,
+    header,
+    in_table,
+    machine_flags,
+    named_compiler,
+    relative_bounds,
+    spacing,
+)
+from viscopade.kernels import names, prove_lacunary
+from viscopade.kernels.forms import speed_table, speed_table_last_place
+from viscopade.kernels.targets import speed
+from viscopade_lab.exhaustive import speed_floats
+
+STANDARDS = ("c99", "c11", "c17", "c2x", "c++17", "c++20")
+FUSED = ("-ffp-contract=fast",)
+PLAIN = ("-ffp-contract=off",)
+BUILDS = {
+    "O0": ("cc", "c++17", ("-O0", *PLAIN)),
+    "plain": ("cc", "c99", ("-O2", *PLAIN)),
+    "native": ("cc", "c11", ("-O3", *machine_flags(), *FUSED)),
+    "clang-O0": ("clang", "c17", ("-O0", *PLAIN)),
+    "clang": ("clang", "c++17", ("-O3", *machine_flags(), *FUSED)),
+    "fast": ("cc", "c99", ("-O3", *machine_flags(), "-ffast-math")),
+    "clang-fast": ("clang", "c99", ("-O3", *machine_flags(), "-ffast-math")),
+}
+IEEE = tuple(name for name in BUILDS if "fast" not in name)
+GRID = [
+    (name, standard, (level, *contraction))
+    for name in ("cc", "clang")
+    for standard in ("c99", "c11", "c17", "c++17")
+    for level, contraction in (("-O0", PLAIN), ("-O2", PLAIN), ("-O2", FUSED), ("-O3", FUSED))
+]
+
+slow = pytest.mark.slow
+each_tier = pytest.mark.parametrize("tier", names.TIERS)
+each_form = pytest.mark.parametrize("form", FORMS)
+each_function = pytest.mark.parametrize("function", FUNCTIONS)
+
+
+FEW = {"native": ("1e-5", "1e-7", "full"), "clang": ("1e-5",), "fast": ("1e-3", "full"), "clang-fast": ("1e-3",)}
+"""Builds that take long, and those of their kernels that are tested always."""
+
+
+def few(builds):
+    """Return all pairs of build and tier, most of those that take long being marked as slow."""
+    return [
+        pytest.param(build, tier, marks=slow if tier not in FEW.get(build, names.TIERS) else ())
+        for build, tier in itertools.product(builds, names.TIERS)
+    ]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Return a function that gives the functions of a header, by build and tier."""
+    folder = tmp_path_factory.mktemp("speed")
+
+    @cache
+    def functions(build, tier):
+        name, standard, flags = BUILDS[build]
+        return Functions(folder, [header(tier)], named_compiler(name, standard, flags))
+
+    return functions
+
+
+# --- inputs -----------------------------------------------------------------------------------------------------------
+
+
+def integers_of(form):
+    return np.int64 if form == "double" else np.int32
+
+
+def bits(form, numbers):
+    return np.asarray(numbers, dtype=FORMS[form]).view(integers_of(form))
+
+
+def near(form, numbers, reach=2):
+    """Return each number with its neighbours."""
+    steps = np.arange(-reach, reach + 1, dtype=integers_of(form))
+    return np.unique(bits(form, numbers)[:, None] + steps).view(FORMS[form])
+
+
+def borders(given):
+    """Return the w where rows begin, both ends of the table included."""
+    row = np.arange(((given.end - given.first) << given.split) + 1)
+    part = row & ((1 << given.split) - 1)
+    return np.ldexp(1 + part / 2.0**given.split, given.first + (row >> given.split))
+
+
+def extremes(form):
+    limits = np.finfo(FORMS[form])
+    return [*near(form, [limits.tiny, 1.0]).tolist(), float(limits.smallest_subnormal), float(limits.max)]
+
+
+def positive(form, numbers):
+    with np.errstate(over="ignore", under="ignore"):
+        found = np.asarray(numbers).astype(FORMS[form])
+    return found[(found > 0) & np.isfinite(found)]
+
+
+def sizes(given, form, generator, number):
+    """Return w of all sizes, most of them in the table."""
+    low, high = (-1074, 1024) if form == "double" else (-149, 128)
+    ends = (max(given.first - 3, low), min(given.end + 3, high))
+    wide, inside = generator.uniform(low, high, number // 3), generator.uniform(*ends, number)
+    return np.exp2(np.concatenate([wide, inside]).astype(np.longdouble))
+
+
+@cache
+def inputs(tier, form, number=4000):
+    """Return speed and beta: w around all rows' ends, of all sizes, any bits; and where beta^5 is no normal number."""
+    given, generator = header(tier), np.random.default_rng(3)
+    every = np.concatenate([near(form, borders(given), 1), positive(form, sizes(given, form, generator, number))])
+    every = np.concatenate([every, positive(form, extremes(form))])
+    pairs = [(every, np.ones_like(every))]
+    kind, limits = FORMS[form], np.finfo(FORMS[form])
+    w = generator.permutation(every)[: 3 * number].astype(np.longdouble)
+    fifth = math.log2(float(limits.max)) / 5
+    for low, high in ((-20, 20), (-fifth - 4, -fifth + 4), (fifth - 4, fifth + 4)):
+        beta = np.exp2(generator.uniform(low, high, w.size)).astype(kind)
+        pairs.append((w / beta.astype(np.longdouble) ** 5, beta))
+    # As large and as small as they come, with w still in the table or next to it.
+    end = generator.uniform(0.5, 1, number).astype(np.longdouble)
+    speeds = np.concatenate([float(limits.max) * end, float(limits.smallest_subnormal) * (1 + 40 * end)])
+    w = np.exp2(generator.uniform(given.first - 2, given.end + 2, speeds.size)).astype(np.longdouble)
+    pairs.append((speeds, ((w / speeds) ** (np.longdouble(1) / 5)).astype(kind)))
+    anything = generator.integers(1, bits(form, [math.inf])[0], (2, number), dtype=integers_of(form)).view(kind)
+    pairs.append((anything[0], anything[1]))
+    return together(form, pairs)
+
+
+def together(form, pairs):
+    """Return pairs of arrays one after the other, as numbers of the type, without those that are none."""
+    with np.errstate(over="ignore", under="ignore"):
+        values, beta = (np.concatenate([np.asarray(p[i]).astype(FORMS[form]) for p in pairs]) for i in (0, 1))
+    good = (values > 0) & np.isfinite(values) & (beta > 0) & np.isfinite(beta)
+    return np.ascontiguousarray(values[good]), np.ascontiguousarray(beta[good])
+
+
+@cache
+def truth(tier, form):
+    return Truth(*inputs(tier, form))
+
+
+LIMITS = ("smallest_subnormal", "tiny", "max")
+SPECIAL = {
+    form: [
+        *(0.0, -0.0, math.inf, -math.inf, math.nan, 1.0, -1.0, 0.3, 1e30, 1e-30),
+        *(sign * float(getattr(np.finfo(kind), name)) for sign in (1, -1) for name in LIMITS),
+    ]
+    for form, kind in FORMS.items()
+}
+
+
+def all_pairs(form):
+    pairs = list(itertools.product(SPECIAL[form], repeat=2))
+    return (np.array(column, dtype=FORMS[form]) for column in zip(*pairs, strict=True))
+
+
+def same(found, expected):
+    """Whether two arrays are the same bit for bit, any NaN being like any other."""
+    whole = f"u{found.itemsize}"
+    both_nan = np.isnan(found) & np.isnan(expected)
+    return found.dtype == expected.dtype and bool(np.all(both_nan | (found.view(whole) == expected.view(whole))))
+
+
+# --- the text ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("standard", STANDARDS)
+@each_tier
+def test_header_compiles_without_warnings(tmp_path, tier, standard):
+    source = tmp_path / "source.c"
+    source.write_text(header(tier).text)
+    for command in compilers(standard).values():
+        subprocess.run([*command, *WARNINGS, "-Wno-unused-function", "-fsyntax-only", str(source)], check=True)
+
+
+@slow
+@each_tier
+def test_the_bounds_read_from_the_text_are_those_of_the_proofs(tier):
+    given, kernel = header(tier), prove_lacunary.speed_kernel(tier)
+    table = kernel.table
+    assert given.name == kernel.name
+    assert (given.first, given.split, given.native) == (table.first, table.split, [f.name for f in kernel.formats])
+    one = np.ones(1)
+    at = Truth(one, one)
+    for form in kernel.formats:
+        found = at.bound("restitution", given, form.name)[0]
+        if given.full:
+            proven = float(table.proven.ulp + speed_table_last_place.ulp_of_w()) * float(spacing(at.eps, float)[0])
+        else:
+            relative = table.proven.error + speed.rounding_of(table, form)
+            proven = float(relative) * float(at.smaller[0]) + float(spacing(at.eps, FORMS[form.name])[0]) / 2
+        assert 1 <= found / proven < 1.05
+
+
+# --- errors -----------------------------------------------------------------------------------------------------------
+
+
+def errors(functions, tier, form, function, kind="single"):
+    """Return errors as parts of the bounds, for all inputs."""
+    found = functions(kind, function, header(tier), *inputs(tier, form))
+    return part(found, *truth_and_bound(tier, form, function))
+
+
+def part(found, true, bound):
+    error = np.abs(found.astype(np.longdouble) - true)
+    return np.where(error == 0, 0, error / bound)
+
+
+@cache
+def truth_and_bound(tier, form, function, more=0, flushed=False):
+    true = truth(tier, form)
+    return true.of(function), true.bound(function, header(tier), form, more, flushed)
+
+
+def parts_of_bound(true, found, function, given, form):
+    return part(found, true.of(function), true.bound(function, given, form))
+
+
+@pytest.mark.parametrize(("build", "tier"), few(IEEE))
+def test_errors_are_within_the_stated_bounds(built, build, tier):
+    functions = built(build, tier)
+    for form, function in itertools.product(FORMS, FUNCTIONS):
+        parts = errors(functions, tier, form, function)
+        worst = int(np.argmax(parts))
+        values, beta = inputs(tier, form)
+        assert parts[worst] <= 1, (form, function, float(values[worst]).hex(), float(beta[worst]).hex())
+        if function == "restitution" and not header(tier).full:
+            inside = truth(tier, form).in_table(header(tier), form)
+            assert parts[inside].max() > 0.6  # no bound is far too large
+            assert not inside.all()
+
+
+@each_form
+@each_tier
+def test_eps_is_above_0_and_not_above_1(built, tier, form):
+    values, beta = inputs(tier, form)
+    eps, rebound, dissipation = (built("plain", tier)("single", f, header(tier), values, beta) for f in FUNCTIONS)
+    true = truth(tier, form)
+    assert np.all(eps[true.eps > 100 * np.finfo(FORMS[form]).smallest_subnormal] > 0)
+    assert np.all((eps >= 0) & (eps <= 1))
+    assert np.all((rebound >= 0) & (rebound <= values))
+    assert np.all((dissipation >= 0) & (dissipation <= 1 + 2.0**-51))
+    assert np.all(dissipation[true.loss > np.finfo(FORMS[form]).smallest_subnormal] > 0)
+
+
+@slow
+@pytest.mark.parametrize(("name", "standard", "flags"), GRID, ids=lambda x: "".join(x))
+@each_tier
+def test_errors_for_all_compilers_standards_and_levels(tmp_path, tier, name, standard, flags):
+    native = machine_flags() if "-O3" in flags else []
+    functions = Functions(tmp_path, [header(tier)], named_compiler(name, standard, [*flags, *native]))
+    for form, function, kind in itertools.product(FORMS, FUNCTIONS, ("single", "each")):
+        assert errors(functions, tier, form, function, kind).max() <= 1
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+
+
+def batch(tier, form, generator, length, odd=0.0):
+    """Return speeds in the table for beta of about 1, a part of them replaced by odd ones."""
+    given = header(tier)
+    low, high = max(given.first, -100) + 12, given.end - 12
+    values = np.exp2(generator.uniform(low, high, length)).astype(FORMS[form])
+    wrong = generator.random(length) < odd
+    values[wrong] = generator.choice(SPECIAL[form], int(wrong.sum()))
+    beta = np.exp2(generator.uniform(-2, 2, length)).astype(FORMS[form])
+    wrong = generator.random(length) < odd / 2
+    beta[wrong] = generator.choice(SPECIAL[form], int(wrong.sum()))
+    return values, beta
+
+
+def expected(functions, function, tier, values, beta):
+    return functions("single", function, header(tier), values, beta)
+
+
+@pytest.mark.parametrize(("build", "tier"), few(("plain", "native", "clang")))
+def test_arrays_of_every_length_are_the_single_results(built, build, tier):
+    """Inputs at any address, results between guards; some blocks hold odd speeds."""
+    functions, given, generator = built(build, tier), header(tier), np.random.default_rng(5)
+    for length in (*range(131), 159, 160, 161, 191, 192, 193, 1000):
+        for form, function in itertools.product(FORMS, FUNCTIONS):
+            start, odd = length % 7, generator.choice([0, 0, 0.02, 0.3])
+            values, beta = (x[start:] for x in batch(tier, form, generator, length + start, odd))
+            pair = generator.integers(0, max(length, 1), length, dtype=np.intc)
+            table = np.append(beta, FORMS[form](1.5))
+            one = FORMS[form](generator.choice([1.5, 1.5, 1.5, *SPECIAL[form]]))
+            calls = {
+                "each": (values, beta),
+                "by_pair": (values, table, pair),
+                "array": (values, one),
+            }
+            for kind, arguments in calls.items():
+                of_each = {"each": beta, "by_pair": table[pair], "array": np.full(length, one)}[kind]
+                room = np.full(length + 8, 7.5, dtype=FORMS[form])
+                functions(kind, function, given, *arguments, out=room[3 : length + 3])
+                assert same(room[3 : length + 3], expected(functions, function, tier, values, of_each)), (kind, length)
+                assert np.all(room[:3] == 7.5)
+                assert np.all(room[length + 3 :] == 7.5)
+
+
+@pytest.mark.parametrize(("build", "tier"), few(("plain", "native", "clang")))
+def test_arrays_in_place(built, build, tier):
+    functions, given, generator = built(build, tier), header(tier), np.random.default_rng(6)
+    for form, function, odd in itertools.product(FORMS, FUNCTIONS, (0, 0.01)):
+        values, beta = batch(tier, form, generator, 1999, odd)
+        pair = np.arange(1999, dtype=np.intc)[::-1].copy()
+        for kind, more, of_each in (
+            ("each", (beta,), beta),
+            ("by_pair", (beta, pair), beta[pair]),
+            ("array", (beta.dtype.type(1.25),), np.full_like(beta, 1.25)),
+        ):
+            changed = values.copy()
+            functions(kind, function, given, changed, *more, out=changed)
+            assert same(changed, expected(functions, function, tier, values, of_each)), kind
+
+
+@pytest.mark.parametrize("tier", ["1e-5", "full"])
+def test_arrays_from_several_threads(built, tier):
+    functions, given = built("native", tier), header(tier)
+    values, beta = batch(tier, "double", np.random.default_rng(8), 100_000, 0.001)
+    once = {function: functions("each", function, given, values, beta) for function in FUNCTIONS}
+
+    def run(n):
+        function = FUNCTIONS[n % len(FUNCTIONS)]
+        return same(functions("each", function, given, values, beta), once[function])
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(run, range(60)))
+
+
+@pytest.mark.parametrize("build", ["O0", "plain", "native"])
+def test_no_speeds(built, build):
+    functions = built(build, "full")
+    nothing = np.zeros(0), np.zeros(0)
+    for function in FUNCTIONS:
+        for kind in KINDS:
+            assert functions.by_kind(kind, function, header("full"), *nothing).size == 0
+
+
+# --- odd inputs -------------------------------------------------------------------------------------------------------
+
+
+def documented(function, speed_, beta):
+    """Return what the header's table says; None for other inputs."""
+
+    def refused(x):
+        return math.isnan(x) or x < 0
+
+    if refused(speed_) or refused(beta) or {abs(speed_), abs(beta)} == {0.0, math.inf}:
+        return math.nan
+    if 0 in (speed_, beta):
+        return {"restitution": 1.0, "rebound": speed_, "dissipation": 0.0}[function]
+    if math.isinf(speed_):
+        return {"restitution": 0.0, "rebound": math.inf, "dissipation": 1.0}[function]
+    if math.isinf(beta):
+        return {"restitution": 0.0, "rebound": 0.0, "dissipation": 1.0}[function]
+    return None
+
+
+@pytest.mark.parametrize(("build", "tier"), few(IEEE))
+def test_odd_inputs_give_what_the_header_says(built, build, tier):
+    functions, given = built(build, tier), header(tier)
+    for form, function in itertools.product(FORMS, FUNCTIONS):
+        values, beta = all_pairs(form)
+        found = functions("single", function, given, values, beta)
+        finite = np.array([documented(function, *pair) is None for pair in zip(values, beta, strict=True)])
+        stated = [documented(function, *pair) for pair in zip(values[~finite], beta[~finite], strict=True)]
+        assert same(found[~finite], np.array(stated, dtype=FORMS[form])), (form, function)
+        true = Truth(values[finite], beta[finite])
+        assert parts_of_bound(true, found[finite], function, given, form).max() <= 1
+
+
+@pytest.mark.parametrize(("build", "tier"), few(("native",)))
+def test_odd_inputs_in_arrays(built, build, tier):
+    """Each alone among usual ones, at every place of a block."""
+    functions, given = built(build, tier), header(tier)
+    for form, function in itertools.product(FORMS, FUNCTIONS):
+        usual, unit = batch(tier, form, np.random.default_rng(9), 2 * given.block + 3)
+        for place, (value, b) in enumerate(zip(*all_pairs(form), strict=True)):
+            values, beta = usual.copy(), unit.copy()
+            values[place % values.size], beta[place % values.size] = value, b
+            for kind in ("each", "by_pair"):
+                found = functions.by_kind(kind, function, given, values, beta)
+                assert same(found, expected(functions, function, tier, values, beta)), (kind, value, b)
+            found = functions("array", function, given, values, b)
+            assert same(found, expected(functions, function, tier, values, np.full_like(values, b))), (value, b)
+
+
+# --- -ffast-math, and subnormal numbers set to 0 ----------------------------------------------------------------------
+
+
+def normal_inputs(tier, form):
+    """Return which inputs are normal numbers: others count as 0 where subnormal numbers are set to 0."""
+    least = np.finfo(FORMS[form]).tiny
+    values, beta = inputs(tier, form)
+    return (values >= least) & (beta >= least)
+
+
+@pytest.mark.parametrize("flushed", [False, True], ids=["subnormal", "flushed"])
+@pytest.mark.parametrize(("build", "tier"), few(("plain", "fast", "clang-fast")))
+def test_errors_without_the_rules_of_ieee(built, build, tier, flushed):
+    """A few units in the last place more are allowed, and what is subnormal may be 0."""
+    functions, given = built(build, tier), header(tier)
+    for form, function, kind in itertools.product(FORMS, FUNCTIONS, ("single", "each")):
+        good = normal_inputs(tier, form)
+        values, beta = (np.ascontiguousarray(x[good]) for x in inputs(tier, form))
+        undo = functions.flushed() if flushed else lambda: None
+        try:
+            found = functions(kind, function, given, values, beta)
+        finally:
+            undo()
+        true, bound = (x[good] for x in truth_and_bound(tier, form, function, 4, flushed))
+        parts = part(found, true, bound)
+        worst = int(np.argmax(parts))
+        assert parts[worst] <= 1, (form, function, kind, float(values[worst]).hex(), float(beta[worst]).hex())
+        if function == "restitution":
+            assert np.all((found >= 0) & (found <= 1))
+
+
+# --- monotonicity -----------------------------------------------------------------------------------------------------
+
+
+def rises(functions, tier, form, values, beta):
+    """Return by how much eps rises from each speed (in order) to the next, and whether both are in one table."""
+    given = header(tier)
+    values = np.unique(values)
+    beta = np.full_like(values, beta)
+    eps = functions("each", "restitution", given, values, beta).astype(np.longdouble)
+    inside = in_table(given, form, values, beta)
+    return np.diff(eps), eps[1:], inside[1:] & inside[:-1]
+
+
+def allowed_rise(given, form, eps, inside):
+    """Return what the header says of the rise, with rounding; at the ends of the table, both errors."""
+    kind = FORMS[form] if form in given.native else float
+    smaller = np.minimum(eps, 1 - eps)
+    last = spacing(eps, FORMS[form])  # half a unit for each of two roundings
+    if given.full:
+        ulp = given.number(r"off by at most (\S+) units")
+        return 2 * np.where(inside, ulp, 160) * spacing(eps, float) + (last if kind is not FORMS[form] else 0)
+    proven = given.number(r"<= (\S+) in the table")
+    rise = given.number(r"rises by at most (\S+) min")
+    type_ = form if form in given.native else "double"
+    rounding = given.number(rf"rounding of restitution:.*?(\S+) min\(eps, 1 - eps\) in type {type_}")
+    elsewhere = 0 if "viscopade_full.h elsewhere" in given.head else given.number(r"in the table, (\S+) elsewhere")
+    return (np.where(inside, rise, proven + elsewhere) + 2 * rounding) * smaller + last + spacing(eps, kind)
+
+
+def ordered_speeds(given, form, beta, number):
+    """Return speeds whose w are consecutive around rows' ends, and random ones."""
+    generator = np.random.default_rng(12)
+    w = np.concatenate([borders(given).astype(np.longdouble), sizes(given, form, generator, number)])
+    values = positive(form, w / np.longdouble(beta) ** 5)
+    return np.concatenate([near(form, values[: borders(given).size], 4), values])
+
+
+@pytest.mark.parametrize("number", [30_000, pytest.param(1_000_000, marks=slow)])
+@each_form
+@each_tier
+def test_eps_rises_by_no_more_than_stated(built, tier, form, number):
+    given = header(tier)
+    for build, beta in (("plain", 1.0), ("plain", FORMS[form](0.731)), ("native", 1.0)):
+        if build == "native" and number < 1_000_000 and tier not in FEW[build]:
+            continue
+        values = ordered_speeds(given, form, beta, number)
+        found, eps, inside = rises(built(build, tier), tier, form, values, beta)
+        assert np.all(found <= allowed_rise(given, form, eps, inside)), float(values[np.argmax(found)]).hex()
+        assert np.count_nonzero(found < 0) > found.size / 4
+
+
+# --- places in the table ----------------------------------------------------------------------------------------------
+
+
+def layout(given, form):
+    """Return which numbers of a type say what is read: begin, end, shift of the ends, and sizes of tables by shift."""
+    s = SUFFIXES[form]
+    code = given.text
+    begin = int(
+        re.search(rf"viscopade_place_{given.name}{s}\(.*?return bits - UINT\d+_C\((\w+)\)", code, re.DOTALL)[1], 16
+    )
+    one, block = (code.split(f" viscopade_{part}_{given.name}{s}(")[1].split("\n}")[0] for part in ("one", "block"))
+    end = int(re.search(r"place < UINT\d+_C\((\w+)\)", one)[1], 16)
+    ends = int(re.search(r"beyond >> (\d+)\) == 0", block)[1])
+    reads = {(table, int(shift)) for table, shift in re.findall(r"(viscopade_\w+)\[place >> (\d+)\]", one)}
+    (shift,) = re.findall(r"index = place\[i\] >> (\d+)", block)
+    reads |= {(table, int(shift)) for table in re.findall(r"(viscopade_\w+)\[index\]", block)}
+    assert {f"viscopade_table_{given.name}"} <= {table for table, _ in reads}
+    sizes = [(int(re.search(rf"{table}\[(\d+)\][^;=]* = \{{", code)[1]), shift) for table, shift in reads]
+    return begin, end, ends, sizes
+
+
+def reads_within(end, ends, sizes):
+    """Whether place < end says the same as place >> ends = 0, and the last index is the last of each table."""
+    return end == 1 << ends and all((end - 1) >> shift == size - 1 for size, shift in sizes)
+
+
+def rows_of(given):
+    """Return the coefficients in the text."""
+    lines = given.text.split(f"viscopade_table_{given.name}[")[1].split("};")[0]
+    rows = re.findall(r"^    \{(.*)\},", lines, re.MULTILINE)
+    return [[float.fromhex(c.strip().rstrip("f")) for c in row.split(",")] for row in rows]
+
+
+@each_tier
+def test_no_row_beyond_the_table_is_read(tier):
+    """By reasoning, for all places: x < 2^k if and only if x >> k is 0, so x | y < 2^k too; x >> shift is monotonic."""
+    given = header(tier)
+    for form in given.native:
+        begin, end, ends, sizes = layout(given, form)
+        assert reads_within(end, ends, sizes)
+        fraction = np.finfo(FORMS[form]).nmant
+        assert (len(rows_of(given)), fraction - given.split) in sizes
+        assert begin == int(bits(form, [2.0**given.first])[0])
+        assert begin + end == int(bits(form, [2.0**given.end])[0])
+
+
+PLACES = """
+#include <stdio.h>
+int main(void)
+{{
+    uint64_t n;
+    uint32_t wrong = 0;
+
+    for (n = 0; n < UINT64_C(0x100000000); n += {step}) {{
+        const uint32_t bits = (uint32_t)n;
+        const uint32_t place = bits - {begin}u;
+        const uint32_t in = place < {end}u;
+        float w;
+
+        memcpy(&w, &bits, sizeof w);
+        const float m = viscopade_mantissa_{name}f(place);
+        wrong += in != (w >= {low}f && w < {high}f);
+        wrong += in != ((place >> {ends}) == 0);
+        wrong += in && (place >> {shift}) >= {size}u;
+        wrong += !(m >= 1.0f && m < 2.0f);
+        wrong += in && viscopade_base_{name}f(place) != (w < 0.125f ? 1.0f : 0.0f);
+    }}
+    printf("%lu", (unsigned long)wrong);
+    return 0;
+}}
+"""
+
+
+@pytest.mark.parametrize("step", [127, pytest.param(1, marks=slow)])
+@pytest.mark.parametrize("tier", ["1e-3", "1e-5"])
+def test_all_floats_find_their_rows(tmp_path, tier, step):
+    """All 2^32 bit patterns of w, or every 127-th."""
+    given = header(tier)
+    begin, end, ends, sizes = layout(given, "float")
+    size, shift = max(sizes)
+    numbers = {"begin": begin, "end": end, "shift": shift, "ends": ends, "size": size, "name": given.name}
+    text = given.text + PLACES.format(low=f"0x1p{given.first}", high=f"0x1p{given.end}", step=step, **numbers)
+    command = named_compiler("cc", "c99", ("-O3", *machine_flags()))
+    assert program(tmp_path, text, command) == "0"
+
+
+def program(folder, text, command):
+    """Compile and run a program; return what it prints."""
+    source, target = folder / "program.src", folder / "program"
+    source.write_text(text)
+    subprocess.run([*command, str(source), "-o", str(target), "-lm"], check=True)
+    done = subprocess.run([str(target)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+@each_tier
+def test_doubles_around_all_borders_find_their_rows(built, tier):
+    """Rows are told apart by eps: next to a border it must be that row's polynomial, read from the text."""
+    given = header(tier)
+    if given.full:
+        pytest.skip("its rows begin with two leading parts; errors of less than one ulp tell them apart")
+    table = np.array(rows_of(given))
+    w = near("double", borders(given), 1)
+    w = w[(w >= 2.0**given.first) & (w < 2.0**given.end)]
+    fraction, exponent = np.frexp(w)
+    place = np.floor((2 * fraction - 1) * 2**given.split).astype(int) + ((exponent - 1 - given.first) << given.split)
+    powers = (2 * fraction)[:, None] ** np.arange(table.shape[1])
+    eps = np.sum(table[place] * powers, axis=1) + (w < 0.125)
+    found = built("plain", tier)("single", "restitution", given, w, np.ones_like(w))
+    assert np.max(np.abs(found - eps) / eps) < 1e-13
+
+
+# --- undefined behaviour ----------------------------------------------------------------------------------------------
+
+_RANDOM = """
+#include <stdio.h>
+#include <stdlib.h>
+
+static uint64_t state = 1;
+
+static uint64_t next(void)
+{
+    uint64_t z = state += UINT64_C(0x9e3779b97f4a7c15);
+
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return z ^ (z >> 31);
+}
+
+/* Any bits, or one exponent, or a number in most tables. */
+static double any_double(int usual)
+{
+    const uint64_t z = next();
+    uint64_t bits = z;
+    double x;
+
+    if (usual || z % 8 > 3) {
+        bits = UINT64_C(0x3d00000000000000) + (z >> 6);
+    } else if (z % 8 > 1) {
+        bits = (next() % 4096 << 52) + (z % 3) - 1;
+    }
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static float any_float(int usual)
+{
+    const uint32_t z = (uint32_t)(next() >> 16);
+    uint32_t bits = z;
+    float x;
+
+    if (usual || z % 8 > 3) {
+        bits = UINT32_C(0x38000000) + (z >> 5);
+    } else if (z % 8 > 1) {
+        bits = ((uint32_t)(next() % 512) << 23) + (z % 3) - 1;
+    }
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static long sound = 0, unsound = 0;
+
+static void judge(double speed, double beta, double eps)
+{
+    if (speed > 0.0 && beta > 0.0 && speed < 1e300 && beta < 1e300) {
+        if (eps >= 0.0 && eps <= 1.0) {
+            sound++;
+        } else {
+            unsound++;
+        }
+    }
+}
+"""
+
+# Memory is as large as needed, so the sanitizer sees every access beyond it.
+_CALLS = """
+static void run_NAMESUFFIX(size_t n, int usual)
+{
+    TYPE *speed = malloc(n * sizeof *speed), *beta = malloc(n * sizeof *beta), *out = malloc(n * sizeof *out);
+    TYPE *few = malloc(3 * sizeof *few);
+    int *pair = malloc(n * sizeof *pair);
+    size_t i;
+
+    for (i = 0; i < 3; i++) {
+        few[i] = any_TYPE(usual);
+    }
+    for (i = 0; i < n; i++) {
+        speed[i] = any_TYPE(usual);
+        beta[i] = any_TYPE(usual);
+        pair[i] = (int)(next() % 3);
+        judge((double)speed[i], (double)beta[i], (double)viscopade_restitution_NAMESUFFIX(speed[i], beta[i]));
+        out[i] = viscopade_rebound_NAMESUFFIX(speed[i], beta[i]) + viscopade_dissipation_NAMESUFFIX(speed[i], beta[i]);
+    }
+BODY
+    free(speed), free(beta), free(out), free(few), free(pair);
+}
+"""
+
+_ARRAYS = """
+    viscopade_FUNCTION_array_NAMESUFFIX(n, speed, few[0], out);
+    viscopade_FUNCTION_by_pair_NAMESUFFIX(n, speed, pair, few, out);
+    viscopade_FUNCTION_each_NAMESUFFIX(n, speed, beta, out);
+    viscopade_FUNCTION_array_NAMESUFFIX(0, NULL, few[1], NULL);
+    viscopade_FUNCTION_by_pair_NAMESUFFIX(0, NULL, NULL, NULL, NULL);
+    viscopade_FUNCTION_each_NAMESUFFIX(0, NULL, NULL, NULL);
+    viscopade_FUNCTION_each_NAMESUFFIX(n, speed, beta, speed);
+"""
+
+
+def any_bits(given, rounds):
+    """Return a program that calls all functions of a header with numbers of any bits."""
+    names = [(form, s) for form, s in SUFFIXES.items()]
+    text = given.text + _RANDOM
+    for form, suffix in names:
+        body = "".join(_ARRAYS.replace("FUNCTION", function) for function in FUNCTIONS)
+        calls = _CALLS.replace("BODY", body).replace("NAME", given.name).replace("SUFFIX", suffix)
+        text += calls.replace("TYPE", form)
+    runs = "".join(f"        run_{given.name}{suffix}((size_t)(k % 331), k % 3 == 0);\n" for _, suffix in names)
+    return text + (
+        f"int main(void)\n{{\n    for (int k = 0; k < {rounds}; k++) {{\n{runs}    }}\n"
+        '    printf("%ld %ld", sound, unsound);\n    return 0;\n}\n'
+    )
+
+
+SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+
+
+@pytest.mark.parametrize(("level", "rounds"), [("-O0", 1000), pytest.param("-O2", 30_000, marks=slow)])
+@pytest.mark.parametrize("rules", ["-fno-fast-math", "-ffast-math"])
+@pytest.mark.parametrize("name", ["cc", pytest.param("clang", marks=slow)])
+@each_tier
+def test_no_undefined_behaviour_for_any_bits(tmp_path, tier, name, rules, level, rounds):
+    if (level, rules) == ("-O0", "-ffast-math") and tier not in FEW["fast"]:
+        pytest.skip("among the slow ones")
+    flags = (level, rules)
+    command = named_compiler(name, "c99", flags)
+    sanitized = [*command, *SANITIZERS]
+    probe = tmp_path / "probe.c"
+    probe.write_text("int main(void) { return 0; }\n")
+    if subprocess.run([*sanitized, str(probe), "-o", str(tmp_path / "probe")], capture_output=True).returncode:
+        pytest.skip("the compiler has no sanitizers")
+    sound, unsound = map(int, program(tmp_path, any_bits(header(tier), rounds), sanitized).split())
+    assert sound > 20 * rounds
+    assert unsound == 0
+
+
+# --- the checks themselves --------------------------------------------------------------------------------------------
+
+
+def test_the_truth_is_that_of_the_proofs():
+    w = np.exp2(np.random.default_rng(1).uniform(-100, 66, 40))
+    true = Truth(w, 1.0)
+    for base, found in ((0, true.eps), (1, true.loss)):
+        for x, y in zip(w, found, strict=True):
+            exactly = abs(speed_table._smaller_at(Fraction(x), base))
+            assert abs(Fraction(int(np.ldexp(y, 150))) / 2**150 / exactly - 1) < Fraction(1, 2**58)
+
+
+def changed(given, old, new, times=1):
+    """Return a header with a mistake; `old` is a regular expression."""
+    text, number = re.subn(old, new, given.text)
+    assert number >= times, f"nothing to change: {old}"
+    return Header(text)
+
+
+MISTAKES = {
+    "row": (r"\[place >> (17|46)\]", r"[(place >> \1) ^ (place >> 60 == 0)]", "values"),
+    "row of a block": (r"index = place\[i\] >> (17|46)", r"index = (place[i] >> \1) ^ 1", "arrays"),
+    "wrong shift": (r"\[place >> 46\]", "[place >> 45]", "layout"),
+    "base": (r"\[place >> (23|52)\]", r"[(place >> \1) ^ 1]", "values"),
+    "base of a block": (
+        r"\(place - UINT64_C\(0x5d0000000000000\)\)",
+        "(place - UINT64_C(0x5e0000000000000))",
+        "arrays",
+    ),
+    "mantissa": (r"UINT64_C\(0xfffffffffffff\)", "UINT64_C(0xfffff00000000)", "values"),
+    "scale is not checked": (r" && scale >= (DBL|FLT)_MIN", "", "values"),
+    "scale is not checked in blocks": (r"beyond >> (\d+)\) == 0 && usual", r"beyond >> \1) == 0", "arrays"),
+    "end": (r"place < UINT64_C\(0x800000000000000\)", "place < UINT64_C(0x810000000000000)", "layout"),
+    "ends of blocks": (r"beyond >> 59", "beyond >> 60", "layout"),
+    "one beta": (r"beta\[each \? i : 0\], what", "beta[0], what", "arrays"),
+    "tail": (r"i = whole; i < n", "i = whole; i + 1 < n", "arrays"),
+    "dissipation": (r"\(2\.0 \* base \+ p\)", "(base + p)", "values"),
+    "infinity": (r"eps == 0\.0 && speed > DBL_MAX \? speed : ", "", "odd"),
+    "negative": (r"return speed >= 0\.0 \? (.*) : nan\(\"\"\);", r"return \1;", "odd"),
+    "beta^4": (r"return b2 \* b2 \* beta", "return b2 * b2", "values"),
+    "beta of float": (r"\(double\)speed, \(double\)beta, what", "(double)speed, 1.0, what", "values"),
+}
+QUICK = ("base", "scale is not checked", "scale is not checked in blocks", "end", "infinity")
+
+
+def finds(check, functions, given):
+    """Whether a check of this file finds a mistake in a header for 1e-5 (or of full accuracy)."""
+    tier = "1e-5"
+    if check == "layout":
+        return not reads_within(*layout(given, "double")[1:])
+    for form, function in itertools.product(FORMS, FUNCTIONS):
+        if check == "values":
+            values, beta = inputs(tier, form)
+            found = functions("single", function, given, values, beta)
+            if part(found, *truth_and_bound(tier, form, function)).max() > 1:
+                return True
+        elif check == "odd":
+            values, beta = all_pairs(form)
+            found = functions("single", function, given, values, beta)
+            stated = [documented(function, *pair) for pair in zip(values, beta, strict=True)]
+            known = np.array([s is not None for s in stated])
+            if not same(found[known], np.array([s for s in stated if s is not None], dtype=FORMS[form])):
+                return True
+        else:
+            values, beta = inputs(tier, form)
+            single = functions("single", function, given, values, beta)
+            if not same(functions("each", function, given, values, beta), single):
+                return True
+    return False
+
+
+@pytest.mark.parametrize("mistake", [pytest.param(m, marks=() if m in QUICK else slow) for m in MISTAKES])
+def test_the_checks_find_mistakes(tmp_path, mistake):
+    old, new, check = MISTAKES[mistake]
+    wrong = changed(header("1e-5"), old, new)
+    functions = None
+    if check != "layout":
+        functions = Functions(tmp_path, [wrong], named_compiler("cc", "c99", ("-O1", *PLAIN)), warnings=())
+    assert finds(check, functions, wrong)
+
+
+# --- all floats -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step", [9973, pytest.param(1, marks=slow)])
+@pytest.mark.parametrize("tier", names.TIERS)
+def test_all_floats(tier, step):
+    """The benchmark that tests all positive floats, with the bounds that the header states."""
+    named_compiler("cc", "c11")  # or skip
+    given = header(tier)
+    native = "float" in given.native
+    relative = stated(given, "float")
+    bounds = speed_floats.FloatBounds(given.first, given.end, *relative, 3.5 if native else 0.5)
+    result = speed_floats.check(given.text, given.name, bounds, "fused", step)
+    assert result["inputs"] == -(-(2**31 - 2**23 - 1) // step)
+    assert result["differ"] == 0
+    for function in FUNCTIONS:
+        assert result["functions"][function]["beyond"] == 0, result
+        assert result["functions"][function]["largest"] > 0.3
+    assert result["largest_rise"] <= (1.0 if given.full else 2 * sum(relative)) + 2.0**-22
+
+
+def stated(given, form):
+    """Return the relative errors of the smaller of eps and 1 - eps, in the table and beyond."""
+    if given.full:
+        return 1e-15, 4e-14
+    small = Truth(np.ones(1), np.exp2(np.array([0.0, (given.end + 30) / 5])))
+    inside, _ = relative_bounds(small, given, form, np.array([True, False]))
+    return float(inside[0]), float(inside[1]) + 1e-13

@@ -1,0 +1,227 @@
+"""The array functions of the kernels from speed to eps become vector instructions: by the compilers' own reports.
+
+`viscopade_block_` computes places, loads rows, and sums; its first and its last loop are for vector instructions.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import struct
+import subprocess
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.kernels.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
+from tests.kernels.test_speed_kernels import inputs, part, truth_and_bound
+from viscopade.kernels import names
+
+ARM = "aarch64-linux-gnu"
+REPORTS = {
+    "gcc": ("-fopt-info-vec-optimized",),
+    "clang": ("-Rpass=(loop-vectorize|slp-vectorizer)",),
+}
+VECTOR = re.compile(r"loop vectorized using|vectorized loop")
+UNROLLED = re.compile(r"Stores SLP vectorized")  # Clang may unroll a loop completely, and make vectors then
+KINDS = {
+    "array": ("{T} beta", "beta"),
+    "by_pair": ("const int *pair, const {T} *beta", "pair, beta"),
+    "each": ("const {T} *beta", "beta"),
+}
+slow = pytest.mark.slow
+
+
+class Target(NamedTuple):
+    compiler: str
+    flags: tuple[str, ...]
+    bytes: int
+    """The least size of its vectors in the reports."""
+
+
+TARGETS = {
+    "gcc-haswell": Target("gcc", ("-march=haswell",), 32),
+    "gcc-skylake-avx512": Target("gcc", ("-march=skylake-avx512",), 32),
+    "gcc-avx512-wide": Target("gcc", ("-march=skylake-avx512", "-mprefer-vector-width=512"), 64),
+    "gcc-neon": Target(f"{ARM}-gcc", (), 16),
+    "clang-haswell": Target("clang", ("-march=haswell",), 32),
+    "clang-skylake-avx512": Target("clang", ("-march=skylake-avx512",), 32),
+    "clang-avx512-wide": Target("clang", ("-march=skylake-avx512", "-mprefer-vector-width=512"), 64),
+    "clang-neon": Target("clang", (f"--target={ARM}", "-isystem", f"/usr/{ARM}/include"), 16),
+}
+ALWAYS = {"gcc-haswell": names.TIERS, "clang-haswell": ("1e-5", "1e-7")}
+CASES = [
+    pytest.param(target, tier, marks=() if tier in ALWAYS.get(target, ()) else slow)
+    for target in TARGETS
+    for tier in names.TIERS
+]
+
+
+def source(given):
+    """Return C text with the array functions, each to be found in the assembly by its name."""
+    lines = ['#include "header.h"']
+    for kind, (parameters, arguments) in KINDS.items():
+        for function in FUNCTIONS:
+            for form, s in SUFFIXES.items():
+                head = f"void {kind}_{function}_{form}(size_t n, const {form} *speed, {parameters}, {form} *out)"
+                call = f"viscopade_{function}_{kind}_{given.name}{s}(n, speed, {arguments}, out);"
+                lines += [f"{head};".format(T=form), head.format(T=form), f"{{ {call} }}"]
+    return "\n".join([*lines, ""])
+
+
+def compiled(folder, given, target):
+    """Return the compiler's report and the assembly, or skip."""
+    command = shutil.which(target.compiler)
+    if command is None:
+        pytest.skip(f"there is no {target.compiler}")
+    (folder / "header.h").write_text(given.text)
+    (folder / "source.c").write_text(source(given))
+    (folder / "probe.c").write_text("#include <math.h>\n#include <string.h>\nint main(void) { return 0; }\n")
+    arguments = [command, "-std=c99", "-O3", *target.flags]
+    probe = subprocess.run([*arguments, "-S", "probe.c", "-o", "probe.s"], cwd=folder, capture_output=True)
+    if probe.returncode:
+        pytest.skip(f"{target.compiler} cannot compile for {' '.join(target.flags)}")
+    reports = REPORTS["clang" if "clang" in target.compiler else "gcc"]
+    done = subprocess.run(
+        [*arguments, *reports, "-S", "source.c", "-o", "source.s"], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stderr, (folder / "source.s").read_text()
+
+
+def loops(given, form):
+    """Return first and last line of the loops of a type's viscopade_block_, in the order of the text."""
+    lines = given.text.splitlines()
+    head = f"viscopade_block_{given.name}{SUFFIXES[form]}("
+    start = next(n for n, line in enumerate(lines) if head in line and line.startswith("VISCOPADE_INLINE"))
+    end = lines.index("}", start)
+    starts = [n for n in range(start, end) if re.match(r" +for \(", lines[n])]
+    return [(n + 1, next(m for m in range(n, end) if lines[m] == lines[n].split("f")[0] + "}") + 1) for n in starts]
+
+
+def reported(report):
+    """Return the messages on vectors in the header: line, text."""
+    found = re.findall(r"header\.h:(\d+):\d+: (?:optimized|remark): (.*)", report)
+    return [(int(line), text) for line, text in found]
+
+
+def vector_bytes(text, form):
+    """Return the size of vectors that a message states."""
+    found = re.search(r"using (\d+) byte vectors", text)
+    if found:
+        return int(found[1])
+    width = int(re.search(r"vectorization width: (\d+)", text)[1])
+    return width * np.dtype(FORMS[form]).itemsize
+
+
+def shortcomings(given, report, target):
+    """Return what is not made of vectors: types, loops and how many of how many functions."""
+    found = []
+    messages = reported(report)
+    for form in given.native:
+        # Functions of a type that is converted use the block of the other.
+        wanted = len(KINDS) * len(FUNCTIONS) * (len(FORMS) if given.native == [form] else 1)
+        every = loops(given, form)
+        for name, (start, end) in (("first", every[0]), ("last", every[-1])):
+            sizes = [vector_bytes(text, form) for line, text in messages if line == start and VECTOR.search(text)]
+            vectors = sum(size >= target.bytes for size in sizes)
+            unrolled = sum(start <= line <= end and bool(UNROLLED.search(text)) for line, text in messages)
+            if vectors < wanted and not (name == "first" and vectors + unrolled >= wanted):
+                found.append(f"{form}: {name} loop in {vectors} of {wanted} functions")
+    return found
+
+
+def gathers(assembly):
+    """Return how many gather instructions each function has."""
+    found = Counter()
+    name = ""
+    for line in assembly.splitlines():
+        label = re.match(r"(\w+):", line)
+        name = label[1] if label else name
+        found[name] += bool(re.match(r"\s+vp?gather", line))
+    return found
+
+
+@pytest.mark.parametrize(("target", "tier"), CASES)
+def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
+    given = header(tier)
+    report, assembly = compiled(tmp_path, given, TARGETS[target])
+    assert shortcomings(given, report, TARGETS[target]) == []
+    found = gathers(assembly)
+    # beta[pair[i]] may be gathered; rows never are.
+    assert {f"{kind}_{function}_{form}" for kind in KINDS for function in FUNCTIONS for form in FORMS} <= set(found)
+    assert all(number == 0 or "by_pair" in name for name, number in found.items()), found
+
+
+# --- the checks find what is wrong ------------------------------------------------------------------------------------
+
+
+def test_a_loop_that_is_not_vectorised_is_found(tmp_path):
+    given = header("1e-5")
+    text = given.text
+    line = "        out[i] = viscopade_result_"
+    assert line in text
+    spoiled = type(given)(text.replace(line, '        __asm__ volatile("");\n' + line))
+    report, _ = compiled(tmp_path, spoiled, TARGETS["gcc-haswell"])
+    assert any("last loop in 0 of" in what for what in shortcomings(spoiled, report, TARGETS["gcc-haswell"]))
+
+
+@slow
+def test_gathers_are_found(tmp_path):
+    """Without the barrier that keeps compilers from gathering rows."""
+    given = header("1e-5")
+    spoiled = type(given)(re.sub(r"(#define VISCOPADE_OPAQUE\(index\)) __asm__.*", r"\1 ((void)0)", given.text))
+    assert spoiled.text != given.text
+    _, assembly = compiled(tmp_path, spoiled, TARGETS["gcc-haswell"])
+    assert any(number for name, number in gathers(assembly).items() if "by_pair" not in name)
+
+
+# --- the same code on another processor -------------------------------------------------------------------------------
+
+RUN = """
+#include <stdio.h>
+#include <stdlib.h>
+int main(void)
+{
+    uint64_t n = 0;
+    TYPE *speed, *beta, *out;
+
+    if (fread(&n, sizeof n, 1, stdin) != 1) {
+        return 1;
+    }
+    speed = malloc(n * sizeof *speed), beta = malloc(n * sizeof *beta), out = malloc(n * sizeof *out);
+    if (fread(speed, sizeof *speed, n, stdin) != n || fread(beta, sizeof *beta, n, stdin) != n) {
+        return 1;
+    }
+    viscopade_FUNCTION_each_NAME(n, speed, beta, out);
+    fwrite(out, sizeof *out, n, stdout);
+    for (uint64_t i = 0; i < n; i++) {
+        out[i] = viscopade_FUNCTION_NAME(speed[i], beta[i]);
+    }
+    fwrite(out, sizeof *out, n, stdout);
+    return 0;
+}
+"""
+
+
+@slow
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("tier", names.TIERS)
+def test_errors_on_an_emulated_arm_processor(tmp_path, tier, form):
+    command, emulator = shutil.which(f"{ARM}-gcc"), shutil.which("qemu-aarch64")
+    if command is None or emulator is None:
+        pytest.skip(f"there is no {ARM}-gcc or no qemu-aarch64")
+    values, beta = inputs(tier, form)
+    given = header(tier)
+    for function in FUNCTIONS:
+        body = RUN.replace("TYPE", form).replace("FUNCTION", function).replace("NAME", given.name + SUFFIXES[form])
+        (tmp_path / "run.c").write_text(given.text + body)
+        arguments = ["-O3", "-std=c99", "-ffp-contract=fast", "-static", "run.c", "-o", "run", "-lm"]
+        subprocess.run([command, *arguments], cwd=tmp_path, check=True)
+        data = struct.pack("<Q", values.size) + values.tobytes() + beta.tobytes()
+        done = subprocess.run([emulator, str(tmp_path / "run")], input=data, capture_output=True, check=True)
+        of_array, single = np.frombuffer(done.stdout, dtype=FORMS[form]).reshape(2, -1)
+        assert np.array_equal(of_array, single)
+        assert part(single, *truth_and_bound(tier, form, function)).max() <= 1

