@@ -234,7 +234,7 @@ def test_the_documents_figures_are_there():
     text = DOCUMENT.read_text()
     for name in ("frontier", "minimaxErrors"):
         assert f"figures/{name}.svg" in text
-        assert (DOCUMENT.parents[2] / "figures" / f"{name}.svg").exists()
+        assert (DOCUMENT.parents[1] / "figures" / f"{name}.svg").exists()
 
 
 def test_queries_run_no_fit():

@@ -651,5 +651,5 @@ def test_tables_are_those_of_the_header():
 
 
 def test_the_data_file_is_what_the_module_writes():
-    path = Path(native.__file__).parents[2] / "data" / "restitution.txt"
+    path = Path(native.__file__).parents[1] / "data" / "restitution.txt"
     assert restitution_table.text() == path.read_text()

@@ -27,7 +27,7 @@ from viscopade.kernels.registry import Entry, entries, limits
 from viscopade.scene.tolerance import Bound
 
 EXPORTS = Path(__file__).parents[2] / "exports"
-FILE = Path(registry.__file__).parents[2] / registry.DATA
+FILE = Path(registry.__file__).parents[1] / registry.DATA
 FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 SAMPLES = 500
 # v* from 1e-4, eps being 1 - 1e-8, to 40, below the tables' ranges and beyond.
