@@ -118,8 +118,8 @@ def relative_digits(balls: Iterable[arb]) -> int:
 
 def exact_middle(ball: arb) -> Fraction:
     """Return the ball's middle as a fraction."""
-    mantissa, exponent = ball.mid().man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    mantissa, exponent = (int(part) for part in ball.mid().man_exp())
+    return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)
 
 
 def known_decimal(ball: arb, digits: int) -> str:

@@ -428,13 +428,11 @@ def _place(panel: int, v_star: arb_series) -> arb_series:
 
 
 def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
-    """Return the polynomial of a series, by Horner's rule around the middle of z's constant term: balls grow least."""
-    middle = z.coeffs()[0].mid()
-    z = z - middle
-    total = arb_series([arb(0)])
-    for c in reversed(arb_poly(list(coefficients))(arb_poly([middle, 1])).coeffs()):
-        total = total * z + c
-    return total
+    """Return the polynomial of a series: shifted to z's constant term, by its middle first so that balls grow least."""
+    constant, *rest = z.coeffs()
+    middle = constant.mid()
+    shifted = arb_poly(list(coefficients))(arb_poly([middle, 1]))(arb_poly([constant - middle, 1]))
+    return arb_series(shifted.coeffs())(arb_series([arb(0), *rest]))
 
 
 def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int) -> list[arb]:

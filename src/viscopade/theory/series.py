@@ -13,6 +13,7 @@ Steps 2 to 4 are arithmetic of truncated power series in balls (FLINT), which ha
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -120,8 +121,21 @@ def series(order: SupportsIndex, digits: SupportsIndex = 30) -> Series:
     return _series(arguments.order(order), arguments.digits(digits))
 
 
-@lru_cache(maxsize=16)
+_derivations: deque[Series] = deque(maxlen=16)  # the latest ones
+
+
+@lru_cache(maxsize=64)
 def _series(order: int, digits: int) -> Series:
+    """Return h_0 … h_order out of a longer and more accurate series, if one was derived."""
+    for known in _derivations:
+        h = known.h[: order + 1]
+        if known.order >= order and known.digits >= digits and all(_determined(h_k, digits) for h_k in h):
+            return Series(order, digits, h)
+    _derivations.append(_derived(order, digits))
+    return _derivations[-1]
+
+
+def _derived(order: int, digits: int) -> Series:
     return Series(order, digits, _enclosed(lambda effort: _h(order, effort), order // 2, digits))
 
 

@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.table import Table
 
 from viscopade.theory.pade import _pade, _product_coefficient, order_system, pade
-from viscopade.theory.series import _g_fixed_point, _series, end_series, series
+from viscopade.theory.series import _derivations, _g_fixed_point, _series, end_series, series
 from viscopade_lab.studies import baseline
 
 ORDERS = (20, 40, 80, 160)
@@ -57,6 +57,7 @@ def derive(order: int, digits: int) -> Callable[[], object]:
 
 def forget_series() -> None:
     """Clear all caches of the series."""
+    _derivations.clear()
     for cached in (_series, _g_fixed_point, end_series):
         cached.cache_clear()
 

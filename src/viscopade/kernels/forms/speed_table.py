@@ -336,4 +336,4 @@ def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int
 
 
 def _middle(ball: arb) -> fmpq:
-    return to_fmpq(exact_middle(ball.mid()))
+    return fmpq(ball.mid().fmpq())
