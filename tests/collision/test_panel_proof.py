@@ -80,7 +80,7 @@ def test_a_panel_is_proven(index):
         assert float(bound) < 2.0**-62
 
 
-DAYS = 30  # after which all panels have been proven again
+DAYS = 100  # after which all panels have been proven again
 
 
 def proven_again(index):
