@@ -41,9 +41,7 @@ QUICK = frozenset(
     )
 )
 TOGETHER = (
-    *files(
-        "kernels", "exports", "speed_kernels", "compact_languages", "gapped_kernels", "inverse_kernels", "derivative"
-    ),
+    *files("kernels", "exports", "speed_kernels", "table_free", "lacunary_kernels", "inverse_kernels", "derivative"),
     *files("cli", "cli", "scenes"),
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),

@@ -14,7 +14,7 @@ from viscopade.kernels import requests
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import FullTable, ulp_of_w

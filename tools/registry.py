@@ -10,7 +10,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.root_powers import HalfLineKernel, RootPowerVariant
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
@@ -23,7 +23,7 @@ from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.v_star import of_v_star
 
-COMMAND = "python -m tools.registry > src/viscopade/data/catalogue.csv"
+COMMAND = "python -m tools.registry > src/viscopade/data/registry.csv"
 PLACES = 3
 # Operations, counted by hand in the templates.
 _POWER_OF_BETA = 4  # w = beta^5 speed
@@ -154,7 +154,7 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
 def _of_compact(
     accuracy: str,
     given: HalfLineKernel,
-    variant: RootPowerVariant,
+    variant: LacunaryVariant,
     place: str,
     machines: Sequence[MachineArithmetic],
     operations: int,

@@ -431,7 +431,7 @@ def test_the_cheaper_quotient_of_the_reason_fails() -> None:
 @pytest.mark.parametrize(
     "entry", [e for e in entries() if e.kind != "v*" and e.format == "double"], ids=lambda e: e.name
 )
-def test_formulas_are_as_far_off_as_the_catalogue_says(entry) -> None:
+def test_formulas_are_as_far_off_as_the_registry_says(entry) -> None:
     """Largest errors of what shows where a kernel fails: at most the bound, and not far below."""
     v_star = np.geomspace(0.05, 8.0, 20001)
     eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))

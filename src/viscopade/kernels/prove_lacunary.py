@@ -20,9 +20,9 @@ from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_formulas import HalfLineFormula, LacunaryInverse
+from viscopade.kernels.forms.lacunary_series import HalfLineFormula, LacunaryInverse
 from viscopade.kernels.forms.lacunary_rounding import Size
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, RootPowerVariant, interval_start
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import FullTable
 from viscopade.kernels.names import FAST, FULL
@@ -179,7 +179,7 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[floa
 
 def _variants(
     quotient: LacunaryQuotient, formula: _Formula
-) -> tuple[tuple[RootPowerVariant, ...], tuple[tuple[str, str], ...]]:
+) -> tuple[tuple[LacunaryVariant, ...], tuple[tuple[str, str], ...]]:
     """Return the kernel in type double, and in type float if it is about as accurate; or why it is not."""
     first = _variant(quotient, formula, DOUBLE)
     allowed = LOOSER * Fraction(first.certificate.bound)
@@ -192,10 +192,10 @@ def _variants(
     return (first, second), ()
 
 
-def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> RootPowerVariant:
+def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> LacunaryVariant:
     a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
     rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
-    return RootPowerVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
+    return LacunaryVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
 
 
 @cache

@@ -1,6 +1,6 @@
 """Registry of the ready kernels with their proven errors: speed tables, half-line, compact and full kernels.
 
-To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/catalogue.csv
+To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/registry.csv
 and read by `entries`. An error is stated as
 
     |d eps| <= both min(eps, 1 - eps) + rounding eps,    and 1 - eps^2 is off by what `both` does to it, and loss,
@@ -25,7 +25,7 @@ from typing import Any, Literal, cast
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels.forms.table_free import LARGEST
 
-DATA = "data/catalogue.csv"
+DATA = "data/registry.csv"
 _NUMBERS = ("bytes", "operations")
 
 

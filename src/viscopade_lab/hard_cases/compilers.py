@@ -222,7 +222,7 @@ def stated(kind: str, name: str, form: Form) -> Stated:
     if name == "full":
         return Stated(ulps=found.number(f"ulps of {kind}"))
     if name.startswith("lookup"):
-        return _of_lookup(name, form)
+        return _of_speed_table(name, form)
     rounding = found.number(f"rounding of {kind}")
     if name.startswith("inverse"):
         return Stated(value=rounding, formula=found.number("formula"))
@@ -231,7 +231,7 @@ def stated(kind: str, name: str, form: Form) -> Stated:
     return Stated(found.up_to, rounding, high=max(end for end, _ in found.up_to))
 
 
-def _of_lookup(name: str, form: Form) -> Stated:
+def _of_speed_table(name: str, form: Form) -> Stated:
     double, found = proven.of(name, "double"), proven.of(name, form)
     low, high = double.number("low"), double.number("high")
     # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.

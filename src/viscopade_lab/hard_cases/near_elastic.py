@@ -96,7 +96,7 @@ class Way:
 
 
 def entry(kind: str, tier: str, form: Format) -> Entry:
-    """Return what the catalogue of proven bounds has on a kernel."""
+    """Return what the table of proven bounds has on a kernel."""
     wanted = kind, tier, "fast", registry.HOST, form.name
     return next(e for e in registry.entries() if (e.kind, e.tier, e.size, e.place, e.format) == wanted)
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.forms.root_powers import HalfLineKernel, scientific
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, scientific
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import FullTable
 from viscopade.kernels.names import FAST, SMALL

@@ -45,7 +45,7 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
     patterns = {kernel.pattern for kernel in kernels}
     names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
-    return template(__name__, "header.h.jinja").render(
+    return template(__name__, "quotient.h.jinja").render(
         head=head, blocks=blocks, names=names, has_derivative=has_derivative
     )
 

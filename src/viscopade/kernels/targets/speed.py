@@ -16,7 +16,7 @@ from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable, ul
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets import last_place as full_text
-from viscopade.kernels.targets import root_powers
+from viscopade.kernels.targets import lacunary_kernels
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
@@ -130,7 +130,7 @@ def _in_pairs(names: Sequence[str], variable: str, square: str) -> str:
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
         return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
-    return root_powers.render_functions([given.slow]).rstrip()
+    return lacunary_kernels.render_functions([given.slow]).rstrip()
 
 
 def _slow_call(given: SpeedKernel, loss: int) -> str:

@@ -39,8 +39,8 @@ from viscopade.kernels.expressions import (
     text,
 )
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, interval_start
-from viscopade.kernels.targets.root_powers import render_c, render_python
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
+from viscopade.kernels.targets.lacunary_kernels import render_c, render_python
 from viscopade_lab.hard_cases import exported
 
 COMMAND = "viscopade export c --half-line 1e-3"
@@ -97,7 +97,7 @@ def header():
 
 @pytest.fixture(scope="module")
 def libraries(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("gapped")
+    directory = tmp_path_factory.mktemp("lacunary")
     return {name: compiled.build(directory, [header()], flags=flags) for name, flags in BUILDS.items()}
 
 
@@ -632,7 +632,7 @@ def test_every_standard_gives_the_same_numbers(standard, libraries, tmp_path):
 
 
 def test_header_combines_with_that_of_other_kernels(tmp_path):
-    from tests.kernels.test_kernels import PAPER
+    from tests.kernels.test_quotient_kernels import PAPER
     from viscopade.kernels.targets import c
 
     library = compiled.build(tmp_path, [c.render(PAPER[3:], COMMAND), header()])
