@@ -13,7 +13,7 @@ from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
 from viscopade.kernels.names import FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
@@ -100,11 +100,11 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     table = given.table
     # In v*, rounded inwards: w itself is rounded.
     low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
-    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, FullTable) else 2 * table.degree
+    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, LastPlaceTable) else 2 * table.degree
     operations = _POWER_OF_BETA + _ROW + polynomial
     for form in (DOUBLE, FLOAT):
         own = form if form in given.formats else DOUBLE
-        if isinstance(table, FullTable):
+        if isinstance(table, LastPlaceTable):
             inside = table.proven.relative + of_w(DOUBLE) + 4 * _ulp(DOUBLE)
         else:
             inside = table.proven.error + rounding_of(table, own)
@@ -163,7 +163,7 @@ def _of_compact(
     formula = Fraction(variant.certificate.bound)
     everywhere = common = of_epsilon = of_loss = Fraction(0)
     for machine in machines:
-        found = table_free.bounds(given.powers, variant.a, variant.b, machine)
+        found = table_free.rounding_bounds(given.powers, variant.a, variant.b, machine)
         first, second = (
             max(Fraction(found["restitution"][i]), Fraction(3, 2) * Fraction(found["dissipation"][i])) for i in (0, 1)
         )

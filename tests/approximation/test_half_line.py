@@ -20,11 +20,11 @@ SPEEDS = np.geomspace(1e-6, 1e9, 20_011)
 
 @pytest.fixture(params=RECOMMENDED, ids=lambda case: case[0].label)
 def kernel(request):
-    return half_line.fit(*request.param)
+    return half_line.fit_half_line(*request.param)
 
 
 def test_accuracies_and_sizes_that_are_claimed():
-    sizes = {(accuracy, measure): half_line.kernel(accuracy, measure).powers.coefficients
+    sizes = {(accuracy, measure): half_line.smallest_half_line(accuracy, measure).powers.coefficients
              for accuracy in (1e-3, 1e-5, 1e-7) for measure in ("relative", "both")}  # fmt: skip
     assert sizes == {
         (1e-3, "relative"): 4,
@@ -70,7 +70,7 @@ def test_errors_are_level_with_alternating_signs(kernel):
 def test_every_neighbouring_choice_of_powers_is_worse():
     """The search's result is a local optimum: no exponent can be moved by one."""
     powers = half_line.RELATIVE[2]
-    sample = half_line.sample("relative")
+    sample = half_line.half_line_sample("relative")
     top, bottom = powers.top, powers.bottom
     others = [
         Powers((0, a, b, top[3]), (0, c, bottom[2]))
@@ -119,7 +119,7 @@ def test_slope_is_the_derivative(kernel):
 @pytest.mark.parametrize("powers", half_line.BOTH[1:], ids=lambda powers: powers.label)
 def test_slope_is_nearly_as_good_as_epsilon(powers):
     """As `slope` says: a relative error of 3 to 8 times that of eps."""
-    kernel = half_line.fit(powers, "both")
+    kernel = half_line.fit_half_line(powers, "both")
     v_star = np.geomspace(1e-4, 1e6, 20_001)
     error = np.abs(kernel.slope(v_star) / double.slope(v_star) - 1).max()
     assert 3 * kernel.error < error < 8 * kernel.error
@@ -137,18 +137,18 @@ def test_formulas_are_the_kernel(kernel):
 def test_the_same_twice():
     powers, measure = RECOMMENDED[0]
     half_line._fit.cache_clear()
-    first = half_line.fit(powers, measure)
+    first = half_line.fit_half_line(powers, measure)
     half_line._fit.cache_clear()
-    assert half_line.fit(powers, measure) == first
+    assert half_line.fit_half_line(powers, measure) == first
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: half_line.fit(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
-        (lambda: half_line.fit(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is one of both, relative"),
-        (lambda: half_line.kernel(1e-9), "accepted is a number >= 5.9"),
-        (lambda: half_line.kernel(1e-3, "absolute"), "accepted is one of both, relative"),
+        (lambda: half_line.fit_half_line(Powers((0, 4, 9), (0, 4))), "deg N must be deg D \\+ 4"),
+        (lambda: half_line.fit_half_line(Powers((0, 4, 8), (0, 4)), "absolute"), "accepted is one of both, relative"),
+        (lambda: half_line.smallest_half_line(1e-9), "accepted is a number >= 5.9"),
+        (lambda: half_line.smallest_half_line(1e-3, "absolute"), "accepted is one of both, relative"),
         (lambda: Powers((0, 4, 4), (0, 4)), "ascending exponents that begin with 0"),
         (lambda: Powers((1, 4), (0, 4)), "ascending exponents that begin with 0"),
         (
@@ -156,7 +156,7 @@ def test_the_same_twice():
             "other numbers of coefficients",
         ),
         (lambda: LacunaryQuotient(Powers((0,), (0,)), (Fraction(1),), (Fraction(2),)), "it must be 1"),
-        (lambda: half_line.fit(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
+        (lambda: half_line.fit_half_line(*RECOMMENDED[0]).epsilon(-1.0), "v_star is -1.0: accepted is"),
     ],
 )
 def test_bad_input(call, message):
@@ -165,7 +165,7 @@ def test_bad_input(call, message):
 
 
 def test_a_kernel_with_the_wrong_limit_cannot_be_made():
-    found = half_line.fit(*RECOMMENDED[0])
+    found = half_line.fit_half_line(*RECOMMENDED[0])
     wrong = LacunaryQuotient(Powers((0, 4, 9), (0, 4)), found.quotient.a, found.quotient.b)
     with pytest.raises(ValueError, match="deg N"):
         dataclasses.replace(found, quotient=wrong)

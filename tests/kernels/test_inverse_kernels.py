@@ -55,7 +55,7 @@ def test_against_the_exact_inverse(whole):
 
 def test_there_and_back():
     """An error e of eps in both measures is one of at most 2 e in q, which is at least the square of v*."""
-    back, forward = inverse.kernel(1e-7), half_line.kernel(1e-7, "both")
+    back, forward = inverse.smallest_inverse(1e-7), half_line.smallest_half_line(1e-7, "both")
     slow, fast = np.geomspace(1e-3, 1, 151), np.geomspace(1, 1e6, 151)
     found = np.concatenate(
         [back.v_star(one_minus_epsilon=forward.one_minus_epsilon(slow)), back.v_star(forward.epsilon(fast))]
@@ -101,10 +101,10 @@ def test_beyond_double_precision_is_refused():
         (lambda: inverse.fit_interval(10, 2, 0.5), ValueError, "accepted is an integer from 0 to 9"),
         (lambda: inverse.fit_interval(2.0, 2, 0.5), TypeError, "accepted is an integer"),
         (lambda: inverse.fit_whole(Powers((0, 16), (0, 10, 17))), ValueError, "deg D must be deg N \\+ 2"),
-        (lambda: inverse.kernel(1e-12), ValueError, "accepted is a number >="),
-        (lambda: inverse.kernel(1e-3).v_star(0.0), ValueError, "accepted is a number > 0"),
-        (lambda: inverse.kernel(1e-3).v_star(0.5, one_minus_epsilon=0.5), TypeError, "exactly one"),
-        (lambda: inverse.kernel(1e-3).v_star(one_minus_epsilon=1.0), ValueError, "accepted is a number >= 0"),
+        (lambda: inverse.smallest_inverse(1e-12), ValueError, "accepted is a number >="),
+        (lambda: inverse.smallest_inverse(1e-3).v_star(0.0), ValueError, "accepted is a number > 0"),
+        (lambda: inverse.smallest_inverse(1e-3).v_star(0.5, one_minus_epsilon=0.5), TypeError, "exactly one"),
+        (lambda: inverse.smallest_inverse(1e-3).v_star(one_minus_epsilon=1.0), ValueError, "accepted is a number >= 0"),
     ],
 )
 def test_bad_input(call, error, message):
@@ -113,10 +113,10 @@ def test_bad_input(call, error, message):
 
 
 def test_what_is_recommended():
-    assert inverse.kernel(1e-3).quotient.powers.coefficients == 4
-    assert inverse.kernel(1e-5).quotient.powers.coefficients == 8
-    assert inverse.kernel(1e-7).quotient.powers.coefficients == 13
-    assert all(Fraction(float(c)) == c for c in inverse.kernel(1e-3).quotient.a)
+    assert inverse.smallest_inverse(1e-3).quotient.powers.coefficients == 4
+    assert inverse.smallest_inverse(1e-5).quotient.powers.coefficients == 8
+    assert inverse.smallest_inverse(1e-7).quotient.powers.coefficients == 13
+    assert all(Fraction(float(c)) == c for c in inverse.smallest_inverse(1e-3).quotient.a)
     assert math.isinf(lacunary.rough([Powers((0,), (0, 1))], _negative()).error[0])
 
 

@@ -135,7 +135,7 @@ def test_stated_errors_are_those_of_the_law():
             found = integrated(stiffness_force(pair, text), case, speed, "force")
             assert found / pair.epsilon(speed) - 1 == pytest.approx(float(error), rel=6e-3)
     assert "Error of eps: 0 at the slowest, 0 at the fastest speed" in text
-    constant = liggghts.restitution(contact, True).constant
+    constant = liggghts.hertz_restitution(contact, True).constant
     assert f"{constant.errors.fastest:+.2e} at the fastest speed" in text
 
 
@@ -167,7 +167,7 @@ def test_what_the_program_cannot_have():
         liggghts.coefficient_restitution(0.2, True)
     assert liggghts.coefficient_restitution(0.2, False) == 0.2
     almost = setup(0.22)  # the eps of the smallest largest error is below what the program can have
-    assert liggghts.restitution(almost.contacts[0], True).balanced is None
+    assert liggghts.hertz_restitution(almost.contacts[0], True).balanced is None
     assert "The largest error is smallest" not in liggghts.render(almost, COMMAND, "hertz")
     assert "The largest error is smallest" in liggghts.render(setup(0.6), COMMAND, "hertz")
     case = setup(0.04)

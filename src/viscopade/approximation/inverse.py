@@ -32,7 +32,7 @@ from viscopade.approximation.lacunary import (
     mirrored,
     terms,
 )
-from viscopade.approximation.target import TABLE_DIGITS, curve
+from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Accepted, FloatArray, Values
@@ -94,7 +94,7 @@ class Inverse:
         if self.root not in (INTERVAL_ROOT, WHOLE_ROOT):
             raise ValueError(f"root is {self.root}: accepted is {INTERVAL_ROOT} or {WHOLE_ROOT}")
         if self.epsilon_min == 0:
-            check(self.quotient.powers)
+            require_inverse_degrees(self.quotient.powers)
 
     @property
     def shift(self) -> int:
@@ -145,7 +145,7 @@ class Inverse:
         return np.where(y <= 1, lower, large * high / low)
 
 
-def check(powers: Powers) -> None:
+def require_inverse_degrees(powers: Powers) -> None:
     """Check that N/D with these powers of q^(1/10) has the right order at infinity; raise a ValueError otherwise."""
     if powers.bottom[-1] - powers.top[-1] != DEGREES_LESS:
         raise ValueError(f"powers are {powers.label}: deg D must be deg N + {DEGREES_LESS}, as v* goes like q^(3/10)")
@@ -169,7 +169,7 @@ def fit_interval(m: int, n: int, epsilon_min: Exact) -> Inverse:
         If there is no best approximant, or the error is too small for double precision.
     """
     m, n = arguments.integer("m", m, 0, MAX_DEGREE), arguments.integer("n", n, 0, MAX_DEGREE)
-    low = arguments.exact("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
+    low = arguments.exact_number("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
     return _fit_interval(m, n, low)
 
 
@@ -179,7 +179,7 @@ def _fit_interval(m: int, n: int, low: Fraction) -> Inverse:
     y_max = float(1 / low - 1) ** 0.5
     for digits in (TABLE_DIGITS, MORE_DIGITS):
         try:
-            stated = lacunary.problem(powers, _target(2, digits), _one, y_max, remez.Coordinate(1.0), digits)
+            stated = lacunary.lacunary_problem(powers, _target(2, digits), _one, y_max, remez.Coordinate(1.0), digits)
             return _kernel(powers, INTERVAL_ROOT, low, remez.solve(stated))
         except remez.TooAccurate as reason:
             refused = reason
@@ -201,14 +201,14 @@ def fit_whole(powers: Powers) -> Inverse:
     remez.NoBest
         If the error cannot be levelled.
     """
-    check(powers)
+    require_inverse_degrees(powers)
     return _fit_whole(powers)
 
 
 @lru_cache(maxsize=64)
 def _fit_whole(powers: Powers) -> Inverse:
-    stated = lacunary.problem(powers, _target(10, TABLE_DIGITS), _one, _Y_MAX, remez.Coordinate(1.0, True))
-    return _kernel(powers, WHOLE_ROOT, Fraction(0), lacunary.best(powers, stated, sample()))
+    stated = lacunary.lacunary_problem(powers, _target(10, TABLE_DIGITS), _one, _Y_MAX, remez.Coordinate(1.0, True))
+    return _kernel(powers, WHOLE_ROOT, Fraction(0), lacunary.best(powers, stated, inverse_sample()))
 
 
 def _one(_: arb) -> arb:
@@ -222,7 +222,7 @@ def _target(root: int, digits: int) -> lacunary.Function:
         if y == 0:
             return arb(1)
         q = y**root
-        c = curve(digits).loss_ratio(arb(0))
+        c = exact_target(digits).loss_ratio(arb(0))
         return (_v_star(q.mid(), digits) * (c / q).sqrt()).mid()
 
     return target
@@ -235,7 +235,7 @@ def _v_star(q: arb, digits: int) -> arb:
         double.v_star_from(1 / (1 + near)) if near > 1 else double.v_star_from(one_minus_epsilon=near / (1 + near))
     )
     for _ in range(1 if digits <= MORE_DIGITS else 2):
-        epsilon, loss = curve(digits).both(v_star)
+        epsilon, loss = exact_target(digits).both(v_star)
         slope = -double.slope(float(v_star)) / float(loss)  # d ln q/d ln v*
         v_star = (v_star * (1 + (q * epsilon / loss).log() / slope)).mid()
     return v_star
@@ -243,7 +243,7 @@ def _v_star(q: arb, digits: int) -> arb:
 
 def _kernel(powers: Powers, root: Fraction, low: Fraction, found: remez.Approximation) -> Inverse:
     with working(_BITS):
-        c = curve(TABLE_DIGITS).loss_ratio(arb(0))
+        c = exact_target(TABLE_DIGITS).loss_ratio(arb(0))
         quotient = lacunary.rounded(powers, found, 1 / c.sqrt())
     points = tuple(float(y) ** float(1 / root) for y in found.points)
     bare = Inverse(quotient, root, low, found.error, 0.0, points)
@@ -262,17 +262,17 @@ def _error(given: Inverse) -> float:
 
 
 @lru_cache(maxsize=1)
-def sample() -> Sample:
+def inverse_sample() -> Sample:
     """Return the target at points dense enough for rough fits on all of (0, 1]."""
     ends = ((0.004, 0.04, 15), (0.04, 40.0, 111), (40.0, 1e5, 18))
     v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
     with working(_BITS):
-        c = float(curve(TABLE_DIGITS).loss_ratio(arb(0)))
+        c = float(exact_target(TABLE_DIGITS).loss_ratio(arb(0)))
     return Sample(q**0.1, v_star * np.sqrt(c / q), np.ones_like(q))
 
 
-def kernel(accuracy: float) -> Inverse:
+def smallest_inverse(accuracy: float) -> Inverse:
     """Return the approximant in `WHOLE` for all of (0, 1] with the fewest coefficients and the wanted accuracy.
 
     Raises

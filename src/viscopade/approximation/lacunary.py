@@ -230,7 +230,7 @@ def alternating(sample: Sample, deviation: FloatArray, number: int) -> list[floa
 # --- best quotients ---------------------------------------------------------------------------------------------------
 
 
-def problem(
+def lacunary_problem(
     powers: Powers, target: Function, weight: Function, y_max: float, coordinate: remez.Coordinate, digits: int = 17
 ) -> remez.Problem:
     """Return the problem of minimising weight |N/(target D) - 1| on [0, y_max]."""

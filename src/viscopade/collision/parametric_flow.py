@@ -89,7 +89,7 @@ class ParametricPiece(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Family:
+class ParametricBranch:
     """Family of branches, loading or unloading, from the turning point to close before the end, for all |z| <= 1.
 
     Attributes
@@ -147,7 +147,7 @@ def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> 
 # --- integration ------------------------------------------------------------------------------------------------------
 
 
-def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> Family:
+def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> ParametricBranch:
     """Integrate for all z.
 
     Parameters
@@ -173,7 +173,7 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
     for step in steps:
         pieces.append(grow.piece(step, pieces[-1] if pieces else None))
     end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
-    return Family(k, scale, unloading, bits, degree, tuple(pieces), end)
+    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end)
 
 
 def _scale(k: Scaled, accuracy: int) -> Scaled:
@@ -323,7 +323,7 @@ def _middle(series: arb_series) -> arb_series:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-class Ends(NamedTuple):
+class ParametricEnds(NamedTuple):
     """End value 2 H c p as a polynomial in z, with a proven relative error."""
 
     slope: arb_poly
@@ -334,7 +334,7 @@ class Ends(NamedTuple):
     """Bound of |p_true/p - 1|."""
 
 
-def ends(family: Family, origin: bool = False) -> Ends:
+def parametric_ends(family: ParametricBranch, origin: bool = False) -> ParametricEnds:
     """Return p at the end with a proven error, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
 
     Raises
@@ -349,7 +349,7 @@ def ends(family: Family, origin: bool = False) -> Ends:
 class _Proof:
     """The steps of docs/theory/exact-function.md, in order; numbers are bounds for all z."""
 
-    def __init__(self, family: Family, origin: bool) -> None:
+    def __init__(self, family: ParametricBranch, origin: bool) -> None:
         self.family, self.origin = family, origin
         self.unit = arb(2) ** -family.bits
         self._require_positive(family.k.polynomial)
@@ -400,7 +400,7 @@ class _Proof:
         new = after.step.mantissa << (after.step.exponent - exponent)
         return arb(norm((after.u[1] * old - whole * new).coeffs())) / old * self.unit
 
-    def ends(self) -> Ends:
+    def ends(self) -> ParametricEnds:
         """Go from piece to piece, and from the last point to the end (step 4)."""
         error = arb(0)
         for i, (piece, residual) in enumerate(zip(self.family.pieces, self.residuals, strict=True)):
@@ -464,7 +464,7 @@ class _Proof:
             return first.min(first + slope).lower()
         return (first - sum((abs(c) for c in rest), arb(0))).lower()
 
-    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> Ends:
+    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> ParametricEnds:
         """Add what p^2 may grow between the last point and the end."""
         step = self.family.scale.poly() * (2 * piece.step.ball())
         slope_poly = _enclosed(slope, self.unit)
@@ -479,10 +479,10 @@ class _Proof:
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
-        return Ends(slope_poly, step, (eta + growth).abs_upper())
+        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper())
 
 
-def _sum_element(family: Family, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
+def _sum_element(family: ParametricBranch, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
     """Return r and u_y at y = 1, exactly."""
     ring = Wiener(family.bits, family.degree + 1)
     r = fmpz_poly([1 << family.bits]) - sum(piece.u, fmpz_poly())
@@ -498,7 +498,7 @@ def _norm(polynomial: arb_poly) -> arb:
     return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
-def _residual(family: Family, piece: ParametricPiece) -> arb:
+def _residual(family: ParametricBranch, piece: ParametricPiece) -> arb:
     """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
 
     A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of

@@ -82,7 +82,7 @@ class _Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Flow:
+class _TaylorFlow:
     """The flow by Taylor steps; rounding and truncation are not enclosed. To be used within `working`."""
 
     order: int
@@ -153,7 +153,7 @@ def from_flow(digits: SupportsIndex = 30) -> Singularity:
     order = digits + 10  # a step of a tenth of the radius loses a digit a term
     tolerance = 10.0 ** (-digits / 2 - 2)  # the step of Newton's method that follows is the square of it
     with working(bits_for(digits + 15)):
-        flow = _Flow(order)
+        flow = _TaylorFlow(order)
         arrival = flow.creeping(tolerance)
         w = -flow.to_zero(_Point(acb(0), arrival.g), acb(TIME_GUESS.real, TIME_GUESS.imag), tolerance).g / 4
         ctx = _context()

@@ -26,9 +26,9 @@ from viscopade.arithmetic.balls import to_mpf
 from viscopade.arithmetic.decimals import at_most
 from viscopade.collision import exact
 from viscopade.kernels import requests, toolchain
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade.progress import track
-from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
+from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run_driver
 from viscopade_lab import proven
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
@@ -399,8 +399,8 @@ def make(
     sizes = [given.given(f.over, f.form).nbytes for f in wanted]
     file, size = ("headers.h", text), sum(sizes)
     try:
-        code = run(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
-    except BenchError as error:
+        code = run_driver(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
+    except ToolchainError as error:
         return Made(name, build, tuple(wanted), (), str(error))
     ends = np.cumsum([0, *sizes])
     pieces = [code[first:last] for first, last in pairwise(ends)]

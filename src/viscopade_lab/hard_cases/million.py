@@ -124,7 +124,7 @@ def _values(name: str, v_star: Array) -> Array:
 @lru_cache(maxsize=2)
 def _rows(name: str) -> Array:
     """Return the coefficients of all panels, the power first."""
-    rows = [panel_proof.rows()[name, panel] for panel in range(panels.PANELS)]
+    rows = [panel_proof.panel_rows()[name, panel] for panel in range(panels.PANELS)]
     return np.array([[np.ldexp(np.longdouble(str(c)), row.exponent) for c in row.a] for row in rows]).T
 
 

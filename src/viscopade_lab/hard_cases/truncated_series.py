@@ -144,7 +144,7 @@ def exact_epsilon(v_star: float) -> arb:
     place = panels.place_of(np.array([v_star]))
     panel = int(place.panel[0])
     z = (arb(v_star) - arb(float(panels.CENTRES[panel]))) / arb(float(panels.HALF_WIDTHS[panel]))
-    return panel_proof.rows()["epsilon", panel].poly()(z) * arb(1, panel_proof.proven_error())
+    return panel_proof.panel_rows()["epsilon", panel].poly()(z) * arb(1, panel_proof.proven_error())
 
 
 def _off(polynomial: arb_poly, v_star: float) -> arb:

@@ -16,7 +16,7 @@ from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_rounding import DIGITS, Branch, Size
+from viscopade.kernels.forms.lacunary_rounding import DIGITS, CodeBranch, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 
@@ -125,7 +125,7 @@ class LacunaryKernel(ABC):
 
     @property
     @abstractmethod
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs of the exported code."""
 
     @property
@@ -270,7 +270,7 @@ class HalfLineKernel(LacunaryKernel):
         return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs for v* <= 1 and v* > 1."""
         return lacunary_rounding.half_line(self.powers)
 
@@ -353,7 +353,7 @@ class InverseKernel(LacunaryKernel):
         return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The program, or those for eps >= 1/2 and eps < 1/2."""
         return lacunary_rounding.inverse(self.powers, self.root)
 

@@ -18,8 +18,8 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Language, Program, c_language, text
 from viscopade.kernels.forms import table_free
-from viscopade.kernels.forms.lacunary_rounding import ULPS
 from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
+from viscopade.kernels.forms.lacunary_rounding import ULPS
 from viscopade.kernels.forms.table_free import (
     DEVICE,
     FUNCTIONS,
@@ -275,7 +275,7 @@ def _block(target: TargetLanguage, kernel: HalfLineKernel) -> dict[str, object]:
 def _variant(
     target: TargetLanguage, kernel: HalfLineKernel, dialect: Dialect, variant: LacunaryVariant
 ) -> dict[str, object]:
-    program = table_free.kernel(kernel.powers, dialect.quotient, target.log, target.exp)
+    program = table_free.table_free_program(kernel.powers, dialect.quotient, target.log, target.exp)
     constants = table_free.numbers(kernel.powers, variant.a, variant.b, variant.form)
     decimals = {name: variant.form.decimal(c) for name, c in constants.items()}
     language = dialect.language
@@ -385,7 +385,7 @@ def _size(dialect: Dialect, variant: LacunaryVariant, function: str, kernel: Hal
     """Return the bounds of one type, on all machines where its functions run."""
     parts = []
     for place, machine in dialect.machines:
-        found: RoundingBound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)[function]
+        found: RoundingBound = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine)[function]
         everywhere, common = (at_most(Fraction(s) * (1 + Fraction(variant.certificate.bound)), 2) for s in found)
         smaller = f" ({common} for 1e-3 <= v* <= 10)" if variant.form == FLOAT and common != everywhere else ""
         parts.append(" ".join(filter(None, (everywhere + smaller, place))))
