@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from viscopade import Pair, Sphere
-from viscopade.simulators import yade
+from viscopade.simulators import stated, yade
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.programs import yade_collisions as validation
 from viscopade_lab.programs.two_spheres import integrated, setup
@@ -131,7 +131,7 @@ def test_materials_and_pairs():
     assert set(names["physics"].values["betan"]) == {(0, 0), (2, 1)}
     assert set(executed(yade.render(SETUP, COMMAND), vn=True)[0]["physics"].values) == {"en", "vn"}
     shortest = Pair(SMALL, SMALL).contact_time(1.0)
-    assert names["O"].dt == pytest.approx(shortest / yade.STEPS, rel=1e-5)
+    assert names["O"].dt == pytest.approx(shortest / stated.STEPS, rel=1e-5)
 
 
 def test_the_function_that_makes_the_force_viscoelastic():
