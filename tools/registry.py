@@ -15,7 +15,7 @@ from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
-from viscopade.kernels.names import FULL
+from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
 from viscopade.kernels.targets.last_place import table_bytes
@@ -48,7 +48,7 @@ ALSO = {"device": (HOST, FLOAT)}
 
 def computed() -> Iterator[Entry]:
     """Prove everything anew."""
-    for tier, size in [*TABLES, (FULL, "fast")]:
+    for tier, size in [*TABLES, (FULL, FAST)]:
         yield from _of_speed(tier, size, speed_kernel(tier, size))
     for accuracy in HALF_LINE:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
@@ -70,11 +70,11 @@ def _everywhere(
     error: Fraction,
     operations: int,
     size: int = 0,
+    formula: str = "",
 ) -> Entry:
     bound = at_most(error, PLACES)
-    return Entry(
-        kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound, *_last(kind, form)
-    )
+    rest = ("0", "inf", bound, bound, *_last(kind, form), formula)
+    return Entry(kind, tier, FAST, name, place, form.name, size, operations, *rest)
 
 
 def _last(kind: str, form: Format) -> tuple[str, str]:
@@ -122,6 +122,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
             at_most(inside, PLACES),
             at_most(max(inside, _beyond(given)), PLACES),
             *_last("speed", form),
+            "" if isinstance(table, LastPlaceTable) else given.bound,
         )
 
 
@@ -143,7 +144,9 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
     operations = 2 * terms + _GAPS
     for variant in given.variants:
         error = variant.total(given.checked)
-        yield _everywhere("half-line", accuracy, given.name, HOST, variant.form, error, operations)
+        yield _everywhere(
+            "half-line", accuracy, given.name, HOST, variant.form, error, operations, formula=given.bound.bound
+        )
     for (place, form), machine in MACHINES.items():
         machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
         for variant in given.variants:
@@ -178,7 +181,7 @@ def _of_compact(
     inside = common if variant.form == FLOAT else everywhere
     errors = (at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss))
     name, form = name_of(given), variant.form.name
-    return Entry("compact", accuracy, "fast", name, place, form, 0, operations, low, high, *errors)
+    return Entry("compact", accuracy, FAST, name, place, form, 0, operations, low, high, *errors, given.bound.bound)
 
 
 def main() -> None:

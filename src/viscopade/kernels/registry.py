@@ -59,6 +59,8 @@ class Entry:
         Proven bounds of `both`.
     rounding, loss : str
         What the last roundings of eps, and those of 1 - eps^2, add, relative to these.
+    formula : str
+        Proven bound of the formula alone, as in the name; empty for full accuracy.
     """
 
     kind: Kind
@@ -75,6 +77,7 @@ class Entry:
     outside: str
     rounding: str
     loss: str
+    formula: str
 
     def error(self, low: Fraction, high: Fraction) -> Fraction:
         """Return the proven bound on a range of v*."""

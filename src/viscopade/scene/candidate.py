@@ -22,7 +22,7 @@ from viscopade.kernels import prove_rational, registry, registry_arrays, request
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.table_free import TARGETS
-from viscopade.scene.cost import Operations, id_of_name, id_of_tier
+from viscopade.scene.cost import Operations, id_of
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
@@ -306,11 +306,7 @@ class RegistryKernel(Candidate):
     @property
     def bench_id(self) -> str | None:
         """The id in the benchmark."""
-        if self.code.language != "c":
-            return None
-        if self.entry.kind == "speed":
-            return id_of_tier(self.entry.tier, self.entry.size)
-        return id_of_name(self.entry.name)
+        return id_of(self.entry) if self.code.language == "c" else None
 
     @property
     def operations(self) -> Operations:
