@@ -30,7 +30,8 @@ def files(folder, *names):
 QUICK = frozenset(
     (
         *files("", "docs", "layers", "names", "patience"),
-        *files("arithmetic", "balls", "compensated", "function_balls"),
+        *files("arithmetic", "balls", "function_balls"),
+        *files("lab", "compensated"),
         *files("theory", "hierarchy_step", "paper", "symbolic"),
         *files("collision", "expansions", "flow", "restitution", "spheres"),
         *files("approximation", "half_line"),

@@ -28,12 +28,10 @@ from flint import arb
 
 from viscopade.approximation import lacunary, remez
 from viscopade.approximation.lacunary import (
-    LacunaryFormula,
     LacunaryQuotient,
     Powers,
     Sample,
     Terms,
-    added,
     evaluated,
     mirrored,
     terms,
@@ -119,16 +117,6 @@ class HalfLine:
         return self.relative_error if self.measure == "relative" else self.both_error
 
     @property
-    def epsilon_formula(self) -> LacunaryFormula:
-        """Eps as a formula in exact numbers."""
-        return LacunaryFormula("v_star", ROOT, self._bottom, added(self._bottom, self._top))
-
-    @property
-    def loss_formula(self) -> LacunaryFormula:
-        """1 - eps as a formula in exact numbers."""
-        return LacunaryFormula("v_star", ROOT, self._top, added(self._bottom, self._top))
-
-    @property
     def _top(self) -> Terms:
         """y^6 N."""
         return terms(self.powers.top, self.quotient.a, SHIFT)
@@ -154,27 +142,11 @@ class HalfLine:
         """Return 1 - eps(v*) without cancellation; arguments and errors as for `epsilon`."""
         return checked.elementwise(lambda v: self._portion(v, 1), "v_star", v_star, _SPEEDS)
 
-    def slope(self, v_star: Values) -> Values:
-        """Return the approximant's d ln eps/d ln v*; arguments and errors as for `epsilon`.
-
-        In the measure "both" its relative error is 3 to 8 times the error of eps (sampled).
-        """
-        return checked.elementwise(self._slope, "v_star", v_star, _SPEEDS)
-
     def _portion(self, v_star: FloatArray, index: int) -> FloatArray:
         """Return D (index 0) or v*^2 N (index 1) divided by the sum of both."""
         y, degree = np.cbrt(v_star), self._top[-1][0]
         bottom, top = _evaluated(self._bottom, y, degree), _evaluated(self._top, y, degree)
         return (bottom, top)[index] / (bottom + top)
-
-    def _slope(self, v_star: FloatArray) -> FloatArray:
-        """Return -(1 - eps) d ln(v*^2 N/D)/d ln v*."""
-        y = np.cbrt(v_star)
-        rates = [
-            _evaluated(_rate(part), y, part[-1][0]) / _evaluated(part, y, part[-1][0])
-            for part in (self.quotient.top, self.quotient.bottom)
-        ]
-        return -self._portion(v_star, 1) * (SHIFT + rates[0] - rates[1]) * float(ROOT)
 
 
 def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:
@@ -183,11 +155,6 @@ def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:
         inverse = np.minimum(1 / y, 1)
     upper = evaluated(mirrored(polynomial, degree), inverse)
     return np.where(y <= 1, evaluated(polynomial, np.minimum(y, 1)), upper)
-
-
-def _rate(polynomial: Terms) -> Terms:
-    """Return y times the derivative."""
-    return tuple((exponent, exponent * c) for exponent, c in polynomial)
 
 
 def require_half_line_degrees(powers: Powers) -> None:

@@ -24,18 +24,16 @@ from flint import arb
 from viscopade import arguments
 from viscopade.approximation import lacunary, remez
 from viscopade.approximation.lacunary import (
-    LacunaryFormula,
     LacunaryQuotient,
     Powers,
     Sample,
     evaluated,
     mirrored,
-    terms,
 )
 from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import working
-from viscopade.arrays import checked, double
-from viscopade.arrays.checked import Accepted, FloatArray, Values
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
 from viscopade.collision.exact import Exact
 
 HALF = Fraction(1, 2)  # v* ~ q^HALF near 0
@@ -48,8 +46,6 @@ _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
 _Q_GRID = (1e-60, 1e60)
 _BITS = 160
 _SMALLEST = Fraction(1, 10**4)
-_PORTIONS = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
-_LOSSES = Accepted("a number >= 0 and < 1", lambda x: (x >= 0) & (x < 1))
 
 # The best powers of q^(1/10) found for 4, 5, … coefficients, on all of (0, 1].
 WHOLE = (
@@ -101,39 +97,8 @@ class Inverse:
         """The exponent k of sqrt(q) = y^k."""
         return int(HALF / self.root)
 
-    @property
-    def formula(self) -> LacunaryFormula:
-        """v* as a formula of q in exact numbers."""
-        end = 1 / self.epsilon_min - 1 if self.epsilon_min else None
-        powers = self.quotient.powers
-        top, bottom = terms(powers.top, self.quotient.a, self.shift), self.quotient.bottom
-        return LacunaryFormula("q", self.root, top, bottom, end=end)
-
-    def v_star(self, epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
-        """Return v* in double precision.
-
-        Parameters
-        ----------
-        epsilon : float or array
-            Greater than 0 and at most 1. Below `epsilon_min` the error may be larger.
-        one_minus_epsilon : float or array
-            Instead of epsilon: a double near 1 knows few digits of 1 - epsilon.
-
-        Raises
-        ------
-        TypeError
-            If not exactly one of the two is given, or it is not made of real numbers.
-        ValueError
-            If a number is out of range.
-        """
-        if epsilon is not None and one_minus_epsilon is None:
-            return checked.elementwise(lambda e: self._at((1 - e) / e), "epsilon", epsilon, _PORTIONS)
-        if one_minus_epsilon is not None and epsilon is None:
-            return checked.elementwise(lambda d: self._at(d / (1 - d)), "one_minus_epsilon", one_minus_epsilon, _LOSSES)
-        raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
-
-    def _at(self, q: FloatArray) -> FloatArray:
-        """Return v*, beyond y = 1 in powers of 1/y."""
+    def v_star_at(self, q: FloatArray) -> FloatArray:
+        """Return v* at q = (1 - eps)/eps in double precision, beyond y = 1 in powers of 1/y."""
         y = np.sqrt(q) if self.root == HALF else q ** float(self.root)
         top, bottom = self.quotient.top, self.quotient.bottom
         small = np.minimum(y, 1)
@@ -258,7 +223,7 @@ def _error(given: Inverse) -> float:
     v_star = np.empty_like(q)
     v_star[small] = double.v_star_from(one_minus_epsilon=q[small] / (1 + q[small]))
     v_star[~small] = double.v_star_from(1 / (1 + q[~small]))
-    return float(np.abs(given._at(q) / v_star - 1).max())
+    return float(np.abs(given.v_star_at(q) / v_star - 1).max())
 
 
 @lru_cache(maxsize=1)
@@ -270,20 +235,3 @@ def inverse_sample() -> Sample:
     with working(_BITS):
         c = float(exact_target(TABLE_DIGITS).loss_ratio(arb(0)))
     return Sample(q**0.1, v_star * np.sqrt(c / q), np.ones_like(q))
-
-
-def smallest_inverse(accuracy: float) -> Inverse:
-    """Return the approximant in `WHOLE` for all of (0, 1] with the fewest coefficients and the wanted accuracy.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    for powers in WHOLE:
-        found = fit_whole(powers)
-        if found.error <= accuracy:
-            return found
-    raise ValueError(
-        f"accuracy is {accuracy!r}: accepted is a number >= {found.error:.2e}, which the best kernel reaches"
-    )

@@ -260,9 +260,3 @@ def _decimal(number: arb, digits: int) -> str:
 
 def _shown(interval: tuple[Fraction, Fraction]) -> str:
     return f"[{float(interval[0]):g}, {float(interval[1]):g}]"
-
-
-# --- coefficients in the machine's formats ----------------------------------------------------------------------------
-
-
-# --- the cheapest degrees ---------------------------------------------------------------------------------------------

@@ -26,16 +26,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 import numpy as np
 
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
 from viscopade.arrays.double import v_star_from
-
-if TYPE_CHECKING:
-    pass
 
 _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2

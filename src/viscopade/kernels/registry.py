@@ -85,13 +85,6 @@ class Entry:
         within = Fraction(self.v_star_min) <= low and high <= end
         return Fraction(self.inside if within else self.outside)
 
-    def covers(self, low: Fraction, high: Fraction) -> bool:
-        """Return whether a bound is proven on a whole range of v*; a compact kernel's w must be a normal number."""
-        if self.kind != "compact":
-            return True
-        least, largest = limits(self.format)
-        return least <= low and high <= largest
-
 
 def limits(form: str) -> tuple[Fraction, Fraction]:
     """Return the least and the largest v* of compact kernels in a type, rounded inwards."""

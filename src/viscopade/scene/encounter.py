@@ -63,11 +63,6 @@ class Encounter:
         return proven_epsilon(high)[0], proven_epsilon(low)[1]
 
     @property
-    def typical_v_star(self) -> float:
-        """v* of typical bodies at a typical speed."""
-        return float(self.pair.v_star(self.speeds[1]))
-
-    @property
     def contact_time(self) -> float:
         """Duration of a typical contact."""
         return float(self.pair.contact_time(self.speeds[1]))

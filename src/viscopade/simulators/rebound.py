@@ -23,7 +23,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,9 +34,6 @@ from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
 from viscopade.simulators.setup import Contact, Setup
-
-if TYPE_CHECKING:
-    pass
 
 LANGUAGES = ("c", "python")
 SAMPLES = 1001  # speeds at which errors are looked for

@@ -7,7 +7,7 @@ r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of 
 and eps becomes infinite where the end of contact does: on the creeping orbit g = z^2 + 2 z + 6 + 16/z + …. So a
 singular v* is a complex point where the creeping orbit, followed in complex time, passes z = 0 (`from_flow`).
 The other way uses no equation of motion, only the proven h_k (`from_coefficients`). The two agree, but their digits
-are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade.theory.convergence`); that no other one lies
+are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade_lab.convergence`); that no other one lies
 between there and R is seen in the coefficients only.
 """
 

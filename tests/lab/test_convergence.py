@@ -14,8 +14,11 @@ from mpmath import mp
 
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
-from viscopade.theory import convergence, singularity
-from viscopade.theory.convergence import (
+from viscopade.theory import singularity
+from viscopade.theory.pade import pade
+from viscopade.theory.series import series
+from viscopade_lab import convergence
+from viscopade_lab.convergence import (
     ORDER,
     TERMS,
     BivariateBall,
@@ -26,8 +29,6 @@ from viscopade.theory.convergence import (
     starts_elastically,
     theorem,
 )
-from viscopade.theory.pade import pade
-from viscopade.theory.series import series
 
 ROOT = Path(__file__).parents[2]
 
