@@ -87,7 +87,7 @@ for n in range(1, ORDER + 1):
     H = 1 + rs_trunc(sum(c * d**j * rs_pow(H, sp.Rational(m, 2), d, n) for j, m, c in terms), d, n + 1)
 first = [H.coeff(d**n) for n in range(ORDER + 1)]
 print("H =", H)
-assert [Fraction(int(c.numerator), int(c.denominator)) for c in first] == list(symbolic.end_series(ORDER))
+assert [Fraction(int(c.numerator), int(c.denominator)) for c in first] == list(symbolic.delayed_recovery_series(ORDER))
 
 # %% [markdown]
 # ## Second way: in units of the end itself
@@ -139,13 +139,14 @@ assert sp.simplify(delta_of_kappa.subs(U, V * eps0) * sp.sqrt(Hs) - mu_of_eps) =
 # %% [markdown]
 # ## Both ways in src, to higher order, and a check in numbers
 #
-# `viscopade.theory.symbolic.end_series` takes the first way, `viscopade.theory.series.end_series` the second. Then one
+# `viscopade.theory.symbolic.delayed_recovery_series` takes the first way,
+# `viscopade.theory.series.end_series` the second. Then one
 # point of H by direct integration: in a time t with ds/dt = h the equation is the smooth system s' = h, h' =
 # (5/2) delta (h s^2 - s^4), from s = 0, h = 1 to s^2 = h.
 
 # %%
 HIGH = 32
-coefficients = symbolic.end_series(HIGH)
+coefficients = symbolic.delayed_recovery_series(HIGH)
 assert coefficients == end_series(HIGH)
 assert coefficients[:4] == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
 

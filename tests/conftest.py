@@ -30,7 +30,8 @@ def files(folder, *names):
 QUICK = frozenset(
     (
         *files("", "docs", "layers", "names", "patience"),
-        *files("arithmetic", "balls", "compensated", "function_balls"),
+        *files("arithmetic", "balls", "function_balls"),
+        *files("lab", "compensated"),
         *files("theory", "hierarchy_step", "paper", "symbolic"),
         *files("collision", "expansions", "flow", "restitution", "spheres"),
         *files("approximation", "half_line"),
@@ -41,9 +42,7 @@ QUICK = frozenset(
     )
 )
 TOGETHER = (
-    *files(
-        "kernels", "exports", "speed_kernels", "compact_languages", "gapped_kernels", "inverse_kernels", "derivative"
-    ),
+    *files("kernels", "exports", "speed_kernels", "table_free", "lacunary_kernels", "inverse_kernels", "derivative"),
     *files("cli", "cli", "scenes"),
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),

@@ -45,7 +45,7 @@ def pade_error(m: int, n: int, v_star_max: float) -> float:
             return math.inf
         if approximant.positive_pole is not None and not approximant.positive_pole.value.real > v_star_max:
             return math.inf
-        task = minimax.problem(m, n, (Fraction(0), Fraction(v_star_max)), "both", digits)
+        task = minimax.minimax_problem(m, n, (Fraction(0), Fraction(v_star_max)), "both", digits)
         a, b = ([c.mid() for c in side] for side in (approximant.a, approximant.b))
         error, _ = remez.sup_error(task, a, b, _near_poles(approximant, v_star_max))
         if error >= task.least_error:

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator
 
 from viscopade.arrays.panels import DATA, PANELS
-from viscopade.collision.panel_proof import RECORD, RECORD_BITS, digest_of_rows, prove
+from viscopade.collision.panel_proof import RECORD, RECORD_BITS, digest_of_rows, prove_panel
 from viscopade.generated import MARKER
 
 
@@ -23,7 +23,7 @@ def record() -> Iterator[str]:
     yield f"# panel and bounds, in units of 2^-{RECORD_BITS}, rounded up"
     yield digest_of_rows()
     for index in range(PANELS):
-        yield " ".join(map(str, (index, *prove(index).recorded())))
+        yield " ".join(map(str, (index, *prove_panel(index).recorded())))
 
 
 def main() -> None:
@@ -32,7 +32,7 @@ def main() -> None:
         for line in record():
             print(line, flush=True)
     for index in map(int, sys.argv[1:]):
-        bounds = prove(index)
+        bounds = prove_panel(index)
         print(index, *(f"{name} 2^{math.log2(float(bound)):.2f}" for name, bound in bounds._asdict().items()))
 
 

@@ -12,12 +12,12 @@ from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.generated import MARKER
 from viscopade.kernels import requests
 from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
-from viscopade.kernels.forms.speed_table_last_place import FullTable, ulp_of_w
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, TIERS
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets.speed import rounding_of
@@ -86,7 +86,7 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Number]:
     double = DOUBLE.name
     for quantity, exponent in (("low", table.first), ("high", table.first + OCTAVES)):
         yield Number(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
-    if isinstance(table, FullTable):
+    if isinstance(table, LastPlaceTable):
         bounds = table.proven
         worst = max(Fraction(last_place.certificate(double, of)["maximum"]) for of in last_place.FUNCTIONS)
         yield Number(name, double, "ulps", "", at_most(bounds.ulp))

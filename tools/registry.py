@@ -10,12 +10,12 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import last_place, table_free
-from viscopade.kernels.forms.root_powers import HalfLineKernel, RootPowerVariant
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
-from viscopade.kernels.names import FULL
+from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
 from viscopade.kernels.targets.last_place import table_bytes
@@ -23,7 +23,7 @@ from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.v_star import of_v_star
 
-COMMAND = "python -m tools.registry > src/viscopade/data/catalogue.csv"
+COMMAND = "python -m tools.registry > src/viscopade/data/registry.csv"
 PLACES = 3
 # Operations, counted by hand in the templates.
 _POWER_OF_BETA = 4  # w = beta^5 speed
@@ -48,7 +48,7 @@ ALSO = {"device": (HOST, FLOAT)}
 
 def computed() -> Iterator[Entry]:
     """Prove everything anew."""
-    for tier, size in [*TABLES, (FULL, "fast")]:
+    for tier, size in [*TABLES, (FULL, FAST)]:
         yield from _of_speed(tier, size, speed_kernel(tier, size))
     for accuracy in HALF_LINE:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
@@ -70,11 +70,11 @@ def _everywhere(
     error: Fraction,
     operations: int,
     size: int = 0,
+    formula: str = "",
 ) -> Entry:
     bound = at_most(error, PLACES)
-    return Entry(
-        kind, tier, "fast", name, place, form.name, size, operations, "0", "inf", bound, bound, *_last(kind, form)
-    )
+    rest = ("0", "inf", bound, bound, *_last(kind, form), formula)
+    return Entry(kind, tier, FAST, name, place, form.name, size, operations, *rest)
 
 
 def _last(kind: str, form: Format) -> tuple[str, str]:
@@ -100,11 +100,11 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     table = given.table
     # In v*, rounded inwards: w itself is rounded.
     low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
-    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, FullTable) else 2 * table.degree
+    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, LastPlaceTable) else 2 * table.degree
     operations = _POWER_OF_BETA + _ROW + polynomial
     for form in (DOUBLE, FLOAT):
         own = form if form in given.formats else DOUBLE
-        if isinstance(table, FullTable):
+        if isinstance(table, LastPlaceTable):
             inside = table.proven.relative + of_w(DOUBLE) + 4 * _ulp(DOUBLE)
         else:
             inside = table.proven.error + rounding_of(table, own)
@@ -122,6 +122,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
             at_most(inside, PLACES),
             at_most(max(inside, _beyond(given)), PLACES),
             *_last("speed", form),
+            "" if isinstance(table, LastPlaceTable) else given.bound,
         )
 
 
@@ -143,7 +144,9 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
     operations = 2 * terms + _GAPS
     for variant in given.variants:
         error = variant.total(given.checked)
-        yield _everywhere("half-line", accuracy, given.name, HOST, variant.form, error, operations)
+        yield _everywhere(
+            "half-line", accuracy, given.name, HOST, variant.form, error, operations, formula=given.bound.bound
+        )
     for (place, form), machine in MACHINES.items():
         machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
         for variant in given.variants:
@@ -154,7 +157,7 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
 def _of_compact(
     accuracy: str,
     given: HalfLineKernel,
-    variant: RootPowerVariant,
+    variant: LacunaryVariant,
     place: str,
     machines: Sequence[MachineArithmetic],
     operations: int,
@@ -163,7 +166,7 @@ def _of_compact(
     formula = Fraction(variant.certificate.bound)
     everywhere = common = of_epsilon = of_loss = Fraction(0)
     for machine in machines:
-        found = table_free.bounds(given.powers, variant.a, variant.b, machine)
+        found = table_free.rounding_bounds(given.powers, variant.a, variant.b, machine)
         first, second = (
             max(Fraction(found["restitution"][i]), Fraction(3, 2) * Fraction(found["dissipation"][i])) for i in (0, 1)
         )
@@ -178,7 +181,7 @@ def _of_compact(
     inside = common if variant.form == FLOAT else everywhere
     errors = (at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss))
     name, form = name_of(given), variant.form.name
-    return Entry("compact", accuracy, "fast", name, place, form, 0, operations, low, high, *errors)
+    return Entry("compact", accuracy, FAST, name, place, form, 0, operations, low, high, *errors, given.bound.bound)
 
 
 def main() -> None:

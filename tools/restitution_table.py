@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from viscopade.arrays.fallback import DATA
 from viscopade.generated import MARKER
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 
 
 def text() -> str:
@@ -22,14 +22,14 @@ def text() -> str:
         "# speed FIRST SPLIT SWITCH, and the rows of the table over w = beta^5 speed: 2^SPLIT to each octave from",
         "# w = 2^FIRST on; base is 1 below row SWITCH. Then full SWITCH, and the rows of the table over v*; base is 1",
         "# up to that row. The numbers of a row are those of the C headers, in hexadecimal.",
-        *_speed(FullTable()),
+        *_speed(LastPlaceTable()),
         f"full {last_place.switch()}",
         *map(_line, (row.numbers for row in last_place.double_rows())),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _speed(table: FullTable) -> Iterator[str]:
+def _speed(table: LastPlaceTable) -> Iterator[str]:
     yield f"speed {table.first} {table.split} {table.switch}"
     yield from map(_line, table.rows)
 

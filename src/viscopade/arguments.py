@@ -47,7 +47,7 @@ def digits(value: SupportsIndex) -> int:
     return integer("digits", value, 1, MAX_DIGITS)
 
 
-def exact(name: str, value: object, accepted: str, allowed: Callable[[Fraction], bool]) -> Fraction:
+def exact_number(name: str, value: object, accepted: str, allowed: Callable[[Fraction], bool]) -> Fraction:
     """Return a finite number as an exact fraction: a string is read as a decimal number, never through a float.
 
     Parameters

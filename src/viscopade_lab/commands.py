@@ -21,7 +21,7 @@ from viscopade.cli.console import (
     show,
     terminal_width,
 )
-from viscopade.cli.writer import check, write, write_all
+from viscopade.cli.writer import check_targets, write, write_all
 from viscopade_lab import figures, report
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def bench_command(
     given = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
     settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
     if out is not None:
-        check([out])
+        check_targets([out])
     read = None if headers is None else partial(toolchain.read_from, headers)
     measured = bench.run(settings, cc, read)
     whole = measured.to_json()
@@ -161,7 +161,7 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
     from viscopade_lab.report.render import render
 
     need("matplotlib", "report")
-    check([out / "report.html"], parents=True)
+    check_targets([out / "report.html"], parents=True)
     if result is None:
         found = bench.run(bench.Settings())
     else:
@@ -202,7 +202,7 @@ def hardcases_command(
     if out is not None:
         need("matplotlib", "hardcases --out")
         cases = [finding.name for finding in known] + [case.name for case in wanted]
-        check([out / name for name in page.names(cases)], parents=True)
+        check_targets([out / name for name in page.names(cases)], parents=True)
     fresh = hard_cases.check([case.name for case in wanted], thorough=thorough)
     findings = hard_cases.merged(known, fresh)
     files = page.files(findings) if out is not None else {}

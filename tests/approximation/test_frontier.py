@@ -18,7 +18,16 @@ from tools import frontier as maker
 from tools.frontier import DEGREES, error_cell
 from viscopade.approximation import cheapest as choice
 from viscopade.approximation import frontier, minimax
-from viscopade.approximation.frontier import ACCURACIES, DATA, GRID, PADE_MAX_M, Record, cheapest, smallest, table
+from viscopade.approximation.frontier import (
+    ACCURACIES,
+    DATA,
+    GRID,
+    PADE_MAX_M,
+    Record,
+    cheapest,
+    smallest_degrees,
+    table,
+)
 from viscopade.theory.pade import DegenerateError
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "results" / "frontier.md"
@@ -152,7 +161,7 @@ def test_rounded_up(number, text):
     ],
 )
 def test_cheapest_is_what_minimax_chooses(accuracy, v_star_max):
-    record, chosen = cheapest(accuracy, v_star_max), choice.choose(accuracy, v_star_max)
+    record, chosen = cheapest(accuracy, v_star_max), choice.cheapest_fit(accuracy, v_star_max)
     assert (record.m, record.n) == (chosen.fit.m, chosen.fit.n)
     assert record.cost == chosen.cost
     assert record.error == pytest.approx(chosen.fit.error, rel=1e-3)
@@ -182,7 +191,7 @@ def test_the_accuracy_may_be_the_error_itself():
         ("nan", 5, ValueError, "accuracy is 'nan'"),
         (None, 5, TypeError, "accuracy is None"),
         ("1e-3", 0, ValueError, "v_star_max is 0: accepted is a number above 0, at most 1000"),
-        ("1e-3", "1000.1", ValueError, "at most 1000 .*cheapest.choose goes further"),
+        ("1e-3", "1000.1", ValueError, "at most 1000 .*cheapest.cheapest_fit goes further"),
         ("1e-3", [1], TypeError, r"v_star_max is \[1\]"),
         ("1e-20", 4, ValueError, r"accuracy is 1e-20: accepted on \[0, 5\] is [0-9.e-]+ or more .*a shorter interval"),
     ],
@@ -201,7 +210,7 @@ def test_the_accuracy_that_is_said_to_be_accepted_is():
 
 
 def test_smallest():
-    entries = smallest()
+    entries = smallest_degrees()
     assert [(entry.v_star_max, entry.accuracy) for entry in entries] == [(v, a) for v in GRID for a in ACCURACIES]
     for entry in entries:
         here = [record for record in table() if record.v_star_max == entry.v_star_max]
@@ -215,14 +224,14 @@ def test_smallest():
 
 
 def test_accuracies_that_are_not_reached():
-    (entry,) = smallest([1000.0], [1e-12])
+    (entry,) = smallest_degrees([1000.0], [1e-12])
     assert entry.best is None
     assert entry.pade is None
 
 
 def test_smallest_refuses_what_is_not_on_the_grid():
     with pytest.raises(ValueError, match=r"v_star_max is 4: accepted are 0\.1, 0\.2, .*, 1000"):
-        smallest([4])
+        smallest_degrees([4])
 
 
 def test_the_documents_table_is_generated():
@@ -242,6 +251,6 @@ def test_queries_run_no_fit():
         "from viscopade.approximation import frontier, minimax, remez\n"
         "def refuse(*_): raise AssertionError('a fit')\n"
         "remez.solve = refuse\n"
-        "frontier.cheapest('1e-5', 5); frontier.smallest(); frontier.markdown()\n"
+        "frontier.cheapest('1e-5', 5); frontier.smallest_degrees(); frontier.markdown()\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -12,7 +12,7 @@ from flint import ctx
 
 import viscopade as vp
 from viscopade.approximation import machine_coefficients, minimax
-from viscopade.approximation.cheapest import choose
+from viscopade.approximation.cheapest import cheapest_fit
 from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.minimax import Fit, cost, fit
 from viscopade.arithmetic.balls import exact_middle
@@ -262,7 +262,7 @@ def test_no_neighbours_are_better(m, n):
     eight = replace(FLOAT, precision=8)
     found = machine(fit(m, n, 1), eight)
     places = [(1, 1)] * (min(m, n) >= 1) + [(i, None) for i in range(2, m + 1)] + [(None, j) for j in range(2, n + 1)]
-    task = minimax.problem(m, n, found.fit.interval, "both", 17)
+    task = minimax.minimax_problem(m, n, found.fit.interval, "both", 17)
     errors = []
     with minimax.working(task.bits):
         for steps in itertools.product(range(-2, 3), repeat=len(places)):
@@ -289,7 +289,7 @@ def test_coefficients_that_do_not_fit():
     [(1e-3, 2, DOUBLE, "both"), ("1e-5", 2, FLOAT, "both"), (1e-4, 5, DOUBLE, "relative")],
 )
 def test_the_cheapest_is_chosen(accuracy, v_max, form, measure):
-    found = choose(accuracy, v_max, form=form, measure=measure)
+    found = cheapest_fit(accuracy, v_max, form=form, measure=measure)
     assert found.error <= float(accuracy)
     assert found.form is form
     assert found.cost == cost(found.fit.m, found.fit.n)
@@ -309,14 +309,14 @@ def test_cost_counts_multiplications_and_the_division():
 @pytest.mark.parametrize("accuracy", [0, 1, 1e-8, -1e-3, math.nan, "much"])
 def test_accuracies_that_the_format_cannot_hold(accuracy):
     with pytest.raises(ValueError, match=r"^accuracy is .*: accepted is a number below 1, and for type float at least"):
-        choose(accuracy, 5, form=FLOAT)
+        cheapest_fit(accuracy, 5, form=FLOAT)
 
 
 def test_accuracies_that_degrees_do_not_reach():
     with pytest.raises(ValueError, match=r"^accuracy is 1e-15: accepted on \[0, 30\] for type double is") as reason:
-        choose(1e-15, 30)
+        cheapest_fit(1e-15, 30)
     reached = float(str(reason.value).split("double is ")[1].split()[0])
-    assert choose(reached, 30).error <= reached
+    assert cheapest_fit(reached, 30).error <= reached
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------

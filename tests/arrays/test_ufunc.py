@@ -606,10 +606,10 @@ def test_without_the_extension(monkeypatch):
     monkeypatch.setitem(sys.modules, "viscopade.arrays._native", None)
     monkeypatch.delattr("viscopade.arrays._native", raising=False)
     for wanted in (None, "", "numpy"):
-        name, restitution = native.choose(wanted)
+        name, restitution = native.chosen_backend(wanted)
         assert (name, type(restitution)) == ("numpy", type(NUMPY))
     with pytest.raises(ImportError, match="VISCOPADE_BACKEND is 'compiled', but the extension could not be loaded"):
-        native.choose("compiled")
+        native.chosen_backend("compiled")
 
 
 @needs_extension

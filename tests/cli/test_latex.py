@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
-from viscopade.cli.latex import latex
+from viscopade.cli.latex import latex_cell
 
 FORMULA = re.compile(r"(?<!\\)\$[^$]*\$")
 
@@ -49,12 +49,12 @@ FORMULA = re.compile(r"(?<!\\)\$[^$]*\$")
     ],
 )
 def test_a_cell(cell, expected):
-    assert latex(cell) == expected
+    assert latex_cell(cell) == expected
 
 
 @given(st.text("ahv*eps_^0123.-+()[]<>|$&%#{}~\\ /", max_size=12))
 def test_nothing_stops_latex(cell):
-    text = latex(cell)
+    text = latex_cell(cell)
     parser = MathTextParser("path")
     for formula in FORMULA.findall(text):
         parser.parse(formula)  # Matplotlib knows the mathematics of TeX

@@ -15,7 +15,7 @@ from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import exact, panel_proof
 from viscopade.collision.exact import Collision
-from viscopade.collision.panel_proof import END, RECORD_BITS, PanelBounds, PanelRow, rows
+from viscopade.collision.panel_proof import END, RECORD_BITS, PanelBounds, PanelRow, panel_rows
 from viscopade.theory.series import series
 
 CHEAP = (5, 30)  # a few seconds each
@@ -24,7 +24,7 @@ FUNCTIONS = ("epsilon", "one_minus_epsilon")
 WRONG = Fraction(1, 2**55)
 
 
-class Kept(panel_proof._Panel):
+class Kept(panel_proof._PanelProof):
     """A proof that keeps what it compares the rows with."""
 
     def _compared(self, *found):
@@ -53,16 +53,16 @@ def v_star_at(index, z):
 
 def deviation(index, name, z):
     truth = Fraction(collision(v_star_at(index, z)).decimals()[name])
-    return abs(rows()[name, index](z) / truth - 1)
+    return abs(panel_rows()[name, index](z) / truth - 1)
 
 
 def change(monkeypatch, name, index, power, factor=1 + WRONG, add=Fraction(0)):
     """Make a row wrong by a factor in one coefficient, or by adding a multiple of the row's size."""
-    row = rows()[name, index]
+    row = panel_rows()[name, index]
     fine = [c << 80 for c in row.a]
     fine[power] = int(fine[power] * factor + add * fine[0 if index else 2])
-    wrong = {**rows(), (name, index): PanelRow(row.exponent - 80, tuple(fine))}
-    monkeypatch.setattr(panel_proof, "rows", lambda: wrong)
+    wrong = {**panel_rows(), (name, index): PanelRow(row.exponent - 80, tuple(fine))}
+    monkeypatch.setattr(panel_proof, "panel_rows", lambda: wrong)
 
 
 # --- panels -----------------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ DAYS = 100  # after which all panels have been proven again
 def proven_again(index):
     """Prove a panel; the record has the same bounds but for what another libm may change."""
     print(f"panel {index} of VISCOPADE_DAY={index % DAYS}")
-    for found, recorded in zip(panel_proof.prove(index).recorded(), panel_proof.proven()[index], strict=True):
+    for found, recorded in zip(panel_proof.prove_panel(index).recorded(), panel_proof.proven()[index], strict=True):
         assert 0.99 * found < recorded < 1.01 * found + 1
         assert found * 2.0**-RECORD_BITS < ERROR / 2
 
@@ -139,7 +139,7 @@ def test_the_errors_of_the_ends_are_in_the_bound():
         more = arb(2) ** -50
         for worse in ((loading._replace(error=loading.error + more), unloading),
                       (loading, unloading._replace(error=unloading.error + more))):  # fmt: skip
-            bounds = panel_proof._Panel._compared(kept, k, *worse)
+            bounds = panel_proof._PanelProof._compared(kept, k, *worse)
             assert float(bounds.epsilon) >= float(right.epsilon) + 2.0**-50
             assert float(bounds.one_minus_epsilon) >= float(right.one_minus_epsilon) + 2.0**-50
 
@@ -150,7 +150,7 @@ def test_another_k_is_in_the_bound():
     k, loading, unloading = kept.found
     with working(2 * kept.bits):
         wrong = k._replace(polynomial=k.polynomial * (2**50 + 1), exponent=k.exponent - 50)
-        bounds = panel_proof._Panel._compared(kept, wrong, loading, unloading)
+        bounds = panel_proof._PanelProof._compared(kept, wrong, loading, unloading)
     # kappa is larger by 2^-50: eps changes by at most 2, 1 - eps by at most 3 times that.
     assert float(bounds.epsilon) > float(right.epsilon) + 2 * 2.0**-50
     assert float(bounds.one_minus_epsilon) > float(right.one_minus_epsilon) + 3 * 2.0**-50
@@ -159,7 +159,7 @@ def test_another_k_is_in_the_bound():
 @pytest.mark.parametrize("index", [-1, PANELS])
 def test_there_is_no_such_panel(index):
     with pytest.raises(ValueError, match=f"accepted are 0 to {PANELS - 1}"):
-        panel_proof.prove(index)
+        panel_proof.prove_panel(index)
 
 
 def test_rows_are_within_the_proven_error_of_exact():
@@ -176,7 +176,11 @@ def test_parts_of_a_panel_bound_a_polynomial_closely(index):
     """T_14 is steepest at the ends; there an error of interpolation is as large as in the middle."""
     steep = fmpz_poly.chebyshev_t(14)
     with working(200):
-        assert 1 <= panel_proof._Panel(index)._most(arb_poly(steep(fmpz_poly([-1, 2])) if index == 0 else steep)) < 1.2
+        assert (
+            1
+            <= panel_proof._PanelProof(index)._most(arb_poly(steep(fmpz_poly([-1, 2])) if index == 0 else steep))
+            < 1.2
+        )
 
 
 def test_panels_are_exact_and_without_gaps():
@@ -254,7 +258,7 @@ def test_below_elastic():
     for exponent in (37, 45, 70):
         z = Fraction(1, 2 ** (exponent - 4))
         truth = Fraction(exact.collision(Fraction(1, 2**exponent), 26).decimals()["one_minus_epsilon"])
-        relative = abs(rows()["one_minus_epsilon", 0](z) / truth - 1)
+        relative = abs(panel_rows()["one_minus_epsilon", 0](z) / truth - 1)
         assert float(relative) <= float(bounds.one_minus_epsilon)
 
 
@@ -282,7 +286,7 @@ def test_a_row_that_does_not_vanish_at_0_is_refused(monkeypatch, power):
 def test_lambda_1_is_the_series_first_coefficient():
     h_2 = Fraction(series(2, 40).decimals()[2])
     with working(200):
-        assert abs(panel_proof.lambda_1() + arb(h_2.numerator) / h_2.denominator) < arb(10) ** -39
+        assert abs(panel_proof.lambda_1_ball() + arb(h_2.numerator) / h_2.denominator) < arb(10) ** -39
 
 
 @pytest.mark.parametrize("exponent", [10, 12, 20])
@@ -292,7 +296,9 @@ def test_small_v_star(exponent):
     truth = Fraction(exact.collision(Fraction(1, 2**exponent), 40).decimals()["one_minus_epsilon"])
     with working(200):
         ratio = (
-            arb(truth.numerator) / truth.denominator / (panel_proof.lambda_1() * kappa.numerator / kappa.denominator)
+            arb(truth.numerator)
+            / truth.denominator
+            / (panel_proof.lambda_1_ball() * kappa.numerator / kappa.denominator)
         )
         assert abs(ratio - 1) <= 8 * arb(kappa.numerator) / kappa.denominator
         assert abs(ratio - 1) >= arb(kappa.numerator) / kappa.denominator / 10
@@ -303,14 +309,16 @@ def test_large_v_star(v_star):
     truth = Fraction(exact.collision(v_star, 40).decimals()["epsilon"])
     with working(200):
         at = arb(v_star)
-        scaled = (arb(truth.numerator) / truth.denominator * at ** (arb(10) / 3) / panel_proof.limit()).log()
+        scaled = (
+            arb(truth.numerator) / truth.denominator * at ** (arb(10) / 3) / panel_proof.asymptotic_factor()
+        ).log()
         assert abs(scaled) <= panel_proof.tail(at)
         assert panel_proof.tail(at) < 4 * abs(scaled)
 
 
 def test_the_limit():
     with working(100):
-        assert abs(panel_proof.limit() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
+        assert abs(panel_proof.asymptotic_factor() - (arb(3) / 2) ** (arb(2) / 3)) < arb(2) ** -90
 
 
 @pytest.mark.parametrize("v_star", ["3.9", "0", "-5"])

@@ -16,7 +16,7 @@ from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.function_balls import norm
 from viscopade.collision import parametric_flow, validation
 from viscopade.collision.flow import Dyadic, integrate
-from viscopade.collision.parametric_flow import Ends, Family, Scaled, ends, integrated
+from viscopade.collision.parametric_flow import ParametricBranch, ParametricEnds, Scaled, integrated, parametric_ends
 
 ACCURACY, DEGREE = 50, 12
 FINE = 110
@@ -48,27 +48,27 @@ def truth(name, unloading, z):
     return validation.ends(integrate(Dyadic(-k.mantissa, k.exponent) if unloading else k, FINE)).p
 
 
-def deviations(name, unloading, found: Ends):
+def deviations(name, unloading, found: ParametricEnds):
     with working(200):
         for z in points(name):
             yield abs(truth(name, unloading, z) * found.step(arb(z)) / found.slope(arb(z)) - 1)
 
 
-def holds_or_is_refused(name, unloading, wrong: Family):
+def holds_or_is_refused(name, unloading, wrong: ParametricBranch):
     """Whether it was refused; if not, the error must be within the bound."""
     try:
-        found = ends(wrong, name == "origin")
+        found = parametric_ends(wrong, name == "origin")
     except ArithmeticError:
         return True
     assert all(deviation <= found.error for deviation in deviations(name, unloading, found))
     return False
 
 
-def with_pieces(given: Family, pieces):
+def with_pieces(given: ParametricBranch, pieces):
     return replace(given, pieces=tuple(pieces))
 
 
-def with_change(given: Family, index, j, polynomial):
+def with_change(given: ParametricBranch, index, j, polynomial):
     """Add a polynomial in z to u_j of a piece, and go on from the piece's end with the same steps."""
     pieces = list(given.pieces[:index])
     u = list(given.pieces[index].u)
@@ -77,7 +77,7 @@ def with_change(given: Family, index, j, polynomial):
     return continued(given, pieces)
 
 
-def continued(given: Family, pieces):
+def continued(given: ParametricBranch, pieces):
     """Integrate on with the same steps, so that the joints stay right."""
     signed = Scaled(-given.k.polynomial, given.k.exponent) if given.unloading else given.k
     grow = parametric_flow._Growth(signed, given.scale, given.bits, given.degree, len(given.pieces[0].u))
@@ -97,7 +97,7 @@ class Astray(Exception):
 
 @pytest.mark.parametrize(("name", "unloading"), CASES)
 def test_the_end_is_within_its_bound_and_the_bound_is_small(name, unloading):
-    found = ends(made(name, unloading), name == "origin")
+    found = parametric_ends(made(name, unloading), name == "origin")
     assert 0 < found.error < LARGEST_RELATIVE_ERROR
     assert all(deviation <= found.error for deviation in deviations(name, unloading, found))
 
@@ -106,14 +106,14 @@ def test_the_end_is_within_its_bound_and_the_bound_is_small(name, unloading):
 def test_more_bits_give_a_smaller_bound(name, unloading):
     k = DAMPINGS[name]
     gap = 34 + max(k.at(1).size, 0) if unloading else 33
-    finer = ends(integrated(k, unloading, 80, 20, gap), name == "origin")
-    assert finer.error < ends(made(name, unloading), name == "origin").error / 1000
+    finer = parametric_ends(integrated(k, unloading, 80, 20, gap), name == "origin")
+    assert finer.error < parametric_ends(made(name, unloading), name == "origin").error / 1000
     assert all(deviation <= finer.error for deviation in deviations(name, unloading, finer))
 
 
 def test_the_origin_needs_its_own_lower_bounds():
     """Near z = 0 the end of loading is no number for z < 0, or is not covered: both are refused or both are right."""
-    assert ends(made("one", True), True).error <= ends(made("one", True), False).error
+    assert parametric_ends(made("one", True), True).error <= parametric_ends(made("one", True), False).error
 
 
 # --- wrong on purpose -------------------------------------------------------------------------------------------------
@@ -148,7 +148,7 @@ def test_wrong_coefficients_of_medium_size_are_covered_not_refused(name, unloadi
     size = (40 if unloading else 24) + 2 * max(right.k.at(1).size, 0)
     wrong = with_change(right, 0, 2, fmpz_poly([1 << right.bits - size]))
     assert not holds_or_is_refused(name, unloading, wrong)
-    assert ends(wrong, name == "origin").error > 2.0**-size
+    assert parametric_ends(wrong, name == "origin").error > 2.0**-size
 
 
 @settings(max_examples=10)
@@ -178,7 +178,7 @@ def test_a_jump_of_the_speed_is_in_the_bound():
     pieces = [right.pieces[0], after._replace(u=grow._coefficients(after.u[0], after.u[1] + change, after.step))]
     wrong = continued(right, pieces)
     assert not holds_or_is_refused("one", False, wrong)
-    assert ends(wrong).error > 2.0**-11
+    assert parametric_ends(wrong).error > 2.0**-11
 
 
 @settings(max_examples=10)
@@ -196,7 +196,7 @@ def test_an_end_behind_the_true_end_is_refused(name, unloading):
     """Behind the end polynomials go on smoothly, but p is another."""
     right = made(name, unloading)
     with pytest.raises(ArithmeticError, match="end"):
-        ends(replace(right, end=right.end + (1 << right.bits - 6)), name == "origin")
+        parametric_ends(replace(right, end=right.end + (1 << right.bits - 6)), name == "origin")
 
 
 @pytest.mark.parametrize("position", [-1, (1 << 60) + 1])
@@ -204,7 +204,7 @@ def test_an_end_outside_the_last_piece_is_refused(position):
     right = made("one", False)
     end = fmpz_poly([position * (1 << right.bits - 60)])
     with pytest.raises(ArithmeticError, match="end"):
-        ends(replace(right, end=end))
+        parametric_ends(replace(right, end=end))
 
 
 @pytest.mark.parametrize(("name", "unloading"), FEW[:3])
@@ -245,7 +245,7 @@ def test_steps_must_be_positive():
         step = pieces[index].step
         pieces[index] = pieces[index]._replace(step=Dyadic(-step.mantissa, step.exponent))
         with pytest.raises((ValueError, ArithmeticError)):
-            ends(with_pieces(right, pieces))
+            parametric_ends(with_pieces(right, pieces))
 
 
 @pytest.mark.parametrize("unloading", [False, True])
@@ -254,27 +254,27 @@ def test_k_must_be_positive(unloading, polynomial):
     """Otherwise what is proven would be another half of the collision, in part."""
     k = Scaled(fmpz_poly(polynomial), -20)
     with pytest.raises((ValueError, ArithmeticError)):
-        ends(replace(integrated(DAMPINGS["one"], unloading, 20, 4, 8), k=k))
+        parametric_ends(replace(integrated(DAMPINGS["one"], unloading, 20, 4, 8), k=k))
     right = made("one", unloading)
     small = Scaled(fmpz_poly([1, 2]), -60)
     wrong = integrated(Scaled(fmpz_poly([1]), -60), unloading, ACCURACY, DEGREE, 20)
     with pytest.raises((ValueError, ArithmeticError)):
-        ends(replace(wrong, k=small))
+        parametric_ends(replace(wrong, k=small))
     assert right.k.least() > 0
 
 
 def test_loading_is_not_unloading():
     with pytest.raises(ArithmeticError):
-        ends(replace(made("one", False), unloading=True))
+        parametric_ends(replace(made("one", False), unloading=True))
     with pytest.raises(ArithmeticError):
-        ends(replace(made("one", True), unloading=False))
+        parametric_ends(replace(made("one", True), unloading=False))
 
 
 @pytest.mark.parametrize(("name", "unloading"), FEW)
 def test_without_its_last_piece_the_bound_is_large(name, unloading):
     right = made(name, unloading)
     short = replace(right, pieces=right.pieces[:-1])
-    assert holds_or_is_refused(name, unloading, short) or ends(short, name == "origin").error > 2.0**-20
+    assert holds_or_is_refused(name, unloading, short) or parametric_ends(short, name == "origin").error > 2.0**-20
 
 
 # --- constructor ------------------------------------------------------------------------------------------------------
@@ -348,7 +348,7 @@ def test_the_residual_is_bounded_for_all_y_and_z(name, unloading):
             assert largest > bound / 100
 
 
-def residual(given: Family, piece, y, z):
+def residual(given: ParametricBranch, piece, y, z):
     """Return the residual's absolute value at a point, from power series in y."""
     y, z, unit = arb(y), arb(z), arb(2) ** -given.bits
     coefficients = [parametric_flow.arb_poly(c)(z) * unit for c in piece.u]

@@ -175,7 +175,7 @@ def test_taylor_polynomials_enclose_the_function(limit, number, power):
                 v_star = (low.root(power) * (1 - ball(t)) / 2 + high.root(power) * (1 + ball(t)) / 2) ** power
                 z = (v_star - ball(certificate._v_star(part.panel, Fraction(0)))) / ball(half_width(part.panel))
                 n, d = (sum((ball(c) * v_star**i for i, c in enumerate(values)), arb(0)) for values in (A, B))
-                truth = n / d / panel_proof.rows()["epsilon", part.panel].poly()(z) - 1
+                truth = n / d / panel_proof.panel_rows()["epsilon", part.panel].poly()(z) - 1
                 found = sum((c * ball(t) ** j for j, c in enumerate(coefficients)), arb(0))
                 assert found.overlaps(truth)
                 assert found.rad() < arb(10) ** -8
@@ -328,7 +328,7 @@ class Limiting:
     loss_ratio = None
 
     def limit(self, u):
-        return panel_proof.limit() * self.factor
+        return panel_proof.asymptotic_factor() * self.factor
 
 
 def test_beyond_the_panels_the_limit_counts(monkeypatch):
@@ -357,7 +357,7 @@ def test_the_smaller_function_shows_at_the_ends_of_a_panel():
     for panel in range(panels.PANELS):
         points = [Fraction(z, 4) for z in range(0 if panel == 0 else -4, 5)]
         for name, sign in (("epsilon", -1), ("one_minus_epsilon", 1)):
-            values = [sign * panel_proof.rows()[name, panel](z) for z in points]
+            values = [sign * panel_proof.panel_rows()[name, panel](z) for z in points]
             assert all(
                 first < second + 2 * Fraction(panel_proof.proven_error()) * abs(second)
                 for first, second in pairwise(values)
@@ -431,7 +431,7 @@ def test_the_checkers_panels_are_those_of_the_package():
         assert low == (0 if panel == 0 else centre - half)
     table = certificate_checker.rows("data/double.txt")
     for name, panel in (("epsilon", 0), ("one_minus_epsilon", 100)):
-        row = panel_proof.rows()[name, panel]
+        row = panel_proof.panel_rows()[name, panel]
         assert table[name, panel] == [Fraction(2) ** row.exponent * c for c in row.a]
 
 

@@ -143,8 +143,8 @@ def test_pade_rounding_covers_that_of_the_coefficients():
     assert [name for name, _ in kernel.rounding] == ["double", "float"]
     a, b = kernel.exact
     for form, (_, size) in zip((DOUBLE, FLOAT), kernel.rounding, strict=True):
-        without = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5)))
-        with_them = float(rounding.quotient(a, b, form, Fraction(0), Fraction(5), coefficients=True))
+        without = float(rounding.quotient_rounding(a, b, form, Fraction(0), Fraction(5)))
+        with_them = float(rounding.quotient_rounding(a, b, form, Fraction(0), Fraction(5), coefficients=True))
         assert with_them <= float(size) <= 1.2 * with_them
         assert with_them > 1.05 * without
 
@@ -200,7 +200,7 @@ def test_minimax_variants_are_proven_with_their_own_coefficients():
         a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
         found = prove(Rational(a, b), Fraction(0), Fraction(5))
         assert variant.certificate.bound == found.bound
-        relative = rounding.quotient(a, b, variant.form, Fraction(0), Fraction(5))
+        relative = rounding.quotient_rounding(a, b, variant.form, Fraction(0), Fraction(5))
         # Relative to eps, not to the formula, and rounded up to two digits.
         assert float(relative) * (1 + float(found.bound)) <= float(variant.rounding) <= 1.11 * float(relative)
 
@@ -209,7 +209,7 @@ def test_rounding_is_relative_to_eps_and_not_to_the_formula():
     kernel = prove_rational.of_minimax(0, 3, 1000)
     (variant, *_) = kernel.variants
     a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
-    relative = float(rounding.quotient(a, b, DOUBLE, Fraction(0), Fraction(1000)))
+    relative = float(rounding.quotient_rounding(a, b, DOUBLE, Fraction(0), Fraction(1000)))
     assert float(variant.certificate.bound) > 0.5
     assert float(variant.rounding) >= relative * (1 + float(variant.certificate.bound))
 

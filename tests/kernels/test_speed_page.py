@@ -49,9 +49,9 @@ def test_rows_of_exported_headers(row):
     assert error == max(filter(None, bounds), key=float)
 
 
-def test_rows_of_the_catalogue():
-    """The small tables are not exported; what needs no proof of a minute is in the catalogue of kernels."""
-    lines = [line for line in catalogue_lines() if not line.startswith("#")]
+def test_rows_of_the_registry():
+    """The small tables are not exported; what needs no proof of a minute is in the registry."""
+    lines = [line for line in registry_lines() if not line.startswith("#")]
     kernels = {(row["tier"], row["size"]): row for row in csv.DictReader(lines) if row["kind"] == "speed"}
     small = [row for row in ROWS if "--size small" in row[0]]
     assert len(small) == 3
@@ -61,8 +61,8 @@ def test_rows_of_the_catalogue():
         assert int(size.replace(",", "")) == int(found["bytes"])
 
 
-def catalogue_lines():
-    return (Path(registry.__file__).parents[1] / "data" / "catalogue.csv").read_text().splitlines()
+def registry_lines():
+    return (Path(registry.__file__).parents[1] / "data" / "registry.csv").read_text().splitlines()
 
 
 def test_step_7_has_the_bounds_of_full_accuracy():

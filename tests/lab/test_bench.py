@@ -15,15 +15,15 @@ import pytest
 from tests import terminal
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.arrays.double import exact as exact_at
+from viscopade.arrays.double import exact_of_speed as exact_at
 from viscopade.collision import exact
 from viscopade.kernels import requests, toolchain
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade_lab import bench
 from viscopade_lab.bench import calls, ours, rivals, tables
 from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender
 from viscopade_lab.bench.goals import judged
-from viscopade_lab.bench.harness import RUNS, ArraySizes, Harness, Task, in_rounds
+from viscopade_lab.bench.harness import RUNS, ArraySizes, BenchError, Harness, Task, in_rounds
 from viscopade_lab.bench.result import CALL, Key, _digits
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
 from viscopade_lab.bench.times import rows as statistics
@@ -42,7 +42,7 @@ def of_exports(name):
 
 
 def harness_of(*kernels, speeds=ICE, headers=None):
-    return Harness(kernels, headers or {}, toolchain.find(), speeds, TINY)
+    return Harness(kernels, headers or {}, toolchain.find_compiler(), speeds, TINY)
 
 
 def rival(ident, speeds=ICE):
@@ -388,15 +388,15 @@ def test_the_fastest_of_some_runs_counts():
 
 def test_without_a_compiler_there_is_one_clear_line(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(BenchError, match=r"^there is no C compiler 'no-such-compiler': accepted is"):
-        toolchain.find()
+    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'no-such-compiler': accepted is"):
+        toolchain.find_compiler()
 
 
 @needs_compiler
 def test_the_first_error_of_the_compiler_is_told(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     kernel = replace(rival("copy"), source="#warning beware\ndouble broken(double v { return v; }\ndouble worse(")
-    with pytest.raises(BenchError, match=r"^\S+ fails: kernel0\.c:\d+:\d+: error: ") as caught:
+    with pytest.raises(ToolchainError, match=r"^\S+ fails: kernel0\.c:\d+:\d+: error: ") as caught:
         harness_of(kernel)
     assert "\n" not in str(caught.value)
     assert str(tmp_path) not in str(caught.value)
@@ -404,16 +404,16 @@ def test_the_first_error_of_the_compiler_is_told(tmp_path, monkeypatch):
 
 @needs_compiler
 def test_missing_functions_are_told():
-    with pytest.raises(BenchError, match="not_there"):
+    with pytest.raises(ToolchainError, match="not_there"):
         harness_of(replace(rival("copy"), source="double not_there(double, double);", scalar="not_there"))
 
 
 @needs_compiler
 def test_a_compiler_with_arguments_may_be_named():
     words = os.environ.get("CC", "cc")
-    assert toolchain.find(f"{words} -DVISCOPADE_TEST").words[-1] == "-DVISCOPADE_TEST"
-    with pytest.raises(BenchError, match=r"fails: .*no_such_header"):
-        toolchain.find(f"{words} -include no_such_header.h")
+    assert toolchain.find_compiler(f"{words} -DVISCOPADE_TEST").words[-1] == "-DVISCOPADE_TEST"
+    with pytest.raises(ToolchainError, match=r"fails: .*no_such_header"):
+        toolchain.find_compiler(f"{words} -include no_such_header.h")
 
 
 @needs_compiler
@@ -436,7 +436,7 @@ def test_the_scalar_loop_is_not_made_of_vector_instructions(tmp_path):
     code = {}
     for library in ("scalar", "array"):
         (tmp_path / "unit.c").write_text(unit(rival("copy"), library))
-        command = [*toolchain.find().words, "-O3", "-S", "-o", "-", "unit.c"]
+        command = [*toolchain.find_compiler().words, "-O3", "-S", "-o", "-", "unit.c"]
         code[library] = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert "mulpd" in code["array"]
     assert "mulpd" not in code["scalar"]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tests.scene.test_render import COMMAND, EACH, choice, chosen, scene, text
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade.scene import check as checks
 from viscopade.scene import read, runners, shaders
-from viscopade.scene.check import SceneCheck, check
+from viscopade.scene.check import SceneCheck, check_code
 from viscopade.scene.choice import choose
 from viscopade.scene.cost import Costs
 from viscopade.scene.render import file_name, render
@@ -40,7 +40,7 @@ def no_device(monkeypatch):
 def there(language):
     if language == "python":
         return True
-    found = runners.find(runners.RUNNERS[language]) is not None
+    found = runners.find_tool(runners.RUNNERS[language]) is not None
     return found or (language == "wgsl" and shaders.device() is not None)
 
 
@@ -56,7 +56,7 @@ def need(language):
 def test_every_example_gets_a_validated_kernel(file):
     made = choose(read.from_toml(file.read_bytes(), file.name), Costs())
     language = made.scene.code.language
-    found = check(made, render(made, f"viscopade scene {file.name}"))
+    found = check_code(made, render(made, f"viscopade scene {file.name}"))
     if not there(language):
         assert found.reason.startswith("not run: there is no ")
     elif language in SHADERS and shaders.device() is None:
@@ -79,7 +79,7 @@ def test_every_example_gets_a_validated_kernel(file):
 def test_languages(few, no_device, language, form, constant):
     need(language)
     made = choice(language, form, constant)
-    found = check(made, text(language, form, constant))
+    found = check_code(made, text(language, form, constant))
     if language in SHADERS and shaders.device() is None:
         assert found == SceneCheck(found.how, reason=COMPILED)
         return
@@ -96,7 +96,7 @@ def test_languages(few, no_device, language, form, constant):
 def test_from_v_star(few, language, kind):
     need(language)
     made = chosen(scene(language, code='argument = "v_star"'), kind)
-    found = check(made, render(made, COMMAND))
+    found = check_code(made, render(made, COMMAND))
     assert 1e-7 < found.errors["epsilon"] < 1e-3
 
 
@@ -105,7 +105,7 @@ def test_units(few, no_device, language):
     """Numbers in the file are in the scene's units, and the check is, too."""
     need(language)
     made = chosen(scene(language, end='[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'))
-    assert check(made, render(made, COMMAND)).errors["epsilon"] < 1e-3
+    assert check_code(made, render(made, COMMAND)).errors["epsilon"] < 1e-3
 
 
 def test_names_that_are_words_of_the_language(few, no_device):
@@ -115,7 +115,7 @@ def test_names_that_are_words_of_the_language(few, no_device):
     ]:  # fmt: skip
         plain = choice(language)
         made = replace(plain, scene=replace(plain.scene, name=name))
-        found = check(made, render(made, COMMAND))
+        found = check_code(made, render(made, COMMAND))
         assert found.collisions or found.reason
 
 
@@ -124,10 +124,10 @@ def test_device_code_is_compiled(few):
     if which("nvcc") is None:
         pytest.skip("nvcc is not installed")
     made = chosen(scene("cuda", "float", code='use = "batch"'))
-    found = check(made, render(made, COMMAND))
+    found = check_code(made, render(made, COMMAND))
     assert "device code compiled by nvcc" in found.how
     assert found.collisions
-    with pytest.raises(BenchError, match=r"fails its check: nvcc: .*error"):
+    with pytest.raises(ToolchainError, match=r"fails its check: nvcc: .*error"):
         checks._device(made, render(made, COMMAND).replace("return viscopade_restitution", "return no_restitution"))
 
 
@@ -141,7 +141,7 @@ def test_a_missing_tool_is_a_reason(few, no_device, monkeypatch, language):
     for runner in runners.RUNNERS.values():
         if runner.variable:
             monkeypatch.delenv(runner.variable, raising=False)
-    found = check(choice(language), text(language))
+    found = check_code(choice(language), text(language))
     assert (found.collisions, found.errors) == (0, {})
     assert found.reason.startswith(f"not run: there is no {runners.RUNNERS[language].tools[0]}")
 
@@ -149,9 +149,9 @@ def test_a_missing_tool_is_a_reason(few, no_device, monkeypatch, language):
 def test_the_environment_names_the_tool(few, monkeypatch):
     need("fortran")
     monkeypatch.setenv("FC", "gfortran -O1")
-    assert check(choice("fortran"), text("fortran")).collisions
+    assert check_code(choice("fortran"), text("fortran")).collisions
     monkeypatch.setenv("FC", "no-such-compiler")
-    assert check(choice("fortran"), text("fortran")).reason == "not run: there is no no-such-compiler"
+    assert check_code(choice("fortran"), text("fortran")).reason == "not run: there is no no-such-compiler"
 
 
 def test_a_tool_that_does_not_start_is_not_there(tmp_path, monkeypatch):
@@ -160,12 +160,12 @@ def test_a_tool_that_does_not_start_is_not_there(tmp_path, monkeypatch):
     script.chmod(0o755)
     monkeypatch.delenv("FC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert runners.find(runners.RUNNERS["fortran"]) is None
+    assert runners.find_tool(runners.RUNNERS["fortran"]) is None
 
 
 def test_a_c_compiler_that_is_asked_for_must_be_there():
-    with pytest.raises(BenchError, match="there is no C compiler 'no-such-compiler'"):
-        check(choice("c"), text("c"), "no-such-compiler")
+    with pytest.raises(ToolchainError, match="there is no C compiler 'no-such-compiler'"):
+        check_code(choice("c"), text("c"), "no-such-compiler")
 
 
 BROKEN = {
@@ -186,8 +186,8 @@ def test_code_that_does_not_compile(few, no_device, language):
     form = next(form for lang, form in reversed(EACH) if lang == language)
     broken = text(language, form).replace(*BROKEN[language])
     assert broken != text(language, form)
-    with pytest.raises(BenchError) as caught:
-        check(choice(language, form), broken)
+    with pytest.raises(ToolchainError) as caught:
+        check_code(choice(language, form), broken)
     message = str(caught.value)
     assert message.startswith("the generated code fails its check: ")
     assert "error" in message.lower()
@@ -199,8 +199,10 @@ def test_code_that_does_not_compile(few, no_device, language):
 def test_messages_have_no_paths(few, thrown):
     need("javascript")
     runner = runners.RUNNERS["javascript"]
-    with pytest.raises(BenchError) as caught:
-        runners.run(runner, runners.find(runner), f"throw new Error({thrown});\n", ("tiny.mjs", ""), b"", 16)
+    with pytest.raises(ToolchainError) as caught:
+        runners.run_driver(
+            runner, runners.find_tool(runner), f"throw new Error({thrown});\n", ("tiny.mjs", ""), b"", 16
+        )
     message = str(caught.value)
     assert message.startswith("the generated code fails its check: node: Error:")
     assert gettempdir() not in message
@@ -210,8 +212,8 @@ def test_a_program_that_writes_too_little(few):
     need("javascript")
     driver = 'import { writeFileSync } from "node:fs";\nwriteFileSync("out.bin", "12345");\n'
     runner = runners.RUNNERS["javascript"]
-    with pytest.raises(BenchError, match=r"writes 5 bytes, not 16$"):
-        runners.run(runner, runners.find(runner), driver, ("tiny.mjs", ""), b"", 16)
+    with pytest.raises(ToolchainError, match=r"writes 5 bytes, not 16$"):
+        runners.run_driver(runner, runners.find_tool(runner), driver, ("tiny.mjs", ""), b"", 16)
 
 
 # --- code that is wrong -----------------------------------------------------------------------------------------------
@@ -240,22 +242,22 @@ def test_wrong_numbers_are_found(few, no_device, language, constant):
     wrong = changed(language, constant)
     assert wrong != text(language, None, constant)
     name = "error of eps" if constant else "relative error of eps"
-    with pytest.raises(BenchError, match=rf"^the generated code fails its check: {name} is .*, more than 0\.\d+$"):
-        check(choice(language, None, constant), wrong)
+    with pytest.raises(ToolchainError, match=rf"^the generated code fails its check: {name} is .*, more than 0\.\d+$"):
+        check_code(choice(language, None, constant), wrong)
 
 
 def test_a_result_that_is_no_number_is_found(few):
     wrong = text("python").replace('beta."""\n    return restitution_', 'beta."""\n    return math.nan * restitution_')
     assert wrong != text("python")
-    with pytest.raises(BenchError, match="relative error of eps is inf"):
-        check(choice("python"), wrong)
+    with pytest.raises(ToolchainError, match="relative error of eps is inf"):
+        check_code(choice("python"), wrong)
 
 
 def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
     wrong = text("python").replace("(1.0 - epsilon) * (1.0 + epsilon)", "(1.0 - epsilon) * (1.01 + epsilon)")
     assert set(choice("python").scene.tolerance.given()) == {"epsilon"}
-    with pytest.raises(BenchError, match=r"relative error of 1 - eps\^2 is"):
-        check(choice("python"), wrong)
+    with pytest.raises(ToolchainError, match=r"relative error of 1 - eps\^2 is"):
+        check_code(choice("python"), wrong)
 
 
 @pytest.mark.parametrize("units", ["", '[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'])

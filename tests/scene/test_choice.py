@@ -17,7 +17,7 @@ from viscopade.collision import exact
 from viscopade.kernels import registry_arrays
 from viscopade.kernels.registry import entries
 from viscopade.scene import candidate
-from viscopade.scene.candidate import PairConstant, Polynomial, Ready, in_format, interval, uncovered
+from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, in_format, interval, uncovered
 from viscopade.scene.choice import AS_CHEAP, Choice, choose
 from viscopade.scene.cost import Costs, MeasuredCosts, Operations
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Tolerance
@@ -118,7 +118,7 @@ def test_the_cheapest_of_all_kinds(code: Code, tolerance: dict[str, float]) -> N
     found = choose(scene((0.3, 0.9), (0.4, 1.3), code=code, **tolerance), Costs())
     is_sound(found)
     kinds = {type(offer.candidate) for offer in found.offers}
-    assert kinds == {PairConstant, Polynomial, Ready}
+    assert kinds == {PairConstant, BestApproximant, RegistryKernel}
 
 
 def test_equal_prices_are_decided_by_the_table() -> None:
@@ -148,7 +148,7 @@ def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
     """All degrees of lower cost, in both measures: their sampled errors exceed what is allowed."""
     asked = scene((0.3, 1.1), code=ready("python", argument="v_star"), epsilon=3e-5)
     met = encounters(asked)
-    found = candidate.polynomial(asked, met)
+    found = candidate.best_polynomial(asked, met)
     assert found is not None
     assert not found.errors.failing(asked.tolerance)
     low, high = interval(met, asked.code)
@@ -170,7 +170,7 @@ def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
 def test_the_cheaper_of_both_measures_is_taken(ends: tuple[float, float], tolerance: dict[str, float]) -> None:
     asked = scene(ends, code=ready("python", argument="v_star"), **tolerance)
     met = encounters(asked)
-    found = candidate.polynomial(asked, met)
+    found = candidate.best_polynomial(asked, met)
     both, relative = (candidate._best(asked, met, interval(met, asked.code), m) for m in ("both", "relative"))
     assert found is not None
     costs = [minimax.cost(c.kernel.m, c.kernel.n) for c in (both, relative)]
@@ -183,14 +183,14 @@ def test_type_float_has_quotients_too() -> None:
     for size in (1e-3, 2e-4, 3e-5, 1e-5, 6e-6):
         code = ready(form="float", argument="v_star")
         asked = scene((0.3, 1.1), code=code, epsilon=size)
-        found = candidate.polynomial(asked, encounters(asked))
+        found = candidate.best_polynomial(asked, encounters(asked))
         assert found is not None
         assert not found.errors.failing(asked.tolerance)
 
 
 def test_a_series_of_two_terms_for_nearly_elastic_scenes() -> None:
     found = choose(scene((0.02, 0.03), code=ready("python", argument="v_star"), dissipation=1e-3), Costs())
-    assert isinstance(found.chosen.candidate, Polynomial)
+    assert isinstance(found.chosen.candidate, BestApproximant)
     assert (found.chosen.candidate.kernel.m, found.chosen.candidate.kernel.n) == (2, 0)
     assert "best series [2/0]" in found.chosen.candidate.label
 
@@ -203,7 +203,7 @@ def test_a_series_of_two_terms_for_nearly_elastic_scenes() -> None:
 def test_compiled_quotients_keep_their_errors(form: str, argument: str, tmp_path: Path) -> None:
     asked = scene((0.25, 0.8), code=ready(form=form, argument=argument), dissipation=2e-5)
     (met,) = encounters(asked)
-    found = candidate.polynomial(asked, [met])
+    found = candidate.best_polynomial(asked, [met])
     suffix, kind = ("f", np.float32) if form == "float" else ("", np.float64)
     library = build(tmp_path, [found.request().render("c")])
     random = np.random.default_rng(2)
@@ -238,7 +238,7 @@ def test_compiled_half_line_kernels_keep_their_errors_near_one(argument: str, tm
     asked = scene((5e-3, 2e-2), code=ready(form="float", argument=argument), dissipation=1e-3)
     (met,) = encounters(asked)
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("half-line", "1e-5", "float"))
-    stated = Ready([met], entry, asked.code).errors
+    stated = RegistryKernel([met], entry, asked.code).errors
     library = build(tmp_path, [(EXPORTS / "viscopade_half_line.h").read_text()])
     kind = np.float32
     speed = np.geomspace(met.speeds[0], met.speeds[2], 3000).astype(kind)
@@ -256,7 +256,7 @@ def test_compiled_half_line_kernels_keep_their_errors_near_one(argument: str, tm
     assert 0.3 * stated.dissipation < reached <= stated.dissipation
     assert np.abs((1 - computed.astype(float)) - loss).max() <= stated.absolute
     # What rounds v* counts, if it is not given.
-    given = Ready([met], entry, ready(form="float", argument="v_star")).errors
+    given = RegistryKernel([met], entry, ready(form="float", argument="v_star")).errors
     assert (stated.dissipation > given.dissipation + Fraction(2, 10**6)) == (argument == "speed")
 
 
@@ -342,7 +342,7 @@ def test_extreme_v_star_gets_a_kernel_or_a_clear_refusal(ends, code: Code, toler
 def test_tables_compute_dissipation_of_nearly_elastic_collisions() -> None:
     """1 - eps is 1e-30 there: eps is 1 in all formats, but 1 - eps^2 has its digits."""
     found = choose(scene((1e-16, 1e-15), dissipation=1e-2), Costs())
-    assert isinstance(found.chosen.candidate, Ready)
+    assert isinstance(found.chosen.candidate, RegistryKernel)
     assert found.chosen.candidate.entry.kind == "speed"
     assert choose(scene((1e-16, 1e-15), epsilon=1e-2), Costs()).chosen.candidate.name == "constant"
 
@@ -431,11 +431,11 @@ def test_the_cheaper_quotient_of_the_reason_fails() -> None:
 @pytest.mark.parametrize(
     "entry", [e for e in entries() if e.kind != "v*" and e.format == "double"], ids=lambda e: e.name
 )
-def test_formulas_are_as_far_off_as_the_catalogue_says(entry) -> None:
+def test_formulas_are_as_far_off_as_the_registry_says(entry) -> None:
     """Largest errors of what shows where a kernel fails: at most the bound, and not far below."""
     v_star = np.geomspace(0.05, 8.0, 20001)
     eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-    off = (np.abs(registry_arrays.epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
+    off = (np.abs(registry_arrays.entry_epsilon(entry, v_star) - eps) / np.minimum(eps, loss)).max()
     bound = float(entry.error(Fraction(1, 20), Fraction(8)))
     assert off <= bound + 1e-14
     if bound > 1e-13:
@@ -447,7 +447,7 @@ def test_formulas_hold_beyond_the_tables(tier: str) -> None:
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     v_star = np.array([1e-9, 1e-4, 1e2, 1e6])
     eps = np.asarray(double.epsilon(v_star))
-    assert np.abs(registry_arrays.epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
+    assert np.abs(registry_arrays.entry_epsilon(entry, v_star) / eps - 1).max() <= float(entry.outside)
 
 
 # --- costs ------------------------------------------------------------------------------------------------------------
@@ -458,10 +458,10 @@ def test_operations_of_polynomials_and_ready_kernels() -> None:
         asked = scene((0.3, 0.9), code=code, epsilon=1e-3)
         by_speed = int(code.argument == "speed")
         for found in candidate.candidates(asked, encounters(asked)):
-            if isinstance(found, Polynomial):
+            if isinstance(found, BestApproximant):
                 kernel = found.kernel
                 assert found.operations == Operations(2 * (kernel.m + kernel.n), int(kernel.n > 0), by_speed)
-            elif isinstance(found, Ready) and found.entry.kind != "speed":
+            elif isinstance(found, RegistryKernel) and found.entry.kind != "speed":
                 assert found.operations.powers == by_speed
 
 
@@ -480,5 +480,5 @@ def test_rounding_of_a_sample_is_not_shown_as_an_error() -> None:
     assert found.chosen.candidate.name == "full"
     assert re.search(r"best quotient .* is proven to be at most \S+, which is more than 4e-15", found.reason)
     for offer in found.offers:
-        if isinstance(offer.candidate, Ready):
+        if isinstance(offer.candidate, RegistryKernel):
             assert offer.candidate.sampled("dissipation")[0] <= float(offer.candidate.errors.dissipation)

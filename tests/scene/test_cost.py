@@ -17,15 +17,13 @@ from viscopade.scene.cost import (
     MeasuredCosts,
     MeasuredTimes,
     Operations,
-    id_of_name,
-    id_of_tier,
+    id_of,
     measured,
 )
 from viscopade.scene.description import Code
 
 FILE = Path(__file__).parents[2] / "docs" / "bench" / "result.json"
 CODES = [Code("c", form, use) for form in ("double", "float") for use in ("scalar", "batch")]
-TIERS = ("1e-3", "1e-5", "1e-7", "1e-10", "full")
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +56,12 @@ def test_the_committed_measurement_serves_every_format_and_use(code: Code, bench
     assert "not this machine" not in found.source
     those = [row for row in benchmark.rows if (row.format, row.measure) == (code.format, measure)]
     rows = {row.id: row for row in those if row.speeds == those[0].speeds}
-    for tier in TIERS:
-        price = found.of(id_of_tier(tier, "fast"), Operations(20))
-        assert (price.value, price.how) == (rows[f"speed-{tier}"].median, "measured")
-        assert id_of_tier(tier, "small") is None
+    for entry in (entry for entry in entries() if entry.kind == "speed"):
+        if entry.size == "small":
+            assert id_of(entry) is None
+        else:
+            price = found.of(id_of(entry), Operations(20))
+            assert (price.value, price.how) == (rows[f"speed-{entry.tier}"].median, "measured")
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda c: f"{c.format}-{c.use}")
@@ -124,11 +124,14 @@ def test_a_quotient_that_seems_to_take_no_time_still_costs_something() -> None:
 @pytest.mark.parametrize("entry", [e for e in entries() if e.kind in ("half-line", "full")], ids=lambda e: e.name)
 def test_kernels_of_v_star_are_measured_too(entry: Entry, benchmark: MeasuredTimes) -> None:
     found = of(benchmark, Code("c", entry.format))
-    name = id_of_name(entry.name)
+    name = id_of(entry)
     assert name is not None
     assert found.times is not None
     whole = found.times[name]
     assert found.of(name, Operations(20, 1, 1, 1)).value == whole
     price = found.of(name, Operations(20, 1, 0, 1))
     assert (price.value, price.how) == (pytest.approx(whole - found.times["pow"]), "measured")
-    assert id_of_name("compact_2p09em4") is None
+
+
+def test_compact_kernels_are_not_measured() -> None:
+    assert {id_of(entry) for entry in entries() if entry.kind == "compact"} == {None}

@@ -15,7 +15,7 @@ from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
 from viscopade.scene import read, shaders
-from viscopade.scene.candidate import PairConstant, Polynomial, Ready, candidates
+from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
@@ -81,7 +81,7 @@ def chosen(made, kind="compact"):
     """Take a kernel without asking whether it is the cheapest: that takes long."""
     met, code = encounters(made), made.code
     if kind in ("constant", "polynomial"):
-        wanted = {"constant": PairConstant, "polynomial": Polynomial}[kind]
+        wanted = {"constant": PairConstant, "polynomial": BestApproximant}[kind]
         found = next(c for c in candidates(made, met) if isinstance(c, wanted))
     else:
         wanted = "half-line" if code.language in ("c", "python") else kind
@@ -89,7 +89,7 @@ def chosen(made, kind="compact"):
         place = registry.HOST if code.format == "double" else device
         looked_for = (wanted, "1e-3", code.format, place)
         entries = registry.entries()
-        found = next(Ready(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
+        found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
     offer = Offer(found, Price(1.0, "counted"), ())
     return Choice(made, met, [offer], offer, Costs(), "no kernel is cheaper", ())
 
@@ -416,7 +416,7 @@ fn main() {
 }
 """
     radii = np.array([[0.02, 0.01], [0.005, 1.0]], dtype=np.float32)
-    found = shaders.run(text("wgsl") + shader, radii, 2)
+    found = shaders.run_shader(text("wgsl") + shader, radii, 2)
     assert found == pytest.approx(list(BETAS.values()), rel=1e-5)
 
 

@@ -151,7 +151,7 @@ def test_one_material_stands_for_two_in_tangential_direction_too():
 def test_the_damping_constant_is_twice_a_e_eff_over_m_eff():
     ball = Sphere(radius=0.02, mass=0.5, young_modulus=3e6, poisson_ratio=0.25, dissipative_constant=2e-3)
     # E_eff = 3e6/(2 (1 - 1/16)) = 1.6e6, m_eff = 1/4
-    numbers = lammps.parameters(Pair(ball, ball))
+    numbers = lammps.hertz_material(Pair(ball, ball))
     assert numbers.eta_n0 == pytest.approx(2 * 2e-3 * 1.6e6 / 0.25, rel=1e-15)
     assert numbers.k_n == pytest.approx(4 / 3 * 1.6e6, rel=1e-15)
 
@@ -188,7 +188,7 @@ def test_units(units, style, warned):
     text = lammps.render(replace(SETUP, units=units), COMMAND)
     assert f"stand units {style}," in text
     assert ("no units style" in text) == warned
-    assert f"at 0.3 {units.speed}" in lammps.collision(SETUP, SETUP.contacts[0], COMMAND, "x").replace(
+    assert f"at 0.3 {units.speed}" in lammps.collision_script(SETUP, SETUP.contacts[0], COMMAND, "x").replace(
         "m/s", units.speed
     )
 
@@ -228,7 +228,7 @@ def test_impossible_speeds_and_time_steps_are_refused(name, value):
     with pytest.raises(ValueError, match=name):
         lammps.stepped_epsilon(UNLIKE, **arguments)
     with pytest.raises(ValueError, match=name):
-        lammps.collision(SETUP, SETUP.contacts[0], COMMAND, "x", **arguments)
+        lammps.collision_script(SETUP, SETUP.contacts[0], COMMAND, "x", **arguments)
 
 
 # The errors that the text states.
@@ -314,7 +314,7 @@ def in_lammps(setup, contact=None, speed=1.0, steps=2000, change=lambda text: te
     """Run a contact of a setup; `change` edits the include file, `alter` the script. Returns eps and the overlap."""
     contact = contact or setup.contacts[0]
     timestep = contact.pair.contact_time(speed) / steps
-    script = lammps.collision(setup, contact, COMMAND, validation.INCLUDE, speed, timestep, **options)
+    script = lammps.collision_script(setup, contact, COMMAND, validation.INCLUDE, speed, timestep, **options)
     return validation.run(change(lammps.render(setup, COMMAND)), alter(script))
 
 
@@ -358,8 +358,8 @@ def test_the_end_of_contact_is_that_of_limit_damping(program):
 
 def test_another_damping_constant_is_noticed(program):
     case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    eta = f" {lammps.parameters(case.pair).eta_n0:.15g} "
-    more = f" {1.001 * lammps.parameters(case.pair).eta_n0:.15g} "
+    eta = f" {lammps.hertz_material(case.pair).eta_n0:.15g} "
+    more = f" {1.001 * lammps.hertz_material(case.pair).eta_n0:.15g} "
     epsilon, _ = in_lammps(
         case.setup, steps=20_000, change=lambda text: text.replace(f"{eta}0.3 tang", f"{more}0.3 tang")
     )
@@ -379,7 +379,7 @@ def test_hertz_with_the_stated_numbers_is_the_same_law(program):
 def test_other_sizes_have_the_eps_that_is_stated(program):
     """The line of the typical sizes, with spheres of the largest ones."""
     contact = replace(SETUP.contacts[0], pair=EXTREMES[0], extremes=())
-    wrong = lammps.parameters(UNLIKE).pair(EXTREMES[0]).epsilon(0.3)
+    wrong = lammps.hertz_material(UNLIKE).pair(EXTREMES[0]).epsilon(0.3)
     assert in_lammps(SETUP, contact, 0.3)[0] == pytest.approx(wrong, rel=1e-3)
     assert abs(wrong / EXTREMES[0].epsilon(0.3) - 1) > 0.1
 

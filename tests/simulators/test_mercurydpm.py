@@ -13,7 +13,7 @@ import pytest
 
 from tests.patience import HANGS
 from viscopade import Pair, Sphere
-from viscopade.simulators import mercurydpm
+from viscopade.simulators import mercurydpm, stated
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.programs.two_spheres import integrated, setup
 
@@ -153,9 +153,9 @@ def test_the_text():
     assert text.splitlines()[0].endswith(COMMAND)
     assert max(map(len, text.splitlines())) <= 120
     shortest = min(contact.pair.contact_time(contact.fastest) for contact in SETUP.contacts)
-    assert f"setTimeStep({shortest / mercurydpm.STEPS:.6g})" in text
+    assert f"setTimeStep({shortest / stated.STEPS:.6g})" in text
     assert text == mercurydpm.render(SETUP, COMMAND)
-    constant = mercurydpm.parameters(SETUP.contacts[1]).constant
+    constant = mercurydpm.species_parameters(SETUP.contacts[1]).constant
     assert f"{constant.errors.slowest:+.2e} at the slowest" in text
 
 
@@ -165,4 +165,4 @@ def test_a_contact_s_own_pair_is_what_counts():
     text = mercurydpm.render(Setup("t", {"glass": GLASS}, (contact,)), COMMAND)
     assert f"one.setDissipation({damped.A:.12g});" in text
     elastic = Contact("a", "a", Pair(*[replace(GLASS, dissipative_constant=0)] * 2), 0.1, 0.1, 0.1)
-    assert mercurydpm.parameters(elastic).constant_dissipation == 0
+    assert mercurydpm.species_parameters(elastic).constant_dissipation == 0

@@ -163,7 +163,7 @@ def test_bad_input():
 def test_callback(tier, tmp_path):
     """REBOUND's speeds are negative; some codes pass positive ones."""
     eps = callback(shared(tmp_path, ice(), "-DVISCOPADE_CALLBACK_ONLY", tier=tier))
-    bound = float(rebound.kernel(tier).bound) + 4e-14  # rounding too
+    bound = float(rebound.callback_kernel(tier).bound) + 4e-14  # rounding too
     v = 10 ** np.random.default_rng(1).uniform(-8, 3, 300)
     exact = TYPICAL.epsilon(v)
     assert no_worse(np.array([eps(-x) for x in v]), exact, bound)
@@ -171,8 +171,8 @@ def test_callback(tier, tmp_path):
 
 
 def test_small_tables_are_chosen_where_there_are_any():
-    assert rebound.kernel("1e-10") == prove_lacunary.speed_kernel("1e-10", names.SMALL)
-    assert rebound.kernel(names.FULL) == prove_lacunary.speed_kernel(names.FULL)
+    assert rebound.callback_kernel("1e-10") == prove_lacunary.speed_kernel("1e-10", names.SMALL)
+    assert rebound.callback_kernel(names.FULL) == prove_lacunary.speed_kernel(names.FULL)
 
 
 def test_callback_at_the_ends(tmp_path):

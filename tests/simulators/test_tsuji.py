@@ -7,7 +7,7 @@ import mpmath
 import pytest
 
 from viscopade import Pair, Sphere
-from viscopade.simulators import liggghts, mercurydpm, stated, tsuji, yade
+from viscopade.simulators import lammps, liggghts, mercurydpm, stated, tsuji, yade
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.programs.two_spheres import integrated, setup
 
@@ -164,7 +164,7 @@ def test_errors_as_text():
 def test_the_shortest_contact_is_that_of_the_smallest_sizes():
     contact = Contact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
     both = Setup("t", {"a": LARGE}, (contact,))
-    assert stated.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
+    assert lammps.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
 
 
 @pytest.mark.parametrize("program", [liggghts, yade, mercurydpm])

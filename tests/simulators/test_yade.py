@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from viscopade import Pair, Sphere
-from viscopade.simulators import yade
+from viscopade.simulators import stated, yade
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.programs import yade_collisions as validation
 from viscopade_lab.programs.two_spheres import integrated, setup
@@ -131,7 +131,7 @@ def test_materials_and_pairs():
     assert set(names["physics"].values["betan"]) == {(0, 0), (2, 1)}
     assert set(executed(yade.render(SETUP, COMMAND), vn=True)[0]["physics"].values) == {"en", "vn"}
     shortest = Pair(SMALL, SMALL).contact_time(1.0)
-    assert names["O"].dt == pytest.approx(shortest / yade.STEPS, rel=1e-5)
+    assert names["O"].dt == pytest.approx(shortest / stated.STEPS, rel=1e-5)
 
 
 def test_the_function_that_makes_the_force_viscoelastic():
@@ -168,7 +168,7 @@ def test_the_function_that_makes_the_force_viscoelastic():
 def test_stated_errors():
     text = yade.render(SETUP, COMMAND)
     contact = SETUP.contacts[0]
-    found = yade.parameters(contact)
+    found = yade.mindlin_phys_parameters(contact)
     assert f"{found.constant.errors.slowest:+.2e} at the slowest" in text
     assert found.errors.slowest == pytest.approx(0, abs=1e-14)
     for (slow, fast), pair in zip(found.errors.extremes, contact.extremes, strict=True):
@@ -189,7 +189,7 @@ def test_the_text():
 def test_without_dissipation():
     ball = replace(GLASS, dissipative_constant=0)
     case = Setup("t", {"a": ball}, (Contact("a", "a", Pair(ball, ball), 0.1, 0.2, 0.3),))
-    found = yade.parameters(case.contacts[0])
+    found = yade.mindlin_phys_parameters(case.contacts[0])
     assert (found.betan, found.en, found.constant.epsilon) == (0, 1, 1)
     assert executed(yade.render(case, COMMAND), vn=False)[0]["physics"].values["betan"] == {(0, 0): 0}
 
@@ -282,5 +282,5 @@ def test_betan_of_the_text_is_that_of_the_parameters():
     text = yade.render(SETUP, COMMAND)
     found = re.findall(r"constant eps: betan (\S+) gives eps = (\S+),", text)
     for contact, (betan, eps) in zip(SETUP.contacts, found, strict=True):
-        assert float(betan) == pytest.approx(yade.parameters(contact).betan, rel=1e-11, abs=0)
+        assert float(betan) == pytest.approx(yade.mindlin_phys_parameters(contact).betan, rel=1e-11, abs=0)
         assert float(eps) == pytest.approx(contact.pair.epsilon(contact.typical), rel=1e-11)

@@ -15,7 +15,7 @@ from viscopade.theory.series import g_coefficients, lambda_coefficients, series
 from viscopade.theory.symbolic import (
     G_symbol,
     K,
-    end_series,
+    delayed_recovery_series,
     g,
     g_function,
     h_polynomial,
@@ -86,17 +86,17 @@ def test_hierarchy_sums_up_to_the_equation():
 
 
 def test_end_series_begins_as_in_the_design():
-    assert end_series(3) == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
-    assert end_series(0) == (1,)
-    assert all(type(c) is Fraction for c in end_series(3))
+    assert delayed_recovery_series(3) == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
+    assert delayed_recovery_series(0) == (1,)
+    assert all(type(c) is Fraction for c in delayed_recovery_series(3))
 
 
 def test_end_series_by_two_routes():
-    assert end_series(24) == end_series_from_the_end(24)
+    assert delayed_recovery_series(24) == end_series_from_the_end(24)
 
 
 def test_end_series_does_not_depend_on_the_order():
-    assert all(end_series(n) == end_series(12)[: n + 1] for n in range(12))
+    assert all(delayed_recovery_series(n) == delayed_recovery_series(12)[: n + 1] for n in range(12))
 
 
 # --- h_k in the lambdas ---------------------------------------------------------------------------------------
@@ -209,7 +209,7 @@ def test_h_6_needs_no_more_than_the_gamma_function():
 
 # --- arguments ------------------------------------------------------------------------------------------------
 
-FUNCTIONS = [hierarchy, g_function, end_series, lambda_symbol, G_symbol, lambda_from_G, h_polynomial]
+FUNCTIONS = [hierarchy, g_function, delayed_recovery_series, lambda_symbol, G_symbol, lambda_from_G, h_polynomial]
 
 
 @pytest.mark.parametrize("function", FUNCTIONS)
@@ -229,6 +229,6 @@ def test_even_lambdas_do_not_exist(function):
 
 def test_global_precision_is_left_alone():
     before = ctx.prec, ctx.cap
-    end_series(7)
+    delayed_recovery_series(7)
     h_polynomial(30)
     assert (ctx.prec, ctx.cap) == before

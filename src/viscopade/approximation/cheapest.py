@@ -14,7 +14,7 @@ from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
 
 
-def choose(
+def cheapest_fit(
     accuracy: Exact,
     v_star_max: Exact,
     v_star_min: Exact = 0,
@@ -42,7 +42,7 @@ def choose(
     interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
-    limit = float(arguments.exact("accuracy", accuracy, accepted, lambda x: least <= x < 1))
+    limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
     fits: dict[tuple[int, int], Fit | None] = {}
 
     def good(price: int) -> list[Fit]:

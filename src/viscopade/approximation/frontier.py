@@ -119,7 +119,7 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
 
     The cost is that of `minimax.cost`; among equally cheap ones, the most accurate is returned. Between two numbers of
     `GRID` the larger one stands for v_star_max (the record says which): there may be cheaper degrees for the shorter
-    interval, as `cheapest.choose` finds them.
+    interval, as `cheapest.cheapest_fit` finds them.
 
     Parameters
     ----------
@@ -135,9 +135,9 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
     ValueError
         If something is out of range, or no degrees of the table are accurate enough: one line that says what is.
     """
-    limit = float(arguments.exact("accuracy", accuracy, "a number above 0 and below 1", lambda x: 0 < x < 1))
-    accepted = f"a number above 0, at most {GRID[-1]:g} (where the table ends; cheapest.choose goes further)"
-    end = arguments.exact("v_star_max", v_star_max, accepted, lambda v: 0 < v <= GRID[-1])
+    limit = float(arguments.exact_number("accuracy", accuracy, "a number above 0 and below 1", lambda x: 0 < x < 1))
+    accepted = f"a number above 0, at most {GRID[-1]:g} (where the table ends; cheapest.cheapest_fit goes further)"
+    end = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: 0 < v <= GRID[-1])
     grid_end = GRID[bisect_left(GRID, end)]
     found = _cheapest(_on(grid_end), limit)
     if found is None:
@@ -149,7 +149,9 @@ def cheapest(accuracy: Exact, v_star_max: Exact) -> Record:
     return found
 
 
-def smallest(v_star_max: Sequence[float] = GRID, accuracy: Sequence[float] = ACCURACIES) -> tuple[Smallest, ...]:
+def smallest_degrees(
+    v_star_max: Sequence[float] = GRID, accuracy: Sequence[float] = ACCURACIES
+) -> tuple[Smallest, ...]:
     """Return the smallest approximants for each accuracy and interval [0, v_star_max], for reports.
 
     Parameters
@@ -174,11 +176,11 @@ def smallest(v_star_max: Sequence[float] = GRID, accuracy: Sequence[float] = ACC
 
 
 def markdown(v_star_max: Sequence[float] = GRID, accuracy: Sequence[float] = ACCURACIES) -> str:
-    """Return `smallest` as a table in Markdown; arguments and errors as there.
+    """Return `smallest_degrees` as a table in Markdown; arguments and errors as there.
 
     A cell holds the degrees of the best approximant, and in parentheses those of Padé's.
     """
-    cells = {(entry.v_star_max, entry.accuracy): _cell(entry) for entry in smallest(v_star_max, accuracy)}
+    cells = {(entry.v_star_max, entry.accuracy): _cell(entry) for entry in smallest_degrees(v_star_max, accuracy)}
     lines = ["| V | " + " | ".join(f"{limit:.0e}" for limit in accuracy) + " |", "|--:" * (len(accuracy) + 1) + "|"]
     lines += [f"| {v:g} | " + " | ".join(cells[v, limit] for limit in accuracy) + " |" for v in v_star_max]
     return "\n".join(lines) + "\n"

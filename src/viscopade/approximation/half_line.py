@@ -28,18 +28,16 @@ from flint import arb
 
 from viscopade.approximation import lacunary, remez
 from viscopade.approximation.lacunary import (
-    LacunaryFormula,
     LacunaryQuotient,
     Powers,
     Sample,
     Terms,
-    added,
     evaluated,
     mirrored,
     terms,
 )
 from viscopade.approximation.measure import Measure
-from viscopade.approximation.target import TABLE_DIGITS, curve
+from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Accepted, FloatArray, Values
@@ -106,7 +104,7 @@ class HalfLine:
     points: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        check(self.powers)
+        require_half_line_degrees(self.powers)
 
     @property
     def powers(self) -> Powers:
@@ -117,16 +115,6 @@ class HalfLine:
     def error(self) -> float:
         """The largest error in the approximant's own measure (sampled)."""
         return self.relative_error if self.measure == "relative" else self.both_error
-
-    @property
-    def epsilon_formula(self) -> LacunaryFormula:
-        """Eps as a formula in exact numbers."""
-        return LacunaryFormula("v_star", ROOT, self._bottom, added(self._bottom, self._top))
-
-    @property
-    def loss_formula(self) -> LacunaryFormula:
-        """1 - eps as a formula in exact numbers."""
-        return LacunaryFormula("v_star", ROOT, self._top, added(self._bottom, self._top))
 
     @property
     def _top(self) -> Terms:
@@ -154,27 +142,11 @@ class HalfLine:
         """Return 1 - eps(v*) without cancellation; arguments and errors as for `epsilon`."""
         return checked.elementwise(lambda v: self._portion(v, 1), "v_star", v_star, _SPEEDS)
 
-    def slope(self, v_star: Values) -> Values:
-        """Return the approximant's d ln eps/d ln v*; arguments and errors as for `epsilon`.
-
-        In the measure "both" its relative error is 3 to 8 times the error of eps (sampled).
-        """
-        return checked.elementwise(self._slope, "v_star", v_star, _SPEEDS)
-
     def _portion(self, v_star: FloatArray, index: int) -> FloatArray:
         """Return D (index 0) or v*^2 N (index 1) divided by the sum of both."""
         y, degree = np.cbrt(v_star), self._top[-1][0]
         bottom, top = _evaluated(self._bottom, y, degree), _evaluated(self._top, y, degree)
         return (bottom, top)[index] / (bottom + top)
-
-    def _slope(self, v_star: FloatArray) -> FloatArray:
-        """Return -(1 - eps) d ln(v*^2 N/D)/d ln v*."""
-        y = np.cbrt(v_star)
-        rates = [
-            _evaluated(_rate(part), y, part[-1][0]) / _evaluated(part, y, part[-1][0])
-            for part in (self.quotient.top, self.quotient.bottom)
-        ]
-        return -self._portion(v_star, 1) * (SHIFT + rates[0] - rates[1]) * float(ROOT)
 
 
 def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:
@@ -185,12 +157,7 @@ def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:
     return np.where(y <= 1, evaluated(polynomial, np.minimum(y, 1)), upper)
 
 
-def _rate(polynomial: Terms) -> Terms:
-    """Return y times the derivative."""
-    return tuple((exponent, exponent * c) for exponent, c in polynomial)
-
-
-def check(powers: Powers) -> None:
+def require_half_line_degrees(powers: Powers) -> None:
     """Check that N/D with these powers has the right order at infinity; raise a ValueError otherwise."""
     if powers.top[-1] - powers.bottom[-1] != DEGREES_MORE:
         raise ValueError(
@@ -198,7 +165,7 @@ def check(powers: Powers) -> None:
         )
 
 
-def fit(powers: Powers, measure: Measure = "relative") -> HalfLine:
+def fit_half_line(powers: Powers, measure: Measure = "relative") -> HalfLine:
     """Return the best approximant with given powers of y = v*^(1/3).
 
     Parameters
@@ -215,7 +182,7 @@ def fit(powers: Powers, measure: Measure = "relative") -> HalfLine:
     remez.NoBest
         If the error cannot be levelled.
     """
-    check(powers)
+    require_half_line_degrees(powers)
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
     return _fit(powers, measure)
@@ -224,9 +191,9 @@ def fit(powers: Powers, measure: Measure = "relative") -> HalfLine:
 @lru_cache(maxsize=64)
 def _fit(powers: Powers, measure: Measure) -> HalfLine:
     with working(_BITS):
-        c = curve(TABLE_DIGITS).loss_ratio(arb(0))
-    stated = lacunary.problem(powers, lambda y: _target(y) / c, _weight(measure), _Y_MAX, _COORDINATE)
-    found = lacunary.best(powers, stated, sample(measure))
+        c = exact_target(TABLE_DIGITS).loss_ratio(arb(0))
+    stated = lacunary.lacunary_problem(powers, lambda y: _target(y) / c, _weight(measure), _Y_MAX, _COORDINATE)
+    found = lacunary.best(powers, stated, half_line_sample(measure))
     with working(_BITS):
         quotient = lacunary.rounded(powers, found, c)
     points = tuple(y**3 for y in found.points)
@@ -234,7 +201,7 @@ def _fit(powers: Powers, measure: Measure) -> HalfLine:
     return HalfLine(quotient, measure, found.error, *errors, points)
 
 
-def kernel(accuracy: float, measure: Measure = "relative") -> HalfLine:
+def smallest_half_line(accuracy: float, measure: Measure = "relative") -> HalfLine:
     """Return the kernel with the fewest coefficients (of those in `BEST`) whose error is at most `accuracy`.
 
     Raises
@@ -245,7 +212,7 @@ def kernel(accuracy: float, measure: Measure = "relative") -> HalfLine:
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
     for powers in BEST[measure]:
-        found = fit(powers, measure)
+        found = fit_half_line(powers, measure)
         if found.error <= accuracy:
             return found
     raise ValueError(
@@ -255,7 +222,7 @@ def kernel(accuracy: float, measure: Measure = "relative") -> HalfLine:
 
 def _target(y: arb) -> arb:
     """Return (1/eps - 1)/v*^2."""
-    exact = curve(TABLE_DIGITS)
+    exact = exact_target(TABLE_DIGITS)
     v_star = y * y * y
     return (exact.loss_ratio(v_star) / exact.epsilon(v_star)).mid()
 
@@ -264,21 +231,21 @@ def _weight(measure: Measure) -> lacunary.Function:
     """Return by how much a relative error of N/D is an error in the measure, to first order."""
 
     def weight(y: arb) -> arb:
-        epsilon, loss = curve(TABLE_DIGITS).both(y * y * y)
+        epsilon, loss = exact_target(TABLE_DIGITS).both(y * y * y)
         return epsilon if measure == "both" and epsilon > loss else loss
 
     return weight
 
 
 @lru_cache(maxsize=2)
-def sample(measure: Measure) -> Sample:
+def half_line_sample(measure: Measure) -> Sample:
     """Return target and weight at points dense enough for rough fits."""
     ends = ((0.004, 0.04, 12), (0.04, 40.0, 111), (40.0, 1e5, 22))
     v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
     weight = np.maximum(epsilon, loss) if measure == "both" else loss
     with working(_BITS):
-        c = float(curve(TABLE_DIGITS).loss_ratio(arb(0)))
+        c = float(exact_target(TABLE_DIGITS).loss_ratio(arb(0)))
     return Sample(np.cbrt(v_star), loss / epsilon / (c * v_star**2), weight)
 
 

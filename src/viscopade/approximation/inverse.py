@@ -24,18 +24,16 @@ from flint import arb
 from viscopade import arguments
 from viscopade.approximation import lacunary, remez
 from viscopade.approximation.lacunary import (
-    LacunaryFormula,
     LacunaryQuotient,
     Powers,
     Sample,
     evaluated,
     mirrored,
-    terms,
 )
-from viscopade.approximation.target import TABLE_DIGITS, curve
+from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import working
-from viscopade.arrays import checked, double
-from viscopade.arrays.checked import Accepted, FloatArray, Values
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
 from viscopade.collision.exact import Exact
 
 HALF = Fraction(1, 2)  # v* ~ q^HALF near 0
@@ -48,8 +46,6 @@ _Y_MAX = 2000.0  # of q^(1/10): q up to 1e33
 _Q_GRID = (1e-60, 1e60)
 _BITS = 160
 _SMALLEST = Fraction(1, 10**4)
-_PORTIONS = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
-_LOSSES = Accepted("a number >= 0 and < 1", lambda x: (x >= 0) & (x < 1))
 
 # The best powers of q^(1/10) found for 4, 5, … coefficients, on all of (0, 1].
 WHOLE = (
@@ -94,46 +90,15 @@ class Inverse:
         if self.root not in (INTERVAL_ROOT, WHOLE_ROOT):
             raise ValueError(f"root is {self.root}: accepted is {INTERVAL_ROOT} or {WHOLE_ROOT}")
         if self.epsilon_min == 0:
-            check(self.quotient.powers)
+            require_inverse_degrees(self.quotient.powers)
 
     @property
     def shift(self) -> int:
         """The exponent k of sqrt(q) = y^k."""
         return int(HALF / self.root)
 
-    @property
-    def formula(self) -> LacunaryFormula:
-        """v* as a formula of q in exact numbers."""
-        end = 1 / self.epsilon_min - 1 if self.epsilon_min else None
-        powers = self.quotient.powers
-        top, bottom = terms(powers.top, self.quotient.a, self.shift), self.quotient.bottom
-        return LacunaryFormula("q", self.root, top, bottom, end=end)
-
-    def v_star(self, epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
-        """Return v* in double precision.
-
-        Parameters
-        ----------
-        epsilon : float or array
-            Greater than 0 and at most 1. Below `epsilon_min` the error may be larger.
-        one_minus_epsilon : float or array
-            Instead of epsilon: a double near 1 knows few digits of 1 - epsilon.
-
-        Raises
-        ------
-        TypeError
-            If not exactly one of the two is given, or it is not made of real numbers.
-        ValueError
-            If a number is out of range.
-        """
-        if epsilon is not None and one_minus_epsilon is None:
-            return checked.elementwise(lambda e: self._at((1 - e) / e), "epsilon", epsilon, _PORTIONS)
-        if one_minus_epsilon is not None and epsilon is None:
-            return checked.elementwise(lambda d: self._at(d / (1 - d)), "one_minus_epsilon", one_minus_epsilon, _LOSSES)
-        raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
-
-    def _at(self, q: FloatArray) -> FloatArray:
-        """Return v*, beyond y = 1 in powers of 1/y."""
+    def v_star_at(self, q: FloatArray) -> FloatArray:
+        """Return v* at q = (1 - eps)/eps in double precision, beyond y = 1 in powers of 1/y."""
         y = np.sqrt(q) if self.root == HALF else q ** float(self.root)
         top, bottom = self.quotient.top, self.quotient.bottom
         small = np.minimum(y, 1)
@@ -145,7 +110,7 @@ class Inverse:
         return np.where(y <= 1, lower, large * high / low)
 
 
-def check(powers: Powers) -> None:
+def require_inverse_degrees(powers: Powers) -> None:
     """Check that N/D with these powers of q^(1/10) has the right order at infinity; raise a ValueError otherwise."""
     if powers.bottom[-1] - powers.top[-1] != DEGREES_LESS:
         raise ValueError(f"powers are {powers.label}: deg D must be deg N + {DEGREES_LESS}, as v* goes like q^(3/10)")
@@ -169,7 +134,7 @@ def fit_interval(m: int, n: int, epsilon_min: Exact) -> Inverse:
         If there is no best approximant, or the error is too small for double precision.
     """
     m, n = arguments.integer("m", m, 0, MAX_DEGREE), arguments.integer("n", n, 0, MAX_DEGREE)
-    low = arguments.exact("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
+    low = arguments.exact_number("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
     return _fit_interval(m, n, low)
 
 
@@ -179,7 +144,7 @@ def _fit_interval(m: int, n: int, low: Fraction) -> Inverse:
     y_max = float(1 / low - 1) ** 0.5
     for digits in (TABLE_DIGITS, MORE_DIGITS):
         try:
-            stated = lacunary.problem(powers, _target(2, digits), _one, y_max, remez.Coordinate(1.0), digits)
+            stated = lacunary.lacunary_problem(powers, _target(2, digits), _one, y_max, remez.Coordinate(1.0), digits)
             return _kernel(powers, INTERVAL_ROOT, low, remez.solve(stated))
         except remez.TooAccurate as reason:
             refused = reason
@@ -201,14 +166,14 @@ def fit_whole(powers: Powers) -> Inverse:
     remez.NoBest
         If the error cannot be levelled.
     """
-    check(powers)
+    require_inverse_degrees(powers)
     return _fit_whole(powers)
 
 
 @lru_cache(maxsize=64)
 def _fit_whole(powers: Powers) -> Inverse:
-    stated = lacunary.problem(powers, _target(10, TABLE_DIGITS), _one, _Y_MAX, remez.Coordinate(1.0, True))
-    return _kernel(powers, WHOLE_ROOT, Fraction(0), lacunary.best(powers, stated, sample()))
+    stated = lacunary.lacunary_problem(powers, _target(10, TABLE_DIGITS), _one, _Y_MAX, remez.Coordinate(1.0, True))
+    return _kernel(powers, WHOLE_ROOT, Fraction(0), lacunary.best(powers, stated, inverse_sample()))
 
 
 def _one(_: arb) -> arb:
@@ -222,7 +187,7 @@ def _target(root: int, digits: int) -> lacunary.Function:
         if y == 0:
             return arb(1)
         q = y**root
-        c = curve(digits).loss_ratio(arb(0))
+        c = exact_target(digits).loss_ratio(arb(0))
         return (_v_star(q.mid(), digits) * (c / q).sqrt()).mid()
 
     return target
@@ -235,7 +200,7 @@ def _v_star(q: arb, digits: int) -> arb:
         double.v_star_from(1 / (1 + near)) if near > 1 else double.v_star_from(one_minus_epsilon=near / (1 + near))
     )
     for _ in range(1 if digits <= MORE_DIGITS else 2):
-        epsilon, loss = curve(digits).both(v_star)
+        epsilon, loss = exact_target(digits).both(v_star)
         slope = -double.slope(float(v_star)) / float(loss)  # d ln q/d ln v*
         v_star = (v_star * (1 + (q * epsilon / loss).log() / slope)).mid()
     return v_star
@@ -243,7 +208,7 @@ def _v_star(q: arb, digits: int) -> arb:
 
 def _kernel(powers: Powers, root: Fraction, low: Fraction, found: remez.Approximation) -> Inverse:
     with working(_BITS):
-        c = curve(TABLE_DIGITS).loss_ratio(arb(0))
+        c = exact_target(TABLE_DIGITS).loss_ratio(arb(0))
         quotient = lacunary.rounded(powers, found, 1 / c.sqrt())
     points = tuple(float(y) ** float(1 / root) for y in found.points)
     bare = Inverse(quotient, root, low, found.error, 0.0, points)
@@ -258,32 +223,15 @@ def _error(given: Inverse) -> float:
     v_star = np.empty_like(q)
     v_star[small] = double.v_star_from(one_minus_epsilon=q[small] / (1 + q[small]))
     v_star[~small] = double.v_star_from(1 / (1 + q[~small]))
-    return float(np.abs(given._at(q) / v_star - 1).max())
+    return float(np.abs(given.v_star_at(q) / v_star - 1).max())
 
 
 @lru_cache(maxsize=1)
-def sample() -> Sample:
+def inverse_sample() -> Sample:
     """Return the target at points dense enough for rough fits on all of (0, 1]."""
     ends = ((0.004, 0.04, 15), (0.04, 40.0, 111), (40.0, 1e5, 18))
     v_star = np.concatenate([np.geomspace(low, high, number)[:-1] for low, high, number in ends])
     q = double.one_minus_epsilon(v_star) / double.epsilon(v_star)
     with working(_BITS):
-        c = float(curve(TABLE_DIGITS).loss_ratio(arb(0)))
+        c = float(exact_target(TABLE_DIGITS).loss_ratio(arb(0)))
     return Sample(q**0.1, v_star * np.sqrt(c / q), np.ones_like(q))
-
-
-def kernel(accuracy: float) -> Inverse:
-    """Return the approximant in `WHOLE` for all of (0, 1] with the fewest coefficients and the wanted accuracy.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    for powers in WHOLE:
-        found = fit_whole(powers)
-        if found.error <= accuracy:
-            return found
-    raise ValueError(
-        f"accuracy is {accuracy!r}: accepted is a number >= {found.error:.2e}, which the best kernel reaches"
-    )

@@ -120,14 +120,6 @@ def mirrored(polynomial: Terms, degree: int) -> Terms:
     return tuple((degree - exponent, c) for exponent, c in reversed(polynomial))
 
 
-def added(*parts: Terms) -> Terms:
-    """Return the sum of polynomials."""
-    total: dict[int, Fraction] = {}
-    for exponent, coefficient in (pair for part in parts for pair in part):
-        total[exponent] = total.get(exponent, Fraction(0)) + coefficient
-    return tuple(sorted(total.items()))
-
-
 # --- rough fits -------------------------------------------------------------------------------------------------------
 
 
@@ -230,7 +222,7 @@ def alternating(sample: Sample, deviation: FloatArray, number: int) -> list[floa
 # --- best quotients ---------------------------------------------------------------------------------------------------
 
 
-def problem(
+def lacunary_problem(
     powers: Powers, target: Function, weight: Function, y_max: float, coordinate: remez.Coordinate, digits: int = 17
 ) -> remez.Problem:
     """Return the problem of minimising weight |N/(target D) - 1| on [0, y_max]."""
@@ -268,39 +260,3 @@ def rounded(powers: Powers, found: remez.Approximation, factor: arb) -> Lacunary
     a = [(found.a[k] if k < len(found.a) else arb(0)) * factor for k in powers.top]
     b = [found.b[k] if k < len(found.b) else arb(0) for k in powers.bottom]
     return LacunaryQuotient(powers, *(tuple(Fraction(float(c.mid())) for c in part) for part in (a, b)))
-
-
-# --- what a kernel is, exactly ----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class LacunaryFormula:
-    """Formula (N(y)/D(y))^power with y = x^root for 0 <= x <= `end`, in exact numbers, for its proof.
-
-    Attributes
-    ----------
-    variable : str
-        What x is: "v_star", or "q" for (1 - eps)/eps.
-    root : Fraction
-        Exponent: y = x^root.
-    top, bottom : Terms
-        N and D.
-    power : Fraction
-        Exponent of the quotient.
-    end : Fraction or None
-        The largest x; None if there is none.
-    """
-
-    variable: str
-    root: Fraction
-    top: Terms
-    bottom: Terms
-    power: Fraction = Fraction(1)
-    end: Fraction | None = None
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        """Return the values in double precision, for 0 < x < infinity and without care for overflow."""
-        y = x ** float(self.root)
-        top, bottom = evaluated(self.top, y), evaluated(self.bottom, y)
-        result: FloatArray = (top / bottom) ** float(self.power)
-        return result

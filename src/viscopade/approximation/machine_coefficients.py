@@ -14,7 +14,7 @@ import numpy.typing as npt
 from flint import arb, arb_mat, arb_poly, fmpz_mat
 
 from viscopade.approximation import remez
-from viscopade.approximation.minimax import Fit, _check, _shown, cost, problem
+from viscopade.approximation.minimax import Fit, _check, _shown, cost, minimax_problem
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
@@ -94,7 +94,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     ValueError
         If a coefficient is not a normal number of the format.
     """
-    task = problem(best.m, best.n, best.interval, best.measure, best.digits)
+    task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits)
     with working(task.bits):
         start = _Grid(best, form)
         grids, nearest = [start], start.centre

@@ -26,7 +26,7 @@ from flint import arb, fmpz_poly
 from viscopade import arguments
 from viscopade.approximation import remez
 from viscopade.approximation.measure import Measure
-from viscopade.approximation.target import STEP, TABLE_DIGITS, curve
+from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 
@@ -179,9 +179,9 @@ def fit(
 
 
 def _interval(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]:
-    low = arguments.exact("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
+    low = arguments.exact_number("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
-    high = arguments.exact("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
+    high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
     if high - low < SMALLEST * max(low, Fraction(1)):
         raise ValueError(
             f"the interval [{float(low):g}, {float(high):g}] is too short: accepted is a length of "
@@ -201,7 +201,7 @@ def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, 
     start: tuple[float, ...] | None = None
     while digits <= MAX_DIGITS:
         try:
-            found = remez.solve(problem(m, n, interval, measure, digits), start)
+            found = remez.solve(minimax_problem(m, n, interval, measure, digits), start)
         except remez.TooAccurate as small:
             wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
             digits = STEP * math.ceil(max(digits + STEP, wanted) / STEP)
@@ -212,9 +212,11 @@ def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, 
     raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees")
 
 
-def problem(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int) -> remez.Problem:
+def minimax_problem(
+    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int
+) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
-    eps = curve(digits)
+    eps = exact_target(digits)
     low, high = float(interval[0]), float(interval[1])
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
@@ -258,9 +260,3 @@ def _decimal(number: arb, digits: int) -> str:
 
 def _shown(interval: tuple[Fraction, Fraction]) -> str:
     return f"[{float(interval[0]):g}, {float(interval[1]):g}]"
-
-
-# --- coefficients in the machine's formats ----------------------------------------------------------------------------
-
-
-# --- the cheapest degrees ---------------------------------------------------------------------------------------------

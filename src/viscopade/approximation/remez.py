@@ -109,11 +109,6 @@ def contact(order: int) -> tuple[Condition, ...]:
     return tuple(Condition(unit, tuple(-x for x in unit)) for unit in units)
 
 
-def limit(m: int, n: int, rho: arb) -> Condition:
-    """Return the condition a_m = rho b_n: N/D ~ rho v^(m - n) for v -> infinity."""
-    return Condition((*[arb(0)] * m, arb(1)), (*[arb(0)] * n, -rho))
-
-
 @dataclass(frozen=True)
 class Problem:
     """An approximation problem: target, weight, degrees, interval and conditions.

@@ -36,7 +36,7 @@ LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
 
 
 @dataclass(frozen=True)
-class _Panel:
+class _ExactPanel:
     """Polynomials in z = (v* - centre)/(half width); `ratio` is (1 - eps)/v*^2 and stands in for `loss` near 0."""
 
     centre: Fraction
@@ -50,7 +50,7 @@ class _Panel:
 
 
 @dataclass(frozen=True)
-class ExactCurve:
+class ExactEpsilon:
     """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
     Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
@@ -88,7 +88,7 @@ class ExactCurve:
             return panel.ratio(panel.z(scaled)).mid()
         return (self.loss(v_star) / (v_star * v_star)).mid()
 
-    def _place(self, v_star: arb) -> tuple[_Panel, arb, int]:
+    def _place(self, v_star: arb) -> tuple[_ExactPanel, arb, int]:
         """Return the panel, v* divided by 8^folds, and folds."""
         near = float(v_star)
         if not near >= 0:
@@ -100,7 +100,7 @@ class ExactCurve:
         return _table_panels()[index], scaled, folds
 
 
-def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
+def exact_target(digits: SupportsIndex = TABLE_DIGITS) -> ExactEpsilon:
     """Return the exact curve to a number of digits, at least 1; it keeps its panels for later calls.
 
     Raises
@@ -108,26 +108,26 @@ def curve(digits: SupportsIndex = TABLE_DIGITS) -> ExactCurve:
     TypeError, ValueError
         If digits is not an integer, or out of range.
     """
-    return ExactCurve(max(arguments.digits(digits), TABLE_DIGITS))
+    return ExactEpsilon(max(arguments.digits(digits), TABLE_DIGITS))
 
 
 # --- the table of `double` --------------------------------------------------------------------------------------------
 
 
 @lru_cache(maxsize=1)
-def _table_panels() -> tuple[_Panel, ...]:
+def _table_panels() -> tuple[_ExactPanel, ...]:
     rows = panels.rows()
     return tuple(
         _table_panel(index, rows["epsilon", index], rows["one_minus_epsilon", index]) for index in range(PANELS)
     )
 
 
-def _table_panel(index: int, epsilon: Row, loss: Row) -> _Panel:
+def _table_panel(index: int, epsilon: Row, loss: Row) -> _ExactPanel:
     centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
     if index:
-        return _Panel(centre, half_width, _exact_row(epsilon), _exact_row(loss))
+        return _ExactPanel(centre, half_width, _exact_row(epsilon), _exact_row(loss))
     exponent = loss.exponent - 2 * int(math.log2(half_width))
-    return _Panel(centre, half_width, None, None, _exact_row(Row(exponent, loss.a[2:])))
+    return _ExactPanel(centre, half_width, None, None, _exact_row(Row(exponent, loss.a[2:])))
 
 
 def _exact_row(row: Row) -> arb_poly:
@@ -139,7 +139,7 @@ def _exact_row(row: Row) -> arb_poly:
 # --- more digits ------------------------------------------------------------------------------------------------------
 
 
-def _made_panel(v_star: float, digits: int) -> _Panel:
+def _made_panel(v_star: float, digits: int) -> _ExactPanel:
     rounded = STEP * math.ceil(digits / STEP)
     for end in SERIES_ENDS:
         if v_star <= end:
@@ -150,16 +150,16 @@ def _made_panel(v_star: float, digits: int) -> _Panel:
 
 
 @lru_cache(maxsize=64)
-def _series_panel(end: Fraction, digits: int) -> _Panel:
+def _series_panel(end: Fraction, digits: int) -> _ExactPanel:
     """Return (1 - eps)/v*^2 on [0, end] from the series."""
     order = math.ceil((digits + GUARD_DIGITS) / math.log10(RADIUS / float(end))) + 2
     with working(bits_for(digits) + 32):
         h = series(order, digits + GUARD_DIGITS).h
-        return _Panel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[2:]]))
+        return _ExactPanel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[2:]]))
 
 
 @lru_cache(maxsize=256)
-def _octave_panel(exponent: int, digits: int) -> _Panel:
+def _octave_panel(exponent: int, digits: int) -> _ExactPanel:
     """Return the panel [2^(exponent - 1), 2^exponent]: interpolated, and compared with proven values in between."""
     centre, half_width = Fraction(3, 4) * Fraction(2) ** exponent, Fraction(1, 4) * Fraction(2) ** exponent
     number = math.ceil((digits + GUARD_DIGITS) / math.log10(ELLIPSES.get(exponent, ELLIPSE)))
@@ -171,7 +171,7 @@ def _octave_panel(exponent: int, digits: int) -> _Panel:
     raise ArithmeticError(f"{number} nodes do not give {digits} digits of eps on the octave below 2^{exponent}")
 
 
-def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: int) -> _Panel:
+def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: int) -> _ExactPanel:
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * number)) for i in range(number)]
     nodes = [Fraction(round(c * 2**30), 2**30) for c in cosines]
     values = [
@@ -182,10 +182,10 @@ def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: i
         powers = arb_mat([[ball_of(z) ** n for n in range(number)] for z in nodes])
         columns = powers.solve(arb_mat([[v.epsilon.mid(), v.one_minus_epsilon.mid()] for v in values]))
         epsilon, loss = (arb_poly([columns[i, k].mid() for i in range(number)]) for k in (0, 1))
-    return _Panel(centre, half_width, epsilon, loss)
+    return _ExactPanel(centre, half_width, epsilon, loss)
 
 
-def _agrees(panel: _Panel, z: Fraction, digits: int) -> bool:
+def _agrees(panel: _ExactPanel, z: Fraction, digits: int) -> bool:
     """Whether a panel is right to `digits` digits at a point."""
     true = exact.collision(panel.centre + panel.half_width * z, digits + GUARD_DIGITS)
     assert panel.epsilon is not None

@@ -1,9 +1,8 @@
-"""Exact and proven arithmetic: balls, balls of functions, Chebyshev polynomials, compensated sums, binary formats."""
+"""Exact and proven arithmetic: balls, balls of functions, Chebyshev polynomials, binary formats."""
 
 __all__ = [
     "balls",
     "chebyshev",
-    "compensated",
     "decimals",
     "formats",
     "function_balls",

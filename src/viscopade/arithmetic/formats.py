@@ -10,7 +10,7 @@ from fractions import Fraction
 _DECIMAL = re.compile(r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE]([+-]?[0-9]{1,4}))?")
 
 
-def exact(text: str) -> Fraction:
+def decimal_value(text: str) -> Fraction:
     """Return the exact value of a decimal string.
 
     Raises

@@ -249,7 +249,7 @@ def _in_blocks(function: Callable[[FloatArray], FloatArray], array: FloatArray) 
     return result.reshape(array.shape)
 
 
-def exact(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, FloatArray]:
+def exact_of_speed(speed: FloatArray, beta: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return eps and 1 - eps at speeds and betas, to 1 and 3 units in the last place (sampled, see `double`).
 
     v* is found in long double where that is wider than double, and its rounding is made good by the slope of eps.

@@ -74,7 +74,7 @@ def compiled_restitution(instructions: str | None = None) -> np.ufunc:
     return _native.ufunc(instructions or _native.instruction_sets()[-1], DOC)
 
 
-def choose(wanted: str | None) -> tuple[str, Any]:
+def chosen_backend(wanted: str | None) -> tuple[str, Any]:
     """Return the name of a backend, and its `restitution`.
 
     Parameters
@@ -104,7 +104,7 @@ def choose(wanted: str | None) -> tuple[str, Any]:
     return "numpy", numpy_restitution()
 
 
-_BACKEND, restitution = choose(environ.get(VARIABLE))
+_BACKEND, restitution = chosen_backend(environ.get(VARIABLE))
 
 
 def backend() -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from viscopade import arguments
-from viscopade.cli.latex import latex
+from viscopade.cli.latex import latex_cell
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -66,7 +66,9 @@ class Real(_Number):
             return value
         try:
             return float(
-                arguments.exact(self.label, value, "a finite decimal number", lambda number: abs(number) < 10**300)
+                arguments.exact_number(
+                    self.label, value, "a finite decimal number", lambda number: abs(number) < 10**300
+                )
             )
         except ValueError as error:
             self.fail(str(error))
@@ -213,7 +215,7 @@ def show(
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
     elif style == "latex":
-        lines = [" & ".join(map(latex, row)) + r" \\" for row in ([*header], *cells)]
+        lines = [" & ".join(map(latex_cell, row)) + r" \\" for row in ([*header], *cells)]
         body = "\n".join([lines[0], r"\hline", *lines[1:]])
         click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
     else:

@@ -20,7 +20,7 @@ from viscopade.cli.console import (
     say,
     show,
 )
-from viscopade.cli.writer import check, write_all
+from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
@@ -46,7 +46,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     from viscopade.theory.paper import CITATION, approximants, compare
 
     if out is not None:
-        check([out / name for name in requests.NAMES], parents=True)
+        check_targets([out / name for name in requests.NAMES], parents=True)
     ours = approximants(COMPARED_DIGITS)
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)

@@ -21,7 +21,7 @@ from viscopade.cli.console import (
     say,
     show,
 )
-from viscopade.cli.writer import check, write, write_all
+from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
 
     scene = read_scene(file)
     if out is not None:
-        check([out / render.file_name(scene)], parents=True)
+        check_targets([out / render.file_name(scene)], parents=True)
     by = cost.Costs()
     if costs is not None:
         content = read_file(costs, "what `viscopade bench --out` wrote")
@@ -154,7 +154,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     if out is not None or checking:
         text = render.render(found, f"viscopade scene {file.name}")
     if checking and text is not None:
-        verdict = run.check(found, text, cc)
+        verdict = run.check_code(found, text, cc)
     if out is not None and text is not None:
         write_all({out / render.file_name(scene): text}, parents=True)
     if style != "text":
@@ -196,7 +196,7 @@ def simulators_command(
     from viscopade.simulators.render import render
 
     if output is not None:
-        check([output])
+        check_targets([output])
     if file is None:
         setup = _setup_of_material(epsilon, speed, options)
         words = _words(epsilon=epsilon, speed=speed, **options)

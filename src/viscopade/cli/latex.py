@@ -39,7 +39,7 @@ _SPECIAL = str.maketrans(
 )
 
 
-def latex(cell: str) -> str:
+def latex_cell(cell: str) -> str:
     """Return a cell as LaTeX; "{}" goes before a leading bracket or star, else an argument of the line's end above."""
     parts, end = [], 0
     for found in _FORMULA.finditer(cell):

@@ -29,7 +29,7 @@ def write(path: str | os.PathLike[str], text: str) -> None:
     write_all({path: text})
 
 
-def check(paths: Iterable[str | os.PathLike[str]], *, parents: bool = False) -> None:
+def check_targets(paths: Iterable[str | os.PathLike[str]], *, parents: bool = False) -> None:
     """Check the targets of a later `write_all`, before the texts are computed.
 
     Parameters and errors are those of `write_all`.
@@ -72,13 +72,13 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
     files = {Path(path): what.encode() if isinstance(what, str) else what for path, what in contents.items()}
     for path, content in files.items():
         _check_content(path, content)
-    check(files, parents=parents)
+    check_targets(files, parents=parents)
     with ExitStack() as undo:
         staged = []
         for path, content in files.items():
             with _reporting(path):
                 staged.append((_stage_in_directory(path, content, undo), path))
-        check(files, parents=parents)
+        check_targets(files, parents=parents)
         for temporary, path in staged:
             with _reporting(path):
                 os.replace(temporary, path)

@@ -145,12 +145,12 @@ def collision(
     if v_star is not None and beta is None and speed is None:
         if _is_infinite(v_star):
             return _at_infinity(digits)
-        number = arguments.exact("v_star", v_star, _SPEEDS, _in_range)
+        number = arguments.exact_number("v_star", v_star, _SPEEDS, _in_range)
         wanted = _Speed(number**2, Fraction(1), {"v_star": number})
         return _elastic(digits) if number == 0 else _collision(wanted, digits)
     if v_star is None and beta is not None and speed is not None:
-        factor = arguments.exact("beta", beta, _BETAS, _in_range)
-        velocity = arguments.exact("speed", speed, _BETAS, _in_range)
+        factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
+        velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
         if factor * velocity == 0:
             return _elastic(digits, factor)
         given = {"beta": factor, **_v_star_if_rational(factor, velocity)}
@@ -192,13 +192,15 @@ def invert(
     if (epsilon is None) == (one_minus_epsilon is None):
         raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
     if epsilon is not None:
-        restitution = arguments.exact("epsilon", epsilon, _RESTITUTIONS, _is_restitution)
+        restitution = arguments.exact_number("epsilon", epsilon, _RESTITUTIONS, _is_restitution)
     else:
-        loss = arguments.exact(
+        loss = arguments.exact_number(
             "one_minus_epsilon", one_minus_epsilon, _LOSSES, lambda number: _is_restitution(1 - number)
         )
         restitution = 1 - loss
-    velocity = None if speed is None else arguments.exact("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
+    velocity = (
+        None if speed is None else arguments.exact_number("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
+    )
     if restitution == 1:
         return _elastic(digits, None if speed is None else Fraction(0))
     return _collision(_Restitution(restitution, velocity), digits)

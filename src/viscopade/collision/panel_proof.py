@@ -1,8 +1,8 @@
 r"""Proof of the table of panels: eps(v*) and 1 - eps(v*) as polynomials on panels of v*, with bounds of their errors.
 
-The polynomials are the rows of `double`'s table. Nothing is assumed of where they come from: `prove` compares them, on
-a whole panel at once, with a `parametric_flow` of collisions whose error is proven (docs/theory/exact-function.md,
-step 7).
+The polynomials are the rows of `double`'s table. Nothing is assumed of where they come from: `prove_panel` compares
+them, on a whole panel at once, with a `parametric_flow` of collisions whose error is proven
+(docs/theory/exact-function.md, step 7).
 
 `data/proven.txt` records what was proven of each panel, with the digest of the table that it was proven of;
 `proven_error` is read from there.
@@ -28,7 +28,7 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision.flow import integrate
-from viscopade.collision.parametric_flow import Ends, Family, Scaled, ends, integrated
+from viscopade.collision.parametric_flow import ParametricBranch, ParametricEnds, Scaled, integrated, parametric_ends
 
 ACCURACY = 80
 DEGREE = 24  # of polynomials in z
@@ -68,7 +68,7 @@ def _text(name: str) -> str:
 
 
 @lru_cache(maxsize=1)
-def rows() -> dict[tuple[str, int], PanelRow]:
+def panel_rows() -> dict[tuple[str, int], PanelRow]:
     """Return all rows of the table, by function and panel."""
     return {place: PanelRow(*row) for place, row in panels.rows().items()}
 
@@ -127,7 +127,7 @@ def proven_error() -> float:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-def prove(index: int) -> PanelBounds:
+def prove_panel(index: int) -> PanelBounds:
     """Bound the relative errors of a panel's rows for eps and 1 - eps, on the whole panel.
 
     Raises
@@ -139,13 +139,13 @@ def prove(index: int) -> PanelBounds:
     """
     if index not in range(PANELS):
         raise ValueError(f"panel is {index}: accepted are 0 to {PANELS - 1}")
-    bounds = _Panel(index).bounds()
+    bounds = _PanelProof(index).bounds()
     if max(bounds) > WANTED:
-        bounds = _Panel(index, MORE_ACCURACY, MORE_DEGREE).bounds()
+        bounds = _PanelProof(index, MORE_ACCURACY, MORE_DEGREE).bounds()
     return PanelBounds(*map(max, bounds, elastic_error())) if index == 0 else bounds
 
 
-class _Panel:
+class _PanelProof:
     """The proof for one panel.
 
     With `power` 1, for panel 0 from ELASTIC on, v* = z (half width), and k is divisible by z^2.
@@ -166,11 +166,11 @@ class _Panel:
     def bounds(self) -> PanelBounds:
         """Integrate and compare."""
         k = self._k()
-        loading, unloading = (ends(self._integrated(k, half), self.power > 0) for half in (False, True))
+        loading, unloading = (parametric_ends(self._integrated(k, half), self.power > 0) for half in (False, True))
         with working(2 * self.bits):
             return self._compared(k, loading, unloading)
 
-    def _integrated(self, k: Scaled, unloading: bool) -> Family:
+    def _integrated(self, k: Scaled, unloading: bool) -> ParametricBranch:
         gap = self.accuracy // 2 - 6 * self.power + max(_size(k), 0) if unloading else self.accuracy // 3 + 4
         return integrated(k, unloading, self.accuracy, self.degree, gap)
 
@@ -179,7 +179,7 @@ class _Panel:
         length = self.degree + 1
         with working(self.bits, length):
             v_star = arb_series(self.v_star(), length)
-            x_max = arb_series(rows()["x_max", self.index].poly(), length)
+            x_max = arb_series(panel_rows()["x_max", self.index].poly(), length)
             first = 2 * v_star * v_star * x_max.sqrt().sqrt()
         trial = self._scaled(first)
         with working(self.bits, length):
@@ -201,7 +201,7 @@ class _Panel:
         branch = integrate(k.at(0), self.accuracy)
         return branch.sensitivity().mid()
 
-    def _compared(self, k: Scaled, loading: Ends, unloading: Ends) -> PanelBounds:
+    def _compared(self, k: Scaled, loading: ParametricEnds, unloading: ParametricEnds) -> PanelBounds:
         """Return how far the rows are from the true functions.
 
         F = slope/step of loading, m likewise; kappa^5 = k^5 F/16 = v*^10 up to a factor e^(5 delta).
@@ -211,8 +211,8 @@ class _Panel:
         kappa = self._relative(reduced**5 * loading.slope - wanted, wanted) + 2 * loading.error
         delta = kappa / 4  # |ln(1 + x)| <= 5/4 |x| for |x| <= 1/5
         f, m = loading.slope * unloading.step, unloading.slope * loading.step
-        epsilon = rows()["epsilon", self.index].poly()
-        loss = rows()["one_minus_epsilon", self.index].poly()
+        epsilon = panel_rows()["epsilon", self.index].poly()
+        loss = panel_rows()["one_minus_epsilon", self.index].poly()
         from_ends = 2 * (loading.error + unloading.error)
         return PanelBounds(
             _small(self._relative(epsilon * f - m, m) + from_ends + 3 * delta),
@@ -286,24 +286,24 @@ def elastic_error() -> PanelBounds:
         z = arb(ELASTIC.numerator) / ELASTIC.denominator / _ball(HALF_WIDTHS[0])
         v_star = z * _ball(HALF_WIDTHS[0])
         beyond = 8 * v_star**2  # section 8: |(1 - eps)/(lambda_1 kappa) - 1| <= 8 kappa for kappa <= 2^-20
-        first = lambda_1() * _ball(HALF_WIDTHS[0]) ** 2
-        loss = [c / first for c in rows()["one_minus_epsilon", 0].poly().coeffs()]
+        first = lambda_1_ball() * _ball(HALF_WIDTHS[0]) ** 2
+        loss = [c / first for c in panel_rows()["one_minus_epsilon", 0].poly().coeffs()]
         if not (loss[0].is_zero() and loss[1].is_zero()):
             raise ArithmeticError("the row of 1 - eps must begin with z^2")
         rest = sum((abs(c) * z ** (i - 2) for i, c in enumerate(loss) if i > 2), arb(0))
         one_minus_epsilon = (abs(loss[2] - 1) + rest + beyond) / (1 - beyond)
-        row = rows()["epsilon", 0].poly().coeffs()
+        row = panel_rows()["epsilon", 0].poly().coeffs()
         change = abs(row[0] - 1) + sum((abs(c) * z**i for i, c in enumerate(row) if i > 0), arb(0))
-        loss_at_end = 2 * lambda_1() * v_star**2
+        loss_at_end = 2 * lambda_1_ball() * v_star**2
         return PanelBounds(_small((change + loss_at_end) / (1 - loss_at_end)), _small(one_minus_epsilon))
 
 
-def lambda_1() -> arb:
+def lambda_1_ball() -> arb:
     """Return lambda_1 of section 2.4; 1 - eps = lambda_1 v*^2 + … . To be called within `working`."""
     return arb.pi().sqrt() * (arb(3) / 5).gamma() / (arb(5) ** (arb(2) / 5) * arb(2).root(5) * (arb(21) / 10).gamma())
 
 
-def limit() -> arb:
+def asymptotic_factor() -> arb:
     """Return (3/2)^(2/3), the limit of eps v*^(10/3). To be called within `working`."""
     return (arb(9) / 4).root(3)
 
@@ -332,7 +332,7 @@ def steepest() -> Fraction:
 
 def _slope(index: int, name: str) -> arb:
     """Bound |v* row'/row| on a panel; on panel 0 the row of 1 - eps is divisible by z^2."""
-    row = rows()[name, index].poly().coeffs()
+    row = panel_rows()[name, index].poly().coeffs()
     power = 2 if index == 0 and name == "one_minus_epsilon" else 0
     smooth = arb_poly(row[power:])
     centre, half = _ball(CENTRES[index]), _ball(HALF_WIDTHS[index])

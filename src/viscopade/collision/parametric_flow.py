@@ -89,7 +89,7 @@ class ParametricPiece(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Family:
+class ParametricBranch:
     """Family of branches, loading or unloading, from the turning point to close before the end, for all |z| <= 1.
 
     Attributes
@@ -147,7 +147,7 @@ def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> 
 # --- integration ------------------------------------------------------------------------------------------------------
 
 
-def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> Family:
+def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> ParametricBranch:
     """Integrate for all z.
 
     Parameters
@@ -173,7 +173,7 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
     for step in steps:
         pieces.append(grow.piece(step, pieces[-1] if pieces else None))
     end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
-    return Family(k, scale, unloading, bits, degree, tuple(pieces), end)
+    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end)
 
 
 def _scale(k: Scaled, accuracy: int) -> Scaled:
@@ -323,7 +323,7 @@ def _middle(series: arb_series) -> arb_series:
 # --- proof ------------------------------------------------------------------------------------------------------------
 
 
-class Ends(NamedTuple):
+class ParametricEnds(NamedTuple):
     """End value 2 H c p as a polynomial in z, with a proven relative error."""
 
     slope: arb_poly
@@ -334,7 +334,7 @@ class Ends(NamedTuple):
     """Bound of |p_true/p - 1|."""
 
 
-def ends(family: Family, origin: bool = False) -> Ends:
+def parametric_ends(branch: ParametricBranch, origin: bool = False) -> ParametricEnds:
     """Return p at the end with a proven error, for all |z| <= 1 (`origin`: for 0 <= z <= 1).
 
     Raises
@@ -342,19 +342,19 @@ def ends(family: Family, origin: bool = False) -> Ends:
     ArithmeticError
         If the polynomials are too far from a solution for the theorem to apply.
     """
-    with working(family.bits + 64):
-        return _Proof(family, origin).ends()
+    with working(branch.bits + 64):
+        return _Proof(branch, origin).ends()
 
 
 class _Proof:
     """The steps of docs/theory/exact-function.md, in order; numbers are bounds for all z."""
 
-    def __init__(self, family: Family, origin: bool) -> None:
-        self.family, self.origin = family, origin
-        self.unit = arb(2) ** -family.bits
-        self._require_positive(family.k.polynomial)
-        self.k_most = family.k.most()
-        self.residuals = [_residual(family, piece) for piece in family.pieces]
+    def __init__(self, branch: ParametricBranch, origin: bool) -> None:
+        self.branch, self.origin = branch, origin
+        self.unit = arb(2) ** -branch.bits
+        self._require_positive(branch.k.polynomial)
+        self.k_most = branch.k.most()
+        self.residuals = [_residual(branch, piece) for piece in branch.pieces]
         shares = self._shares()
         self.eta = 2 * sum(shares, arb(0))
         if not self.eta < arb(1) / 4:
@@ -370,19 +370,19 @@ class _Proof:
             raise ArithmeticError("k must be positive")
 
     def _least_step(self, piece: ParametricPiece) -> arb:
-        return piece.step.ball() * self.family.scale.least()
+        return piece.step.ball() * self.branch.scale.least()
 
     def _most_step(self, piece: ParametricPiece) -> arb:
-        return piece.step.ball() * self.family.scale.most()
+        return piece.step.ball() * self.branch.scale.most()
 
     def _shares(self) -> list[arb]:
         """Bound what each piece adds to eta (step 3)."""
-        pieces = self.family.pieces
+        pieces = self.branch.pieces
         size = sum(norm(c.coeffs()) for c in pieces[0].u) * self.unit
         least_r, step = 1 - size, self._least_step(pieces[0])
         if not (least_r > 0 and step > 0):
             raise ArithmeticError("the first piece is too long")
-        factor = 2 if self.family.unloading else 1
+        factor = 2 if self.branch.unloading else 1
         shares = [factor * self.residuals[0] / (2 * step**2 * least_r**4)]
         for (before, piece), residual in zip(pairwise(pieces), self.residuals[1:], strict=True):
             slope = least(piece.u[1]) * self.unit
@@ -400,19 +400,19 @@ class _Proof:
         new = after.step.mantissa << (after.step.exponent - exponent)
         return arb(norm((after.u[1] * old - whole * new).coeffs())) / old * self.unit
 
-    def ends(self) -> Ends:
+    def ends(self) -> ParametricEnds:
         """Go from piece to piece, and from the last point to the end (step 4)."""
         error = arb(0)
-        for i, (piece, residual) in enumerate(zip(self.family.pieces, self.residuals, strict=True)):
+        for i, (piece, residual) in enumerate(zip(self.branch.pieces, self.residuals, strict=True)):
             self._require_small(piece, residual)
-            if i + 1 == len(self.family.pieces):
+            if i + 1 == len(self.branch.pieces):
                 break
-            self._require_before(piece, _sum_element(self.family, piece), residual, 2 * (error + self.shares[i]))
+            self._require_before(piece, _sum_element(self.branch, piece), residual, 2 * (error + self.shares[i]))
             error = error * self._contraction(piece) + self.shares[i]
         error = 2 * (error + self.shares[-1])
-        piece, residual = self.family.pieces[-1], self.residuals[-1]
-        r, slope = self.family.at_end()
-        end = arb_poly(self.family.end) * self.unit
+        piece, residual = self.branch.pieces[-1], self.residuals[-1]
+        r, slope = self.branch.at_end()
+        end = arb_poly(self.branch.end) * self.unit
         if not (self._least_poly(end) >= 0 and self._least_poly(1 - end) >= 0):
             raise ArithmeticError("the end is not in the last piece")
         self._require_before(piece, (r, slope), residual, error)
@@ -420,10 +420,10 @@ class _Proof:
 
     def _contraction(self, piece: ParametricPiece) -> arb:
         """Bound by what an error shrinks in unloading while the piece lasts."""
-        if not self.family.unloading:
+        if not self.branch.unloading:
             return arb(1)
         r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
-        k = self.family.k.least().max(arb(0))
+        k = self.branch.k.least().max(arb(0))
         return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
 
     def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
@@ -436,10 +436,10 @@ class _Proof:
     ) -> None:
         """Require that a point is certainly not behind the end: (5), times 2 h."""
         r, slope = at
-        one = 1 << self.family.bits
+        one = 1 << self.branch.bits
         if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
             raise ArithmeticError("the end lies before the last piece")
-        if not self.family.unloading:
+        if not self.branch.unloading:
             return
         force = self._force(piece, r, slope)
         slope_most = arb(slope.bound) * self.unit
@@ -450,8 +450,8 @@ class _Proof:
     def _force(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall) -> arb_poly:
         """Enclose 2 h (r^2 - k p), the elements' errors being put into the first coefficient."""
         r_poly, slope_poly = _enclosed(r, self.unit), _enclosed(slope, self.unit)
-        step = self.family.scale.poly() * (2 * piece.step.ball())
-        return r_poly * r_poly * step - self.family.k.poly() * slope_poly
+        step = self.branch.scale.poly() * (2 * piece.step.ball())
+        return r_poly * r_poly * step - self.branch.k.poly() * slope_poly
 
     def _least(self, element: FunctionBall) -> arb:
         return self._least_poly(_enclosed(element, arb(1)))
@@ -464,14 +464,14 @@ class _Proof:
             return first.min(first + slope).lower()
         return (first - sum((abs(c) for c in rest), arb(0))).lower()
 
-    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> Ends:
+    def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> ParametricEnds:
         """Add what p^2 may grow between the last point and the end."""
-        step = self.family.scale.poly() * (2 * piece.step.ball())
+        step = self.branch.scale.poly() * (2 * piece.step.ball())
         slope_poly = _enclosed(slope, self.unit)
         least_p = self._least(slope) * self.unit / (2 * self._most_step(piece))
         most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
         most_r = arb(r.bound) * self.unit
-        if self.family.unloading:
+        if self.branch.unloading:
             force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
             growth = most_r * force**2
         else:
@@ -479,13 +479,13 @@ class _Proof:
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
-        return Ends(slope_poly, step, (eta + growth).abs_upper())
+        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper())
 
 
-def _sum_element(family: Family, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
+def _sum_element(branch: ParametricBranch, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
     """Return r and u_y at y = 1, exactly."""
-    ring = Wiener(family.bits, family.degree + 1)
-    r = fmpz_poly([1 << family.bits]) - sum(piece.u, fmpz_poly())
+    ring = Wiener(branch.bits, branch.degree + 1)
+    r = fmpz_poly([1 << branch.bits]) - sum(piece.u, fmpz_poly())
     return ring.element(r.coeffs(), 0), ring.element(sum(piece.y, fmpz_poly()).coeffs(), 0)
 
 
@@ -498,30 +498,30 @@ def _norm(polynomial: arb_poly) -> arb:
     return sum((abs(c) for c in polynomial.coeffs()), arb(0)).abs_upper()
 
 
-def _residual(family: Family, piece: ParametricPiece) -> arb:
+def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
 
     A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of
     `Wiener`: what they are off by, in the norm, is added to that of u_yy - S V.
     """
-    k = Scaled(-family.k.polynomial, family.k.exponent) if family.unloading else family.k
-    elastic, viscous = _factors(k, family.scale, piece.step)
+    k = Scaled(-branch.k.polynomial, branch.k.exponent) if branch.unloading else branch.k
+    elastic, viscous = _factors(k, branch.scale, piece.step)
     degree = max(c.degree() for c in piece.u) + CUT_BEHIND
     stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
     u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
-    r = fmpz_poly([1 << family.bits]) - u
+    r = fmpz_poly([1 << branch.bits]) - u
     length = len(piece.u) * stride
-    s, s_error = _cut(r * r, family.bits, degree, stride, length)
+    s, s_error = _cut(r * r, branch.bits, degree, stride, length)
     v, v_error = fmpz_poly(), 0
     for factor, of in ((elastic, s), (viscous, slope)):
         part, error = _cut(factor.polynomial * of, -factor.exponent, degree, stride, length)
         v, v_error = v + part, v_error + error
     v_error += shifted_up(norm(elastic.polynomial.coeffs()) * s_error, -elastic.exponent)
     s_norm, v_norm = norm(s.coeffs()), norm(v.coeffs())
-    product_error = shifted_up((s_norm + s_error) * v_error + s_error * v_norm, family.bits)
-    defect = shifted_up(norm((second * (1 << family.bits) - s * v).coeffs()), family.bits)
-    return arb(defect + product_error) * arb(2) ** -family.bits
+    product_error = shifted_up((s_norm + s_error) * v_error + s_error * v_norm, branch.bits)
+    defect = shifted_up(norm((second * (1 << branch.bits) - s * v).coeffs()), branch.bits)
+    return arb(defect + product_error) * arb(2) ** -branch.bits
 
 
 def _cut(polynomial: fmpz_poly, shift: int, degree: int, stride: int, length: int) -> tuple[fmpz_poly, int]:

@@ -26,16 +26,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 import numpy as np
 
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
 from viscopade.arrays.double import v_star_from
-
-if TYPE_CHECKING:
-    pass
 
 _BALL = 4 / 3 * math.pi
 _BETA_SI_PER_CGS = 100**0.2
@@ -308,24 +305,8 @@ class Pair:
     def length_scale(self, speed: Values) -> Values:
         """Return the unit of length of the scaled equation, (rho/m_eff)^(-2/5) v^(4/5).
 
-        Times x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit).
-
-        Parameters
-        ----------
-        speed : float or array
-            Impact speed v >= 0, a length/time.
-
-        Returns
-        -------
-        float or array
-            A length.
-
-        Raises
-        ------
-        TypeError
-            If a speed is not a real number.
-        ValueError
-            If a speed is negative, infinite or NaN.
+        Times x it is the compression xi (the scaling given with eq:equationOfMotionNatUnit). Arguments and errors are
+        those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**0.8 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 
@@ -333,23 +314,7 @@ class Pair:
         """Return the unit of time of the scaled equation, (rho/m_eff)^(-2/5) v^(-1/5).
 
         Times tau it is the time t (the scaling given with eq:equationOfMotionNatUnit).
-
-        Parameters
-        ----------
-        speed : float or array
-            Impact speed v >= 0, a length/time.
-
-        Returns
-        -------
-        float or array
-            A time; inf at speed 0, as the slowest impacts last longest.
-
-        Raises
-        ------
-        TypeError
-            If a speed is not a real number.
-        ValueError
-            If a speed is negative, infinite or NaN.
+        It is infinite at speed 0. Arguments and errors are those of `epsilon`.
         """
         return checked.elementwise(lambda v: v**-0.2 / self._stiffness, "speed", speed, _NON_NEGATIVE)
 

@@ -242,7 +242,7 @@ def prove_to_infinity(formula: FormulaToInfinity, measure: Measure = "both") -> 
     on_panels = prove(formula, Fraction(0), panel_proof.END, measure)
     with working(BITS):
         end = ball_of(panel_proof.END)
-        ratio = formula.limit(1 / end) / panel_proof.limit()
+        ratio = formula.limit(1 / end) / panel_proof.asymptotic_factor()
         return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
 
 
@@ -256,9 +256,11 @@ def prove_inverse(formula: InverseFormula, epsilon_min: Fraction = Fraction(0)) 
     on_panels = _prove(formula, Fraction(0), panel_proof.END, "speed")
     with working(BITS):
         end = ball_of(panel_proof.END)
-        largest = (2 * panel_proof.limit() / (end**10).root(3)).abs_upper()  # of eps, as `tail` is below ln 2
+        largest = (
+            2 * panel_proof.asymptotic_factor() / (end**10).root(3)
+        ).abs_upper()  # of eps, as `tail` is below ln 2
         survives = 1 - arb(largest / 2, (largest / 2).abs_upper())
-        ratio = formula.limit(largest / (1 - largest)) * (survives / panel_proof.limit()) ** (arb(3) / 10)
+        ratio = formula.limit(largest / (1 - largest)) * (survives / panel_proof.asymptotic_factor()) ** (arb(3) / 10)
         return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
 
 
@@ -271,7 +273,7 @@ def _speed_beyond(epsilon_min: Fraction) -> Fraction:
     """Return a v* whose eps is certainly below epsilon_min, by a little."""
     v_star = Fraction(float(double.v_star_from(float(epsilon_min)))) * (1 + Fraction(1, 2**40))
     *_, (panel, _, end) = panels_of(Fraction(0), v_star)
-    if panel_proof.rows()["epsilon", panel](end) * (1 + Fraction(1, 2**50)) > epsilon_min:
+    if panel_proof.panel_rows()["epsilon", panel](end) * (1 + Fraction(1, 2**50)) > epsilon_min:
         raise ArithmeticError(f"no v* with eps = {float(epsilon_min):g} was found")
     return v_star
 
@@ -361,20 +363,20 @@ def _may_be(panel: int, name: str) -> bool:
 
     Both are monotonic (docs/theory/exact-function.md, step 5), so each is least at an end.
     """
-    row = panel_proof.rows()[name, panel]
+    row = panel_proof.panel_rows()[name, panel]
     return min(row(Fraction(-1)), row(Fraction(1))) <= Fraction(1, 2) + Fraction(1, 10**6)
 
 
 def _row(name: str, panel: int, v_star: arb_series) -> arb_series:
     """Return the reference's eps or 1 - eps."""
-    return polynomial(panel_proof.rows()[name, panel].poly().coeffs(), _place(panel, v_star))
+    return polynomial(panel_proof.panel_rows()[name, panel].poly().coeffs(), _place(panel, v_star))
 
 
 def _loss_ratio(panel: int, v_star: arb_series) -> arb_series:
     """Return the reference's (1 - eps)/v*^2; on the panel at 0 its polynomial is divisible by v*^2."""
     if panel > 0:
         return _row("one_minus_epsilon", panel, v_star) / (v_star * v_star)
-    first, second, *loss = panel_proof.rows()["one_minus_epsilon", 0].poly().coeffs()
+    first, second, *loss = panel_proof.panel_rows()["one_minus_epsilon", 0].poly().coeffs()
     if not (first.is_zero() and second.is_zero()):
         raise ArithmeticError("1 - eps must be divisible by v*^2")
     return polynomial(loss, _place(0, v_star)) / arb(float(HALF_WIDTHS[0])) ** 2
@@ -382,13 +384,15 @@ def _loss_ratio(panel: int, v_star: arb_series) -> arb_series:
 
 def _smaller(panel: int) -> str:
     """Return which row tells most of the derivative: that of the smaller function."""
-    return "one_minus_epsilon" if panel_proof.rows()["epsilon", panel](Fraction(0)) > Fraction(1, 2) else "epsilon"
+    return (
+        "one_minus_epsilon" if panel_proof.panel_rows()["epsilon", panel](Fraction(0)) > Fraction(1, 2) else "epsilon"
+    )
 
 
 def _slope_ratio(panel: int, v_star: arb_series) -> arb_series:
     """Return the reference's (d eps/d v*)/v*, from the derivative of a row."""
     name = _smaller(panel)
-    slope = [i * c for i, c in enumerate(panel_proof.rows()[name, panel].poly().coeffs())][1:]
+    slope = [i * c for i, c in enumerate(panel_proof.panel_rows()[name, panel].poly().coeffs())][1:]
     scale = arb(float(HALF_WIDTHS[panel])) * (-1 if name == "one_minus_epsilon" else 1)
     if panel == 0:  # the row begins with z^2
         return polynomial(slope[1:], _place(0, v_star)) / (scale * arb(float(HALF_WIDTHS[0])))

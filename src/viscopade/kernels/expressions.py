@@ -1,6 +1,6 @@
 r"""Straight-line programs: one source for the text of exported code and for the bound of its rounding errors.
 
-A program is a sequence of assignments. `text` writes an expression in the syntax that C and Python share; `run`
+A program is a sequence of assignments. `text` writes an expression in the syntax that C and Python share; `run_program`
 evaluates the program with any numbers that can be added, multiplied and divided. Run with `Rounded` numbers, the same
 sequence of operations gives a bound of what rounding does to the result:
 
@@ -120,7 +120,7 @@ def _operand(expression: Expression, symbol: str, side: int, language: Language)
     return f"({written})" if loose else written
 
 
-def run(
+def run_program(
     program: Program,
     given: Mapping[str, Any],
     literal: Callable[[str], Any],
@@ -151,7 +151,7 @@ def evaluate(
     literal: Callable[[str], Any],
     functions: Mapping[str, Callable[..., Any]] | None = None,
 ) -> Any:
-    """Evaluate an expression; parameters as for `run`."""
+    """Evaluate an expression; parameters as for `run_program`."""
     match expression:
         case Name(name):
             return values[name]
@@ -247,7 +247,7 @@ def horner_expression(exponents: Sequence[int], names: Sequence[str], variable: 
 _WIDE = 4  # where a sum varies by more, its error is not brought into relation to it: the least size says too little
 
 
-def smallest(form: Format) -> Fraction:
+def smallest_number(form: Format) -> Fraction:
     """Return the smallest positive number of a type, which is subnormal."""
     return Fraction(2) ** (2 - form.largest - form.precision)
 
@@ -364,7 +364,7 @@ def _narrower(one: arb, other: arb) -> arb:
 
 @lru_cache(maxsize=16)
 def _half(form: Format) -> arb:
-    return ball_of(smallest(form)) / 2
+    return ball_of(smallest_number(form)) / 2
 
 
 def _above(ball: arb) -> arb:

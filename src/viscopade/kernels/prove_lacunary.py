@@ -20,11 +20,11 @@ from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_formulas import HalfLineFormula, LacunaryInverse
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
 from viscopade.kernels.forms.lacunary_rounding import Size
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel, RootPowerVariant, interval_start
+from viscopade.kernels.forms.lacunary_series import HalfLineFormula, LacunaryInverse
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
 
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
@@ -69,14 +69,14 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
     wanted = _accuracy(accuracy)
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
-    candidates = ((half_line.fit(powers, measure).error, powers) for powers in BEST[measure])
+    candidates = ((half_line.fit_half_line(powers, measure).error, powers) for powers in BEST[measure])
     return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
 
 
 @lru_cache(maxsize=64)
 def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
-    """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit`."""
-    fit = half_line.fit(powers, measure)
+    """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
+    fit = half_line.fit_half_line(powers, measure)
     formula = _Formula(
         lambda q: certificate.prove_to_infinity(HalfLineFormula(q.top, q.bottom), measure),
         lambda a, b, form: lacunary_rounding.half_line_sizes(powers, a, b, form),
@@ -101,7 +101,7 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
         If an argument is not accepted, or no kernel is accurate enough.
     """
     wanted = _accuracy(accuracy)
-    low = arguments.exact(
+    low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or _inside(e, *EPSILON_MIN)
     )
     if low == 0:
@@ -133,7 +133,9 @@ def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKer
 
 
 def _accuracy(accuracy: Exact) -> Fraction:
-    return arguments.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: _inside(x, LEAST, MOST))
+    return arguments.exact_number(
+        "accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: _inside(x, LEAST, MOST)
+    )
 
 
 def _inside(number: Fraction, low: Fraction, high: Fraction) -> bool:
@@ -179,7 +181,7 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[floa
 
 def _variants(
     quotient: LacunaryQuotient, formula: _Formula
-) -> tuple[tuple[RootPowerVariant, ...], tuple[tuple[str, str], ...]]:
+) -> tuple[tuple[LacunaryVariant, ...], tuple[tuple[str, str], ...]]:
     """Return the kernel in type double, and in type float if it is about as accurate; or why it is not."""
     first = _variant(quotient, formula, DOUBLE)
     allowed = LOOSER * Fraction(first.certificate.bound)
@@ -192,10 +194,10 @@ def _variants(
     return (first, second), ()
 
 
-def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> RootPowerVariant:
+def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> LacunaryVariant:
     a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
     rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
-    return RootPowerVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
+    return LacunaryVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
 
 
 @cache
@@ -215,7 +217,7 @@ def speed_kernel(tier: str, size: str = FAST) -> SpeedKernel:
         If there is no such kernel.
     """
     if tier == FULL and size == FAST:
-        return SpeedKernel(FULL, FullTable(), None)
+        return SpeedKernel(FULL, LastPlaceTable(), None)
     if (tier, size) not in TABLES:
         known = ", ".join(f"{name} ({which})" for name, which in [*TABLES, (FULL, FAST)])
         raise ValueError(f"the kernel of speed asked for is {tier} ({size}): accepted are {known}")

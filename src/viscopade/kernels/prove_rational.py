@@ -93,7 +93,7 @@ def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKerne
             _require_horner(bare.label, *bare.exact, form, end)
         except ValueError:
             continue
-        size = rounding.quotient(*bare.exact, form, Fraction(0), end, coefficients=True)
+        size = rounding.quotient_rounding(*bare.exact, form, Fraction(0), end, coefficients=True)
         sizes.append((form.name, _relative_to_eps(size, max(Fraction(bound.bound) for bound in bounds))))
     return replace(bare, bounds=bounds, rounding=tuple(sizes))
 
@@ -111,11 +111,13 @@ def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure:
     """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
     (The former is relative to what `measure` says, the latter to eps.)
-    Arguments and errors as for `cheapest.choose`.
+    Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    wanted = limit = arguments.exact("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
+    wanted = limit = arguments.exact_number(
+        "accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST
+    )
     for _ in range(ATTEMPTS):
-        chosen = cheapest.choose(limit, v_star_max, v_star_min, measure=measure)
+        chosen = cheapest.cheapest_fit(limit, v_star_max, v_star_min, measure=measure)
         kernel = _with_proofs(chosen.fit, wanted)
         error = _total(kernel.variants[0])
         if error <= wanted:
@@ -148,7 +150,7 @@ def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
     _require_horner(fit.label, *machine.exact, form, fit.interval[1])
     bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
-    size = rounding.quotient(*machine.exact, form, *fit.interval)
+    size = rounding.quotient_rounding(*machine.exact, form, *fit.interval)
     slope = _derivative(machine, form, fit.interval)
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
 

@@ -1,6 +1,6 @@
 """Registry of the ready kernels with their proven errors: speed tables, half-line, compact and full kernels.
 
-To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/catalogue.csv
+To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/registry.csv
 and read by `entries`. An error is stated as
 
     |d eps| <= both min(eps, 1 - eps) + rounding eps,    and 1 - eps^2 is off by what `both` does to it, and loss,
@@ -25,7 +25,7 @@ from typing import Any, Literal, cast
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.kernels.forms.table_free import LARGEST
 
-DATA = "data/catalogue.csv"
+DATA = "data/registry.csv"
 _NUMBERS = ("bytes", "operations")
 
 
@@ -59,6 +59,8 @@ class Entry:
         Proven bounds of `both`.
     rounding, loss : str
         What the last roundings of eps, and those of 1 - eps^2, add, relative to these.
+    formula : str
+        Proven bound of the formula alone, as in the name; empty for full accuracy.
     """
 
     kind: Kind
@@ -75,19 +77,13 @@ class Entry:
     outside: str
     rounding: str
     loss: str
+    formula: str
 
     def error(self, low: Fraction, high: Fraction) -> Fraction:
         """Return the proven bound on a range of v*."""
         end = Fraction(10) ** 1000 if self.v_star_max == "inf" else Fraction(self.v_star_max)
         within = Fraction(self.v_star_min) <= low and high <= end
         return Fraction(self.inside if within else self.outside)
-
-    def covers(self, low: Fraction, high: Fraction) -> bool:
-        """Return whether a bound is proven on a whole range of v*; a compact kernel's w must be a normal number."""
-        if self.kind != "compact":
-            return True
-        least, largest = limits(self.format)
-        return least <= low and high <= largest
 
 
 def limits(form: str) -> tuple[Fraction, Fraction]:

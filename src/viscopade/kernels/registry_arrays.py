@@ -15,7 +15,7 @@ from viscopade.kernels.names import FULL
 from viscopade.kernels.registry import Entry
 
 
-def epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
+def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     """Return eps by an entry's formula.
 
     Tables end at some v*; beyond, as in the code, the formula of the half-line holds. Full accuracy is the exact eps,
@@ -33,7 +33,7 @@ def epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _half_line(tier: str) -> half_line.HalfLine:
-    return half_line.kernel(float(tier), "both")
+    return half_line.smallest_half_line(float(tier), "both")
 
 
 def _inside(table: Table, v_star: FloatArray) -> FloatArray:

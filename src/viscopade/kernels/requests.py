@@ -10,11 +10,11 @@ from typing import Any, NamedTuple, TypeVar
 from viscopade.approximation.measure import Measure
 from viscopade.kernels import prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.forms.root_powers import HalfLineKernel, InverseKernel
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import c, last_place, python, root_powers, speed, table_free, tables
+from viscopade.kernels.targets import c, lacunary_kernels, last_place, python, speed, table_free, tables
 from viscopade.progress import track
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
@@ -162,14 +162,20 @@ KINDS = (
         "quotients of polynomials",
         lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
         Request.quotients,
-        {"c": c.render, "python": python.render, "csv": tables.csv, "json": tables.json, "latex": tables.latex}
+        {
+            "c": c.render,
+            "python": python.render,
+            "csv": tables.csv_table,
+            "json": tables.json_table,
+            "latex": tables.latex_table,
+        }
         | {"certificates": tables.certificates},
     ),
     Kind(
         "kernels in powers of a root",
         lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
-        {"c": root_powers.render_c, "python": root_powers.render_python, "json": tables.records}
+        {"c": lacunary_kernels.render_c, "python": lacunary_kernels.render_python, "json": tables.records}
         | {"certificates": tables.certificates}
         | {target: partial(table_free.render, target) for target in table_free.TARGETS},
     ),

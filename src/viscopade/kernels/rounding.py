@@ -24,7 +24,7 @@ PARTS = 4  # of a panel
 MORE_PARTS = (PARTS, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 
 
-def quotient(
+def quotient_rounding(
     a: Sequence[Fraction],
     b: Sequence[Fraction],
     form: Format,
@@ -57,7 +57,7 @@ def quotient(
 def derivative(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction) -> arb:
     """Bound the relative rounding error of the computed v* T/(D D), where nothing underflows.
 
-    Arguments and errors as for `quotient`.
+    Arguments and errors as for `quotient_rounding`.
     """
     with working(BITS):
         for parts in MORE_PARTS:

@@ -29,8 +29,8 @@ Sources = Mapping[str, str]
 Library = Literal["scalar", "array", "vector"]
 
 
-class BenchError(RuntimeError):
-    """Error: the benchmark cannot run or its result is not reliable; the message is one line."""
+class ToolchainError(RuntimeError):
+    """Error: a compiler or interpreter is missing or fails, or its program fails; the message is one line."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,12 @@ class Compiler:
         return self.array_flags if library == "array" else (*self.array_flags, FAST_MATH)
 
 
-def find(command: str | None = None) -> Compiler:
+def find_compiler(command: str | None = None) -> Compiler:
     """Return the compiler named by the argument, by CC, or cc.
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If there is none, or it does not compile an empty file.
     """
     asked = command or os.environ.get("CC") or _DEFAULT
@@ -71,7 +71,7 @@ def find(command: str | None = None) -> Compiler:
     except ValueError:
         words = ()
     if not words or shutil.which(words[0]) is None:
-        raise BenchError(f"there is no C compiler {asked!r}: accepted is the name of one (--cc, or CC)")
+        raise ToolchainError(f"there is no C compiler {asked!r}: accepted is the name of one (--cc, or CC)")
     version = _version(words)
     with TemporaryDirectory() as directory:
         Path(directory, "empty.c").write_text("int viscopade_empty;\n")
@@ -99,7 +99,7 @@ def build(compiler: Compiler, units: Mapping[Library, Sources], headers: Sources
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If the compiler reports an error, or the library cannot be loaded.
     """
     with TemporaryDirectory() as directory:
@@ -120,7 +120,7 @@ def _library(compiler: Compiler, library: Library, sources: Sources, directory: 
     try:
         return ctypes.CDLL(str(shared))
     except OSError as error:
-        raise BenchError(f"what {compiler.words[0]} built cannot be loaded: {_short(str(error), here)}") from None
+        raise ToolchainError(f"what {compiler.words[0]} built cannot be loaded: {_short(str(error), here)}") from None
 
 
 def _compile(words: Sequence[str], directory: str) -> None:
@@ -130,7 +130,7 @@ def _compile(words: Sequence[str], directory: str) -> None:
         return
     lines = [line.strip() for line in (run.stderr + run.stdout).splitlines() if line.strip()]
     first = next(filter(_ERROR.search, lines), lines[0] if lines else f"exit status {run.returncode}")
-    raise BenchError(f"{words[0]} fails: {_short(first, Path(directory))}")
+    raise ToolchainError(f"{words[0]} fails: {_short(first, Path(directory))}")
 
 
 def _run(words: Sequence[str], directory: str | None) -> subprocess.CompletedProcess[str]:
@@ -141,7 +141,7 @@ def _run(words: Sequence[str], directory: str | None) -> subprocess.CompletedPro
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         reason = error.strerror if isinstance(error, OSError) else f"no answer in {_TIMEOUT} s"
-        raise BenchError(f"{words[0]} cannot be run: {reason}") from None
+        raise ToolchainError(f"{words[0]} cannot be run: {reason}") from None
 
 
 def _short(message: str, directory: Path) -> str:

@@ -22,7 +22,7 @@ from viscopade.kernels import prove_rational, registry, registry_arrays, request
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.table_free import TARGETS
-from viscopade.scene.cost import Operations, id_of_name, id_of_tier
+from viscopade.scene.cost import Operations, id_of
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
@@ -212,7 +212,7 @@ def _with_loss(loss: float) -> float:
 
 
 @dataclass(frozen=True)
-class Polynomial(Candidate):
+class BestApproximant(Candidate):
     """The candidate of a best approximant [m/n] on the scene's range of v*; [2/0] is a two-term series.
 
     Attributes
@@ -268,7 +268,7 @@ class Polynomial(Candidate):
 
 
 @dataclass(frozen=True)
-class Ready(Candidate):
+class RegistryKernel(Candidate):
     """The candidate of a kernel in the registry.
 
     Attributes
@@ -306,11 +306,7 @@ class Ready(Candidate):
     @property
     def bench_id(self) -> str | None:
         """The id in the benchmark."""
-        if self.code.language != "c":
-            return None
-        if self.entry.kind == "speed":
-            return id_of_tier(self.entry.tier, self.entry.size)
-        return id_of_name(self.entry.name)
+        return id_of(self.entry) if self.code.language == "c" else None
 
     @property
     def operations(self) -> Operations:
@@ -338,7 +334,7 @@ class Ready(Candidate):
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the kernel's eps, without rounding."""
-        return registry_arrays.epsilon(self.entry, v_star)
+        return registry_arrays.entry_epsilon(self.entry, v_star)
 
     def request(self) -> requests.Request:
         """Return what `viscopade export` is to be asked for."""
@@ -387,7 +383,7 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
     yield PairConstant(encounters, scene.tolerance, code)
     kinds = _kinds(code)
     if "polynomial" in kinds:
-        found = polynomial(scene, encounters)
+        found = best_polynomial(scene, encounters)
         if found is not None:
             yield found
     covered = uncovered(scene, encounters) is None
@@ -396,7 +392,7 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
         fits = code.largest_table is None or entry.bytes <= code.largest_table
         here = entry.place == (HOST if code.format == "double" else place)
         if entry.kind in kinds and entry.format == code.format and here and fits and covered:
-            yield Ready(encounters, entry, code)
+            yield RegistryKernel(encounters, entry, code)
 
 
 def _kinds(code: Code) -> set[str]:
@@ -431,7 +427,7 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
     return None
 
 
-def polynomial(scene: Scene, encounters: Sequence[Encounter]) -> Polynomial | None:
+def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApproximant | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
     Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
@@ -450,7 +446,7 @@ def polynomial(scene: Scene, encounters: Sequence[Encounter]) -> Polynomial | No
     return min(fine or found, key=lambda c: minimax.cost(c.kernel.m, c.kernel.n), default=None)
 
 
-def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> Polynomial | None:
+def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> BestApproximant | None:
     """Return the cheapest approximant in a measure, of which more is asked if there is none in the scene's format."""
     accuracy = _accuracy(scene, encounters, measure)
     low, high = ends
@@ -466,7 +462,7 @@ def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure
             request = requests.Request(
                 accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
             )
-            return Polynomial(encounters, kernel, scene.code, request)
+            return BestApproximant(encounters, kernel, scene.code, request)
     return None
 
 
@@ -500,7 +496,7 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
     return unit * (math.ceil(steps) if sign > 0 else math.floor(steps))
 
 
-def cheaper_polynomial(found: Polynomial) -> tuple[str, float, str] | None:
+def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import exact
+from viscopade.arrays.double import exact_of_speed
 from viscopade.generated import MARKER, template
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade.scene import runners, shaders
 from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
@@ -67,7 +67,7 @@ class Collisions:
         return b"".join(values.tobytes() for values in (self.speed, self.argument, self.pair))
 
 
-def check(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
+def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     """Run the generated code at many speeds, and compare its results with the exact eps.
 
     Parameters
@@ -85,7 +85,7 @@ def check(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If the tool fails, or the code exceeds the tolerance.
     """
     if choice.scene.code.language == "python":
@@ -99,7 +99,7 @@ def check(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
 def _by_tool(choice: Choice, text: str, cc: str | None) -> SceneCheck:
     """Compile the code and what calls it, and run both."""
     runner = runners.RUNNERS[choice.scene.code.language]
-    tool = runners.find(runner, cc)
+    tool = runners.find_tool(runner, cc)
     device = _device(choice, text) if choice.scene.code.language == "cuda" else ""
     if tool is None:
         reason = f"not run: there is no {runners.missing(runner)}"
@@ -107,7 +107,7 @@ def _by_tool(choice: Choice, text: str, cc: str | None) -> SceneCheck:
     given = _collisions(choice)
     size = given.speed.size
     file = file_name(choice.scene), text
-    written = runners.run(runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
+    written = runners.run_driver(runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
     how = f"{tool.version}; {device}" if device else tool.version
     return _compared(choice, given, how, np.frombuffer(written).reshape(2, size))
 
@@ -116,11 +116,11 @@ def _shader(choice: Choice, text: str) -> SceneCheck:
     """Compile a shader, and run it if something here does."""
     language = choice.scene.code.language
     runner = runners.RUNNERS[language]
-    tool, device, given = runners.find(runner), shaders.device(), _collisions(choice)
+    tool, device, given = runners.find_tool(runner), shaders.device(), _collisions(choice)
     driver = _driver(choice, text, given.speed.size)
     shader: str | bytes = driver
     if tool is not None:
-        compiled = runners.run(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
+        compiled = runners.run_driver(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
         shader = compiled if language == "glsl" else driver
     if tool is None and (language == "glsl" or device is None):
         instead = "" if language == "glsl" else ", nor a device for the Python package wgpu"
@@ -128,16 +128,16 @@ def _shader(choice: Choice, text: str) -> SceneCheck:
     version = "" if tool is None else tool.version
     if device is None:
         return SceneCheck(version, reason="compiled, not run: there is no device for the Python package wgpu")
-    found = shaders.run(shader, (given.speed, given.argument, given.pair), 2 * given.speed.size)
+    found = shaders.run_shader(shader, (given.speed, given.argument, given.pair), 2 * given.speed.size)
     return _compared(choice, given, f"{version}; {device}" if version else device, found.reshape(2, -1))
 
 
 def _device(choice: Choice, text: str) -> str:
     """Compile the code for a GPU; return what was done."""
-    tool = runners.find(runners.DEVICE)
+    tool = runners.find_tool(runners.DEVICE)
     if tool is None:
         return "device code is not compiled: there is no nvcc"
-    runners.run(runners.DEVICE, tool, _driver(choice, text, 1, "cu"), (file_name(choice.scene), text), b"", 0)
+    runners.run_driver(runners.DEVICE, tool, _driver(choice, text, 1, "cu"), (file_name(choice.scene), text), b"", 0)
     return f"device code compiled by {tool.version}, not run"
 
 
@@ -176,7 +176,7 @@ def _collisions(choice: Choice) -> Collisions:
         wide = v_star.astype(np.float64)
         eps, loss = np.asarray(double.epsilon(wide)), np.asarray(double.one_minus_epsilon(wide))
         return Collisions(speed, beta, v_star, pair, eps, loss)
-    eps, loss = exact(speed.astype(np.float64), beta.astype(np.float64))
+    eps, loss = exact_of_speed(speed.astype(np.float64), beta.astype(np.float64))
     return Collisions(speed, beta, beta, pair, eps, loss)
 
 
@@ -218,7 +218,7 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():
         if not errors[name] <= limit + REFERENCE:
-            raise BenchError(
+            raise ToolchainError(
                 f"the generated code fails its check: {WORDS[name]} is {errors[name]:.3g}, more than {limit:.3g}"
             )
     return SceneCheck(how, given.speed.size, errors)

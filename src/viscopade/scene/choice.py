@@ -9,7 +9,7 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
-from viscopade.scene.candidate import Candidate, Polynomial, candidates, cheaper_polynomial, uncovered
+from viscopade.scene.candidate import BestApproximant, Candidate, candidates, cheaper_polynomial, uncovered
 from viscopade.scene.cost import COUNTED, Costs, Price
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, encounters
@@ -123,7 +123,7 @@ def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) ->
 def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
     """Return why the next cheaper kernel fails: of those that cost less, the one that misses the tolerance by least."""
     texts = []
-    if isinstance(chosen.candidate, Polynomial):
+    if isinstance(chosen.candidate, BestApproximant):
         cheaper = cheaper_polynomial(chosen.candidate)
         if cheaper is not None:
             label, error, unit = cheaper

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from viscopade.kernels.names import FAST
+from viscopade.kernels.registry import Entry
 from viscopade.records import Node
 from viscopade.scene.description import Code
 
@@ -178,14 +180,8 @@ def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
     )
 
 
-def id_of_tier(tier: str, size: str) -> str | None:
-    """Return the benchmark's id of a kernel from speed to eps, if the benchmark measures it."""
-    return f"speed-{tier}" if size == "fast" else None
-
-
-def id_of_name(name: str) -> str | None:
-    """Return the benchmark's id of a kernel of v* from its functions' names, such as halfline_2p09em4 or full."""
-    if name == _FULL:
-        return _FULL
-    kind, _, bound = name.partition("_")
-    return _HALF_LINE + bound.replace("p", ".").replace("m", "-") if kind == "halfline" else None
+def id_of(entry: Entry) -> str | None:
+    """Return the benchmark's id of a kernel; None for small tables and compact kernels, which it does not measure."""
+    if entry.kind == "speed":
+        return f"speed-{entry.tier}" if entry.size == FAST else None
+    return {"full": _FULL, "half-line": f"{_HALF_LINE}{entry.formula}"}.get(entry.kind)

@@ -60,12 +60,7 @@ class Encounter:
     def epsilon(self) -> Interval:
         """The range of eps, proven: eps falls with v*."""
         low, high = self.v_star
-        return epsilon(high)[0], epsilon(low)[1]
-
-    @property
-    def typical_v_star(self) -> float:
-        """v* of typical bodies at a typical speed."""
-        return float(self.pair.v_star(self.speeds[1]))
+        return proven_epsilon(high)[0], proven_epsilon(low)[1]
 
     @property
     def contact_time(self) -> float:
@@ -88,7 +83,7 @@ class Encounter:
 
 
 @lru_cache(maxsize=256)
-def epsilon(v_star: Fraction) -> Interval:
+def proven_epsilon(v_star: Fraction) -> Interval:
     """Return proven bounds of eps at a v*."""
     value = Fraction(exact.collision(v_star, DIGITS).decimals()["epsilon"])
     return value * (1 - _LAST_DIGIT), min(value * (1 + _LAST_DIGIT), Fraction(1))

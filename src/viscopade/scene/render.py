@@ -17,7 +17,7 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import table_free
 from viscopade.kernels.targets.table_free import TARGETS, shortest
-from viscopade.scene.candidate import Candidate, PairConstant, Ready
+from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter
@@ -128,7 +128,7 @@ def _kind(candidate: Candidate) -> str:
     """Return which functions the kernel's text has."""
     if isinstance(candidate, PairConstant):
         return "constant"
-    return candidate.entry.kind if isinstance(candidate, Ready) else "polynomial"
+    return candidate.entry.kind if isinstance(candidate, RegistryKernel) else "polynomial"
 
 
 def _is_spread(scene: Scene) -> bool:
@@ -245,7 +245,7 @@ def _head(choice: Choice, command: str) -> list[str]:
         "Tolerance: "
         + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
         + ".",
-        *errors(choice),
+        *error_sentences(choice),
         choice.against_cheaper,
         *(f"Warning: {text}." for text in choice.warnings),
     ]
@@ -277,15 +277,15 @@ def _use(choice: Choice) -> list[str]:
     what = "epsilon" if constant else "beta"
     index = {
         "python": f'"{choice.encounters[0].name}"',
-        "rust": place_of(scene) + first.upper(),
-    }.get(language, place_of(scene) + first)
+        "rust": qualifier_of(scene) + first.upper(),
+    }.get(language, qualifier_of(scene) + first)
     if _is_spread(scene) and not constant:
-        number = f"{place_of(scene)}beta_of({index}, first_radius, second_radius)"
+        number = f"{qualifier_of(scene)}beta_of({index}, first_radius, second_radius)"
     else:
-        array = place_of(scene) + (what.upper() if language in ("python", "rust") else what)
+        array = qualifier_of(scene) + (what.upper() if language in ("python", "rust") else what)
         number = f"{array}({index})" if language in ("cuda", "wgsl", "fortran") else f"{array}[{index}]"
     arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
-    call = number if constant else f"{place_of(scene)}restitution({arguments})"
+    call = number if constant else f"{qualifier_of(scene)}restitution({arguments})"
     begin = {
         "c": f'#include "{file}" (C99; C++17 or later, or GNU C++)',
         "cuda": f'#include "{file}"',
@@ -298,7 +298,7 @@ def _use(choice: Choice) -> list[str]:
     return [*([begin[language]] if language in begin else []), call]
 
 
-def place_of(scene: Scene) -> str:
+def qualifier_of(scene: Scene) -> str:
     """Return the qualifier before the functions' names in a call."""
     modules = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
     return modules.get(scene.code.language, f"{prefix(scene)}_")
@@ -318,7 +318,7 @@ def _line(given: tuple[Encounter, float, tuple[float, ...]]) -> str:
     )
 
 
-def errors(choice: Choice) -> list[str]:
+def error_sentences(choice: Choice) -> list[str]:
     """Return sentences on the kernel and its errors on the scene."""
     candidate = choice.chosen.candidate
     found = ", ".join(

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from viscopade.kernels import toolchain
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 
 INPUT, OUTPUT = "in.bin", "out.bin"  # a driver reads the one and writes the other
 _STEM = "viscopade-check"  # of the driver; no scene can have this name
@@ -76,16 +76,16 @@ class Tool:
     version: str
 
 
-def find(runner: Runner, command: str | None = None) -> Tool | None:
+def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
     """Return the requested tool, or the one named by the environment, or the first installed one.
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If the C compiler that is asked for cannot be used.
     """
     if command is not None:
-        compiler = toolchain.find(command)
+        compiler = toolchain.find_compiler(command)
         return Tool(compiler.words, compiler.version)
     named = os.environ.get(runner.variable) if runner.variable else None
     for candidate in (named,) if named else runner.tools:
@@ -108,7 +108,7 @@ def _version(words: Sequence[str]) -> str | None:
     """Return the line that a tool prints of its version; None if it does not start."""
     try:
         ran = _run((*words, "--version"), None)
-    except BenchError:
+    except ToolchainError:
         return None
     if ran.returncode:
         return None
@@ -117,7 +117,7 @@ def _version(words: Sequence[str]) -> str | None:
     return line if name.lower() in line.lower() else f"{name} {line}".strip()
 
 
-def run(
+def run_driver(
     runner: Runner,
     tool: Tool,
     driver: str,
@@ -150,7 +150,7 @@ def run(
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If the tool or the program fails; one line.
     """
     name = _STEM + runner.ending
@@ -167,7 +167,7 @@ def run(
         made = here / (OUTPUT if runner.start else _PROGRAM)
         found = made.read_bytes() if made.exists() else b""
     if runner.start and len(found) != size:
-        raise BenchError(f"the generated code's program writes {len(found)} bytes, not {size}")
+        raise ToolchainError(f"the generated code's program writes {len(found)} bytes, not {size}")
     return found
 
 
@@ -186,7 +186,7 @@ def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
     for place in (os.path.realpath(directory), directory):
         for written in (f"file://{place}{os.sep}", f"{place}{os.sep}", place):
             first = first.replace(written, "")
-    raise BenchError(f"the generated code fails its check: {name}: {first[:300]}")
+    raise ToolchainError(f"the generated code fails its check: {name}: {first[:300]}")
 
 
 def _run(words: Sequence[str], directory: str | None, limit: int = _TIMEOUT) -> subprocess.CompletedProcess[str]:
@@ -199,4 +199,4 @@ def _run(words: Sequence[str], directory: str | None, limit: int = _TIMEOUT) -> 
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         reason = error.strerror if isinstance(error, OSError) else f"no answer in {limit} s"
-        raise BenchError(f"{words[0]} cannot be run: {reason}") from None
+        raise ToolchainError(f"{words[0]} cannot be run: {reason}") from None

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 
 WORKGROUP = 64
 
@@ -25,7 +25,7 @@ def device() -> str | None:
         return None
 
 
-def run(shader: str | bytes, arrays: Sequence[npt.NDArray[Any]], size: int) -> FloatArray:
+def run_shader(shader: str | bytes, arrays: Sequence[npt.NDArray[Any]], size: int) -> FloatArray:
     """Return the output of a shader.
 
     Parameters
@@ -38,7 +38,7 @@ def run(shader: str | bytes, arrays: Sequence[npt.NDArray[Any]], size: int) -> F
 
     Raises
     ------
-    BenchError
+    ToolchainError
         If it is refused.
     """
     compute = import_module("wgpu.utils.compute").compute_with_buffers
@@ -47,5 +47,7 @@ def run(shader: str | bytes, arrays: Sequence[npt.NDArray[Any]], size: int) -> F
         out = compute(inputs, {len(arrays): (size, "f")}, shader, n=-(-size // 2 // WORKGROUP))
     except Exception as error:  # the package has many kinds, and does not list them
         lines = [line.strip() for line in str(error).splitlines() if "error" in line.lower()]
-        raise BenchError(f"the generated code fails its check: wgpu: {(lines or [repr(error)])[-1][:300]}") from None
+        raise ToolchainError(
+            f"the generated code fails its check: wgpu: {(lines or [repr(error)])[-1][:300]}"
+        ) from None
     return np.frombuffer(out[len(arrays)], dtype=np.float32).astype(np.float64)

@@ -9,7 +9,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.scene.check import SceneCheck
 from viscopade.scene.choice import WORDS, Choice, Offer
 from viscopade.scene.encounter import Encounter, mean_free_time
-from viscopade.scene.render import errors, file_name
+from viscopade.scene.render import error_sentences, file_name
 
 PAIRS = (
     "pair", "A (s)", "beta (s/m)^(1/5)", "speeds (m/s)", "v*", "eps", "contact lasts (s)", "overlap/radius",
@@ -59,7 +59,7 @@ def sentences(choice: Choice) -> Iterator[str]:
     tolerance = choice.scene.tolerance.given().items()
     yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
     yield f"Costs are {choice.costs.source}."
-    yield from errors(choice)
+    yield from error_sentences(choice)
     yield choice.against_cheaper
     for encounter in choice.encounters:
         free = mean_free_time(choice.scene, encounter)

@@ -106,7 +106,7 @@ class TimeStep:
     errors: tuple[float, ...]
 
 
-def parameters(pair: Pair) -> HertzMaterial:
+def hertz_material(pair: Pair) -> HertzMaterial:
     """Return the parameters of LAMMPS for a pair of bodies.
 
     Parameters
@@ -209,7 +209,7 @@ def size_error(contact: Contact) -> float:
 
     It is taken at the slowest, the typical and the fastest speed; 0 if there are no extremes.
     """
-    numbers = parameters(contact.pair)
+    numbers = hertz_material(contact.pair)
     return max(
         (
             abs(float(numbers.pair(pair).epsilon(speed)) / float(pair.epsilon(speed)) - 1)
@@ -223,14 +223,14 @@ def size_error(contact: Contact) -> float:
 def pair_coeff(setup: Setup, first: str, second: str) -> str:
     """Return the pair_coeff line of two spheres by name, the lower type first."""
     i, j = sorted((_type(setup, first), _type(setup, second)))
-    return f"pair_coeff {i} {j} {parameters(_pair(setup, first, second)).style}"
+    return f"pair_coeff {i} {j} {hertz_material(_pair(setup, first, second)).style}"
 
 
 def wall_fix(setup: Setup, sphere: str, wall: str) -> str:
     """Return the fix wall/gran line of a sphere and a wall by name; the wall's place is in its variable."""
     number, variable = _type(setup, sphere), wall_variable(setup, wall)
     group = "all" if len(setup.spheres) == 1 else _group(number)
-    style = parameters(_pair(setup, sphere, wall)).style
+    style = hertz_material(_pair(setup, sphere, wall)).style
     return f"fix {variable}_type{number} {group} wall/gran granular {style} ${{{variable}}}"
 
 
@@ -293,7 +293,7 @@ def render(setup: Setup, command: str) -> str:
     )
 
 
-def collision(
+def collision_script(
     setup: Setup,
     contact: Contact,
     command: str,
@@ -428,7 +428,7 @@ def _pair(setup: Setup, first: str, second: str) -> Pair:
 def _describe(setup: Setup, first: str, second: str) -> list[str]:
     """Return the comment above a line."""
     pair, contact = _pair(setup, first, second), _contact(setup, first, second)
-    numbers, units = parameters(pair), setup.units
+    numbers, units = hertz_material(pair), setup.units
     radii = " and ".join(f"R = {body.radius:.10g}" for body in (pair.first, pair.second) if not body.is_wall)
     text = (
         f"{one_line('name', first)} and {one_line('name', second)}, for {radii} {units.length}, "

@@ -25,21 +25,17 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from viscopade.collision.spheres import Pair
-from viscopade.generated import marker_line, template
+from viscopade.generated import template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import SI, Contact, Setup
 from viscopade.simulators.stated import (
-    STEPS,
     ConstantEpsilon,
     ProgramErrors,
+    common,
     constant,
-    errors,
     facts,
-    full,
-    heading,
-    largest_step_error,
-    short,
-    shortest_contact,
+    program_errors,
+    program_number,
 )
 
 Model = Literal["hertz/stiffness", "hertz"]
@@ -89,7 +85,7 @@ def stiffness_errors(contact: Contact) -> ProgramErrors:
         first, second = (replace(body, dissipative_constant=a) for body in (pair.first, pair.second))
         return Pair(first, second).epsilon(speed)
 
-    return errors(program, contact)
+    return program_errors(program, contact)
 
 
 def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
@@ -116,7 +112,7 @@ def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
     result = tsuji.epsilon(ratio, "position") if limit_force else epsilon
     if result <= LEAST_COEFFICIENT:
         raise ValueError(
-            f"epsilon is {short(epsilon)}: accepted by LIGGGHTS with limitForce {_switch(limit_force)} "
+            f"epsilon is {epsilon:.6g}: accepted by LIGGGHTS with limitForce {_switch(limit_force)} "
             f"is more than {least_epsilon(limit_force):.4g}"
         )
     return result
@@ -130,7 +126,7 @@ def least_epsilon(limit_force: bool) -> float:
 
 
 @dataclass(frozen=True)
-class Restitution:
+class HertzRestitution:
     """Parameters of `hertz` for a contact.
 
     Attributes
@@ -148,7 +144,7 @@ class Restitution:
     balanced: float | None
 
 
-def restitution(contact: Contact, limit_force: bool) -> Restitution:
+def hertz_restitution(contact: Contact, limit_force: bool) -> HertzRestitution:
     """Return the parameters of `hertz` for a contact.
 
     Raises
@@ -158,7 +154,7 @@ def restitution(contact: Contact, limit_force: bool) -> Restitution:
     """
     found = constant(contact)
     reachable = found.balanced > least_epsilon(limit_force)
-    return Restitution(
+    return HertzRestitution(
         found,
         coefficient_restitution(found.epsilon, limit_force),
         coefficient_restitution(found.balanced, limit_force) if reachable else None,
@@ -191,18 +187,12 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
     """
     if model not in ("hertz/stiffness", "hertz"):
         raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
-    timestep = shortest_contact(setup) / STEPS
     return template(__name__, "liggghts.in.jinja").render(
-        marker=marker_line(command),
-        title=heading(setup),
-        setup=setup,
+        **common(setup, command),
         types=list(enumerate(setup.bodies, 1)),
         si=setup.units == SI,
         facts=[facts(contact, setup.units) for contact in setup.contacts],
         model=model,
-        timestep=short(timestep),
-        step_error=f"{largest_step_error(setup, timestep):.1e}",
-        steps=STEPS,
         stiffness_errors=[stiffness_errors(contact) for contact in setup.contacts],
         **(_stiffness_matrices(setup) if model == "hertz/stiffness" else {}),
         **_hertz(setup, model),
@@ -224,7 +214,7 @@ def _hertz(setup: Setup, model: Model) -> dict[str, object]:
     """Return what the template needs on the model with a constant eps."""
     limit_force = limits_force(setup.contacts)
     try:
-        found = [restitution(contact, limit_force) for contact in setup.contacts]
+        found = [hertz_restitution(contact, limit_force) for contact in setup.contacts]
     except ValueError as error:
         if model == "hertz":
             raise
@@ -237,11 +227,9 @@ def _hertz(setup: Setup, model: Model) -> dict[str, object]:
         "limit_force": _switch(limit_force),
         "soft": min(moduli) < SOFT,
         "hard": max(moduli) > HARD,
-        "young": " ".join(map(full, moduli)),
-        "poisson": " ".join(full(body.poisson_ratio) for body in setup.bodies.values()),
+        "young": " ".join(map(program_number, moduli)),
+        "poisson": " ".join(program_number(body.poisson_ratio) for body in setup.bodies.values()),
         "coefficients": _matrix(setup, values, 1),
-        "full": full,
-        "short": short,
     }
 
 
@@ -254,7 +242,7 @@ def _pairs(setup: Setup) -> dict[frozenset[str], Pair]:
 def _matrix(setup: Setup, values: Mapping[frozenset[str], float], other: float) -> str:
     """Return the values for all ordered pairs of types, as `peratomtypepair` wants them."""
     names = list(setup.bodies)
-    rows = (" ".join(full(values.get(frozenset((a, b)), other)) for b in names) for a in names)
+    rows = (" ".join(program_number(values.get(frozenset((a, b)), other)) for b in names) for a in names)
     return " &\n    ".join([str(len(names)), *rows])
 
 

@@ -22,24 +22,14 @@ import re
 from dataclasses import dataclass
 
 from viscopade.collision.spheres import Sphere
-from viscopade.generated import marker_line, template
+from viscopade.generated import template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
-from viscopade.simulators.stated import (
-    STEPS,
-    ConstantEpsilon,
-    constant,
-    facts,
-    full,
-    heading,
-    largest_step_error,
-    short,
-    shortest_contact,
-)
+from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
 
 
 @dataclass(frozen=True)
-class Parameters:
+class SpeciesParameters:
     """Parameters of the species of a pair.
 
     Attributes
@@ -71,10 +61,10 @@ def dissipation(epsilon: float) -> float:
     return tsuji.alpha(tsuji.damping_ratio(epsilon, end="position"))
 
 
-def parameters(contact: Contact) -> Parameters:
+def species_parameters(contact: Contact) -> SpeciesParameters:
     """Return the parameters for a contact."""
     found = constant(contact)
-    return Parameters(contact.pair.E_eff, contact.pair.A, found, dissipation(found.epsilon))
+    return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, dissipation(found.epsilon))
 
 
 def render(setup: Setup, command: str) -> str:
@@ -94,29 +84,22 @@ def render(setup: Setup, command: str) -> str:
         printable line.
     """
     names = identifiers(list(setup.bodies))
-    of_contacts = {frozenset((c.first, c.second)): parameters(c) for c in setup.contacts}
-    timestep = shortest_contact(setup) / STEPS
+    of_contacts = {frozenset((c.first, c.second)): species_parameters(c) for c in setup.contacts}
     return template(__name__, "mercurydpm.h.jinja").render(
-        marker=marker_line(command),
-        title=heading(setup),
-        setup=setup,
-        contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
+        **common(setup, command),
+        contacts=[(contact, facts(contact, setup.units), species_parameters(contact)) for contact in setup.contacts],
         species=[
             (names[name], *_own(body, of_contacts.get(frozenset((name,))))) for name, body in setup.bodies.items()
         ],
         mixed=[
-            (names[contact.first], names[contact.second], parameters(contact))
+            (names[contact.first], names[contact.second], species_parameters(contact))
             for contact in setup.contacts
             if contact.first != contact.second
         ],
-        timestep=short(timestep),
-        step_error=f"{largest_step_error(setup, timestep):.1e}",
-        steps=STEPS,
-        full=full,
     )
 
 
-def _own(body: Sphere, like: Parameters | None) -> tuple[Sphere, float, float]:
+def _own(body: Sphere, like: SpeciesParameters | None) -> tuple[Sphere, float, float]:
     """Return a body with E_eff and A of contacts with its like."""
     if like is not None:
         return body, like.elastic_modulus, like.dissipation

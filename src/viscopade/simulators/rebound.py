@@ -23,7 +23,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,9 +34,6 @@ from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
 from viscopade.simulators.setup import Contact, Setup
-
-if TYPE_CHECKING:
-    pass
 
 LANGUAGES = ("c", "python")
 SAMPLES = 1001  # speeds at which errors are looked for
@@ -77,7 +73,7 @@ def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeErro
     return SizeError(pair, float(error.max()), float((error / exact).max()), float(speeds[error.argmax()]))
 
 
-def kernel(tier: str) -> speed_kernel.SpeedKernel:
+def callback_kernel(tier: str) -> speed_kernel.SpeedKernel:
     """Return the kernel from speed to eps in the files; of two tables, the small one.
 
     Collisions come one at a time, between other work: a large table would not stay in the cache.
@@ -140,7 +136,7 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     if language not in LANGUAGES:
         raise ValueError(f"language is {language!r}: accepted are {', '.join(LANGUAGES)}")
     named = contacts(setup)
-    chosen = kernel(tier)
+    chosen = callback_kernel(tier)
     head = _head(setup, named, chosen, command, _ON[language])
     if language == "python":
         return template(__name__, "rebound.py.jinja").render(

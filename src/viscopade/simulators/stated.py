@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from viscopade.collision.spheres import Pair
-from viscopade.generated import one_line
-from viscopade.simulators.lammps import timestep_error
+from viscopade.generated import marker_line, one_line
+from viscopade.simulators.lammps import shortest_contact, timestep_error
 from viscopade.simulators.setup import Contact, Setup, Units
 
 _ROUNDING = 1e-13
@@ -47,7 +48,7 @@ class ProgramErrors:
         ]
 
 
-def errors(program: Callable[[Pair, float], float], contact: Contact) -> ProgramErrors:
+def program_errors(program: Callable[[Pair, float], float], contact: Contact) -> ProgramErrors:
     """Return the errors of a program's eps for a pair at a speed."""
 
     def ends(pair: Pair) -> tuple[float, float]:
@@ -89,23 +90,32 @@ def constant(contact: Contact) -> ConstantEpsilon:
     balanced = 2 * least / (1 + least / most)
     return ConstantEpsilon(
         typical,
-        errors(lambda pair, speed: typical, contact),
+        program_errors(lambda pair, speed: typical, contact),
         balanced,
-        errors(lambda pair, speed: balanced, contact),
+        program_errors(lambda pair, speed: balanced, contact),
     )
 
 
-def heading(setup: Setup) -> str:
-    """Return the title; it and the bodies' names are checked, as they stand in comments.
+def common(setup: Setup, command: str) -> dict[str, Any]:
+    """Return the values that all templates need; names are checked, as they stand in comments.
 
     Raises
     ------
     ValueError
-        If one of them is not one printable line.
+        If the command, the title or the name of a body is not one printable line.
     """
     for name in setup.bodies:
         one_line("name of a body", name)
-    return one_line("title", setup.title)
+    timestep = shortest_contact(setup) / STEPS
+    return {
+        "marker": marker_line(command),
+        "title": one_line("title", setup.title),
+        "setup": setup,
+        "timestep": f"{timestep:.6g}",
+        "step_error": f"{largest_step_error(setup, timestep):.1e}",
+        "steps": STEPS,
+        "number": program_number,
+    }
 
 
 def facts(contact: Contact, units: Units) -> list[str]:
@@ -113,20 +123,13 @@ def facts(contact: Contact, units: Units) -> list[str]:
     pair = contact.pair
     speeds = (contact.slowest, contact.typical, contact.fastest)
     return [
-        f"{contact.name}: m_eff {short(pair.m_eff)} {units.mass}, R_eff {short(pair.R_eff)} {units.length},",
-        f"  E_eff {short(pair.E_eff)} {units.mass}/({units.length} {units.time}^2), A {short(pair.A)} {units.time}, "
-        f"beta {short(pair.beta)} {units.beta}",
-        f"  speeds (slowest, typical, fastest): {', '.join(short(v) for v in speeds)} {units.speed}",
+        f"{contact.name}: m_eff {pair.m_eff:.6g} {units.mass}, R_eff {pair.R_eff:.6g} {units.length},",
+        f"  E_eff {pair.E_eff:.6g} {units.mass}/({units.length} {units.time}^2), A {pair.A:.6g} {units.time}, "
+        f"beta {pair.beta:.6g} {units.beta}",
+        f"  speeds (slowest, typical, fastest): {', '.join(f'{v:.6g}' for v in speeds)} {units.speed}",
         f"  exact eps at them: {', '.join(f'{pair.epsilon(v):.8f}' for v in speeds)}",
-        f"  the fastest contact lasts {short(pair.contact_time(contact.fastest))} {units.time}",
+        f"  the fastest contact lasts {pair.contact_time(contact.fastest):.6g} {units.time}",
     ]
-
-
-def shortest_contact(setup: Setup) -> float:
-    """Return the shortest duration of all contacts, a time; smaller particles part sooner."""
-    return min(
-        pair.contact_time(contact.fastest) for contact in setup.contacts for pair in (contact.pair, *contact.extremes)
-    )
 
 
 def largest_step_error(setup: Setup, timestep: float) -> float:
@@ -146,11 +149,6 @@ def _signed(error: float) -> str:
     return "0" if abs(error) < _ROUNDING else f"{error:+.2e}"
 
 
-def short(number: float) -> str:
-    """Return a number as a comment shows it."""
-    return f"{number:.6g}"
-
-
-def full(number: float) -> str:
+def program_number(number: float) -> str:
     """Return a number as a program reads it: 12 digits, which do not depend on the last bit of a math library."""
     return f"{number:.12g}"

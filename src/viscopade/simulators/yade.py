@@ -32,27 +32,15 @@ from fractions import Fraction
 
 from viscopade.arrays.double import epsilon as exact_epsilon
 from viscopade.collision.spheres import Pair
-from viscopade.generated import marker_line, template
+from viscopade.generated import template
 from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
-from viscopade.simulators.stated import (
-    STEPS,
-    ConstantEpsilon,
-    ProgramErrors,
-    constant,
-    errors,
-    facts,
-    full,
-    heading,
-    largest_step_error,
-    short,
-    shortest_contact,
-)
+from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
 from viscopade.theory.paper import TABLE
 
 
 @dataclass(frozen=True)
-class Parameters:
+class MindlinPhysParameters:
     """Parameters of `Ip2_FrictMat_FrictMat_MindlinPhys` for a contact.
 
     Attributes
@@ -92,7 +80,7 @@ def printed_pade(v_star: float) -> float:
     return float(a / b)
 
 
-def parameters(contact: Contact) -> Parameters:
+def mindlin_phys_parameters(contact: Contact) -> MindlinPhysParameters:
     """Return the parameters for a contact."""
     found = constant(contact)
     pair = contact.pair
@@ -100,13 +88,13 @@ def parameters(contact: Contact) -> Parameters:
     def same_beta(size: Pair, speed: float) -> float:
         return exact_epsilon(pair.v_star(speed)) if size is not pair else size.epsilon(speed)
 
-    return Parameters(
+    return MindlinPhysParameters(
         found,
         betan(found.epsilon),
         betan(found.balanced),
         printed_pade(pair.v_star(contact.typical)),
         contact.typical,
-        errors(same_beta, contact),
+        program_errors(same_beta, contact),
     )
 
 
@@ -125,14 +113,9 @@ def render(setup: Setup, command: str) -> str:
     ValueError
         If a name or the title is not one printable line.
     """
-    timestep = shortest_contact(setup) / STEPS
     return template(__name__, "yade.py.jinja").render(
-        marker=marker_line(command),
-        title=heading(setup),
-        setup=setup,
-        contacts=[(contact, facts(contact, setup.units), parameters(contact)) for contact in setup.contacts],
-        timestep=short(timestep),
-        step_error=f"{largest_step_error(setup, timestep):.1e}",
-        steps=STEPS,
-        full=full,
+        **common(setup, command),
+        contacts=[
+            (contact, facts(contact, setup.units), mindlin_phys_parameters(contact)) for contact in setup.contacts
+        ],
     )

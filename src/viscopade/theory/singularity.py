@@ -7,7 +7,7 @@ r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of 
 and eps becomes infinite where the end of contact does: on the creeping orbit g = z^2 + 2 z + 6 + 16/z + …. So a
 singular v* is a complex point where the creeping orbit, followed in complex time, passes z = 0 (`from_flow`).
 The other way uses no equation of motion, only the proven h_k (`from_coefficients`). The two agree, but their digits
-are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade.theory.convergence`); that no other one lies
+are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade_lab.convergence`); that no other one lies
 between there and R is seen in the coefficients only.
 """
 
@@ -82,7 +82,7 @@ class _Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Flow:
+class _TaylorFlow:
     """The flow by Taylor steps; rounding and truncation are not enclosed. To be used within `working`."""
 
     order: int
@@ -153,7 +153,7 @@ def from_flow(digits: SupportsIndex = 30) -> Singularity:
     order = digits + 10  # a step of a tenth of the radius loses a digit a term
     tolerance = 10.0 ** (-digits / 2 - 2)  # the step of Newton's method that follows is the square of it
     with working(bits_for(digits + 15)):
-        flow = _Flow(order)
+        flow = _TaylorFlow(order)
         arrival = flow.creeping(tolerance)
         w = -flow.to_zero(_Point(acb(0), arrival.g), acb(TIME_GUESS.real, TIME_GUESS.imag), tolerance).g / 4
         ctx = _context()

@@ -5,7 +5,7 @@ The way from the scaled equation to eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced
 1. `turning_point_equation`: time eliminated, compression measured by the turning point (section 2.2);
 2. `hierarchy`: its perturbation equations, one per order in K, whose end values are G_n = g_n(0);
 3. `lambda_from_G`: the odd function of time reversal, lambda_1, lambda_3, … in the G_n (section 2.4);
-4. `end_series`: the rational series H of the delayed recovery (section 2.3);
+4. `delayed_recovery_series`: the rational series H of the delayed recovery (section 2.3);
 5. `h_polynomial`: every h_k as a polynomial with rational coefficients in lambda_1, lambda_3, ….
 
 G_1, G_2, G_3, and with them lambda_1 and lambda_3, are known in terms of the Gamma function (`g_1_at_0` …).
@@ -103,7 +103,7 @@ def hierarchy(n: SupportsIndex) -> sp.Eq:
 # --- the end of contact -------------------------------------------------------------------------------------
 
 
-def end_series(order: SupportsIndex) -> tuple[Fraction, ...]:
+def delayed_recovery_series(order: SupportsIndex) -> tuple[Fraction, ...]:
     """Return H_0 … H_order of eps = eps0 H(delta), delta = (4/5) v*^5 sqrt(eps0), exactly (section 2.3).
 
     Parameters
@@ -247,7 +247,7 @@ def h_polynomial(k: SupportsIndex) -> sp.Expr:
     """
     k = arguments.integer("k", k, 0, arguments.MAX_ORDER)
     terms: list[sp.Expr] = []
-    for j, end_value in enumerate(end_series(k // 5)):
+    for j, end_value in enumerate(delayed_recovery_series(k // 5)):
         n, odd = divmod(k - 5 * j, 2)
         if not odd:
             p = 10 + 5 * j

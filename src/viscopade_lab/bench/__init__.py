@@ -13,12 +13,12 @@ from importlib.metadata import version
 from viscopade import arguments
 from viscopade.generated import marker_line
 from viscopade.kernels import toolchain
-from viscopade.kernels.toolchain import BenchError, Compiler
+from viscopade.kernels.toolchain import Compiler
 from viscopade.progress import track
 from viscopade.scene.cost import PADE
 from viscopade_lab.bench import calls, goals, ours, rivals
 from viscopade_lab.bench.contender import Contender
-from viscopade_lab.bench.harness import ArraySizes, Harness, in_rounds
+from viscopade_lab.bench.harness import ArraySizes, BenchError, Harness, in_rounds
 from viscopade_lab.bench.result import Conditions, Error, Machine, Result
 from viscopade_lab.bench.rivals import COPY
 from viscopade_lab.bench.sources import COMMAND
@@ -142,12 +142,14 @@ def run(settings: Settings, cc: str | None = None, read: Reader | None = None) -
 
     Raises
     ------
+    toolchain.ToolchainError
+        If there is no compiler, or it fails.
     BenchError
-        If there is no compiler, it fails, or a kernel computes what it should not.
+        If a kernel computes wrong results.
     ValueError
         If a header cannot be read.
     """
-    compiler = toolchain.find(cc)
+    compiler = toolchain.find_compiler(cc)
     contenders, texts = _contenders(settings, read or _made)
     sizes = settings.sizes
     harness = Harness(contenders, texts, compiler, settings.range, sizes)

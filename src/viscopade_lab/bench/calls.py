@@ -9,9 +9,8 @@ import numpy as np
 
 import viscopade
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.toolchain import BenchError
 from viscopade_lab.bench.contender import Contender
-from viscopade_lab.bench.harness import Harness, Task
+from viscopade_lab.bench.harness import BenchError, Harness, Task
 from viscopade_lab.bench.result import CALL, Key
 from viscopade_lab.bench.speed_range import Distribution
 from viscopade_lab.bench.times import Times

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import exact
+from viscopade.arrays.double import exact_of_speed
 from viscopade.collision import spheres
 from viscopade.kernels import toolchain
-from viscopade.kernels.toolchain import BenchError, Compiler, Library
+from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.progress import track
 from viscopade_lab.bench.contender import DTYPE, Contender, Measure
 from viscopade_lab.bench.result import ErrorCurve, Key
@@ -33,6 +33,10 @@ _SEED = 1
 
 Array = npt.NDArray[np.floating]
 Run = Callable[[int], float]
+
+
+class BenchError(RuntimeError):
+    """Error: the benchmark's result is not reliable; the message is one line."""
 
 
 class _Work(ctypes.Structure):
@@ -234,7 +238,7 @@ class Harness:
             valid = (low <= speed) & (speed <= high)
             if not valid.any():
                 continue
-            eps, loss = exact(speed, self.betas(contender, form, size))
+            eps, loss = exact_of_speed(speed, self.betas(contender, form, size))
             for function in _different(contender.measures):
                 self.run(contender, form, kind, function, size)
                 error = np.abs(self.results(form, size) - eps)[valid]
@@ -246,7 +250,7 @@ class Harness:
         """Return |d eps|/eps of a contender in double over v*, the largest one in each of many strips of speeds."""
         size = min(contender.most, self.sizes.sampled)
         speed, beta = self.speeds(DOUBLE, "log-uniform", size), self.betas(contender, DOUBLE, size)
-        eps, _ = exact(speed, beta)
+        eps, _ = exact_of_speed(speed, beta)
         self.run(contender, DOUBLE, "log-uniform", _different(contender.measures)[0], size)
         error = np.abs(self.results(DOUBLE, size) - eps) / eps
         strips = np.array_split(np.argsort(speed), min(STRIPS, size))

@@ -9,7 +9,7 @@ from decimal import ROUND_CEILING, Context, Decimal
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import exact
+from viscopade.arrays.double import exact_of_speed
 from viscopade_lab import proven
 from viscopade_lab.bench.contender import ARRAY, Contender
 from viscopade_lab.bench.sources import render
@@ -73,7 +73,7 @@ def _formats(text: str, function: str) -> tuple[Format, ...]:
 
 
 def _eps(speed: FloatArray, beta: FloatArray) -> FloatArray:
-    return exact(speed, beta)[0]
+    return exact_of_speed(speed, beta)[0]
 
 
 def _of_tier(tier: str, file: str, text: str, speeds: SpeedRange) -> list[Contender]:

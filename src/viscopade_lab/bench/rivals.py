@@ -13,7 +13,7 @@ import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import exact
+from viscopade.arrays.double import exact_of_speed
 from viscopade.collision import spheres
 from viscopade.kernels.targets.wording import horner_text
 from viscopade.scene.cost import PADE
@@ -134,7 +134,7 @@ def _table(speeds: SpeedRange, ident: str, *, logarithmic: bool) -> Contender:
     ends = (math.log(low), math.log(high)) if logarithmic else (low, high)
     places = np.linspace(*ends, POINTS)
     nodes = np.exp(places) if logarithmic else places
-    values, _ = exact(nodes, np.full(POINTS, speeds.beta))
+    values, _ = exact_of_speed(nodes, np.full(POINTS, speeds.beta))
     per_step = (POINTS - 1) / (ends[1] - ends[0])
     source = render(
         "table.c.jinja", name=ident.replace("-", "_"), logarithmic=logarithmic, size=POINTS,
@@ -197,7 +197,7 @@ def _adaptive() -> Contender:
         "adaptive",
         f"Dormand-Prince 5(4), tolerance {TOLERANCE}, C",
         "rival",
-        lambda speed, beta: exact(speed, beta)[0],
+        lambda speed, beta: exact_of_speed(speed, beta)[0],
         render("dormand_prince.c.jinja", tolerance=TOLERANCE, limit=_LIMIT),
         scalar="rival_adaptive",
         formats=(DOUBLE,),
@@ -215,7 +215,7 @@ def _scipy() -> Contender | None:
         "scipy",
         f"SciPy solve_ivp, tolerance {TOLERANCE}",
         "rival",
-        lambda speed, beta: exact(speed, beta)[0],
+        lambda speed, beta: exact_of_speed(speed, beta)[0],
         formats=(DOUBLE,),
         measures=("throughput",),
         bound=1e-3,

@@ -11,7 +11,7 @@ from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.arrays import double
 from viscopade.collision.exact import collision
-from viscopade.collision.panel_proof import limit, tail
+from viscopade.collision.panel_proof import asymptotic_factor, tail
 from viscopade.theory.paper import TABLE
 from viscopade_lab.claims.approximants import approximant, curve, slope
 from viscopade_lab.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
@@ -72,7 +72,7 @@ def _proven_limit() -> tuple[float, dict[float, float]]:
         epsilon = collision(v, 20).epsilon
         with working(128):
             bound, scaled = tail(arb(v)), epsilon * (arb(v) ** 10).root(3)
-            if not abs((scaled / limit()).log()) <= bound:
+            if not abs((scaled / asymptotic_factor()).log()) <= bound:
                 raise ArithmeticError(f"eps at v* = {v:g} is farther from its limit than is proven")
             distance[v] = float(bound.upper())
     return float(scaled.mid()), distance

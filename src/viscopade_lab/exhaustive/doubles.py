@@ -72,7 +72,7 @@ def histograms(program: Path, function: str, samples: int, seed: int, jobs: int)
 
 def starts(function: str, generator: np.random.Generator) -> Bits:
     """Return the bits of the inputs that the search begins with."""
-    ends = [float(panel.centre + side * panel.half) for panel in last_place.panels() for side in (-1, 0, 1)]
+    ends = [float(panel.centre + side * panel.half) for panel in last_place.smaller_panels() for side in (-1, 0, 1)]
     ends += [crossing(function, k) for k in range(1, 60)]
     near = np.array([bits_of(end) for end in ends], dtype=np.int64)[:, None] + np.arange(-50, 51)
     low, high = NORMAL[function]
@@ -87,7 +87,7 @@ def crossing(function: str, k: int) -> float:
     falling = function == "epsilon"
     for _ in range(120):
         middle = (low * high) ** 0.5
-        above = last_place.evaluate("double", function, middle) > 2.0**-k
+        above = last_place.evaluated_in("double", function, middle) > 2.0**-k
         low, high = (middle, high) if above == falling else (low, middle)
     return low
 

@@ -86,7 +86,7 @@ def rational(m: int, n: int) -> gas.RestitutionFunction:
 def kernel(tier: str) -> gas.RestitutionFunction:
     """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
-    return lambda speed: registry_arrays.epsilon(entry, _v_star(speed))
+    return lambda speed: registry_arrays.entry_epsilon(entry, _v_star(speed))
 
 
 @lru_cache(maxsize=4 * SEEDS)

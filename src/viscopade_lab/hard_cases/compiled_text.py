@@ -53,10 +53,10 @@ def compiled(header: str) -> dict[str, Function]:
 
     Raises
     ------
-    compilers.BenchError
+    compilers.ToolchainError
         If there is no compiler, or it fails.
     """
-    found = toolchain.find()
+    found = toolchain.find_compiler()
     compiler = replace(found, words=(*found.words, NO_CONTRACTION))
     definitions = _DEFINITION.findall(header)
     lines = ['#include "exported.h"']
@@ -222,7 +222,7 @@ def compare_inverses(request: Request, generator: np.random.Generator, number: i
 def _compiled_or_not(header: str, into: Compared) -> dict[str, Function]:
     try:
         return compiled(header)
-    except toolchain.BenchError as error:
+    except toolchain.ToolchainError as error:
         into.why_not = str(error)
         return {}
 

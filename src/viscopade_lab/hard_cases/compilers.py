@@ -26,9 +26,9 @@ from viscopade.arithmetic.balls import to_mpf
 from viscopade.arithmetic.decimals import at_most
 from viscopade.collision import exact
 from viscopade.kernels import requests, toolchain
-from viscopade.kernels.toolchain import BenchError
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade.progress import track
-from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run
+from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run_driver
 from viscopade_lab import proven
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
 
@@ -222,7 +222,7 @@ def stated(kind: str, name: str, form: Form) -> Stated:
     if name == "full":
         return Stated(ulps=found.number(f"ulps of {kind}"))
     if name.startswith("lookup"):
-        return _of_lookup(name, form)
+        return _of_speed_table(name, form)
     rounding = found.number(f"rounding of {kind}")
     if name.startswith("inverse"):
         return Stated(value=rounding, formula=found.number("formula"))
@@ -231,7 +231,7 @@ def stated(kind: str, name: str, form: Form) -> Stated:
     return Stated(found.up_to, rounding, high=max(end for end, _ in found.up_to))
 
 
-def _of_lookup(name: str, form: Form) -> Stated:
+def _of_speed_table(name: str, form: Form) -> Stated:
     double, found = proven.of(name, "double"), proven.of(name, form)
     low, high = double.number("low"), double.number("high")
     # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.
@@ -399,8 +399,8 @@ def make(
     sizes = [given.given(f.over, f.form).nbytes for f in wanted]
     file, size = ("headers.h", text), sum(sizes)
     try:
-        code = run(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
-    except BenchError as error:
+        code = run_driver(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
+    except ToolchainError as error:
         return Made(name, build, tuple(wanted), (), str(error))
     ends = np.cumsum([0, *sizes])
     pieces = [code[first:last] for first, last in pairwise(ends)]

@@ -35,14 +35,14 @@ from viscopade.kernels.expressions import (
     Statement,
     evaluate,
     horner_expression,
-    run,
-    smallest,
+    run_program,
+    smallest_number,
 )
 from viscopade.kernels.forms import lacunary_rounding, last_place, speed_kernel, table_free
 from viscopade.kernels.forms.lacunary_rounding import Size
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.forms.speed_table import Table, gamma
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table import Table, product_bound
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases.machine import Array, Contracted, moved, type_of
@@ -132,7 +132,7 @@ class ExportedFunction:
         inputs = {name: wrap(value) for name, value in self.given(x).items()}
         numbers = {name: wrap(kind(c)) for name, c in self.constants.items()}
         with np.errstate(all="ignore"):
-            values = run(self.program, {**numbers, **inputs}, literal, functions)
+            values = run_program(self.program, {**numbers, **inputs}, literal, functions)
             found = evaluate(self.result, values, literal, functions)
         result: Array = np.asarray(found.value if contracted else found)
         return np.broadcast_to(result, x.shape)
@@ -244,7 +244,7 @@ def of_pade() -> Iterator[ExportedFunction]:
             a, b = kernel.rounded(form)
             machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
             for name, of in (("epsilon", machine), ("epsilon, coefficients too", digits)):
-                size = upper(rounding.quotient(*of, form, Fraction(0), end, coefficients=of is digits))
+                size = upper(rounding.quotient_rounding(*of, form, Fraction(0), end, coefficients=of is digits))
                 function = of_quotient(f"Padé {kernel.label}", name, form, a, b, end, size, quotient(*of))
                 yield replace(function, local=_of_quotient_at(*of, form, of is digits))
 
@@ -252,8 +252,8 @@ def of_pade() -> Iterator[ExportedFunction]:
 def _of_quotient_at(
     a: Sequence[Fraction], b: Sequence[Fraction], form: Format, coefficients: bool = False
 ) -> Callable[[float], Fraction]:
-    """Return the bound of `rounding.quotient` for one v*."""
-    return lambda x: upper(rounding.quotient(a, b, form, *_around(x), coefficients=coefficients))
+    """Return the bound of `rounding.quotient_rounding` for one v*."""
+    return lambda x: upper(rounding.quotient_rounding(a, b, form, *_around(x), coefficients=coefficients))
 
 
 def _around(x: float) -> tuple[Fraction, Fraction]:
@@ -297,7 +297,7 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Exporte
         for form in formats(label):
             a, b = minimax_coefficients(m, n, form)
             machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
-            size = upper(rounding.quotient(*machine, form, Fraction(0), MINIMAX_END))
+            size = upper(rounding.quotient_rounding(*machine, form, Fraction(0), MINIMAX_END))
             function = of_quotient(f"best {label}", "epsilon", form, a, b, MINIMAX_END, size, quotient(a, b))
             yield replace(function, local=_of_quotient_at(*machine, form))
             yield _derivative(label, form, machine)
@@ -348,7 +348,7 @@ def _machine(quotient: LacunaryQuotient, form: Format) -> tuple[tuple[float, ...
 def half_line_numbers(accuracy: str, form: Format) -> tuple[Powers, tuple[float, ...], tuple[float, ...]]:
     """Return powers and machine numbers of a half-line kernel."""
     powers = HALF_LINE[accuracy]
-    return powers, *_machine(half_line.fit(powers, "both").quotient, form)
+    return powers, *_machine(half_line.fit_half_line(powers, "both").quotient, form)
 
 
 def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFunction, ExportedFunction]:
@@ -405,11 +405,11 @@ def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) 
             inputs, root, error = at(arb(x), form)
             numbers = {name: Rounded(arb(c), form) for name, c in function.constants.items()}
             given = {**numbers, **inputs, variable: Rounded(root, form, slope=1)}
-            values = run(function.program, given, literal)
+            values = run_program(function.program, given, literal)
             found: Rounded = evaluate(function.result, values, literal).with_error_of_y(error)
             return upper(found.relative + found.underflow / arb(found.value.abs_lower()))
 
-    underflow = Fraction(size.underflow) * smallest(form)
+    underflow = Fraction(size.underflow) * smallest_number(form)
     return replace(function, relative=Fraction(size.relative), underflow=underflow, local=local)
 
 
@@ -514,7 +514,7 @@ def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Exporte
         for form in formats(accuracy):
             powers, a, b = half_line_numbers(accuracy, form)
             machine = table_free.LIBRARY[form.name]
-            bounds = table_free.bounds(powers, a, b, machine)
+            bounds = table_free.rounding_bounds(powers, a, b, machine)
             beta = form.nearest(Fraction(str(BETA)))
             program, results, numbers = compact_parts(accuracy, form)
             formulas = _compact_formulas(half_line_formulas(powers, a, b), beta)
@@ -530,7 +530,7 @@ def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Exporte
 def compact_parts(accuracy: str, form: Format) -> tuple[Program, Mapping[str, Expression], dict[str, float]]:
     """Return the program of a compact kernel from speed and beta, its results, and the constants."""
     powers, a, b = half_line_numbers(accuracy, form)
-    kernel = table_free.kernel(powers)
+    kernel = table_free.table_free_program(powers)
     program = (*table_free.w_program(), *kernel.common, kernel.inverse)
     return program, kernel.results, table_free.numbers(powers, a, b, form)
 
@@ -575,7 +575,7 @@ def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Expor
     base, (_, low, high) = table.base(index), table.interval(index)
     bound = table.bounds(index)
     # |dp| <= gamma terms min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
-    size = gamma(2 + 3 * (table.degree // 2), form) * bound.terms * (1 + bound.error)
+    size = product_bound(2 + 3 * (table.degree // 2), form) * bound.terms * (1 + bound.error)
     unit = Fraction(1, 2**form.precision)
     p = Name("p")
     numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {
@@ -651,7 +651,7 @@ class FullFunction:
         """Return what the code returns without fused multiplications; there is no root to be moved by steps."""
         if self.power > 1:
             return native_restitution(x, np.ones_like(x))
-        return np.array([last_place.evaluate(self.form.name, self.name, v) for v in x.tolist()], x.dtype)
+        return np.array([last_place.evaluated_in(self.form.name, self.name, v) for v in x.tolist()], x.dtype)
 
     def exact(self, x: float) -> arb:
         """Enclose the true function by the polynomials of `panel_proof`; to be called within `balls.working`."""
@@ -671,7 +671,7 @@ def true_value(name: str, v_star: arb) -> arb:
     """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
     at, _ = panels.index_of(float(v_star))
     z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
-    return panel_proof.rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
+    return panel_proof.panel_rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
 
 
 def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:
@@ -683,6 +683,6 @@ def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:
 
 def of_full_speed() -> FullFunction:
     """Return eps of the table of full accuracy, as a function of w = speed with beta = 1, which is exact."""
-    table = FullTable()
+    table = LastPlaceTable()
     ends = 2.0**table.first, 2.0**60
     return FullFunction("table full", "epsilon", DOUBLE, *ends, table.proven.ulp, 10)

@@ -11,8 +11,8 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arithmetic.compensated import two_product, two_sum
 from viscopade.arithmetic.formats import FLOAT, Format
+from viscopade_lab.compensated import two_product, two_sum
 
 Array = npt.NDArray[Any]
 

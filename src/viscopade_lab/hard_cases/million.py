@@ -124,7 +124,7 @@ def _values(name: str, v_star: Array) -> Array:
 @lru_cache(maxsize=2)
 def _rows(name: str) -> Array:
     """Return the coefficients of all panels, the power first."""
-    rows = [panel_proof.rows()[name, panel] for panel in range(panels.PANELS)]
+    rows = [panel_proof.panel_rows()[name, panel] for panel in range(panels.PANELS)]
     return np.array([[np.ldexp(np.longdouble(str(c)), row.exponent) for c in row.a] for row in rows]).T
 
 
@@ -223,7 +223,7 @@ def _promises(function: HeaderFunction) -> list[Promise]:
     form, name = function.form, function.name
     found = proven.of(name, form)
     if name.startswith("lookup"):
-        return _of_lookup(function)
+        return _of_speed_table(function)
     if name.startswith("inverse"):
         return [Promise(function), Promise(replace(function, kind="v_star_from_loss"))]
     if name.startswith("halfline"):
@@ -238,7 +238,7 @@ def _promises(function: HeaderFunction) -> list[Promise]:
     return [Promise(function)]
 
 
-def _of_lookup(function: HeaderFunction) -> list[Promise]:
+def _of_speed_table(function: HeaderFunction) -> list[Promise]:
     """Return eps with what is proven of it, and the same of eps speed and 1 - eps^2."""
     form, stated = function.form, function.stated
     double = proven.of(function.name, "double")

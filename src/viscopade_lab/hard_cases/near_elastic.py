@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arithmetic.formats import exact as fraction
+from viscopade.arithmetic.formats import decimal_value as fraction
 from viscopade.arrays import double
 from viscopade.collision import exact, spheres
 from viscopade.kernels import names, registry
-from viscopade.kernels.expressions import smallest
+from viscopade.kernels.expressions import smallest_number
 from viscopade.kernels.forms import last_place, speed_kernel
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.registry import Entry
 from viscopade.theory.paper import TABLE, last_digit
 from viscopade_lab.hard_cases import exported
@@ -96,14 +96,14 @@ class Way:
 
 
 def entry(kind: str, tier: str, form: Format) -> Entry:
-    """Return what the catalogue of proven bounds has on a kernel."""
+    """Return what the table of proven bounds has on a kernel."""
     wanted = kind, tier, "fast", registry.HOST, form.name
     return next(e for e in registry.entries() if (e.kind, e.tier, e.size, e.place, e.format) == wanted)
 
 
 def ways() -> Iterator[Way]:
     """Yield all functions that give 1 - eps or 1 - eps^2."""
-    least = {form: Fraction(smallest(form)) for form in FORMATS.values()}
+    least = {form: Fraction(smallest_number(form)) for form in FORMATS.values()}
     sampled = Fraction(double.ULP["one_minus_epsilon"]) / 2**52
     yield Way("viscopade.one_minus_epsilon", "1 - eps", DOUBLE, double.one_minus_epsilon, sampled, least[DOUBLE])
     for form in (DOUBLE, FLOAT):
@@ -121,7 +121,7 @@ def ways() -> Iterator[Way]:
             bound = _of_dissipation(Fraction(given.outside), Fraction(given.loss))
             yield Way(f"compact {accuracy}", "1 - eps^2", form, of, bound, Fraction(0), float(low), by_beta=True)
     for tier in names.TIERS:
-        first = FullTable().first if tier == names.FULL else speed_kernel.TABLES[tier, names.FAST].first
+        first = LastPlaceTable().first if tier == names.FULL else speed_kernel.TABLES[tier, names.FAST].first
         end = 0.99 * 2.0 ** (first / 10)  # from there on the table is used
         for form in FORMATS.values():
             bounds = _of_speed(tier, form)
@@ -139,11 +139,11 @@ def _of_speed(tier: str, form: Format) -> tuple[Fraction, Fraction]:
     unit = Fraction(1, 2**form.precision)
     # In type float the result comes from type double and is rounded once more.
     bound = (1 + _of_dissipation(Fraction(given.outside), Fraction(given.loss))) * (1 + unit) - 1
-    return bound, 2 * smallest(form)
+    return bound, 2 * smallest_number(form)
 
 
 def _full(form: Format, name: str) -> Loss:
-    return lambda v_star: last_place.evaluate(form.name, name, v_star)
+    return lambda v_star: last_place.evaluated_in(form.name, name, v_star)
 
 
 def half_line(accuracy: str, form: Format, name: str = "one_minus_epsilon") -> Loss:
@@ -192,7 +192,7 @@ def naive(form: Format) -> dict[str, Callable[[Array], Array]]:
     kind = type_of(form)
 
     def accurate(v_star: Array) -> Array:
-        return np.array([last_place.evaluate(form.name, "epsilon", v) for v in v_star.tolist()], kind)
+        return np.array([last_place.evaluated_in(form.name, "epsilon", v) for v in v_star.tolist()], kind)
 
     a, b = minimax_coefficients(3, 7, form)
     best = exported.of_quotient("best [3/7]", "epsilon", form, a, b, Fraction(5), Fraction(0), exported.quotient(a, b))

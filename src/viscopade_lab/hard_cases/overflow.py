@@ -17,10 +17,10 @@ import numpy as np
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.fallback import restitution
-from viscopade.kernels.expressions import smallest
+from viscopade.kernels.expressions import smallest_number
 from viscopade.kernels.forms import lacunary_rounding, last_place
 from viscopade.kernels.forms.quotient import threshold
-from viscopade.kernels.forms.speed_table import gamma
+from viscopade.kernels.forms.speed_table import product_bound
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
@@ -135,7 +135,7 @@ def failure(kernel: FormulaPair) -> Failure:
     zero = _first(kernel, lambda found: found == 0 or math.isnan(found))
     if math.isfinite(zero):
         with working(BITS):
-            lost = abs(kernel.exact(zero)) > ball_of(smallest(kernel.form) / 2)
+            lost = abs(kernel.exact(zero)) > ball_of(smallest_number(kernel.form) / 2)
         zero = zero if lost else math.inf
     return Failure(zero, _first(kernel, math.isnan))
 
@@ -190,7 +190,7 @@ def allowed_far(kernel: FormulaPair) -> float:
     """
     power = math.ceil(abs(kernel.degrees[0] - kernel.degrees[1]))
     roots = 2 * lacunary_rounding.ULPS if kernel.near.roots else 0
-    return float(gamma(2 * power + 8 + roots, kernel.form))
+    return float(product_bound(2 * power + 8 + roots, kernel.form))
 
 
 # --- the case ---------------------------------------------------------------------------------------------------------
@@ -245,10 +245,10 @@ def _full() -> int:
     wrong = 0
     for form in FORMATS.values():
         for name in last_place.FUNCTIONS:
-            found = [last_place.evaluate(form.name, name, x) for x in all_sizes(form, 0).tolist()]
+            found = [last_place.evaluated_in(form.name, name, x) for x in all_sizes(form, 0).tolist()]
             wrong += sum(not 0 <= value <= 1 for value in found)
-            wrong += sum(not math.isnan(last_place.evaluate(form.name, name, x)) for x in REFUSED)
-            ends = [last_place.evaluate(form.name, name, x) for x in (0.0, -0.0, math.inf)]
+            wrong += sum(not math.isnan(last_place.evaluated_in(form.name, name, x)) for x in REFUSED)
+            ends = [last_place.evaluated_in(form.name, name, x) for x in (0.0, -0.0, math.inf)]
             wrong += ends != ([1.0, 1.0, 0.0] if name == "epsilon" else [0.0, 0.0, 1.0])
     return wrong
 
@@ -338,7 +338,7 @@ def _special(chosen: Sequence[FormulaPair]) -> Table:
         found = kernel.exported(np.array(_ARGUMENTS))
         rows.append((kernel.name, *(f"{value:.3g}" for value in found.tolist())))
     for name in last_place.FUNCTIONS:
-        values = (last_place.evaluate("double", name, x) for x in _ARGUMENTS)
+        values = (last_place.evaluated_in("double", name, x) for x in _ARGUMENTS)
         rows.append((f"full, {name}", *(f"{value:.3g}" for value in values)))
     return Table("What is returned, in type double", ("formula", *(f"v* = {x:g}" for x in _ARGUMENTS)), tuple(rows))
 

@@ -335,7 +335,7 @@ def from_exports(degrees: requests.Degrees) -> Iterator[ReadBack]:
     yield ReadBack("exported coefficients", "json", *changed(found, rows))
     for digits in (1, 5, 15, 40):
         context = Context(prec=digits, rounding=ROUND_HALF_EVEN)
-        read_numbers = read_coefficients(tables.latex(kernels, request.command("latex"), digits))
+        read_numbers = read_coefficients(tables.latex_table(kernels, request.command("latex"), digits))
         pairs = [(numbers.get(name), context.create_decimal(c)) for key, terms in wanted.items()
                  for numbers in [read_numbers.get(key, {})] for name, c in terms.items()]  # fmt: skip
         wrong = sum(got != asked for got, asked in pairs) + abs(sum(map(len, read_numbers.values())) - len(pairs))

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_poly
 
-from viscopade.arithmetic import compensated
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.arrays import double, panels
@@ -33,6 +32,7 @@ from viscopade.collision import panel_proof
 from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
+from viscopade_lab import compensated
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
 
 TOLERANCE = 1e-3
@@ -144,7 +144,7 @@ def exact_epsilon(v_star: float) -> arb:
     place = panels.place_of(np.array([v_star]))
     panel = int(place.panel[0])
     z = (arb(v_star) - arb(float(panels.CENTRES[panel]))) / arb(float(panels.HALF_WIDTHS[panel]))
-    return panel_proof.rows()["epsilon", panel].poly()(z) * arb(1, panel_proof.proven_error())
+    return panel_proof.panel_rows()["epsilon", panel].poly()(z) * arb(1, panel_proof.proven_error())
 
 
 def _off(polynomial: arb_poly, v_star: float) -> arb:

@@ -1,10 +1,10 @@
 """Collisions in LAMMPS against the exact eps: the error that `pair_style granular` with our lines makes.
 
 Two spheres, a sphere and a wall, and two spheres of unlike materials and sizes collide head-on in LAMMPS, each with the
-include file that `viscopade simulators lammps` makes and the script of `lammps.collision`. Columns: the relative error
-of eps with N time steps in a contact (for few steps the largest over where in a step contact begins); the order, from
-the last two N; the error after extrapolation to infinitely many steps (Richardson's for first order, from the last two
-N); and how far off eps is without limit_damping, where contact ends at x = 0 and not where the force vanishes.
+include file that `viscopade simulators lammps` makes and the script of `lammps.collision_script`. Columns: the relative
+error of eps with N time steps in a contact (for few steps the largest over where in a step contact begins); the order,
+from the last two N; the error after extrapolation to infinitely many steps (Richardson's for first order, from the last
+two N); and how far off eps is without limit_damping, where contact ends at x = 0 and not where the force vanishes.
 
 Run as `python -m viscopade_lab.programs.lammps_collisions`, or with `--format json`. It needs the program `lmp` (the
 package lammps[mpi]), beside this Python or on the path.
@@ -122,7 +122,7 @@ def run(include: str, script: str) -> tuple[float, float]:
 def measured(case: Case, steps: int, phase: float = 0.5) -> float:
     """Return eps of LAMMPS with so many steps in a contact."""
     timestep = float(case.pair.contact_time(SPEED)) / steps
-    script = lammps.collision(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep, phase)
+    script = lammps.collision_script(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep, phase)
     return run(lammps.render(case.setup, COMMAND), script)[0]
 
 
@@ -132,7 +132,7 @@ def unlimited(case: Case) -> float:
     timestep = float(case.pair.contact_time(SPEED)) / UNLIMITED_STEPS
     contact_times = 4.0
     while contact_times <= LONGEST:
-        script = lammps.collision(
+        script = lammps.collision_script(
             case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep, contact_times=contact_times
         )
         epsilon, overlap = run(include, script)
@@ -147,7 +147,7 @@ def mixed(case: Case) -> float:
     line = lammps.pair_coeff(case.setup, case.contact.first, case.contact.second)
     include = lammps.render(case.setup, COMMAND).replace(line, "")
     timestep = float(case.pair.contact_time(SPEED)) / UNLIMITED_STEPS
-    return run(include, lammps.collision(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep))[0]
+    return run(include, lammps.collision_script(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep))[0]
 
 
 def case(name: str, first: Sphere, second: Sphere, v_star: float) -> Case:

@@ -16,7 +16,7 @@ import click
 
 from viscopade.simulators import liggghts
 from viscopade.simulators.setup import Setup
-from viscopade.simulators.stated import full
+from viscopade.simulators.stated import program_number
 from viscopade_lab.programs.two_spheres import RADIUS, RESTITUTIONS, SPEED, STEPS, Row, duration, setup, show, time_step
 
 PROGRAM = "liggghts"
@@ -103,10 +103,10 @@ def rows() -> list[Row]:
         (contact,) = case.contacts
         limited = liggghts.limits_force(case.contacts)
         text = liggghts.render(case, COMMAND, "hertz")
-        coefficient = liggghts.restitution(contact, limited).coefficient
+        coefficient = liggghts.hertz_restitution(contact, limited).coefficient
         law = f"hertz, limitForce {'on' if limited else 'off'}"
         found.append(row(case, law, f"ours {coefficient:.6f}", text, SPEED, epsilon))
-        naive = text.replace(f"\n    {full(coefficient)}\n", f"\n    {full(epsilon)}\n")
+        naive = text.replace(f"\n    {program_number(coefficient)}\n", f"\n    {program_number(epsilon)}\n")
         naive = naive.replace("limitForce off", "limitForce on")
         found.append(row(case, "hertz, limitForce on", f"naive {epsilon:.6f}", naive, SPEED, epsilon))
     return found

@@ -42,7 +42,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from viscopade.approximation import machine_coefficients, minimax, remez
-from viscopade.approximation.target import curve
+from viscopade.approximation.target import exact_target
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double, panels
@@ -123,7 +123,7 @@ def rational(a: Iterable[float], b: Iterable[float]) -> Evaluated:
 
 def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, float]:
     """Return our error and time for [m/n] without conditions."""
-    target = curve()
+    target = exact_target()
 
     def sharpness(v: arb) -> arb:
         return 1 / target.epsilon(v) if relative else arb(1)
@@ -313,7 +313,7 @@ def _error(fit: minimax.Fit, loss: list[Fraction]) -> float:
     """Return the error of 1 - v*^2 (c_0 + c_1 v* + …) on the fit's interval; infinite without coefficients."""
     if not loss:
         return math.inf
-    task = minimax.problem(fit.m, 0, fit.interval, fit.measure, fit.digits)
+    task = minimax.minimax_problem(fit.m, 0, fit.interval, fit.measure, fit.digits)
     with working(task.bits):
         a = [arb(1), arb(0), *(-arb(c.numerator) / c.denominator for c in loss)]
         return remez.sup_error(task, a, [arb(1)], fit.points)[0]

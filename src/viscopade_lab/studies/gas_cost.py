@@ -75,8 +75,8 @@ def in_python() -> dict[str, gas.RestitutionFunction]:
 def in_c() -> dict[str, gas.RestitutionFunction]:
     """Return functions of exports/, compiled; none without a compiler."""
     try:
-        compiler = toolchain.find()
-    except toolchain.BenchError:
+        compiler = toolchain.find_compiler()
+    except toolchain.ToolchainError:
         return {}
     headers = {name: (EXPORTS / name).read_text() for name in (*map(file_of, TIERS), "viscopade_pade.h")}
     names = {entry.tier: entry.name for entry in registry.entries() if (entry.kind, entry.size) == ("speed", FAST)}

@@ -60,7 +60,7 @@ class Row(NamedTuple):
 
 def points() -> FloatArray:
     """Return v* dense enough for rough fits on the half-line."""
-    return half_line.sample("relative").y ** 3
+    return half_line.half_line_sample("relative").y ** 3
 
 
 def weights(measure: str, v_star: FloatArray) -> FloatArray:
@@ -208,7 +208,7 @@ def gaps(deep: float) -> Iterator[Row]:
     """1/eps - 1 = c v*^2 N(y)/D(y), y = v*^(1/3)."""
     cases = [(k, a, b) for k in range(3, EXHAUSTIVE + 1) for a, b in splits(k)]
     for measure in half_line.BEST:
-        sample = half_line.sample(measure)
+        sample = half_line.half_line_sample(measure)
         for k, a, b in (cases[i] for i in track(range(len(cases)), "exhaustive search")):
             choices = list(Space(a, b, half_line.DEGREES_MORE, 2).all())
             yield from _rows("gaps", "c v^2 N/D, y = v^(1/3)", k, measure, in_batches(choices, sample), "exhaustive")
@@ -217,7 +217,7 @@ def gaps(deep: float) -> Iterator[Row]:
         for measure in half_line.BEST:
             for k, a, b in (cases[i] for i in track(range(len(cases)), "local search")):
                 space = Space(a, b, half_line.DEGREES_MORE, 2)
-                found = local_search(space, half_line.sample(measure), deep, k)
+                found = local_search(space, half_line.half_line_sample(measure), deep, k)
                 yield from _rows("gaps", "c v^2 N/D, y = v^(1/3)", k, measure, found, "local search")
 
 
@@ -232,7 +232,7 @@ def levelled() -> Iterator[Row]:
     """Return what is recommended, by Remez's algorithm."""
     for measure, choices in half_line.BEST.items():
         for powers in choices:
-            found = half_line.fit(powers, measure)
+            found = half_line.fit_half_line(powers, measure)
             form = "c v^2 N/D, y = v^(1/3)"
             yield Row("gaps", form, powers.label, powers.coefficients, measure, found.error, "levelled")
     for powers in inverse.WHOLE:
@@ -267,7 +267,7 @@ def intervals() -> Iterator[Row]:
 
 def whole(deep: float) -> Iterator[Row]:
     """v* on (0, 1]."""
-    form, sample = "v*, q^(1/10), (0, 1]", inverse.sample()
+    form, sample = "v*, q^(1/10), (0, 1]", inverse.inverse_sample()
     for k in (4, *(DEEP if deep else ())):
         for a, b in ((k // 2, k - k // 2), (k - k // 2, k // 2)) if k % 2 else ((k // 2, k // 2),):
             space = Space(a, b, -inverse.DEGREES_LESS, 2)

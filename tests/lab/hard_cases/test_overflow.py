@@ -107,7 +107,9 @@ def test_c_code_of_full_accuracy_and_speed_at_the_ends(tmp_path):
     x = [*case.all_sizes(DOUBLE, 0)[::5].tolist(), *case.REFUSED]
     for name in last_place.FUNCTIONS:
         assert np.array_equal(
-            [built[f"{name}_full"](v) for v in x], [last_place.evaluate("double", name, v) for v in x], equal_nan=True
+            [built[f"{name}_full"](v) for v in x],
+            [last_place.evaluated_in("double", name, v) for v in x],
+            equal_nan=True,
         )
 
 
@@ -145,8 +147,8 @@ def test_a_kernel_that_leaves_the_range_fails(kernels):
 
 def test_wrong_results_of_full_accuracy_are_counted(monkeypatch):
     assert case._full() == 0
-    true = last_place.evaluate
-    monkeypatch.setattr(last_place, "evaluate", lambda form, name, x: 0.5 if x == math.inf else true(form, name, x))
+    true = last_place.evaluated_in
+    monkeypatch.setattr(last_place, "evaluated_in", lambda form, name, x: 0.5 if x == math.inf else true(form, name, x))
     assert case._full() == 4
     assert case._of_speed() == 0
     monkeypatch.setattr(case, "restitution", lambda speed, beta: np.where(speed >= 0, 0.5, np.nan))

@@ -315,8 +315,8 @@ def test_a_changed_digit_is_seen():
 
 def has_compiler():
     try:
-        toolchain.find()
-    except toolchain.BenchError:
+        toolchain.find_compiler()
+    except toolchain.ToolchainError:
         return False
     return True
 
@@ -387,9 +387,9 @@ def test_a_changed_coefficient_in_a_table_is_seen():
 
 def test_without_a_compiler_it_is_said(monkeypatch):
     def none(command=None):
-        raise toolchain.BenchError("there is no C compiler 'cc'")
+        raise toolchain.ToolchainError("there is no C compiler 'cc'")
 
-    monkeypatch.setattr(toolchain, "find", none)
+    monkeypatch.setattr(toolchain, "find_compiler", none)
     found = compiled_text.Compared()
     compiled_text.compare_quotients(requests.Request(pade=[(3, 6)]), np.random.default_rng(1), 20, found)
     assert found.compared == 0

@@ -42,8 +42,8 @@ from viscopade.kernels.expressions import (
     horner_expression,
     power,
     powers,
-    run,
-    smallest,
+    run_program,
+    smallest_number,
 )
 
 ULPS = 4
@@ -64,7 +64,7 @@ Found = Mapping[str, Rounded]
 Result = TypeVar("Result")
 
 
-class Branch(NamedTuple):
+class CodeBranch(NamedTuple):
     """A branch of the code: a program for a part of the arguments, and the expressions of its results.
 
     Attributes
@@ -97,7 +97,7 @@ def constants(form: Powers, a: Values, b: Values) -> dict[str, float]:
     return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
 
 
-def half_line(form: Powers) -> tuple[Branch, Branch]:
+def half_line(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon."""
     v_star, w = Name("v_star"), Name("w")
     top, bottom = _polynomials(form, "y", mirror=False)
@@ -117,10 +117,10 @@ def half_line(form: Powers) -> tuple[Branch, Branch]:
     )
     elastic, lost = Name("elastic"), Name("lost")
     results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
-    return Branch("y", near, results), Branch("u", far, results)
+    return CodeBranch("y", near, results), CodeBranch("u", far, results)
 
 
-def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
+def inverse(form: Powers, root: Fraction) -> tuple[CodeBranch, ...]:
     """Return the program for root 1/2, or for root 1/10 those for eps >= 1/2 and eps < 1/2.
 
     Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
@@ -128,7 +128,7 @@ def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
     epsilon, loss = Name("epsilon"), Name("loss")
     shift = int(HALF / root)
     top, bottom = _polynomials(form, "y", mirror=False)
-    near = Branch(
+    near = CodeBranch(
         "y",
         (Statement("y", _root(root, loss / epsilon)), *_with_sums(form, "y", shift, top, bottom)),
         {"v_star": power("y", shift) * Name("top") / Name("bottom")},
@@ -137,7 +137,7 @@ def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
         return (near,)
     rest = shift + form.top[-1] - form.bottom[-1]
     top, bottom = _polynomials(form, "u", mirror=True)
-    far = Branch(
+    far = CodeBranch(
         "u",
         (Statement("u", _root(root, epsilon / loss)), *_with_sums(form, "u", rest, top, bottom)),
         {"v_star": Name("top") / (power("u", rest) * Name("bottom"))},
@@ -232,7 +232,7 @@ def inverse_sizes(
                 return of_ratio + _log_error(unit)
             return of_ratio + _of_pow(root, kind, abs(y.log()) / ball_of(root))
 
-        start = _below_root(smallest(kind), root)
+        start = _below_root(smallest_number(kind), root)
         end = _above_root(1 / epsilon_min - 1) if epsilon_min else Fraction(1)
         numbers = constants(form, a, b)
         relative = max(
@@ -267,7 +267,7 @@ def _of_pow(exponent: Fraction, kind: Format, log: arb | None = None) -> arb:
 
 
 def _on_parts(
-    branch: Branch,
+    branch: CodeBranch,
     numbers: Mapping[str, float],
     kind: Format,
     inputs: Callable[[arb], dict[str, Rounded]],
@@ -289,7 +289,7 @@ def _on_parts(
         if not error < ball_of(_SLACK) / 2:
             raise ArithmeticError("a computed root may be beyond its part")
         given: dict[str, Any] = {**exact, **inputs(y), branch.variable: Rounded(y, kind, slope=1)}
-        values = run(branch.program, given, literal)
+        values = run_program(branch.program, given, literal)
         return {
             name: evaluate(expression, values, literal).with_error_of_y(error)
             for name, expression in branch.results.items()
@@ -304,7 +304,7 @@ def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) 
         max(largest(on, _uniform(Fraction(1)), of) for on in branches)
         for of in (lambda found: found[name].relative, lambda found: found[name].underflow)
     )
-    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(smallest(kind)), DIGITS))
+    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(smallest_number(kind)), DIGITS))
 
 
 def _of_v_star(found: Found) -> arb:

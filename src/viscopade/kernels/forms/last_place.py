@@ -11,9 +11,9 @@ after T_n. With t the distance from the panel's centre, which is exact:
 Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), in type double with a product c v*^2 in two parts. From 2^FOLD on, v* is
 divided by a power of 8 (`double`). The bounds hold with and without FMA contraction.
 
-`evaluate` returns in Python, bit by bit, the result of the C code without FMA contraction. `certificate` bounds, over
-every panel, the error of the table it is made from, the exact difference of the polynomials, and all rounding errors of
-that sequence of operations, in ball arithmetic.
+`evaluated_in` returns in Python, bit by bit, the result of the C code without FMA contraction. `certificate` bounds,
+over every panel, the error of the table it is made from, the exact difference of the polynomials, and all rounding
+errors of that sequence of operations, in ball arithmetic.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class SmallerOnPanel(NamedTuple):
 
 def table_row(function: str, index: int) -> PanelRow:
     """Return the row of the table of `double` for one of `FUNCTIONS` on one of its panels."""
-    return panel_proof.rows()[function, index]
+    return panel_proof.panel_rows()[function, index]
 
 
 def _polynomial(name: str, index: int) -> fmpq_poly:
@@ -88,7 +88,7 @@ def _polynomial(name: str, index: int) -> fmpq_poly:
 
 
 @lru_cache(maxsize=1)
-def panels() -> tuple[SmallerOnPanel, ...]:
+def smaller_panels() -> tuple[SmallerOnPanel, ...]:
     """Return the panels from `NEAR` to 2^(FOLD + PERIOD); panels where 1 - eps is smaller than eps come first."""
     found = []
     for index in range(1, PANELS):
@@ -105,7 +105,7 @@ def panels() -> tuple[SmallerOnPanel, ...]:
 @lru_cache(maxsize=1)
 def switch() -> int:
     """Return the number of elastic panels, where 1 - eps is smaller than eps; they come first."""
-    return sum(panel.elastic for panel in panels())
+    return sum(panel.elastic for panel in smaller_panels())
 
 
 def _ratio() -> fmpq_poly:
@@ -175,7 +175,7 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
 @lru_cache(maxsize=1)
 def double_rows() -> tuple[DoubleRow, ...]:
     """Return the table of type double: a row for [0, NEAR], which only eps uses, then one for each panel."""
-    return (_double_row_near(), *(_double_row(panel) for panel in panels()))
+    return (_double_row_near(), *(_double_row(panel) for panel in smaller_panels()))
 
 
 def _double_row_near() -> DoubleRow:
@@ -202,7 +202,7 @@ def _step(panel: SmallerOnPanel) -> Fraction:
 @lru_cache(maxsize=1)
 def float_rows() -> tuple[tuple[float, ...], ...]:
     """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
-    return tuple(map(_float_row, panels()))
+    return tuple(map(_float_row, smaller_panels()))
 
 
 def _float_row(panel: SmallerOnPanel) -> tuple[float, ...]:
@@ -274,7 +274,7 @@ def _cleared(x: float, bits: int) -> float:
     return float(cleared)
 
 
-def evaluate(form: str, function: str, v_star: float) -> float:
+def evaluated_in(form: str, function: str, v_star: float) -> float:
     """Return the kernel's result in this type without FMA contraction.
 
     Parameters
@@ -318,7 +318,7 @@ def _float(loss: bool, x: float) -> float:
     else:
         index = _panel(x)
         elastic = index < switch()
-        p = _float_value(float_rows()[index], x - float(panels()[index].centre))
+        p = _float_value(float_rows()[index], x - float(smaller_panels()[index].centre))
     return p if loss == elastic else 1.0 - p
 
 
@@ -410,7 +410,7 @@ class UlpBound(NamedTuple):
 
 
 @cache
-def bounds(form: str, function: str) -> tuple[UlpBound, ...]:
+def ulp_bounds(form: str, function: str) -> tuple[UlpBound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 
     Those from 2^FOLD on hold for all larger v*, too. The bounds are proven (docs/reference/full-kernels.md).
@@ -420,8 +420,8 @@ def bounds(form: str, function: str) -> tuple[UlpBound, ...]:
     bound = _double_bound if form == "double" else _float_bound
     with working(_BITS):
         found = [UlpBound(Fraction(0), NEAR, _near_bound(form, loss))]
-        for index in track(range(len(panels())), f"error bounds of type {form}"):
-            panel = panels()[index]
+        for index in track(range(len(smaller_panels())), f"error bounds of type {form}"):
+            panel = smaller_panels()[index]
             found.append(UlpBound(panel.centre - panel.half, panel.centre + panel.half, bound(index, loss)))
     return tuple(found)
 
@@ -460,7 +460,7 @@ def _arb_above(number: Fraction) -> arb:
 
 
 def _double_bound(index: int, loss: bool) -> Fraction:
-    panel, row = panels()[index], double_rows()[1 + index]
+    panel, row = smaller_panels()[index], double_rows()[1 + index]
     sign = -1 if panel.elastic else 1
     _check_head(panel, row)
     low_part = [row.a0_low, row.a1_low]
@@ -493,7 +493,7 @@ def _double_part(
 
 
 def _float_bound(index: int, loss: bool) -> Fraction:
-    panel, a = panels()[index], float_rows()[index]
+    panel, a = smaller_panels()[index], float_rows()[index]
     difference = greatest(_scaled(a, panel.half) - panel.p)
     return max(_float_part(panel, a, difference, loss, *part) for part in _parts(panel))
 
@@ -580,7 +580,7 @@ def certificate(form: str, function: str) -> dict[str, Any]:
     ValueError
         For an unknown form or function.
     """
-    found = [(bound, _float_above(bound.ulp)) for bound in bounds(form, function)]
+    found = [(bound, _float_above(bound.ulp)) for bound in ulp_bounds(form, function)]
     maximum = max(ulp for _, ulp in found)
     return {
         "form": form,

@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.forms.root_powers import HalfLineKernel, scientific
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, scientific
 from viscopade.kernels.forms.speed_table import Table
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, SMALL
 
 FIRST = -96
@@ -41,13 +41,13 @@ class SpeedKernel:
     ----------
     tier : str
         The accuracy asked for, or "full".
-    table : Table or FullTable
+    table : Table or LastPlaceTable
     slow : HalfLineKernel or None
         For w outside the table; None for the function of full accuracy.
     """
 
     tier: str
-    table: Table | FullTable
+    table: Table | LastPlaceTable
     slow: HalfLineKernel | None
 
     @property
@@ -58,7 +58,7 @@ class SpeedKernel:
     @cached_property
     def bound(self) -> str:
         """Proven bound of |eps - formula|/min(eps, 1 - eps), for all speeds; without rounding."""
-        if isinstance(self.table, FullTable):
+        if isinstance(self.table, LastPlaceTable):
             return at_most(self.table.proven.relative)
         beyond = [self.slow.variant(DOUBLE).certificate.bound] if self.slow else []
         return max([at_most(self.table.proven.error), *beyond], key=Fraction)
@@ -66,7 +66,7 @@ class SpeedKernel:
     @cached_property
     def name(self) -> str:
         """The end of the functions' names: "lookup", degree, rows per octave, proven bound."""
-        if isinstance(self.table, FullTable):
+        if isinstance(self.table, LastPlaceTable):
             return "lookup_full"
         return f"lookup_{self.table.degree}_{1 << self.table.split}_{scientific(self.bound)}"
 

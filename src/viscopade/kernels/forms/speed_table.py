@@ -235,7 +235,7 @@ class Table(Layout):
         A coefficient c_k goes through at most two roundings in its pair, and three more for each m^2 (that of m^2, of
         the product and of the sum).
         """
-        return gamma(2 + 3 * (self.degree // 2), form) * self.proven.terms
+        return product_bound(2 + 3 * (self.degree // 2), form) * self.proven.terms
 
 
 def of_w(form: Format) -> Fraction:
@@ -244,7 +244,7 @@ def of_w(form: Format) -> Fraction:
     A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
     of its rows twice.
     """
-    change = gamma(ROUNDINGS_OF_W, form)
+    change = product_bound(ROUNDINGS_OF_W, form)
     return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
 
 
@@ -261,7 +261,7 @@ def _worst(found: Sequence[RowBounds]) -> RowBounds:
     )
 
 
-def gamma(number: int, form: Format) -> Fraction:
+def product_bound(number: int, form: Format) -> Fraction:
     """Return a bound of |(1 + d_1) … (1 + d_number) - 1|, |d_i| <= u."""
     unit = number * Fraction(1, 1 << form.precision)
     return unit / (1 - unit)
@@ -307,7 +307,7 @@ def _smaller_at(w: Fraction, base: int) -> Fraction:
     with working(_BITS):
         name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
         z = (ball_of(w).root(10) - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
-        return exact_middle(panel_proof.rows()[name, panel].poly()(z)) * sign
+        return exact_middle(panel_proof.panel_rows()[name, panel].poly()(z)) * sign
 
 
 def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> MantissaPiece:
@@ -317,7 +317,7 @@ def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int
     with working(_BITS, order + 1):
         scale = arb(2) ** exponent
         name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
-        row = panel_proof.rows()[name, panel].poly().coeffs()
+        row = panel_proof.panel_rows()[name, panel].poly().coeffs()
         ends = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
 
         def at(s: arb) -> list[arb]:

@@ -19,7 +19,7 @@ from flint import fmpq_poly
 
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, gamma, of_w
+from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w, product_bound
 from viscopade.progress import track
 
 DEGREE = 10
@@ -40,7 +40,7 @@ class FullBounds(NamedTuple):
 
 
 @dataclass(frozen=True)
-class FullTable(Layout):
+class LastPlaceTable(Layout):
     """A speed table with rows high, low, a_1, …, a_DEGREE. Attributes are those of `Layout`."""
 
     split: int = SPLIT
@@ -81,7 +81,7 @@ class FullTable(Layout):
             raise ArithmeticError(f"p may vanish in row {index}")
         terms = sum((abs(c) * half ** (n + 1) for n, c in enumerate(a)), Fraction(0))
         # The pairs: two roundings, three for each t^2; then the product with t and the sum with low.
-        rest = gamma(4 + 3 * ((DEGREE - 1) // 2), DOUBLE) * terms + _U * abs(low)
+        rest = product_bound(4 + 3 * ((DEGREE - 1) // 2), DOUBLE) * terms + _U * abs(low)
         lost = _half_ulp(base + abs(head)) if base else Fraction(0)
         # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
         error = given + rest + _U * (lost + abs(low) + terms) * (1 + 32 * _U)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from viscopade.approximation.half_line import DEGREES_MORE, SHIFT, check
+from viscopade.approximation.half_line import DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import rounded_up
@@ -41,7 +41,7 @@ from viscopade.kernels.expressions import (
     gaps,
     horner_expression,
     powers,
-    run,
+    run_program,
 )
 from viscopade.kernels.forms.lacunary_rounding import BITS, DIGITS, ULPS, Part, Values, constants, largest
 
@@ -164,7 +164,9 @@ def w_program() -> Program:
     return Statement("square", beta * beta), Statement("w", square * square * beta * Name("speed"))
 
 
-def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2") -> TableFreeKernel:
+def table_free_program(
+    form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2"
+) -> TableFreeKernel:
     """Return the program with given powers of y; `log` and `exp` share any one base.
 
     Raises
@@ -172,7 +174,7 @@ def kernel(form: Powers, quotient: Division = plain, log: str = "log2", exp: str
     ValueError
         If the powers are not those of a kernel for all v* >= 0.
     """
-    check(form)
+    require_half_line_degrees(form)
     elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
     top, bottom = (
         horner_expression(exponents, [f"{letter}{k}" for k in exponents], "y")
@@ -202,7 +204,7 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
 
 
 @lru_cache(maxsize=256)
-def bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
+def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
     """Bound each function's rounding error where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
 
     That of rebound holds where it is a normal number.
@@ -244,8 +246,8 @@ def _on_part(
         result.relative = arb(((1 + result.relative) * (1 + more) - 1).abs_upper())
         return result
 
-    program = kernel(form, called)
-    values = run((*program.common, program.inverse), given, literal, {"divide": divide})
+    program = table_free_program(form, called)
+    values = run_program((*program.common, program.inverse), given, literal, {"divide": divide})
     found = {
         name: evaluate(expression, values, literal, {"divide": divide}).with_error_of_y(error)
         for name, expression in program.results.items()

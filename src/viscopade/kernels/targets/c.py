@@ -45,7 +45,7 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
     patterns = {kernel.pattern for kernel in kernels}
     names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
-    return template(__name__, "header.h.jinja").render(
+    return template(__name__, "quotient.h.jinja").render(
         head=head, blocks=blocks, names=names, has_derivative=has_derivative
     )
 
@@ -72,24 +72,13 @@ def _block(kernel: Quotient) -> dict[str, Any]:
 def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
     """Return what the template needs of one kernel's functions in one type."""
     a, b = kernel.rounded(form)
-    numerator, denominator = _names("a", a), _names("b", b)
-    # Reversed, numerator and denominator are polynomials in u = 1/v*, and a power of u or v* is left over.
-    power = len(a) - len(b)
     return {
         "type": form.name,
         "suffix": form.suffix,
         "zero": form.decimal(0.0),
         "one": form.decimal(1.0),
         "nan": f'nan{form.suffix}("")',
-        "constants": [
-            (name, _constant(value, form))
-            for name, value in zip(numerator + denominator, a + b, strict=True)
-            if name is not None
-        ],
-        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
-        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
-        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
-        "far_threshold": _constant(2.0 ** kernel.threshold(form), form),
+        **_sums(("a", a), ("b", b), len(a) - len(b), kernel.threshold(form), form),
         "is_constant": len(a) == len(b) == 1,
         "derivative": _derivative(kernel, form),
     }
@@ -101,12 +90,18 @@ def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
     if found is None:
         return None
     (t, b), threshold = found
-    numerator, denominator = _names("t", t), _names("b", b)
-    power = len(t) - 2 * (len(b) - 1)  # left over, if T and D are polynomials in u = 1/v*
+    return _sums(("t", t), ("b", b), len(t) - 2 * (len(b) - 1), threshold, form)
+
+
+def _sums(
+    top: tuple[str, Sequence[float]], bottom: tuple[str, Sequence[float]], power: int, threshold: int, form: Format
+) -> dict[str, object]:
+    """Return the constants and sums of two polynomials; in u = 1/v* a power of u or of v* is left over."""
+    numerator, denominator = _names(*top), _names(*bottom)
     return {
         "constants": [
             (name, _constant(value, form))
-            for name, value in zip(numerator + denominator, t + b, strict=True)
+            for name, value in zip(numerator + denominator, (*top[1], *bottom[1]), strict=True)
             if name is not None
         ],
         "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],

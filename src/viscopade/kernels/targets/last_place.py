@@ -31,12 +31,12 @@ def render(command: str) -> str:
         If `command` is not one line.
     """
     head = "\n".join(f" * {line}".rstrip() for line in _head(command))
-    return template(__name__, "full.h.jinja").render(head=head, **_octaves(), double=_double(), float=_float())
+    return template(__name__, "last_place.h.jinja").render(head=head, **_octaves(), double=_double(), float=_float())
 
 
 def render_double() -> str:
     """Return the functions of type double without the comment that begins the file."""
-    return template(__name__, "full_double.h.jinja").render(**_octaves(), double=_double())
+    return template(__name__, "last_place_double.h.jinja").render(**_octaves(), double=_double())
 
 
 def _octaves() -> dict[str, int]:

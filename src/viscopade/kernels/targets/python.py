@@ -31,7 +31,7 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     lines = [*preamble(kernels, command), *speed_note(kernels, [DOUBLE])]
     head = "\n".join(f"# {line}".rstrip() for line in lines)
     blocks = [_block(kernel) for kernel in distinct(kernels)]
-    return template(__name__, "module.py.jinja").render(head=head, blocks=blocks)
+    return template(__name__, "quotient.py.jinja").render(head=head, blocks=blocks)
 
 
 def _block(kernel: Quotient) -> dict[str, object]:

@@ -12,11 +12,11 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable, ulp_of_w
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.targets import lacunary_kernels
 from viscopade.kernels.targets import last_place as full_text
-from viscopade.kernels.targets import root_powers
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
@@ -43,8 +43,8 @@ def render(given: SpeedKernel, command: str) -> str:
         If `command` is not one line.
     """
     table = given.table
-    accurate = isinstance(table, FullTable)
-    number = DOUBLE if isinstance(table, FullTable) else table.form
+    accurate = isinstance(table, LastPlaceTable)
+    number = DOUBLE if isinstance(table, LastPlaceTable) else table.form
     width = len(table.rows[0])
     return template(__name__, "speed.h.jinja").render(
         head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
@@ -81,7 +81,7 @@ def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
 
     one = form.largest << fraction
     lead = ((1 << table.split) - 1) << (fraction - table.split)
-    first = 2 if isinstance(table, FullTable) else 0
+    first = 2 if isinstance(table, LastPlaceTable) else 0
     variable, square = ("t", "tt") if first else ("m", "mm")
     scalar = [f"c[{n}]" for n in range(first, width)]
     part = _part(width)
@@ -130,7 +130,7 @@ def _in_pairs(names: Sequence[str], variable: str, square: str) -> str:
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
         return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
-    return root_powers.render_functions([given.slow]).rstrip()
+    return lacunary_kernels.render_functions([given.slow]).rstrip()
 
 
 def _slow_call(given: SpeedKernel, loss: int) -> str:
@@ -195,13 +195,13 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
 
 def _facts(given: SpeedKernel) -> list[str]:
     table = given.table
-    bounds = _full_bounds(table) if isinstance(table, FullTable) else _bounds(given, table)
+    bounds = _full_bounds(table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
     return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
 
 
 def _formula(given: SpeedKernel) -> str:
     table = given.table
-    degree = DEGREE if isinstance(table, FullTable) else table.degree
+    degree = DEGREE if isinstance(table, LastPlaceTable) else table.degree
     low, high = (f"{2.0 ** (e / 10):.3g}" for e in (table.first, table.first + OCTAVES))
     return (
         f"formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {degree} in m, "
@@ -242,7 +242,7 @@ _UNDERFLOW = (
 )
 
 
-def _full_bounds(table: FullTable) -> list[str]:
+def _full_bounds(table: LastPlaceTable) -> list[str]:
     bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
     of_eps = max(Fraction(last_place.certificate("double", name)["maximum"]) for name in last_place.FUNCTIONS)
     return [
@@ -271,7 +271,7 @@ def main() -> None:
     for tier, size in [*TABLES, (FULL, FAST)]:
         given = speed_kernel(tier, size)
         table = given.table
-        if isinstance(table, FullTable):
+        if isinstance(table, LastPlaceTable):
             numbers = [str(DEGREE), f"{at_most(table.proven.ulp)} ulp of eps(w)", ""]
         else:
             numbers = [str(table.degree), given.bound, _rise(table)]

@@ -18,8 +18,8 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Language, Program, c_language, text
 from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.lacunary_rounding import ULPS
-from viscopade.kernels.forms.root_powers import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, RootPowerVariant
 from viscopade.kernels.forms.table_free import (
     DEVICE,
     FUNCTIONS,
@@ -161,16 +161,16 @@ def _wgsl() -> Dialect:
 
 
 TARGETS: Mapping[str, TargetLanguage] = {
-    "cuda": TargetLanguage("compact.cuh.jinja", " *", (_cuda(DOUBLE), _cuda(FLOAT)), _DEVICE),
+    "cuda": TargetLanguage("table_free.cuh.jinja", " *", (_cuda(DOUBLE), _cuda(FLOAT)), _DEVICE),
     "glsl": TargetLanguage(
-        "compact.glsl.jinja", "//", (_plain(FLOAT, "float", "", "", machine=SHADER),), _SHADER.format("Vulkan")
+        "table_free.glsl.jinja", "//", (_plain(FLOAT, "float", "", "", machine=SHADER),), _SHADER.format("Vulkan")
     ),
-    "wgsl": TargetLanguage("compact.wgsl.jinja", "//", (_wgsl(),), _SHADER.format("WGSL")),
+    "wgsl": TargetLanguage("table_free.wgsl.jinja", "//", (_wgsl(),), _SHADER.format("WGSL")),
     "javascript": TargetLanguage(
-        "compact.mjs.jinja", "//", (_plain(DOUBLE, "", "", ""),), _LIBRARY.format("Math.log2 and Math.pow(2, x)"),
+        "table_free.mjs.jinja", "//", (_plain(DOUBLE, "", "", ""),), _LIBRARY.format("Math.log2 and Math.pow(2, x)"),
     ),
     "fortran": TargetLanguage(
-        "compact.f90.jinja",
+        "table_free.f90.jinja",
         "!",
         (_plain(DOUBLE, "real64", "_r64", "_real64"), _plain(FLOAT, "real32", "_r32", "_real32")),
         _LIBRARY.format("exp and log"),
@@ -179,13 +179,13 @@ TARGETS: Mapping[str, TargetLanguage] = {
         next_line=" &\n" + " " * 12,
     ),
     "rust": TargetLanguage(
-        "compact.rs.jinja",
+        "table_free.rs.jinja",
         "//",
         (_plain(DOUBLE, "f64", "", "", "f64::"), _plain(FLOAT, "f32", "_f32", "", "f32::")),
         _LIBRARY.format("log2 and exp2"),
     ),
     "julia": TargetLanguage(
-        "compact.jl.jinja", "#", (_julia(DOUBLE), _julia(FLOAT)), _LIBRARY.format("log2 and exp2")
+        "table_free.jl.jinja", "#", (_julia(DOUBLE), _julia(FLOAT)), _LIBRARY.format("log2 and exp2")
     ),
 }  # fmt: skip
 
@@ -273,9 +273,9 @@ def _block(target: TargetLanguage, kernel: HalfLineKernel) -> dict[str, object]:
 
 
 def _variant(
-    target: TargetLanguage, kernel: HalfLineKernel, dialect: Dialect, variant: RootPowerVariant
+    target: TargetLanguage, kernel: HalfLineKernel, dialect: Dialect, variant: LacunaryVariant
 ) -> dict[str, object]:
-    program = table_free.kernel(kernel.powers, dialect.quotient, target.log, target.exp)
+    program = table_free.table_free_program(kernel.powers, dialect.quotient, target.log, target.exp)
     constants = table_free.numbers(kernel.powers, variant.a, variant.b, variant.form)
     decimals = {name: variant.form.decimal(c) for name, c in constants.items()}
     language = dialect.language
@@ -381,11 +381,11 @@ def _errors(target: TargetLanguage, kernel: HalfLineKernel) -> list[str]:
     return errors
 
 
-def _size(dialect: Dialect, variant: RootPowerVariant, function: str, kernel: HalfLineKernel) -> str:
+def _size(dialect: Dialect, variant: LacunaryVariant, function: str, kernel: HalfLineKernel) -> str:
     """Return the bounds of one type, on all machines where its functions run."""
     parts = []
     for place, machine in dialect.machines:
-        found: RoundingBound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)[function]
+        found: RoundingBound = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine)[function]
         everywhere, common = (at_most(Fraction(s) * (1 + Fraction(variant.certificate.bound)), 2) for s in found)
         smaller = f" ({common} for 1e-3 <= v* <= 10)" if variant.form == FLOAT and common != everywhere else ""
         parts.append(" ".join(filter(None, (everywhere + smaller, place))))

@@ -10,7 +10,7 @@ from textwrap import wrap
 from typing import Protocol
 
 from viscopade import arguments
-from viscopade.arithmetic.formats import exact
+from viscopade.arithmetic.formats import decimal_value
 from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line, one_line, template
 from viscopade.kernels.forms.quotient import Quotient, decimal_text
 from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, preamble
@@ -39,7 +39,7 @@ CERTIFICATE_SOURCE = (
 SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated sum's error is claimed in it."
 
 
-def csv(kernels: Sequence[Quotient], command: str) -> str:
+def csv_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
     rows = (
         (kernel.m, kernel.n, symbol, index, decimal_text(value))
@@ -50,7 +50,7 @@ def csv(kernels: Sequence[Quotient], command: str) -> str:
     return _csv(preamble(kernels, command), ("m", "n", "symbol", "index", "value"), rows)
 
 
-def json(kernels: Sequence[Quotient], command: str) -> str:
+def json_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return one object; its "approximants" hold the numbers as decimal strings."""
     approximants = [kernel.record() for kernel in distinct(kernels)]
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
@@ -69,7 +69,7 @@ def records(kernels: Sequence[Described], command: str) -> str:
     return _json(command, source, {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]})
 
 
-def latex(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
+def latex_table(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
     """Return a LaTeX tabular in the layout of the paper's tab:padeCoeffs, rounded to `digits` significant digits."""
     arguments.digits(digits)
     head = "\n".join(f"% {line}".rstrip() for line in preamble(kernels, command))
@@ -100,7 +100,7 @@ def series_json(h: Sequence[str], command: str) -> str:
 def _decimals(h: Sequence[str]) -> list[str]:
     """Return the coefficients if they are finite decimal numbers."""
     for value in h:
-        exact(value)
+        decimal_value(value)
     return list(h)
 
 

@@ -16,10 +16,10 @@ PROVEN = (
     "of the order of evaluation below (to nearest, with or without fused multiply-add), and adds to the error"
 )
 
-Kind = TypeVar("Kind", bound="Quotient")
+AnyQuotient = TypeVar("AnyQuotient", bound="Quotient")
 
 
-def distinct(kernels: Sequence[Kind]) -> tuple[Kind, ...]:
+def distinct(kernels: Sequence[AnyQuotient]) -> tuple[AnyQuotient, ...]:
     """Return the kernels as a tuple; refuse an empty sequence and repeated names."""
     names = [kernel.name for kernel in kernels]
     if not names:

@@ -10,22 +10,22 @@ from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import PYTHON, Language, c_language, text
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_rounding import Branch
-from viscopade.kernels.forms.root_powers import (
+from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     NAMES,
     SPELLING,
     InverseKernel,
-    RootPowerKernel,
-    RootPowerVariant,
+    LacunaryKernel,
+    LacunaryVariant,
 )
+from viscopade.kernels.forms.lacunary_rounding import CodeBranch
 from viscopade.kernels.targets.wording import PROVEN, distinct
 from viscopade.kernels.v_star import assumed, stated
 
 # --- text -------------------------------------------------------------------------------------------------------------
 
 
-def render_c(kernels: Sequence[RootPowerKernel], command: str) -> str:
+def render_c(kernels: Sequence[LacunaryKernel], command: str) -> str:
     """Return a C header with the functions of all kernels, in type double and, where there are such, in type float.
 
     Parameters
@@ -45,19 +45,19 @@ def render_c(kernels: Sequence[RootPowerKernel], command: str) -> str:
     forms = [form for form in FORMATS.values() if form.name in types]
     head = "\n".join(f" * {line}".rstrip() for line in _preamble(chosen, command, forms))
     blocks = [_c_block(kernel) for kernel in chosen]
-    return template(__name__, "gapped.h.jinja").render(
+    return template(__name__, "lacunary.h.jinja").render(
         head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
     )
 
 
-def render_functions(kernels: Sequence[RootPowerKernel]) -> str:
+def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
     """Return the header's text after its first comment."""
-    return template(__name__, "gapped_functions.h.jinja").render(
+    return template(__name__, "lacunary_functions.h.jinja").render(
         blocks=[_c_block(kernel) for kernel in _distinct(kernels)]
     )
 
 
-def render_python(kernels: Sequence[RootPowerKernel], command: str) -> str:
+def render_python(kernels: Sequence[LacunaryKernel], command: str) -> str:
     """Return a Python module that computes what the C functions of type double compute.
 
     Parameters and errors are those of `render_c`.
@@ -65,26 +65,26 @@ def render_python(kernels: Sequence[RootPowerKernel], command: str) -> str:
     chosen = _distinct(kernels)
     head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command, [DOUBLE]))
     blocks = [_python_block(kernel) for kernel in chosen]
-    return template(__name__, "gapped.py.jinja").render(
+    return template(__name__, "lacunary.py.jinja").render(
         head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
     )
 
 
-def _distinct(kernels: Sequence[RootPowerKernel]) -> tuple[RootPowerKernel, ...]:
-    return cast("tuple[RootPowerKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
+def _distinct(kernels: Sequence[LacunaryKernel]) -> tuple[LacunaryKernel, ...]:
+    return cast("tuple[LacunaryKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
 
 
-def _kinds(kernels: Sequence[RootPowerKernel]) -> dict[str, str]:
+def _kinds(kernels: Sequence[LacunaryKernel]) -> dict[str, str]:
     """Return the last name of each kind."""
     return {kernel.kind: kernel.name for kernel in kernels}
 
 
-def _names(kernels: Sequence[RootPowerKernel]) -> list[str]:
+def _names(kernels: Sequence[LacunaryKernel]) -> list[str]:
     sentences = [NAMES[kind] for kind in NAMES if kind in _kinds(kernels)]
     return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
 
 
-def _preamble(kernels: Sequence[RootPowerKernel], command: str, forms: Sequence[Format]) -> list[str]:
+def _preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[Format]) -> list[str]:
     """Return the lines that begin the file, without comment marks; `forms` are the types of its functions."""
     return [
         marker_line(command),
@@ -104,13 +104,13 @@ def _preamble(kernels: Sequence[RootPowerKernel], command: str, forms: Sequence[
     ]
 
 
-def _summary(kernel: RootPowerKernel) -> list[str]:
+def _summary(kernel: LacunaryKernel) -> list[str]:
     indent = " " * 4
     lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
     return [kernel.name, *(line for part in lines for line in part)]
 
 
-def _c_block(kernel: RootPowerKernel) -> dict[str, object]:
+def _c_block(kernel: LacunaryKernel) -> dict[str, object]:
     """Return what the template needs of one kernel."""
     missing = [f"There are no functions of type {name}: {reason}." for name, reason in kernel.missing]
     return {
@@ -122,7 +122,7 @@ def _c_block(kernel: RootPowerKernel) -> dict[str, object]:
     }
 
 
-def _c_variant(kernel: RootPowerKernel, variant: RootPowerVariant) -> dict[str, object]:
+def _c_variant(kernel: LacunaryKernel, variant: LacunaryVariant) -> dict[str, object]:
     form = variant.form
     ends = _ends(kernel)
     return {
@@ -138,7 +138,7 @@ def _c_variant(kernel: RootPowerKernel, variant: RootPowerVariant) -> dict[str, 
     }
 
 
-def _python_block(kernel: RootPowerKernel) -> dict[str, object]:
+def _python_block(kernel: LacunaryKernel) -> dict[str, object]:
     variant = kernel.variant(DOUBLE)
     ends = _ends(kernel)
     return {
@@ -149,18 +149,18 @@ def _python_block(kernel: RootPowerKernel) -> dict[str, object]:
     }
 
 
-def _ends(kernel: RootPowerKernel) -> tuple[float, float] | None:
+def _ends(kernel: LacunaryKernel) -> tuple[float, float] | None:
     """Return the least eps and the largest 1 - eps that are accepted; None if all of (0, 1] or if v* is given."""
     if not isinstance(kernel, InverseKernel) or not kernel.epsilon_low:
         return None
     return float(kernel.epsilon_low), float(1 - kernel.epsilon_low)
 
 
-def _constants(kernel: RootPowerKernel, variant: RootPowerVariant) -> list[tuple[str, float]]:
+def _constants(kernel: LacunaryKernel, variant: LacunaryVariant) -> list[tuple[str, float]]:
     return list(lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items())
 
 
-def _branch(branch: Branch, language: Language, indent: int) -> dict[str, object]:
+def _branch(branch: CodeBranch, language: Language, indent: int) -> dict[str, object]:
     """Return a program as names and lines, those for C wrapped."""
     written = [(name, text(expression, language)) for name, expression in branch.program]
     results = {name: text(expression, language) for name, expression in branch.results.items()}

@@ -9,9 +9,9 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from viscopade.arithmetic import compensated
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.theory.pade import horner
+from viscopade_lab import compensated
 
 near = partial(pytest.approx, abs=0)  # else all numbers below 1e-12 are equal
 

@@ -212,7 +212,7 @@ def test_c_does_the_operations_that_the_certificate_is_about(library, form, func
     values = [float(kind(2.0 ** generator.uniform(-6, 24))) for _ in range(3000)]
     values += [*points(form), 0.0, math.inf, 2.0**-400, 2.0**-401, *map(float, panels.CENTRES)]
     found = library("plain", form, function, values)
-    expected = [last_place.evaluate(form, function, float(kind(v_star))) for v_star in values]
+    expected = [last_place.evaluated_in(form, function, float(kind(v_star))) for v_star in values]
     assert found.astype(float).tolist() == expected
 
 
@@ -248,7 +248,7 @@ def test_the_check_of_floats_finds_a_wrong_coefficient(text):
     wrong = text.replace(right, last_place.DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
     result = floats.check("epsilon", "plain", 997, text=wrong)
     assert 0 < result["not_correctly_rounded"] < 1000
-    panel = last_place.panels()[100]
+    panel = last_place.smaller_panels()[100]
     low, high = float(panel.centre - panel.half), float(panel.centre + panel.half)
     assert all(low <= float.fromhex(at) < high for at in result["wrong_at"])
 
@@ -294,7 +294,7 @@ def test_certificate_sees_a_wrong_coefficient(monkeypatch, place):
     rows = list(last_place.double_rows())
     row = rows[200]
     size = Fraction(math.ulp(row.a0_high)) * 4
-    change = size / last_place.panels()[199].half if place == "a1_low" else size
+    change = size / last_place.smaller_panels()[199].half if place == "a1_low" else size
     rows[200] = row._replace(**{place: getattr(row, place) + float(change)})
     monkeypatch.setattr(last_place, "double_rows", lambda: tuple(rows))
     with working(128):
@@ -353,8 +353,8 @@ def test_bad_forms_and_functions_are_refused():
     with pytest.raises(ValueError, match="form is 'half': accepted are double, float"):
         last_place.certificate("half", "epsilon")
     with pytest.raises(ValueError, match="function is 'x_max': accepted are epsilon, one_minus_epsilon"):
-        last_place.evaluate("double", "x_max", 1.0)
-    assert math.isnan(last_place.evaluate("double", "epsilon", -1.0))
+        last_place.evaluated_in("double", "x_max", 1.0)
+    assert math.isnan(last_place.evaluated_in("double", "epsilon", -1.0))
 
 
 # --- the header -----------------------------------------------------------------------------------------------------

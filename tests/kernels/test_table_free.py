@@ -29,7 +29,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
-from viscopade.kernels.targets import root_powers as gapped_kernels
+from viscopade.kernels.targets import lacunary_kernels as lacunary_code
 from viscopade.kernels.targets import table_free as exporter
 from viscopade.kernels.targets.table_free import TARGETS, name_of, render, shortest
 
@@ -74,21 +74,21 @@ def test_the_program_is_the_formula():
         )
         n, d = (sum(c * y**k for k, c in part) for part in (quotient.top, quotient.bottom))
         eps = d / (d + y**6 * n)
-        own = table_free.kernel(kernel.powers)
+        own = table_free.table_free_program(kernel.powers)
         given = {k: Fraction(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
-        values = expressions.run((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
+        values = expressions.run_program((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
         found = {name: expressions.evaluate(e, values, Fraction) for name, e in own.results.items()}
         assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
 
 
 def test_w():
-    values = expressions.run(table_free.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
+    values = expressions.run_program(table_free.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
     assert values["w"] == 3**5 * Fraction(5, 2)
 
 
 def test_powers_of_another_kind_are_refused():
     with pytest.raises(ValueError, match="deg N must be deg D"):
-        table_free.kernel(Powers((0, 4), (0, 4)))
+        table_free.table_free_program(Powers((0, 4), (0, 4)))
 
 
 def emulated(kernel, machine, generator, w):
@@ -113,10 +113,10 @@ def emulated(kernel, machine, generator, w):
         ),
         "divide": lambda a, b: moved(np.divide(a, b, dtype=float), max(float(machine.quotient) - 0.5, 0)),
     }
-    own = table_free.kernel(kernel.powers, table_free.called)
+    own = table_free.table_free_program(kernel.powers, table_free.called)
     given = {k: f32(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
     given |= {"w": w, "speed": np.ones(len(w), f32)}
-    values = expressions.run((*own.common, own.inverse), given, f32, functions)
+    values = expressions.run_program((*own.common, own.inverse), given, f32, functions)
     return {name: expressions.evaluate(e, values, f32, functions) for name, e in own.results.items()}
 
 
@@ -142,7 +142,7 @@ def test_bounds_hold_for_machines_as_bad_as_assumed(machine, which):
     w = np.exp2(generator.uniform(-126, 120, 60_000)).astype(np.float32)
     common = (w >= 1e-30) & (w <= 1e10)
     found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
-    bounds = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
+    bounds = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine)
     for function in FUNCTIONS:
         error = np.abs(found[function] / true[function] - 1)
         for bound, part in ((bounds[function].everywhere, error), (bounds[function].common, error[common])):
@@ -158,7 +158,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(machine):
     with working(128):
         parts = [Fraction(2.0**e) for e in (*(w / 30), *np.log2(np.linspace(0.1, 10 ** (1 / 3), 20)))]
         alone = [(y**3, table_free._on_part(*given, y, y)) for y in parts]
-    for function, bound in table_free.bounds(*given).items():
+    for function, bound in table_free.rounding_bounds(*given).items():
         everywhere = max(float(found[function]) for _, found in alone)
         common = max(float(found[function]) for v, found in alone if table_free.COMMON[0] <= v <= table_free.COMMON[1])
         assert 0.85 * float(bound.everywhere) < everywhere <= float(bound.everywhere)
@@ -195,7 +195,7 @@ def test_every_error_of_a_machine_counts(machine):
     variant = kernel.variant(FLOAT)
     ends = (-1, 1) if machine.log2_absolute else (-126, 120)
     w = np.exp2(generator.uniform(*ends, 20_000)).astype(np.float32)
-    bound = table_free.bounds(kernel.powers, variant.a, variant.b, machine)
+    bound = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine)
     found, true = emulated(kernel, machine, generator, w), formula(kernel, FLOAT, w)
     ratio = {f: np.abs(found[f] / true[f] - 1).max() / float(bound[f].everywhere) for f in FUNCTIONS}
     assert max(ratio.values()) <= 1
@@ -207,7 +207,7 @@ def test_powers_that_overflow_are_refused(monkeypatch):
     variant = kernel.variant(FLOAT)
     monkeypatch.setitem(LARGEST, "float", 150)
     with pytest.raises(ArithmeticError, match="may overflow in type float"):
-        table_free.bounds.__wrapped__(kernel.powers, variant.a, variant.b, DEVICE)
+        table_free.rounding_bounds.__wrapped__(kernel.powers, variant.a, variant.b, DEVICE)
 
 
 def test_shortest_decimals():
@@ -630,7 +630,7 @@ def test_results_are_within_the_bounds(runner, name, form):
     for kernel in having(form):
         variant = kernel.variant(kind)
         bound = float(Fraction(variant.certificate.bound))
-        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
+        rounding = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
         for function in FUNCTIONS:
             result = np.float64(found[name_of(kernel), function])
             of_formula = bound * (1 + bound / 2) if function == "dissipation" else bound * np.minimum(1, 1 / eps - 1)
@@ -719,7 +719,7 @@ def test_eps_is_never_beyond_its_range(runner, form):
 
 def test_the_header_agrees_with_the_one_for_v_star(runner, tmp_path):
     """viscopade_half_line.h takes cbrt of v*, the header here a thirtieth power of w."""
-    library = compiled.build(tmp_path, [gapped_kernels.render_c(kernels(), COMMAND)])
+    library = compiled.build(tmp_path, [lacunary_code.render_c(kernels(), COMMAND)])
     speed, beta = inputs("double", -100, 40, 2000)
     found = runner("C", "double")(speed, beta)
     for kernel in kernels():
@@ -738,7 +738,9 @@ def test_results_do_not_depend_on_contraction(tmp_path, runner):
     _, true = exact("float", speed, beta)
     for kernel in having("float"):
         variant = kernel.variant(FLOAT)
-        rounding = table_free.bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])["restitution"].everywhere
+        rounding = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])[
+            "restitution"
+        ].everywhere
         error = np.abs(found[name_of(kernel), "restitution"] / true["restitution"] - 1)
         assert error.max() <= float(variant.certificate.bound) + float(rounding) * 1.001
 

@@ -29,7 +29,7 @@ from hypothesis import strategies as st
 
 from tests import compiled
 from viscopade.arithmetic.balls import working
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, exact
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, decimal_value
 from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.targets import c, python, tables
@@ -333,7 +333,7 @@ normal = st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: not x
 )
 def test_doubles_are_rounded_as_by_the_interpreter(mantissa: int, exponent: int) -> None:
     text = f"{mantissa}e{exponent}"
-    assert DOUBLE.nearest(exact(text)) == float(text)
+    assert DOUBLE.nearest(decimal_value(text)) == float(text)
 
 
 @given(st.integers(-(10**40), 10**40).filter(bool), st.integers(-37, -3))
@@ -343,7 +343,7 @@ def test_floats_are_rounded_as_by_the_c_library(mantissa: int, exponent: int) ->
         pytest.skip("the C library's strtof cannot be reached")
     strtof.restype, strtof.argtypes = ctypes.c_float, [ctypes.c_char_p, ctypes.c_void_p]
     text = f"{mantissa}e{exponent}"
-    assert FLOAT.nearest(exact(text)) == strtof(text.encode(), None)
+    assert FLOAT.nearest(decimal_value(text)) == strtof(text.encode(), None)
 
 
 def test_a_float_is_rounded_once() -> None:
@@ -379,7 +379,7 @@ def test_literals_of_doubles_read_back(x: float) -> None:
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
 def test_literals_of_floats_read_back(x: float) -> None:
     assert float.fromhex(FLOAT.hexadecimal(x).removesuffix("f")) == x
-    assert FLOAT.nearest(exact(FLOAT.decimal(x).removesuffix("f"))) == x
+    assert FLOAT.nearest(decimal_value(FLOAT.decimal(x).removesuffix("f"))) == x
 
 
 def test_horner() -> None:
@@ -474,7 +474,7 @@ def test_restitution(sample: PadeKernel, form: Format, library: compiled.Library
         functions.append(getattr(module, f"restitution_{sample.name}"))
     speeds = [1e-30, 1e-6, 0.262, 1.0, 2.0, 37.5, 1e6, 1e30] + ([1e-300, 1e300] if form is DOUBLE else [])
     for speed in (form.nearest(Fraction(speed)) for speed in speeds):
-        for beta in (form.nearest(exact(beta)) for beta in ("1e-6", "0.05", "1.307", "20", "1e12")):
+        for beta in (form.nearest(decimal_value(beta)) for beta in ("1e-6", "0.05", "1.307", "20", "1e12")):
             for function in functions:
                 assert restitution_deviation(sample, speed, beta, function(speed, beta), form) < 1
 
@@ -542,7 +542,7 @@ def wrong_literals(text: str, sample: PadeKernel) -> list[str]:
                     continue
                 ((hexadecimal, decimal),) = pairs or [("0x0p+0", "0")]
                 hexadecimal, decimal = (literal.removesuffix("f") for literal in (hexadecimal, decimal))
-                both = {float.fromhex(hexadecimal), form.nearest(exact(decimal))}
+                both = {float.fromhex(hexadecimal), form.nearest(decimal_value(decimal))}
                 if both != {form.nearest(number)}:
                     wrong.append(f"{letter}{i}: {hexadecimal}, {decimal}")
     return wrong + [str(rest) for rest in found]
@@ -687,7 +687,7 @@ def parse_csv(text: str) -> tuple[list[str], list[dict[str, str]]]:
 
 
 def test_csv_reads_back() -> None:
-    _, rows = parse_csv(tables.csv(KERNELS, COMMAND))
+    _, rows = parse_csv(tables.csv_table(KERNELS, COMMAND))
     expected = [
         {"m": str(each.m), "n": str(each.n), "symbol": symbol, "index": str(i), "value": str(value).lower()}
         for each in KERNELS
@@ -698,7 +698,7 @@ def test_csv_reads_back() -> None:
 
 
 def test_json_reads_back() -> None:
-    text = json.loads(tables.json(KERNELS, COMMAND))
+    text = json.loads(tables.json_table(KERNELS, COMMAND))
     assert (text["command"], text["source"], text["end_condition"]) == (COMMAND, SOURCE, END_CONDITION)
     kernels = [
         PadeKernel(
@@ -734,7 +734,7 @@ def number(latex: str) -> Decimal:
 
 @pytest.mark.parametrize("digits", [1, 6, 15, 30])
 def test_latex_reads_back(digits: int) -> None:
-    found = parse_latex(tables.latex(KERNELS, COMMAND, digits))
+    found = parse_latex(tables.latex_table(KERNELS, COMMAND, digits))
     for each in KERNELS:
         cells = found[each.m, each.n]
         values = {f"{symbol}{i}": value for symbol in "ab" for i, value in enumerate(getattr(each, symbol))}
@@ -745,7 +745,7 @@ def test_latex_reads_back(digits: int) -> None:
 
 def test_latex_has_the_layout_of_the_paper() -> None:
     table = kernel("1. 0.501086", "1. 0.501086 1.15345 0.577977 0.532178")
-    assert tables.latex([table], COMMAND).splitlines()[-6:] == [
+    assert tables.latex_table([table], COMMAND).splitlines()[-6:] == [
         r"$m$ & $n$ & $a_i$ & $b_i$ & \\",
         r"\hline",
         r"$1$ & $4$ & $a_{0}=1$ & $b_{0}=1$ & $b_{3}=0.577977$ \\",
@@ -764,7 +764,7 @@ def test_latex_numbers() -> None:
         "9.9999999999999999",
         "3e20",
     ]
-    cells = parse_latex(tables.latex([kernel(" ".join(texts), "1")], COMMAND, 8))[5, 0]
+    cells = parse_latex(tables.latex_table([kernel(" ".join(texts), "1")], COMMAND, 8))[5, 0]
     assert [cells[f"a{i}"] for i in range(6)] == [
         "1",
         r"1.2345679\times10^{8}",
@@ -779,7 +779,7 @@ def test_latex_compiles(tmp_path: Path) -> None:
     if shutil.which("pdflatex") is None:
         pytest.skip("there is no pdflatex")
     document = tmp_path / "table.tex"
-    body = tables.latex(KERNELS, COMMAND)
+    body = tables.latex_table(KERNELS, COMMAND)
     document.write_text(f"\\documentclass{{article}}\n\\begin{{document}}\n{body}\\end{{document}}\n")
     subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", document.name], cwd=tmp_path, check=True)
 
@@ -801,9 +801,9 @@ def test_series_tables_read_back() -> None:
 TARGETS: dict[str, Callable[[tuple[PadeKernel, ...], str], str]] = {
     "c": c.render,
     "python": python.render,
-    "csv": tables.csv,
-    "json": tables.json,
-    "latex": tables.latex,
+    "csv": tables.csv_table,
+    "json": tables.json_table,
+    "latex": tables.latex_table,
 }
 each_target = pytest.mark.parametrize("render", TARGETS.values(), ids=TARGETS)
 

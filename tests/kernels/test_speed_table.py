@@ -21,10 +21,10 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels.forms import speed_table, speed_table_last_place
 from viscopade.kernels.forms.speed_table import OCTAVES, Layout, Table
-from viscopade.kernels.forms.speed_table_last_place import FullTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 
 SMALL = Table(2, -96, 3, FLOAT)
-FULL = FullTable()
+FULL = LastPlaceTable()
 
 
 def true(w: Fraction, base: int) -> Fraction:

@@ -16,7 +16,7 @@ from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import lacunary_rounding
-from viscopade.kernels.forms.lacunary_rounding import DIGITS, Branch, Size
+from viscopade.kernels.forms.lacunary_rounding import DIGITS, CodeBranch, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 
@@ -31,7 +31,7 @@ LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both 
 
 
 @dataclass(frozen=True)
-class RootPowerVariant:
+class LacunaryVariant:
     """The coefficients of a kernel in one format, and the proof of their error.
 
     Attributes
@@ -70,14 +70,14 @@ class RootPowerVariant:
 
 
 @dataclass(frozen=True)
-class Gapped(ABC):
+class LacunaryKernel(ABC):
     """A lacunary kernel: common base of half-line and inverse kernels.
 
     Attributes
     ----------
     powers : Powers
         The exponents in N and D.
-    variants : tuple of RootPowerVariant
+    variants : tuple of LacunaryVariant
         At least one; all of the same measure.
     missing : tuple of (str, str)
         For names of types without a variant, the reason.
@@ -91,7 +91,7 @@ class Gapped(ABC):
     """
 
     powers: Powers
-    variants: tuple[RootPowerVariant, ...]
+    variants: tuple[LacunaryVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
 
@@ -125,7 +125,7 @@ class Gapped(ABC):
 
     @property
     @abstractmethod
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs of the exported code."""
 
     @property
@@ -163,7 +163,7 @@ class Gapped(ABC):
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
         return (*head, *self.proven)
 
-    def variant(self, form: Format) -> RootPowerVariant:
+    def variant(self, form: Format) -> LacunaryVariant:
         """Return the variant of a format.
 
         Raises
@@ -227,15 +227,15 @@ class Gapped(ABC):
         same = len({v.certificate.bound for v in self.variants}) == 1
         return self.bound.bound if same else self._per_type(lambda v: v.certificate.bound)
 
-    def _per_type(self, phrase: Callable[[RootPowerVariant], str]) -> str:
+    def _per_type(self, phrase: Callable[[LacunaryVariant], str]) -> str:
         return " and ".join(f"{phrase(v)} in type {v.form.name}" for v in self.variants)
 
 
 @dataclass(frozen=True)
-class HalfLineKernel(Gapped):
+class HalfLineKernel(LacunaryKernel):
     """Half-line kernel: eps = D/(D + v*^2 N) for all v* >= 0, with lacunary polynomials N and D in y = v*^(1/3).
 
-    Attributes and errors are those of `Gapped`; the measure is "both" or "relative".
+    Attributes and errors are those of `LacunaryKernel`; the measure is "both" or "relative".
     """
 
     def __post_init__(self) -> None:
@@ -270,7 +270,7 @@ class HalfLineKernel(Gapped):
         return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs for v* <= 1 and v* > 1."""
         return lacunary_rounding.half_line(self.powers)
 
@@ -293,7 +293,7 @@ class HalfLineKernel(Gapped):
             "where results are subnormal",
         )
 
-    def _of_loss(self, variant: RootPowerVariant) -> str:
+    def _of_loss(self, variant: LacunaryVariant) -> str:
         function = "one_minus_epsilon"
         return variant.rounding(function) if function in self.checked else dict(variant.sizes)[function].relative
 
@@ -302,7 +302,7 @@ class HalfLineKernel(Gapped):
 
 
 @dataclass(frozen=True)
-class InverseKernel(Gapped):
+class InverseKernel(LacunaryKernel):
     """Inverse kernel: v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
 
     Attributes
@@ -312,7 +312,7 @@ class InverseKernel(Gapped):
     epsilon_low : Fraction
         0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24.
 
-    The others, and errors, are those of `Gapped`; the measure is "speed".
+    The others, and errors, are those of `LacunaryKernel`; the measure is "speed".
     """
 
     epsilon_min: Fraction
@@ -353,7 +353,7 @@ class InverseKernel(Gapped):
         return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The program, or those for eps >= 1/2 and eps < 1/2."""
         return lacunary_rounding.inverse(self.powers, self.root)
 
@@ -381,11 +381,8 @@ class InverseKernel(Gapped):
         """A bound of the relative error of beta, which is v*^2 but for a factor."""
         return at_most((1 + Fraction(self.bound.bound)) ** 2 - 1)
 
-    def _of_beta(self, variant: RootPowerVariant) -> str:
+    def _of_beta(self, variant: LacunaryVariant) -> str:
         return at_most(Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(self.bound_of_beta)), DIGITS)
-
-
-RootPowerKernel = HalfLineKernel | InverseKernel
 
 
 def interval_start(epsilon_min: Fraction) -> Fraction:
@@ -393,7 +390,7 @@ def interval_start(epsilon_min: Fraction) -> Fraction:
     return Fraction(epsilon_min.numerator * 2**LEAST_BITS // epsilon_min.denominator, 2**LEAST_BITS)
 
 
-def _sizes(variant: RootPowerVariant) -> dict[str, dict[str, str]]:
+def _sizes(variant: LacunaryVariant) -> dict[str, dict[str, str]]:
     return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in variant.sizes}
 
 

@@ -11,12 +11,12 @@ from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels.forms import speed_table, speed_table_last_place
-from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, MantissaPiece, Table, gamma
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, FullTable
+from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, MantissaPiece, Table, product_bound
+from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 from viscopade.kernels.targets import speed
 
 SMALL = Table(2, -96, 3, FLOAT)
-FULL = FullTable()
+FULL = LastPlaceTable()
 U = Fraction(1, 2**53)
 E = Fraction(1, 2**60)
 
@@ -155,7 +155,7 @@ def test_roundings_are_those_of_the_exported_expression(degree):
     table = Table(2, -96, degree, DOUBLE)
     table.__dict__["proven"] = SimpleNamespace(terms=Fraction(1))
     text = speed._type(table, DOUBLE, degree + 1)["scalar_polynomial"]
-    assert table.rounding(DOUBLE) == gamma(max(counted(text, degree, 0).values()), DOUBLE)
+    assert table.rounding(DOUBLE) == product_bound(max(counted(text, degree, 0).values()), DOUBLE)
 
 
 def test_roundings_of_the_full_table_are_those_of_the_exported_expression():
@@ -171,12 +171,12 @@ def test_gamma_bounds_products():
         for number in (1, 2, 5, 16):
             assert (
                 max((1 + u) ** number - 1, 1 - (1 - u) ** number)
-                <= gamma(number, form)
+                <= product_bound(number, form)
                 < (number + Fraction(1, 999)) * u
             )
         beta_2 = beta_4 = of_w = 1 + u
-        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 <= gamma(ROUNDINGS_OF_W, form)
-        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 > gamma(ROUNDINGS_OF_W - 1, form)
+        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 <= product_bound(ROUNDINGS_OF_W, form)
+        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 > product_bound(ROUNDINGS_OF_W - 1, form)
 
 
 @pytest.mark.parametrize("w", [Fraction(1, 2**80), Fraction(1, 8), Fraction(3), Fraction(2**60)])
@@ -193,7 +193,7 @@ def test_what_the_rounding_of_w_does_is_within_its_bound(w):
 
 def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
     for form in (DOUBLE, FLOAT):
-        assert speed_table.of_w(form) >= gamma(ROUNDINGS_OF_W, form) * panel_proof.steepest() / 10 + 4 * E
+        assert speed_table.of_w(form) >= product_bound(ROUNDINGS_OF_W, form) * panel_proof.steepest() / 10 + 4 * E
 
 
 # --- the full table ---------------------------------------------------------------------------------------------------
@@ -217,7 +217,7 @@ def test_bounds_of_a_full_row_count_every_part(index):
         machine = fmpq_poly([to_fmpq(c) for c in (Fraction(FULL.rows[index][0]) + low, *a)])(t)
         given = greatest(machine - piece.p) + piece.error
         terms = sum(abs(c) * half ** (n + 1) for n, c in enumerate(a))
-        rest = gamma(16, DOUBLE) * terms + U * abs(low)
+        rest = product_bound(16, DOUBLE) * terms + U * abs(low)
         least = 1 - piece.most if base else piece.least
         assert plain.relative >= (given + rest) / piece.least + U
         assert plain.relative <= ((given + rest) / piece.least + U) * (1 + 2 * U)

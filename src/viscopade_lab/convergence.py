@@ -385,7 +385,7 @@ class ProvenDisc:
 
 
 @dataclass(frozen=True)
-class _Flow:
+class _Tube:
     """Bounds for all orbits that are not farther than TUBE from a piece.
 
     Attributes
@@ -403,7 +403,7 @@ class _Flow:
     force: arb
 
     @classmethod
-    def of(cls, h: BivariateBall, piece: _Piece, kappa: BivariateBall) -> _Flow:
+    def of(cls, h: BivariateBall, piece: _Piece, kappa: BivariateBall) -> _Tube:
         square, damping = piece.R * piece.R, kappa * piece.W
         force = square * (square + damping)
         residuals = piece.R.slope() - h * piece.W, piece.W.slope() + h * force.times(2)
@@ -462,7 +462,7 @@ class _End:
         return distance
 
 
-def prove(square: Square) -> ProvenDisc:
+def prove_disc(square: Square) -> ProvenDisc:
     """Return the proof for one panel.
 
     Raises
@@ -480,7 +480,7 @@ def _proven(square: Square, draft: _Draft) -> ProvenDisc:
     for leg in draft.legs:
         for piece in leg.pieces:
             errors = errors + arb_mat([[(piece.R.first() - r).norm()], [(piece.W.first() - w).norm()]])
-            flow = _Flow.of(leg.h, piece, v * v)
+            flow = _Tube.of(leg.h, piece, v * v)
             errors = flow.grown(errors)
             r, w = piece.R.advanced(), piece.W.advanced()
     reach = min((ball_of(REACH) * (abs(leg.h.middle()) - leg.h.variation())).lower() for leg in draft.legs)
@@ -494,7 +494,7 @@ def _proven(square: Square, draft: _Draft) -> ProvenDisc:
 # --- the disc ---------------------------------------------------------------------------------------------------------
 
 
-def panels(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterator[ProvenDisc]:
+def proven_discs(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterator[ProvenDisc]:
     """Yield panels that cover the upper half of the disc |v*| <= radius, or its part in `squares`.
 
     Raises
@@ -508,7 +508,7 @@ def panels(radius: Fraction, squares: Iterable[Square] | None = None) -> Iterato
         if square.nearest() > radius**2:
             continue
         try:
-            yield prove(square)
+            yield prove_disc(square)
         except ArithmeticError:
             if square.half <= SMALLEST:
                 raise
@@ -558,7 +558,7 @@ def theorem(radius: Fraction = RADIUS) -> Theorem:
     ArithmeticError
         If the proof fails.
     """
-    found = list(panels(radius))
+    found = list(proven_discs(radius))
     touching = [pair for pair in combinations(found, 2) if pair[0].square.common_point(pair[1].square)]
     at_zero = [panel for panel in found if panel.square.nearest() == 0]
     if not (all(agree(*pair) for pair in touching) and all(map(starts_elastically, at_zero))):

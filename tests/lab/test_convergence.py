@@ -14,20 +14,21 @@ from mpmath import mp
 
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
-from viscopade.theory import convergence, singularity
-from viscopade.theory.convergence import (
+from viscopade.theory import singularity
+from viscopade.theory.pade import pade
+from viscopade.theory.series import series
+from viscopade_lab import convergence
+from viscopade_lab.convergence import (
     ORDER,
     TERMS,
     BivariateBall,
     Square,
     agree,
-    panels,
-    prove,
+    prove_disc,
+    proven_discs,
     starts_elastically,
     theorem,
 )
-from viscopade.theory.pade import pade
-from viscopade.theory.series import series
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,13 +54,13 @@ def square_around(v: complex, level: int) -> Square:
 def centre():
     """The two panels that have v* = 0 in common."""
     eighth = Fraction(1, 8)
-    return prove(Square(-eighth, eighth, eighth)), prove(Square(eighth, eighth, eighth))
+    return prove_disc(Square(-eighth, eighth, eighth)), prove_disc(Square(eighth, eighth, eighth))
 
 
 @pytest.fixture(scope="module")
 def hardest():
     """A panel near the rim of the disc, and as near to the singularity."""
-    return prove(square_around(singular() * 1.04 / abs(singular()), 10))
+    return prove_disc(square_around(singular() * 1.04 / abs(singular()), 10))
 
 
 def epsilon(panel, v: complex) -> tuple[complex, float]:
@@ -93,7 +94,7 @@ def test_near_zero_it_is_the_sum_of_the_series(centre, v_star):
 @pytest.mark.parametrize(("angle", "level"), [(0.6, 5), (0.97, 4)])
 def test_far_out_it_is_the_series_continued(angle, level):
     v_star = complex(1.03 * np.exp(1j * np.pi * angle))
-    panel = prove(square_around(v_star, level))
+    panel = prove_disc(square_around(v_star, level))
     value, error = epsilon(panel, v_star)
     known, uncertain = continued(v_star)
     assert abs(value - known) < error + 3 * uncertain
@@ -134,7 +135,7 @@ def test_panels_agree_and_one_of_them_starts_with_the_elastic_collision(centre):
 
 
 def test_a_neighbour_of_another_size_agrees(centre):
-    small = prove(Square(Fraction(3, 16), Fraction(5, 16), Fraction(1, 16)))
+    small = prove_disc(Square(Fraction(3, 16), Fraction(5, 16), Fraction(1, 16)))
     assert agree(centre[1], small)
     with pytest.raises(ValueError, match="do not touch"):
         agree(centre[0], small)
@@ -148,7 +149,7 @@ def test_eps_is_not_proven_to_be_analytic_where_it_is_not(level):
     """Squares that hold the singularity; on another sheet it is none, and a panel of another sheet may be proven."""
     square = square_around(singular(), level)
     try:
-        panel = prove(square)
+        panel = prove_disc(square)
     except ArithmeticError:
         return
     value, error = epsilon(panel, square.centre)
@@ -158,11 +159,11 @@ def test_eps_is_not_proven_to_be_analytic_where_it_is_not(level):
 def test_panels_on_different_sheets_do_not_agree(monkeypatch, hardest):
     """Next to the singularity contact has a second end; with it, a panel is proven that fits no neighbour."""
     square = replace(hardest.square, x=hardest.square.x - 2 * hardest.square.half)
-    assert agree(hardest, prove(square))
+    assert agree(hardest, prove_disc(square))
     times = convergence._times(square)
     other = convergence._moved(times._replace(rest=0 * times.rest + 1.5568 + 0.2172j), times.v)
     monkeypatch.setattr(convergence, "_times", lambda _: other)
-    elsewhere = prove(square)
+    elsewhere = prove_disc(square)
     assert not agree(hardest, elsewhere)
     assert epsilon(elsewhere, square.centre)[0] == pytest.approx(-0.1 + 1.1j, abs=0.3)
 
@@ -176,13 +177,13 @@ def test_nor_if_the_draft_has_no_doubts(monkeypatch, shift, level):
     square = Square(*(Fraction(round(c * 2**20), 2**20) for c in (centre.real, centre.imag)), half)
     assert abs(square.centre - singular()) < float(square.radius)
     with pytest.raises(ArithmeticError):
-        prove(square)
+        prove_disc(square)
 
 
 def test_a_disc_that_holds_the_singularity_is_not_covered(monkeypatch):
     monkeypatch.setattr(convergence, "SMALLEST", Fraction(1, 2**9))
     with pytest.raises(ArithmeticError):
-        list(panels(Fraction(21, 20), [square_around(singular(), 9)]))
+        list(proven_discs(Fraction(21, 20), [square_around(singular(), 9)]))
 
 
 def test_paths_that_are_too_far_apart_do_not_agree(centre):
@@ -277,8 +278,8 @@ def test_squares_cover_the_upper_half_of_the_disc(monkeypatch):
             raise ArithmeticError
         return square
 
-    monkeypatch.setattr(convergence, "prove", by_chance)
-    found = list(panels(Fraction(26, 25)))
+    monkeypatch.setattr(convergence, "prove_disc", by_chance)
+    found = list(proven_discs(Fraction(26, 25)))
     points = 1.04 * np.sqrt(rng.uniform(size=2000)) * np.exp(1j * np.pi * rng.uniform(size=2000))
     x, y, half = (np.array([float(getattr(square, name)) for square in found])[:, None] for name in ("x", "y", "half"))
     holds = (abs(points.real - x) <= half) & (abs(points.imag - y) <= half)

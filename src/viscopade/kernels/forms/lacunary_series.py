@@ -72,14 +72,14 @@ class LacunaryInverse:
         return n / d
 
 
-def _evaluated(polynomial_with_gaps: Terms, y: arb_series) -> arb_series:
-    by_exponent: Mapping[int, Fraction] = dict(polynomial_with_gaps)
-    dense = [by_exponent.get(i, Fraction(0)) for i in range(polynomial_with_gaps[-1][0] + 1)]
+def _evaluated(lacunary: Terms, y: arb_series) -> arb_series:
+    by_exponent: Mapping[int, Fraction] = dict(lacunary)
+    dense = [by_exponent.get(i, Fraction(0)) for i in range(lacunary[-1][0] + 1)]
     return polynomial([ball_of(c) for c in dense], y)
 
 
-def _evaluated_at(polynomial_with_gaps: Terms, y: arb) -> arb:
-    return sum((ball_of(c) * y**exponent for exponent, c in polynomial_with_gaps), arb(0))
+def _evaluated_at(lacunary: Terms, y: arb) -> arb:
+    return sum((ball_of(c) * y**exponent for exponent, c in lacunary), arb(0))
 
 
 def _from_zero(upper: arb) -> arb:
