@@ -69,10 +69,10 @@ def claims(names: tuple[str, ...], style: str) -> None:
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and further ones."""
-    from viscopade_lab.figures import cooling, paper
+    from viscopade_lab.figures import registry
 
     need("matplotlib", "figures")
-    pictures = paper.render(names or list(cooling.FIGURES), formats)
+    pictures = registry.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
 

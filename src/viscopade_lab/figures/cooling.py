@@ -1,7 +1,4 @@
-"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it.
-
-Importing this module enters it into `figures.FIGURES`.
-"""
+"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it."""
 
 from __future__ import annotations
 
@@ -22,18 +19,16 @@ from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade_lab.figures.paper import (
     BLACK,
     DIGITS,
-    FIGURES,
     LOOKS,
     Beside,
+    Figure,
     draw_curve,
-    figure_of,
+    figure,
     identifier,
     label_axes,
     new_sheet,
     write_text,
 )
-
-__all__ = ["FIGURES"]
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -96,8 +91,7 @@ def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
     return simulated.temperature_at(COMPARED)
 
 
-@figure_of(
-    "cooling",
+@figure(
     "a cooling gas of ice with the exact eps and a constant one, and errors of the temperature with approximants",
     r"""Top: temperature of a gas of ice balls that starts at 1 (cm/s)$^2$, over time in units of the mean collision
     time at the start. Lines: Maxwellian velocities; circles: one simulation (DSMC) of 1000 particles each. With the
@@ -166,3 +160,5 @@ def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunctio
 
 
 _POINTS: Mapping[str, Any] = {"markersize": 2.8, "markerfacecolor": "white", "markeredgewidth": 0.7}
+
+FIGURES: Mapping[str, Figure] = {"cooling": _cooling}

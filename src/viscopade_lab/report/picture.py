@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FORMATS = ("svg", "png")
-
 # Each colour on paper, and the name that the page's style sheet gives it.
 INK, MUTED, GRID, PAPER, BAND = "#1b1b1f", "#5c5f66", "#e3e3e6", "#ffffff", "#f1f1f4"
 _GROUP_COLOR = {"ours": "#0068a8", "rival": "#bd4b00", "limit": "#00755a"}
