@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 import struct
-import sys
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
@@ -20,11 +19,11 @@ from typing import Any
 import click
 import numpy as np
 import numpy.typing as npt
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 Bits = npt.NDArray[np.uint64]
 
@@ -160,8 +159,8 @@ def measure(mode: str, samples: int, exact: int, seed: int, jobs: int) -> dict[s
 
 def show(result: dict[str, Any]) -> None:
     """Print the result for people."""
-    out = Console(width=None if sys.stdout.isatty() else 160)
-    out.print(f"{' '.join(exhaustive.MODES[result['mode']])}: {result['samples']:,} random inputs", highlight=False)
+    out = console(160)
+    out.print(f"{' '.join(exhaustive.MODES[result['mode']])}: {result['samples']:,} random inputs")
     for function, found in result["functions"].items():
         table = Table("v*", "at most 0.5 ulp", "0.5 to 0.55", "above", "largest error", title=function)
         for part in found["ranges"]:
@@ -191,7 +190,7 @@ def show(result: dict[str, Any]) -> None:
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--samples", type=click.IntRange(PIECES), default=10_000_000, show_default=True, help="Of each range.")
 @click.option(
     "--exact", type=click.IntRange(1), default=200, show_default=True, help="Inputs for viscopade.collision.exact."

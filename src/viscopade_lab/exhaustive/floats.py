@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 ALL = 1 << 31
 PIECES = 64
@@ -82,11 +82,11 @@ def show(results: list[dict[str, Any]]) -> None:
             f"{len(result['decided_by_exact'])} {' '.join(result['decided_by_exact'][:3])}",
             f"{result['seconds']}",
         )
-    Console(width=None if sys.stdout.isatty() else 200).print(table)
+    console(200).print(table)
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th input only.")
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 @click.option(

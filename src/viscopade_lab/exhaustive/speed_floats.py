@@ -18,7 +18,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
@@ -26,6 +25,7 @@ from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel, speed_table
 from viscopade.kernels.targets import last_place, speed
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 FIRST, END = 1, 0x7F800000  # bits of the least positive float and of infinity
 PIECES = 64
@@ -135,13 +135,13 @@ def show(results: list[dict[str, Any]]) -> None:
             f"{result['largest_rise']:.3g} at {result['largest_rise_at']}",
             f"{result['seconds']}",
         )
-    out = Console(width=None if sys.stdout.isatty() else 240)
+    out = console(240)
     out.print("Errors as parts of the bounds; rises relative to the smaller of eps and 1 - eps.")
     out.print(table)
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th speed only.")
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 @click.option("--tier", "tiers", type=click.Choice(names.TIERS), multiple=True, default=names.TIERS)

@@ -18,7 +18,6 @@ sources and not in Debian's package.
 from __future__ import annotations
 
 import importlib
-import json
 import math
 import shutil
 import statistics
@@ -27,7 +26,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib.resources import files
 from itertools import product
@@ -37,7 +36,6 @@ from typing import Any
 import click
 import numpy as np
 from flint import arb
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -48,6 +46,7 @@ from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
 from viscopade.theory.series import series
+from viscopade_lab.script import command, console
 
 DEGREES = ((1, 4), (3, 3), (2, 5), (3, 6), (5, 5))
 SPEEDS = (1.0, 3.0, 10.0, 50.0)
@@ -62,7 +61,7 @@ Evaluated = Callable[[FloatArray], FloatArray]
 
 
 @dataclass
-class Comparison:
+class RivalComparison:
     """One rival on one kind of problem."""
 
     rival: str
@@ -145,9 +144,11 @@ def module(name: str) -> Any:
 # --- the rivals -------------------------------------------------------------------------------------------------------
 
 
-def against_baryrat() -> Comparison:
+def against_baryrat() -> RivalComparison:
     """BRASIL, in doubles."""
-    result = Comparison("baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles")
+    result = RivalComparison(
+        "baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles"
+    )
     baryrat = module("baryrat")
     if baryrat is None:
         result.skipped = "baryrat is not installed (pip install baryrat)"
@@ -158,9 +159,11 @@ def against_baryrat() -> Comparison:
     return result
 
 
-def against_aaa() -> Comparison:
+def against_aaa() -> RivalComparison:
     """AAA on 2001 samples."""
-    result = Comparison("scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10)
+    result = RivalComparison(
+        "scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10
+    )
     interpolate = module("scipy.interpolate")
     if interpolate is None or not hasattr(interpolate, "AAA"):
         result.skipped = "SciPy is absent or older than 1.15"
@@ -234,9 +237,9 @@ int main(int, char** argv) {
 """
 
 
-def against_boost(headers: Path | None) -> Comparison:
+def against_boost(headers: Path | None) -> RivalComparison:
     """remez_minimax in 40 digits, without and with a brake of 50 %: the better one counts."""
-    result = Comparison(
+    result = RivalComparison(
         "Boost remez_minimax", "free [m/n], relative", "no conditions but N(0) = 0, weights 1 and f only"
     )
     result.skipped = _why_no_boost(headers)
@@ -290,12 +293,12 @@ def _by_boost(program: Path, m: int, n: int, v_max: float, brake: int) -> tuple[
     return largest_error(approximant, v_max, True), seconds
 
 
-def against_sollya() -> tuple[Comparison, Comparison]:
+def against_sollya() -> tuple[RivalComparison, RivalComparison]:
     """Sollya's remez and fpminimax for (1 - eps)/v*^2, given as a Taylor polynomial."""
-    best = Comparison(
+    best = RivalComparison(
         "Sollya remez", "(1 - eps)/v*^2 by polynomials, relative", "polynomials only; eps is not known to it"
     )
-    machine = Comparison("Sollya fpminimax", "the same, float coefficients", "polynomials only")
+    machine = RivalComparison("Sollya fpminimax", "the same, float coefficients", "polynomials only")
     if shutil.which("sollya") is None:
         best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
         return best, machine
@@ -353,14 +356,14 @@ def _dyadic(word: str) -> Fraction:
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-def measure(boost: Path | None) -> list[Comparison]:
+def measure(boost: Path | None) -> list[RivalComparison]:
     """Run everything."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return [against_baryrat(), against_aaa(), against_boost(boost), *against_sollya()]
 
 
-def show(results: list[Comparison]) -> None:
+def show(results: list[RivalComparison]) -> None:
     """Print the table."""
     table = Table(
         "rival",
@@ -381,16 +384,11 @@ def show(results: list[Comparison]) -> None:
         ours, other = result.converged
         numbers = (str(len(result.errors)), str(ours), str(other), f"{error:.3g}", f"{seconds:.3g}")
         table.add_row(result.rival, escape(result.problem), *numbers, result.cannot)
-    Console(width=150).print(table)
+    console(150).print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--boost", type=click.Path(path_type=Path), help="folder with boost/math/tools/remez.hpp")
-def main(style: str, boost: Path | None) -> None:
-    """Compare and print."""
-    results = measure(boost)
-    click.echo(json.dumps([asdict(result) for result in results])) if style == "json" else show(results)
+BOOST_FOLDER = click.option("--boost", type=click.Path(path_type=Path), help="Folder with boost/math/tools/remez.hpp.")
+main = command(measure, show, BOOST_FOLDER)
 
 
 if __name__ == "__main__":

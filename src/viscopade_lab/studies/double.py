@@ -7,21 +7,18 @@ leading term (3/2)^(2/3) v*^(-10/3), good at large v*, by np.power.
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
-import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
 from viscopade.theory.pade import pade
+from viscopade_lab.script import command, console, rounds
 
 POINTS = 1_000_000
 OURS = (*panels.NAMES, "slope", "v_star_from")
@@ -80,21 +77,12 @@ def show(result: dict[str, Any]) -> None:
     for name, rate in rates.items():
         limit = f"{double.ULP[name]} ulp" if name in double.ULP else ""
         table.add_row(name, f"{rate / 1e6:.1f}", f"{rates['[3/6]'] / rate:.1f}", limit)
-    out = Console(width=None if sys.stdout.isatty() else 120)
+    out = console()
     out.print(table)
-    out.print(f"first call, which loads the table: {1e3 * result['loading_s']:.0f} ms", highlight=False)
+    out.print(f"first call, which loads the table: {1e3 * result['loading_s']:.0f} ms")
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=5, show_default=True)
-def main(style: str, rounds: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+main = command(measure, show, rounds(5))
 
 
 if __name__ == "__main__":

@@ -9,18 +9,16 @@ at v* = 1), and the Taylor integrator with event location that was written for t
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.collision import exact
+from viscopade_lab.script import command, console
 from viscopade_lab.studies import direct
 from viscopade_lab.studies.series import seconds
 
@@ -76,21 +74,16 @@ def show(result: dict[str, Any]) -> None:
     for row in result["direct"]:
         times = (f"{1e3 * row[name]:.3g}" for name in ("ours", "invert", "direct"))
         table.add_row(str(row["digits"]), row["v_star"], *times, f"{row['ratio']:.1f}")
-    console = Console()
-    console.print(table)
+    out = console()
+    out.print(table)
     for row in result["odefun"]:
-        console.print(
+        out.print(
             f"mpmath.odefun at v* = 1, {row['digits']} digits: {row['odefun']:.2f} s, {row['ratio']:.0f} times ours"
         )
-    console.print(f"time ~ digits^{result['growth']['exponent']:.1f} from {GROWTH[0]} to {GROWTH[-1]} digits")
+    out.print(f"time ~ digits^{result['growth']['exponent']:.1f} from {GROWTH[0]} to {GROWTH[-1]} digits")
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(style: str) -> None:
-    """Measure and print."""
-    result = measure()
-    click.echo(json.dumps(result)) if style == "json" else show(result)
+main = command(measure, show)
 
 
 if __name__ == "__main__":

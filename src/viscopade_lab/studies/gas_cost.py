@@ -11,8 +11,6 @@ Run as `python -m viscopade_lab.studies.gas_cost`, or with `--format json`.
 from __future__ import annotations
 
 import ctypes
-import json
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +19,6 @@ from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 import viscopade as vp
@@ -32,6 +29,7 @@ from viscopade.kernels.forms.speed_kernel import file_of
 from viscopade.kernels.names import FAST
 from viscopade.simulators import gas
 from viscopade_lab.figures import cooling as figure
+from viscopade_lab.script import command, console, rounds
 
 EXPORTS = Path(__file__).parents[3] / "exports"
 BETA = figure.BETA
@@ -160,20 +158,11 @@ def show(result: dict[str, Any]) -> None:
         share = row["eps_in_run"] / row["run"]
         numbers = (f"{row['run']:.0f}", f"{row['eps_in_run']:.0f}", f"{share:.1%}", f"{row['eps_at_once']:.1f}")
         table.add_row(row["name"], *numbers)
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    console().print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=5, show_default=True)
-@click.option("--particles", type=click.IntRange(gas.LEAST_PARTICLES), default=4000, show_default=True)
-def main(style: str, rounds: int, particles: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(particles, rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+PARTICLES = click.option("--particles", type=click.IntRange(gas.LEAST_PARTICLES), default=4000, show_default=True)
+main = command(measure, show, rounds(5), PARTICLES)
 
 
 if __name__ == "__main__":

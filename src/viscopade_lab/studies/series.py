@@ -10,7 +10,6 @@ exponents much less.
 
 from __future__ import annotations
 
-import json
 import platform
 import statistics
 import subprocess
@@ -22,15 +21,14 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import click
 import flint
 import numpy as np
 from flint import arb, arb_mat
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.theory.pade import _pade, _product_coefficient, order_system, pade
 from viscopade.theory.series import _g_fixed_point, _series, end_series, series
+from viscopade_lab.script import command, console, rounds
 from viscopade_lab.studies import baseline
 
 ORDERS = (20, 40, 80, 160)
@@ -167,8 +165,8 @@ def _processor() -> str:
 
 def show(result: dict[str, Any]) -> None:
     """Print the result for people."""
-    out = Console(width=None if sys.stdout.isatty() else 120)
-    out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()), highlight=False)
+    out = console()
+    out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()))
     table = Table("what", "seconds (median)", "note")
     b = result["baseline"]
     what = f"h_0 … h_{b['order']}, {b['digits']} digits"
@@ -194,16 +192,7 @@ def show(result: dict[str, Any]) -> None:
     out.print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=3, show_default=True)
-def main(style: str, rounds: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+main = command(measure, show, rounds(3))
 
 
 if __name__ == "__main__":

@@ -6,25 +6,24 @@ which all processes take turns; the times depend on the machine, the ratios much
 
 from __future__ import annotations
 
-import json
 import resource
 import statistics
 import subprocess
 import sys
 
 import click
-from rich.console import Console
 from rich.table import Table
 
-from viscopade.cli.main import command
+from viscopade.cli import main as command_line
+from viscopade_lab.script import command, console, rounds
 
 YARDSTICK = "import numpy"
 
 
 def starts() -> dict[str, tuple[str, ...]]:
     """Return what is started, by name: the words that follow the interpreter."""
-    with click.Context(command) as context:
-        names = command.list_commands(context)
+    with click.Context(command_line.command) as context:
+        names = command_line.command.list_commands(context)
     helps = {f"viscopade {name} --help": ("-m", "viscopade", name, "--help") for name in names}
     return {
         YARDSTICK: ("-c", "import numpy"),
@@ -53,19 +52,15 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
     return {name: {"seconds": value, "ratio": value / median[YARDSTICK]} for name, value in median.items()}
 
 
-@click.command()
-@click.option("--rounds", type=click.IntRange(1, 1000), default=9, show_default=True)
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(rounds: int, style: str) -> None:
+def show(found: dict[str, dict[str, float]]) -> None:
     """Print the times."""
-    found = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(found, indent=1))
-        return
-    table = Table("start", "processor time, s", f"of {YARDSTICK}", title=f"Medians of {rounds} rounds")
+    table = Table("start", "processor time, s", f"of {YARDSTICK}", title="Medians")
     for name, numbers in found.items():
         table.add_row(name, f"{numbers['seconds']:.3f}", f"{numbers['ratio']:.2f}")
-    Console().print(table)
+    console().print(table)
+
+
+main = command(measure, show, rounds(9))
 
 
 if __name__ == "__main__":
