@@ -364,18 +364,14 @@ def chart(found: Compared) -> Chart:
 def checks(found: Compared) -> tuple[Check, ...]:
     """Return what must hold."""
     return (
-        Check("values of compiled C that differ in a bit from those of the exported Python", found.different, "==", 0),
-        Check("coefficients in JSON tables that do not become those of the exported Python", found.changed, "==", 0),
-        Check(
+        Check.never("values of compiled C that differ in a bit from those of the exported Python", found.different),
+        Check.never("coefficients in JSON tables that do not become those of the exported Python", found.changed),
+        Check.within(
             "largest rounding error of exported code, in terms of the running error bound of Horner's rule at that v*",
             max(row[3] for row in found.rows),
-            "<=",
-            1,
         ),
-        Check(
+        Check.within(
             "largest error against the quotient of the JSON table's decimals, in terms of the rounding that it states",
             max(row[4] for row in found.rows),
-            "<=",
-            1,
         ),
     )

@@ -507,18 +507,14 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
         if k * float(one.data.u) < SMALL
     ]
     return (
-        Check(
+        Check.within(
             "rounding changes eps by no more than is proven, at every v*: largest part of the bound",
             max(one.error_proven for _, one in rows),
-            "<=",
-            1.0,
         ),
-        Check(
+        Check.within(
             "within a proven distance of every pole, exact or from rounded data, the other approximant has one: "
             "largest part of that distance",
             max(one.proven for _, one in rows),
-            "<=",
-            1.0,
         ),
         Check(
             f"poles whose movement is predicted to be below {SMALL:g} move no further: largest part of the prediction, "
@@ -533,12 +529,10 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
             ">=",
             1,
         ),
-        Check(
+        Check.never(
             f"of these, how many are there within {KEPT:.0%} in all other precisions of the data: a doublet of the "
             "rounding does not know the others",
             sum(lasting(row) for _, row in found.values()),
-            "==",
-            0,
         ),
     )
 

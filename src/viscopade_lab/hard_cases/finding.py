@@ -53,6 +53,16 @@ class Check:
         if not math.isfinite(self.limit):
             raise ValueError(f"limit is {self.limit!r}: accepted is a finite number")
 
+    @classmethod
+    def within(cls, statement: str, part: float) -> Check:
+        """Return the check that an error is within its bound; `part` is their quotient."""
+        return cls(statement, part, "<=", 1)
+
+    @classmethod
+    def never(cls, statement: str, count: int) -> Check:
+        """Return the check that what is counted does not occur."""
+        return cls(statement, count, "==", 0)
+
     @property
     def holds(self) -> bool:
         """Whether it does; with a NaN it does not."""

@@ -219,13 +219,11 @@ def _checks(found: dict[str, list[Worst]]) -> Iterator[Check]:
     for family, results in found.items():
         for way in FAMILIES[family]:
             most = max(w.ratio for w in results if w.way == way)
-            yield Check(
-                f"{family}, {way.name}: the worst error found is within its proven bound (ratio)", most, "<=", 1
-            )
+            yield Check.within(f"{family}, {way.name}: the worst error found is within its proven bound (ratio)", most)
     for family in list(FAMILIES)[:2]:
         most = max(w.local for w in found[family] if w.local is not None)
         statement = f"{family}: it is within what the same proof gives for that argument alone (ratio)"
-        yield Check(statement, most, "<=", 1)
+        yield Check.within(statement, most)
     quotients = [w for w in found["quotients of polynomials in v*"] if w.function.name == "epsilon"]
     # eps takes all values from 1 to far below 1/2: just above a power of 2 the last rounding alone errs by u.
     least = min(w.roundings for w in quotients)

@@ -281,19 +281,15 @@ def _checks(
         ),
         Check("kappa is at most its limit for small v*", largest, "<=", LARGEST_CONDITION * (1 + _SLOPE)),
         *(
-            Check(
+            Check.within(
                 f"{name} in double precision: largest error, in terms of the stated errors times the condition",
                 trip.worst,
-                "<=",
-                1,
             )
             for name, trip in doubles.items()
         ),
-        Check(
+        Check.never(
             "trips with proven digits whose interval does not contain the start",
             sum(not hull.contains for hull in hulls),
-            "==",
-            0,
         ),
         Check(
             "width of these intervals, in terms of what was rounded in between times the condition: not wider, but for "
@@ -302,17 +298,15 @@ def _checks(
             "<=",
             1.001,
         ),
-        Check(
+        Check.within(
             "trips by way of exported inverse kernels: largest error, in terms of their proven errors times the "
             "condition",
             max(trip.worst for trip in texts.values()),
-            "<=",
-            1,
         ),
-        Check(f"trips through A and beta: largest error, {family}", _worst(materials, "beta", "A"), "<=", 1),
-        Check(f"v* in other units: largest difference, {family}", _worst(materials, "v* in"), "<=", 1),
-        Check(f"speed and v*, density and mass: largest error, {family}", _worst(materials, "speed", "den"), "<=", 1),
-        Check("quantities that change when written with 17 digits and a unit, and read", quantities[1], "==", 0),
+        Check.within(f"trips through A and beta: largest error, {family}", _worst(materials, "beta", "A")),
+        Check.within(f"v* in other units: largest difference, {family}", _worst(materials, "v* in")),
+        Check.within(f"speed and v*, density and mass: largest error, {family}", _worst(materials, "speed", "den")),
+        Check.never("quantities that change when written with 17 digits and a unit, and read", quantities[1]),
         *tables_read_back.checks(tables),
         *compiled_text.checks(code),
     )

@@ -369,12 +369,10 @@ def _leaving_checks(given: Truncations, left: Leaving) -> tuple[Check, ...]:
     earlier = np.minimum(left.exact[1:], left.exact[:-1]) / left.latest[1:]
     moved = abs(left.in_double - left.exact) / left.allowed
     return (
-        Check(
+        Check.within(
             "of two neighbouring orders the earlier leaves before |h_k| v*^k = 2e-3 eps (triangle inequality): largest "
             "part of that v*",
             float(earlier.max()),
-            "<=",
-            1.0,
         ),
         Check(
             "no order leaves before the geometric series of the largest |h_j| R^j is 1e-3 eps: least multiple of that "
@@ -383,26 +381,20 @@ def _leaving_checks(given: Truncations, left: Leaving) -> tuple[Check, ...]:
             ">=",
             1.0,
         ),
-        Check(
+        Check.within(
             f"h_k = p h_(k-1) - q h_(k-2) of a pair of poles at the singularity, for k >= {given.order // 2}, but for "
             "what an amplitude that changes by 1/k an order adds: largest part of that",
             float(defects(given).max()),
-            "<=",
-            1.0,
         ),
-        Check(
+        Check.within(
             "where S_k leaves, the remainder continued from two coefficients is 1e-3 eps, but for the same: largest "
             f"part of that, k >= {PERIOD}",
             float(left.surprise[PERIOD:].max()),
-            "<=",
-            1.0,
         ),
-        Check(
+        Check.within(
             "the sum in double leaves where the exact one does, but for the proven bound of its rounding: largest part "
             "of that",
             float(moved.max()),
-            "<=",
-            1.0,
         ),
     )
 
@@ -415,7 +407,7 @@ def _sums_checks(worst: list[float]) -> tuple[Check, ...]:
         "u |S_k| + gamma_(2n+2)^2 sum |h_j| v*^j, against the series itself",
     )
     return tuple(
-        Check(f"error of {method} by its proven bound {text}: largest", measured, "<=", 1.0)
+        Check.within(f"error of {method} by its proven bound {text}: largest", measured)
         for method, text, measured in zip(METHODS, proven, worst, strict=True)
     )
 
