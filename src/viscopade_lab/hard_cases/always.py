@@ -30,7 +30,7 @@ from viscopade.collision import exact, spheres
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, speeds
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, binned, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, binned, curve
 from viscopade_lab.hard_cases.material_trips import proven_restitution
 
 SEED = 11
@@ -97,7 +97,7 @@ def steps(function: Callable[[Array], Array], x: Array, places: int = 1) -> Floa
         return np.asarray((function(after) - before) / np.spacing(before), dtype=np.float64)
 
 
-class Wrong(NamedTuple):
+class WrongSteps(NamedTuple):
     """Steps of a function in the wrong direction, where it should rise or fall.
 
     Attributes
@@ -128,11 +128,11 @@ class Wrong(NamedTuple):
 
 def wrong_steps(
     name: str, function: Callable[[Array], Array], direction: int, x: Array, limit: float, at: FloatArray | None = None
-) -> Wrong:
+) -> WrongSteps:
     """Return the steps in the wrong direction; `at` is the v* at each x, if x is something else."""
     found = -direction * steps(function, x)
     found = np.where(np.isnan(found), np.inf, np.where(found > 0, found, 0.0))
-    return Wrong(name, len(x), int(np.count_nonzero(found)), np.asarray(x if at is None else at), found, limit)
+    return WrongSteps(name, len(x), int(np.count_nonzero(found)), np.asarray(x if at is None else at), found, limit)
 
 
 def _restitution_limit(form: str) -> float:
@@ -142,7 +142,7 @@ def _restitution_limit(form: str) -> float:
     return 2 * (both + last) / 2.0**-53 if form == "double" else 1.0
 
 
-def all_wrong_steps(generator: np.random.Generator, number: int) -> Iterator[Wrong]:
+def all_wrong_steps(generator: np.random.Generator, number: int) -> Iterator[WrongSteps]:
     """Look at neighbours, everywhere and where the panels of tables meet."""
     x = np.concatenate([_moderate(generator, number), [RISES]])
     for name, direction in OF_V_STAR.items():
@@ -180,7 +180,7 @@ def _moderate(generator: np.random.Generator, number: int) -> FloatArray:
 # --- proven -----------------------------------------------------------------------------------------------------------
 
 
-class Order(NamedTuple):
+class MonotonePair(NamedTuple):
     """Whether it is proven that a pair of v* has what it should have, each 1 or 0."""
 
     v_star: str
@@ -198,7 +198,7 @@ class Order(NamedTuple):
         return all(self[2:])
 
 
-def order(v_star: str, power: int) -> Order:
+def order(v_star: str, power: int) -> MonotonePair:
     """Compare the enclosures at v* and at v* (1 + 10^-power).
 
     The digits tell 1 - eps and x_max at both apart: for small v* x_max differs by about v*^2 times the gap.
@@ -206,7 +206,7 @@ def order(v_star: str, power: int) -> Order:
     near, gap = Fraction(v_star), Fraction(1, 10**power)
     digits = power + 6 + max(0, -2 * Decimal(v_star).adjusted()) + _digits_far(v_star)
     one, other = (exact.collision(v, digits) for v in (near, near * (1 + gap)))
-    return Order(
+    return MonotonePair(
         v_star,
         float(gap),
         bool(other.epsilon < one.epsilon),
@@ -223,7 +223,7 @@ def _digits_far(v_star: str) -> int:
     return max(0, math.ceil(10 / 3 * (Decimal(v_star).adjusted() + 1)))
 
 
-class Growth(NamedTuple):
+class NestedEnclosures(NamedTuple):
     """Enclosures with more and more digits.
 
     Attributes
@@ -241,7 +241,7 @@ class Growth(NamedTuple):
     not_rounded: int
 
 
-def growth(v_star: str, digits: Sequence[int]) -> Growth:
+def growth(v_star: str, digits: Sequence[int]) -> NestedEnclosures:
     """Compare enclosures of a collision with these numbers of digits, which grow."""
     found = [exact.collision(v_star, number) for number in digits]
     pairs = nested = rounded = 0
@@ -252,7 +252,7 @@ def growth(v_star: str, digits: Sequence[int]) -> Growth:
             pairs += 1
             nested += name in few.given or bool(ball.contains(many.balls()[name]))
             rounded += context.create_decimal(longer[name]) == Decimal(shorter[name])
-    return Growth(v_star, pairs, pairs - nested, pairs - rounded)
+    return NestedEnclosures(v_star, pairs, pairs - nested, pairs - rounded)
 
 
 def _random_v_star(generator: np.random.Generator, low: int, high: int) -> str:
@@ -340,7 +340,7 @@ def changed_by_layout(name: str, x: FloatArray) -> int:
 # --- Padé approximants ------------------------------------------------------------------------------------------------
 
 
-class Expanded(NamedTuple):
+class ExpandedPade(NamedTuple):
     """What an approximant's decimals give when they are expanded, and what its roots are like.
 
     Attributes
@@ -366,7 +366,7 @@ class Expanded(NamedTuple):
     missing: int
 
 
-def expanded(m: int, n: int, digits: int) -> Expanded:
+def expanded(m: int, n: int, digits: int) -> ExpandedPade:
     """Expand [m/n], from its decimals, by division, and compare with the series; look at its poles and zeros.
 
     Raises
@@ -383,7 +383,7 @@ def expanded(m: int, n: int, digits: int) -> Expanded:
         outside = sum(not x.overlaps(y) for x, y in zip(quotient, h, strict=True))
         width = max(float((x.rad() / abs(y.mid())).mid()) for x, y in zip(quotient, h, strict=True) if y != 0)
     roots = [*approximant.poles, *approximant.zeros]
-    return Expanded(
+    return ExpandedPade(
         approximant.label, order + 1, outside, width, len(roots), without_conjugate(approximant.poles)
         + without_conjugate(approximant.zeros), _missing(approximant, digits),
     )  # fmt: skip
@@ -436,9 +436,9 @@ def _missing(approximant: Pade, digits: int) -> int:
     return wrong
 
 
-def expansions(generator: np.random.Generator, number: int, largest: int, digits: int) -> list[Expanded]:
+def expansions(generator: np.random.Generator, number: int, largest: int, digits: int) -> list[ExpandedPade]:
     """Look at approximants of random degrees."""
-    found: list[Expanded] = []
+    found: list[ExpandedPade] = []
     while len(found) < number:
         m, n = (int(k) for k in generator.integers(0, largest + 1, 2))
         try:
@@ -524,7 +524,10 @@ def _random_scaled(generator: np.random.Generator) -> tuple[float, float, float]
 
 
 def _summary(
-    wrong: Sequence[Wrong], orders: Sequence[Order], growths: Sequence[Growth], found: Sequence[Expanded]
+    wrong: Sequence[WrongSteps],
+    orders: Sequence[MonotonePair],
+    growths: Sequence[NestedEnclosures],
+    found: Sequence[ExpandedPade],
 ) -> str:
     rises = [w for w in wrong if w.wrong]
     words = "; ".join(f"{w.name} by up to {w.worst:g} ulp in {w.wrong} of {w.pairs:,} pairs" for w in rises)
@@ -539,7 +542,7 @@ def _summary(
     )
 
 
-def _step_checks(wrong: Sequence[Wrong]) -> Iterator[Check]:
+def _step_checks(wrong: Sequence[WrongSteps]) -> Iterator[Check]:
     for one in wrong:
         yield Check(
             f"{one.name}: largest step in the wrong direction between neighbours, in ulp; what both errors allow",
@@ -549,16 +552,16 @@ def _step_checks(wrong: Sequence[Wrong]) -> Iterator[Check]:
         )
 
 
-def _step_table(wrong: Sequence[Wrong]) -> Table:
+def _step_table(wrong: Sequence[WrongSteps]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for one in wrong:
         where = f"{one.x[int(np.argmax(one.steps))]:.6g}" if one.wrong else ""
         rows.append((one.name, one.pairs, one.wrong, f"{one.worst:g}", f"{one.limit:.3g}", where))
     header = ("function", "pairs of neighbours", "wrong direction", "largest, ulp", "allowed, ulp", "at v*")
-    return Table("From one number to the next", header, tuple(rows))
+    return ResultTable("From one number to the next", header, tuple(rows))
 
 
-def _order_table(orders: Sequence[Order], growths: Sequence[Growth]) -> Table:
+def _order_table(orders: Sequence[MonotonePair], growths: Sequence[NestedEnclosures]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for one in orders[:12]:
         rows.append((one.v_star, f"pair, gap {one.gap:g}", "proven" if one.holds else "not proven"))
@@ -570,25 +573,25 @@ def _order_table(orders: Sequence[Order], growths: Sequence[Growth]) -> Table:
                 f"{grown.not_nested} not nested, {grown.not_rounded} not rounded",
             )
         )
-    return Table("Proven: order and digits (some of them)", ("v*", "what", "found"), tuple(rows))
+    return ResultTable("Proven: order and digits (some of them)", ("v*", "what", "found"), tuple(rows))
 
 
-def _layout_table(layout: Mapping[str, int], x: FloatArray) -> Table:
+def _layout_table(layout: Mapping[str, int], x: FloatArray) -> ResultTable:
     count = sum(1 for _ in layouts(x)) + 2
     rows = tuple((name, count, len(x), wrong) for name, wrong in layout.items())
-    return Table("Arrays laid out otherwise", ("function", "layouts", "numbers", "results that differ"), rows)
+    return ResultTable("Arrays laid out otherwise", ("function", "layouts", "numbers", "results that differ"), rows)
 
 
-def _pade_table(found: Sequence[Expanded]) -> Table:
+def _pade_table(found: Sequence[ExpandedPade]) -> ResultTable:
     rows = tuple(
         (e.label, e.coefficients, e.outside, f"{e.width:.1e}", e.roots, e.without_conjugate + e.missing)
         for e in found[:20]
     )
     header = ("approximant", "coefficients", "not h_k", "relative uncertainty", "poles and zeros", "not in order")
-    return Table("Padé approximants, expanded from 60 digits, and their roots", header, rows)
+    return ResultTable("Padé approximants, expanded from 60 digits, and their roots", header, rows)
 
 
-def _step_chart(wrong: Sequence[Wrong]) -> Chart:
+def _step_chart(wrong: Sequence[WrongSteps]) -> Chart:
     edges = np.linspace(-12, 12, 145)
     curves: list[ChartCurve] = []
     for one in wrong:

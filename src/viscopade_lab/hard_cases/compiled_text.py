@@ -20,7 +20,7 @@ from viscopade.kernels import requests, rounding, toolchain
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.requests import Request
 from viscopade.theory.pade import DegenerateError
-from viscopade_lab.hard_cases.finding import Cell, Chart, Check, Table, curve
+from viscopade_lab.hard_cases.finding import Cell, Chart, Check, ResultTable, curve
 
 NO_CONTRACTION = "-ffp-contract=off"  # without it a compiler may fuse products and sums, which Python does not
 _DEFINITION = re.compile(r"^static inline (double|float) (viscopade_\w+)\((?:double|float) \w+\)$", re.MULTILINE)
@@ -92,7 +92,7 @@ def polynomial(ascending: Sequence[Fraction], x: Fraction) -> Fraction:
     return sum((c * x**i for i, c in enumerate(ascending)), Fraction(0))
 
 
-class Allowed(NamedTuple):
+class ExactQuotient(NamedTuple):
     """The exact quotient at a v*, and by how much a computed one may be off."""
 
     value: Fraction
@@ -101,7 +101,7 @@ class Allowed(NamedTuple):
 
 def allowed(
     a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: Fraction, threshold: int
-) -> Allowed | None:
+) -> ExactQuotient | None:
     """Return what the running error bound of Horner's rule (`rounding`) says; None if a sum may vanish.
 
     Beyond 2^threshold the polynomials are those in u = 1/v*, which is rounded; so are the products with its powers.
@@ -125,7 +125,7 @@ def allowed(
     relative = math.expm1(math.log1p(shares[0]) - math.log1p(-shares[1]) + roundings * math.log1p(unit))
     smallest = 2.0 ** (1 - form.largest - form.precision + 1)
     below = smallest * (abs(factors) + 2) * (1 + abs(float(quotient))) if far else smallest
-    return Allowed(value, float(abs(value)) * relative * (1 + 2**-40) + below)
+    return ExactQuotient(value, float(abs(value)) * relative * (1 + 2**-40) + below)
 
 
 def _moved(ascending: Sequence[Fraction], x: Fraction, value: Fraction) -> float:
@@ -137,7 +137,7 @@ def _moved(ascending: Sequence[Fraction], x: Fraction, value: Fraction) -> float
 
 
 @dataclass
-class Compared:
+class TextComparison:
     """What was compared, of all texts.
 
     Attributes
@@ -184,7 +184,7 @@ def same(function: Function, reference: Callable[[float], float], x: Array) -> t
     return len(taken), int(np.count_nonzero(got.view(np.int64) != np.array(expected).view(np.int64)))
 
 
-def compare_quotients(request: Request, generator: np.random.Generator, number: int, into: Compared) -> None:
+def compare_quotients(request: Request, generator: np.random.Generator, number: int, into: TextComparison) -> None:
     """Compile and run the quotients of a request, and compare them with each other and with exact values."""
     module = python(request.render("python"))
     records = json.loads(request.render("json"))["approximants"]
@@ -206,7 +206,7 @@ def compare_quotients(request: Request, generator: np.random.Generator, number: 
                 _compare_with_exact(kernel, record, form, x, function, into)
 
 
-def compare_inverses(request: Request, generator: np.random.Generator, number: int, into: Compared) -> None:
+def compare_inverses(request: Request, generator: np.random.Generator, number: int, into: TextComparison) -> None:
     """Compile and run the inverse kernels of a request, and compare C with Python."""
     module, functions = python(request.render("python")), _compiled_or_not(request.render("c"), into)
     portions = np.concatenate(
@@ -219,7 +219,7 @@ def compare_inverses(request: Request, generator: np.random.Generator, number: i
             into.different += different
 
 
-def _compiled_or_not(header: str, into: Compared) -> dict[str, Function]:
+def _compiled_or_not(header: str, into: TextComparison) -> dict[str, Function]:
     try:
         return compiled(header)
     except toolchain.BenchError as error:
@@ -246,7 +246,7 @@ def _coefficients(record: Mapping[str, Any], form: Format = DOUBLE) -> tuple[lis
 
 
 def _compare_coefficients(
-    given: tuple[tuple[Fraction, ...], ...], module: Mapping[str, Any], tag: str, into: Compared
+    given: tuple[tuple[Fraction, ...], ...], module: Mapping[str, Any], tag: str, into: TextComparison
 ) -> None:
     for letter, part in zip("AB", given, strict=True):
         held = module[f"{letter}_{tag}"]
@@ -266,7 +266,7 @@ def _stated(record: Mapping[str, Any], form: Format) -> tuple[float, float]:
 
 
 def _compare_with_exact(
-    kernel: Quotient, record: Mapping[str, Any], form: Format, x: Array, function: Function, into: Compared
+    kernel: Quotient, record: Mapping[str, Any], form: Format, x: Array, function: Function, into: TextComparison
 ) -> None:
     a, b = ([Fraction(c) for c in part] for part in kernel.rounded(form))
     table = [[Fraction(c) for c in part] for part in _coefficients(record, form)]
@@ -322,9 +322,9 @@ def _exists(degrees: tuple[int, int]) -> bool:
     return True
 
 
-def all_trips(generator: np.random.Generator, number: int, inverse: Request, thorough: bool) -> Compared:
+def all_trips(generator: np.random.Generator, number: int, inverse: Request, thorough: bool) -> TextComparison:
     """Compare everything."""
-    into = Compared()
+    into = TextComparison()
     for request in _wanted(generator, thorough):
         compare_quotients(request, generator, number, into)
     compare_inverses(inverse, generator, number, into)
@@ -334,7 +334,7 @@ def all_trips(generator: np.random.Generator, number: int, inverse: Request, tho
 # --- what is shown ----------------------------------------------------------------------------------------------------
 
 
-def table(found: Compared) -> Table:
+def table(found: TextComparison) -> ResultTable:
     """Return the errors by text and type."""
     rows: list[tuple[Cell, ...]] = [
         (name, form, count, f"{worst:.3f}", f"{stated:.3f}" if stated else "")
@@ -343,10 +343,12 @@ def table(found: Compared) -> Table:
     compared = f"{found.different} of {found.compared:,} values differ" if not found.why_not else "not run: no compiler"
     rows.append(("C and Python, every bit", "double", found.compared, compared, ""))
     header = ("exported text", "type", "values", "largest error/allowed at that v*", "largest error/stated bound")
-    return Table("Exported text, compiled or run: against exact quotients of its own coefficients", header, tuple(rows))
+    return ResultTable(
+        "Exported text, compiled or run: against exact quotients of its own coefficients", header, tuple(rows)
+    )
 
 
-def chart(found: Compared) -> Chart:
+def chart(found: TextComparison) -> Chart:
     """Return the rounding errors of one kernel with the bound at each v*."""
     points = sorted(found.points)
     x = [v for v, _, _ in points]
@@ -361,7 +363,7 @@ def chart(found: Compared) -> Chart:
     )
 
 
-def checks(found: Compared) -> tuple[Check, ...]:
+def checks(found: TextComparison) -> tuple[Check, ...]:
     """Return what must hold."""
     return (
         Check.never("values of compiled C that differ in a bit from those of the exported Python", found.different),

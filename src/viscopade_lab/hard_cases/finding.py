@@ -70,7 +70,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """Measured numbers in rows; every row has a cell for each column."""
 
     title: str
@@ -120,7 +120,7 @@ class Outcome:
     ----------
     summary : str
         A few sentences with the numbers that matter.
-    tables : tuple of Table
+    tables : tuple of ResultTable
     charts : tuple of Chart
         At least one, unless a check fails.
     checks : tuple of Check
@@ -128,7 +128,7 @@ class Outcome:
     """
 
     summary: str
-    tables: tuple[Table, ...]
+    tables: tuple[ResultTable, ...]
     charts: tuple[Chart, ...]
     checks: tuple[Check, ...]
 
@@ -235,10 +235,10 @@ def _result(node: Node) -> Outcome:
     return _made(node, Outcome, node["summary"].text(), tables, charts, checks)
 
 
-def _table(node: Node) -> Table:
+def _table(node: Node) -> ResultTable:
     rows = tuple(tuple(map(_cell, row.items())) for row in node["rows"].items())
     header = tuple(name.text(empty=True) for name in node["header"].items())
-    return _made(node, Table, node["title"].text(), header, rows)
+    return _made(node, ResultTable, node["title"].text(), header, rows)
 
 
 def _cell(node: Node) -> Cell:

@@ -22,7 +22,7 @@ from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.progress import track
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import ExportedFunction, FullFunction, unit_of
-from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 from viscopade_lab.hard_cases.machine import Array, moved, type_of
 
 SEED = 1911
@@ -34,7 +34,7 @@ REACH = 12  # neighbours are up to 2^REACH numbers away
 AnyFunction = ExportedFunction | FullFunction
 
 
-class Way(NamedTuple):
+class ArithmeticVariant(NamedTuple):
     """How a function is computed."""
 
     name: str
@@ -42,14 +42,14 @@ class Way(NamedTuple):
     steps: int = 0
 
 
-SEPARATE = Way("each operation rounded")
-FUSED = Way("products and sums fused", contracted=True)
-OFF = Way(f"root off by up to {STEPS} ulp", steps=STEPS)
+SEPARATE = ArithmeticVariant("each operation rounded")
+FUSED = ArithmeticVariant("products and sums fused", contracted=True)
+OFF = ArithmeticVariant(f"root off by up to {STEPS} ulp", steps=STEPS)
 SHORT = {SEPARATE: "plain", FUSED: "fused", OFF: f"root off by {STEPS} ulp"}
 
 
 @dataclass(frozen=True)
-class Worst:
+class WorstError:
     """The largest error found, in relation to the bound.
 
     Attributes
@@ -63,7 +63,7 @@ class Worst:
     """
 
     function: AnyFunction
-    way: Way
+    way: ArithmeticVariant
     x: float
     ratio: float
     relative: float
@@ -89,7 +89,9 @@ class _Score(NamedTuple):
     ulp: float
 
 
-def worst(function: AnyFunction, way: Way, number: int, rounds: int, generator: np.random.Generator) -> Worst:
+def worst(
+    function: AnyFunction, way: ArithmeticVariant, number: int, rounds: int, generator: np.random.Generator
+) -> WorstError:
     """Look for the largest error: at `number` random arguments, then by rounds of neighbours of the worst ones."""
     x = _draw(function, number, generator)
     steps = generator.integers(-way.steps, way.steps + 1, x.size)
@@ -99,7 +101,7 @@ def worst(function: AnyFunction, way: Way, number: int, rounds: int, generator: 
     for _ in range(rounds):
         found = [_climbed(function, way, *start, generator) for start in found]
     best, at, _ = max(found, key=lambda start: start[0].ratio)
-    return Worst(function, way, float(at), *best)
+    return WorstError(function, way, float(at), *best)
 
 
 def _draw(function: AnyFunction, number: int, generator: np.random.Generator) -> Array:
@@ -116,7 +118,7 @@ def _inside(function: AnyFunction, x: Array) -> Array:
 
 
 def _climbed(
-    function: AnyFunction, way: Way, score: _Score, x: float, steps: int, generator: np.random.Generator
+    function: AnyFunction, way: ArithmeticVariant, score: _Score, x: float, steps: int, generator: np.random.Generator
 ) -> tuple[_Score, float, int]:
     """Return the best among an argument and its neighbours."""
     size = np.exp2(generator.uniform(0, REACH, NEIGHBOURS)).astype(np.int64)
@@ -129,7 +131,7 @@ def _climbed(
     return (scores[best], near[best], others[best]) if scores[best].ratio > score.ratio else (score, x, steps)
 
 
-def _scores(function: AnyFunction, way: Way, x: Array, steps: Array) -> list[_Score]:
+def _scores(function: AnyFunction, way: ArithmeticVariant, x: Array, steps: Array) -> list[_Score]:
     found = function.computed(x, steps, way.contracted).tolist()
     with working(exported.BITS):
         return [_score(function, at, value) for at, value in zip(x.tolist(), found, strict=True)]
@@ -148,7 +150,7 @@ def _score(function: AnyFunction, x: float, computed: float) -> _Score:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-class Plan(NamedTuple):
+class SearchPlan(NamedTuple):
     """What is tried: kernels, and how hard."""
 
     minimax: Sequence[tuple[int, int]]
@@ -163,8 +165,8 @@ class Plan(NamedTuple):
     rounds: int
 
 
-QUICK = Plan(exported.MINIMAX[:2], ("1e-5",), ("1e-3",), (), ("1e-3",), 4, ((DOUBLE, "epsilon"),), False, 150, 1)
-THOROUGH = Plan(
+QUICK = SearchPlan(exported.MINIMAX[:2], ("1e-5",), ("1e-3",), (), ("1e-3",), 4, ((DOUBLE, "epsilon"),), False, 150, 1)
+THOROUGH = SearchPlan(
     exported.MINIMAX,
     tuple(exported.HALF_LINE),
     tuple(exported.INVERSE),
@@ -186,7 +188,7 @@ FAMILIES = {
 FAMILY = dict(zip(FAMILIES, ("polynomials", "powers of a root", "tables", "full accuracy"), strict=True))
 
 
-def functions(plan: Plan) -> Iterator[tuple[str, AnyFunction]]:
+def functions(plan: SearchPlan) -> Iterator[tuple[str, AnyFunction]]:
     """Yield the functions of a plan with the names of their families."""
     polynomials, rooted, tables, accurate = FAMILIES
     for function in (*exported.of_pade(), *exported.of_minimax(plan.minimax)):
@@ -206,7 +208,7 @@ def run(thorough: bool) -> Outcome:
     plan = THOROUGH if thorough else QUICK
     generator = np.random.default_rng(SEED)
     chosen = list(functions(plan))
-    found: dict[str, list[Worst]] = {family: [] for family in FAMILIES}
+    found: dict[str, list[WorstError]] = {family: [] for family in FAMILIES}
     for i in track(range(len(chosen)), "worst rounding errors"):
         family, function = chosen[i]
         rows = plan.rows + 2 if isinstance(function, ExportedFunction) and function.kernel.startswith("table") else 1
@@ -215,7 +217,7 @@ def run(thorough: bool) -> Outcome:
     return Outcome(_summary(found), tuple(_tables(found)), tuple(_charts(found)), tuple(_checks(found)))
 
 
-def _checks(found: dict[str, list[Worst]]) -> Iterator[Check]:
+def _checks(found: dict[str, list[WorstError]]) -> Iterator[Check]:
     for family, results in found.items():
         for way in FAMILIES[family]:
             most = max(w.ratio for w in results if w.way == way)
@@ -236,22 +238,22 @@ def _checks(found: dict[str, list[Worst]]) -> Iterator[Check]:
 Group = tuple[str, str]
 
 
-def grouped(results: Sequence[Worst]) -> dict[Group, list[Worst]]:
+def grouped(results: Sequence[WorstError]) -> dict[Group, list[WorstError]]:
     """Return the results of a kernel in a type together: those of its functions, branches, rows and ways."""
-    groups: dict[Group, list[Worst]] = {}
+    groups: dict[Group, list[WorstError]] = {}
     for w in results:
         end = {"derivative": ", derivative", "epsilon, coefficients too": ", coefficients too"}.get(w.function.name, "")
         groups.setdefault((w.function.kernel + end, w.function.form.name), []).append(w)
     return groups
 
 
-def by_way(group: Sequence[Worst]) -> dict[Way, Worst]:
+def by_way(group: Sequence[WorstError]) -> dict[ArithmeticVariant, WorstError]:
     """Return the worst result of each way."""
     ways = dict.fromkeys(w.way for w in group)
     return {way: max((w for w in group if w.way == way), key=lambda w: w.ratio) for way in ways}
 
 
-def _tables(found: dict[str, list[Worst]]) -> Iterator[Table]:
+def _tables(found: dict[str, list[WorstError]]) -> Iterator[ResultTable]:
     for family, results in found.items():
         ways = FAMILIES[family]
         rows = []
@@ -275,7 +277,9 @@ def _tables(found: dict[str, list[Worst]]) -> Iterator[Table]:
             "bound at x (u)",
         )
         ends = tuple(f"error/bound, {SHORT[way]}" for way in ways)
-        yield Table(f"Worst errors found: {family} (u = 2^-53 in double, 2^-24 in float)", header + ends, tuple(rows))
+        yield ResultTable(
+            f"Worst errors found: {family} (u = 2^-53 in double, 2^-24 in float)", header + ends, tuple(rows)
+        )
 
 
 _SHOWN = (("Padé [1/4]", FLOAT), ("best [3/7]", FLOAT), ("best [3/7]", DOUBLE))
@@ -283,7 +287,7 @@ _SAMPLES = 2000  # of a curve
 _BINS = 40
 
 
-def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
+def _charts(found: dict[str, list[WorstError]]) -> Iterator[Chart]:
     polynomials, rooted, *_ = FAMILIES
     curves: list[ChartCurve] = []
     for kernel, form in _SHOWN:
@@ -306,13 +310,13 @@ def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
     yield Chart("worst error found over bound", x_label, "ratio", tuple(curves), x_scale="linear")
 
 
-def _of(results: Sequence[Worst], kernel: str, form: Format) -> list[ExportedFunction]:
+def _of(results: Sequence[WorstError], kernel: str, form: Format) -> list[ExportedFunction]:
     """Return the functions (or branches) of a kernel that give eps, each once."""
     found = (w.function for w in results if w.way == SEPARATE and w.function.name == "epsilon")
     return [f for f in found if isinstance(f, ExportedFunction) and (f.kernel, f.form) == (kernel, form)]
 
 
-def _errors(name: str, functions: Sequence[ExportedFunction], way: Way) -> ChartCurve:
+def _errors(name: str, functions: Sequence[ExportedFunction], way: ArithmeticVariant) -> ChartCurve:
     """Return the largest error in each of some intervals of the argument, in u."""
     low, high = max(functions[0].low, 1e-2), functions[-1].high
     generator = np.random.default_rng(SEED)
@@ -332,7 +336,7 @@ def _bound(name: str, functions: Sequence[ExportedFunction]) -> ChartCurve:
     return curve(name, (max(functions[0].low, 1e-2), functions[-1].high), (bound, bound), "bound")
 
 
-def _summary(found: dict[str, list[Worst]]) -> str:
+def _summary(found: dict[str, list[WorstError]]) -> str:
     everything = [w for results in found.values() for w in results]
     kernels = {(w.function.kernel, w.function.form.name) for w in everything}
     parts = []

@@ -24,7 +24,7 @@ from viscopade.kernels.forms.speed_table import gamma
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
-from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 from viscopade_lab.hard_cases.machine import Array, type_of
 
 SEED = 2011
@@ -122,7 +122,7 @@ def _of_type(numbers: Sequence[float], form: Format) -> Array:
         return np.array(numbers).astype(type_of(form))
 
 
-class Failure(NamedTuple):
+class PlainFailure(NamedTuple):
     """From which v* on a plain formula fails; infinity if it does not."""
 
     zero: float
@@ -130,14 +130,14 @@ class Failure(NamedTuple):
     nan: float
 
 
-def failure(kernel: FormulaPair) -> Failure:
+def failure(kernel: FormulaPair) -> PlainFailure:
     """Return where the plain formula begins to give 0 and NaN, by bisection over the numbers of the type."""
     zero = _first(kernel, lambda found: found == 0 or math.isnan(found))
     if math.isfinite(zero):
         with working(BITS):
             lost = abs(kernel.exact(zero)) > ball_of(smallest(kernel.form) / 2)
         zero = zero if lost else math.inf
-    return Failure(zero, _first(kernel, math.isnan))
+    return PlainFailure(zero, _first(kernel, math.isnan))
 
 
 def _first(kernel: FormulaPair, fails: Callable[[float], bool]) -> float:
@@ -207,7 +207,7 @@ def run(thorough: bool) -> Outcome:
     return Outcome(_summary(chosen, fails, int(checks[0].measured)), tables, tuple(_charts(chosen)), checks)
 
 
-def _checks(chosen: Sequence[FormulaPair], fails: Sequence[Failure], thorough: bool) -> Iterator[Check]:
+def _checks(chosen: Sequence[FormulaPair], fails: Sequence[PlainFailure], thorough: bool) -> Iterator[Check]:
     lost, beyond = 0, 0
     for kernel in chosen:
         x = all_sizes(kernel.form, 40 if thorough else 4)
@@ -289,7 +289,7 @@ def batched_pairs(functions: Iterable[ExportedFunction]) -> Iterator[tuple[Expor
     return zip(found[::2], found[1::2], strict=True)
 
 
-def _failures(chosen: Sequence[FormulaPair], fails: Sequence[Failure]) -> Table:
+def _failures(chosen: Sequence[FormulaPair], fails: Sequence[PlainFailure]) -> ResultTable:
     rows = tuple(
         (
             kernel.name,
@@ -302,14 +302,14 @@ def _failures(chosen: Sequence[FormulaPair], fails: Sequence[Failure]) -> Table:
         for kernel, fail in zip(chosen, fails, strict=True)
     )
     header = ("formula", "type", "degrees in v*", "plain: 0 from", "plain: NaN from", "exported: in 1/v* beyond")
-    return Table("Where N(v*)/D(v*), written down plainly, fails", header, rows)
+    return ResultTable("Where N(v*)/D(v*), written down plainly, fails", header, rows)
 
 
 def _size(number: float) -> str:
     return f"{number:.3g}" if math.isfinite(number) else "never"
 
 
-def _far(chosen: Sequence[FormulaPair]) -> Table:
+def _far(chosen: Sequence[FormulaPair]) -> ResultTable:
     rows = []
     for kernel in chosen:
         row: list[str] = [kernel.name, kernel.form.name]
@@ -324,13 +324,13 @@ def _far(chosen: Sequence[FormulaPair]) -> Table:
     header = ["formula", "type"]
     for v_star in FAR:
         header += [f"plain, v* = {v_star:.0e}", f"exported, v* = {v_star:.0e}", f"its relative error, {v_star:.0e}"]
-    return Table("Plain and exported forms far out", tuple(header), tuple(rows))
+    return ResultTable("Plain and exported forms far out", tuple(header), tuple(rows))
 
 
 _ARGUMENTS = (-math.inf, -1.0, -0.0, 0.0, 5e-324, 1e-300, 1e-60, 1e-30, 1e30, 1e60, 1e300, math.inf, math.nan)
 
 
-def _special(chosen: Sequence[FormulaPair]) -> Table:
+def _special(chosen: Sequence[FormulaPair]) -> ResultTable:
     rows = []
     for kernel in chosen:
         if kernel.form.name == "float":
@@ -340,7 +340,9 @@ def _special(chosen: Sequence[FormulaPair]) -> Table:
     for name in last_place.FUNCTIONS:
         values = (last_place.evaluate("double", name, x) for x in _ARGUMENTS)
         rows.append((f"full, {name}", *(f"{value:.3g}" for value in values)))
-    return Table("What is returned, in type double", ("formula", *(f"v* = {x:g}" for x in _ARGUMENTS)), tuple(rows))
+    return ResultTable(
+        "What is returned, in type double", ("formula", *(f"v* = {x:g}" for x in _ARGUMENTS)), tuple(rows)
+    )
 
 
 def _charts(chosen: Sequence[FormulaPair]) -> Iterator[Chart]:
@@ -362,7 +364,7 @@ def _positive(name: str, x: Array, y: Array, look: Any) -> list[ChartCurve]:
     return [curve(name, x[shown], y[shown], look)] if np.any(shown) else []
 
 
-def _summary(chosen: Sequence[FormulaPair], fails: Sequence[Failure], lost: int) -> str:
+def _summary(chosen: Sequence[FormulaPair], fails: Sequence[PlainFailure], lost: int) -> str:
     pairs = list(zip(chosen, fails, strict=True))
     parts = []
     for form in FORMATS.values():

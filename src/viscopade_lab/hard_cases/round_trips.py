@@ -38,7 +38,7 @@ from viscopade_lab.hard_cases.double_trips import (
     relative,
     ulp_of,
 )
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, binned, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, binned, curve
 from viscopade_lab.hard_cases.material_trips import Tally
 
 SEED = 7
@@ -48,7 +48,7 @@ _SLOPE = 1e-10  # what the 12 digits of `double.slope` leave open
 # --- proven digits ----------------------------------------------------------------------------------------------------
 
 
-class Hull(NamedTuple):
+class ProvenTrip(NamedTuple):
     """What a trip with proven digits comes back with: an interval that must contain the start.
 
     Attributes
@@ -75,7 +75,7 @@ def rounding_interval(text: str, digits: int) -> tuple[Fraction, Fraction]:
     return Fraction(number) - half, Fraction(number) + half
 
 
-def exact_there_and_back(v_star: str, digits: int) -> Hull:
+def exact_there_and_back(v_star: str, digits: int) -> ProvenTrip:
     """Go from v* to the smaller portion, rounded to `digits`, and back from both ends of what was rounded."""
     there = exact.collision(v_star, digits)
     name = _smaller(there)
@@ -85,7 +85,7 @@ def exact_there_and_back(v_star: str, digits: int) -> Hull:
     return _hull(ends, Fraction(v_star), v, digits, float((high - low) / low) / _slope(name, v))
 
 
-def exact_back_and_there(name: str, portion: str, digits: int) -> Hull:
+def exact_back_and_there(name: str, portion: str, digits: int) -> ProvenTrip:
     """Go from a portion, at most 1/2, to v*, rounded, and back."""
     there = exact.invert(digits=digits, **{name: portion})
     low, high = rounding_interval(there.decimals()["v_star"], digits)
@@ -104,16 +104,16 @@ def _slope(name: str, v_star: float) -> float:
     return rest / float(condition(np.array(v_star)))
 
 
-def _hull(ends: Sequence[Any], start: Fraction, v_star: float, digits: int, expected: float) -> Hull:
+def _hull(ends: Sequence[Any], start: Fraction, v_star: float, digits: int, expected: float) -> ProvenTrip:
     with working(bits_for(digits) + 96):
         true = ball_of(start)
         lower, upper = ends if bool(ends[0] < ends[1]) else ends[::-1]
         outside = bool(lower > true) or bool(upper < true)
         width = (upper - lower) / true
-        return Hull(v_star, not outside, float(width.abs_upper()), expected)
+        return ProvenTrip(v_star, not outside, float(width.abs_upper()), expected)
 
 
-def _exact_trips(generator: np.random.Generator, number: int, most: int) -> tuple[list[Hull], list[Hull]]:
+def _exact_trips(generator: np.random.Generator, number: int, most: int) -> tuple[list[ProvenTrip], list[ProvenTrip]]:
     """Return trips from v* between 1e-30 and 1e30, and from portions that belong to such, with 3 to `most` digits."""
     there, back = [], []
     for i in range(number):
@@ -240,10 +240,10 @@ def run(thorough: bool) -> Outcome:
 
 def _summary(
     doubles: Mapping[str, Trip],
-    hulls: Sequence[Hull],
+    hulls: Sequence[ProvenTrip],
     materials: Mapping[str, Tally],
     tables: Sequence[tables_read_back.ReadBack],
-    code: compiled_text.Compared,
+    code: compiled_text.TextComparison,
 ) -> str:
     trip = doubles["v* -> eps -> v*"]
     lost = trip.start[(trip.limit >= 1) & (trip.start > 0)]
@@ -263,12 +263,12 @@ def _summary(
 
 def _checks(
     doubles: Mapping[str, Trip],
-    hulls: Sequence[Hull],
+    hulls: Sequence[ProvenTrip],
     texts: Mapping[str, Trip],
     materials: Mapping[str, Tally],
     quantities: tuple[int, int],
     tables: Sequence[tables_read_back.ReadBack],
-    code: compiled_text.Compared,
+    code: compiled_text.TextComparison,
 ) -> tuple[Check, ...]:
     least, largest = conditions()
     family = "in terms of what the roundings on the way may do, which are counted"
@@ -321,17 +321,17 @@ def _worst(materials: Mapping[str, Tally], *words: str) -> float:
     )
 
 
-def _trip_table(doubles: Mapping[str, Trip], texts: Mapping[str, Trip]) -> Table:
+def _trip_table(doubles: Mapping[str, Trip], texts: Mapping[str, Trip]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for name, trip in (*doubles.items(), *texts.items()):
         known = trip.limit < 1
         lost = int(np.count_nonzero(~known))
         rows.append((name, len(trip.start), lost, f"{trip.error[known].max():.2e}", f"{trip.worst:.3f}"))
     header = ("trip", "starts", "lost: limit >= 1", "largest error of the others", "largest error/limit")
-    return Table("eps and v*: relative errors", header, tuple(rows))
+    return ResultTable("eps and v*: relative errors", header, tuple(rows))
 
 
-def _hull_table(there: Sequence[Hull], back: Sequence[Hull]) -> Table:
+def _hull_table(there: Sequence[ProvenTrip], back: Sequence[ProvenTrip]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for name, hulls in (("v* -> portion -> v*", there), ("portion -> v* -> portion", back)):
         for hull in sorted(hulls)[:: max(1, len(hulls) // 5)]:
@@ -345,10 +345,10 @@ def _hull_table(there: Sequence[Hull], back: Sequence[Hull]) -> Table:
                 )
             )
     header = ("trip, some of them", "v*", "contains the start", "relative width", "rounded x condition")
-    return Table("Proven digits: by way of the smaller of eps and 1 - eps, or from it", header, tuple(rows))
+    return ResultTable("Proven digits: by way of the smaller of eps and 1 - eps, or from it", header, tuple(rows))
 
 
-def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int]) -> Table:
+def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for name, found in materials.items():
         worst = max(found.steps, key=lambda step: step[0] / step[1])
@@ -366,7 +366,7 @@ def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int])
         ("SI number -> text with unit -> number", quantities[0], 0, "0" if not quantities[1] else "> 0", "0", "0")
     )
     header = ("trip", "starts", "refused", "error/2^-53", "limit/2^-53 there", "largest error/limit")
-    return Table("Materials, units and quantities", header, tuple(rows))
+    return ResultTable("Materials, units and quantities", header, tuple(rows))
 
 
 def _points_and_limit(name: str, trip: Trip, edges: FloatArray) -> Iterable[ChartCurve]:

@@ -24,7 +24,7 @@ from viscopade.kernels.forms.quotient import decimal_text
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import tables
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Cell, Check, Table
+from viscopade_lab.hard_cases.finding import Cell, Check, ResultTable
 
 Rows = list[list[str]]
 
@@ -362,10 +362,10 @@ def all_trips(generator: np.random.Generator, number: int, thorough: bool) -> li
 # --- what is shown ----------------------------------------------------------------------------------------------------
 
 
-def table(found: Sequence[ReadBack]) -> Table:
+def table(found: Sequence[ReadBack]) -> ResultTable:
     """Return the numbers of cells by kind of table."""
     rows: list[tuple[Cell, ...]] = [(t.name, t.form, t.cells, t.changed) for t in found]
-    return Table("Tables written and read back", ("table", "formats", "cells", "changed"), tuple(rows))
+    return ResultTable("Tables written and read back", ("table", "formats", "cells", "changed"), tuple(rows))
 
 
 def checks(found: Sequence[ReadBack]) -> tuple[Check, ...]:

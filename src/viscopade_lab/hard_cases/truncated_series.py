@@ -33,7 +33,7 @@ from viscopade.collision import panel_proof
 from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, ResultTable, curve
 
 TOLERANCE = 1e-3
 ORDER = {False: 80, True: 160}
@@ -244,7 +244,7 @@ def defects(given: Truncations) -> FloatArray:
 # --- rounding ---------------------------------------------------------------------------------------------------------
 
 
-class Sums(NamedTuple):
+class SeriesSums(NamedTuple):
     """S_k in double at some v*: errors relative to |S_k|, and what bounds them."""
 
     order: int
@@ -260,7 +260,7 @@ class Sums(NamedTuple):
     """As `errors`, all against the series."""
 
 
-def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
+def sums(given: Truncations, order: int, v_star: Iterable[float]) -> SeriesSums:
     """Evaluate S_k by all methods."""
     h = given.h[: order + 1]
     c = given.floats()[: order + 1]
@@ -277,7 +277,7 @@ def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
         )
         rows = [_row(h, c, float(v[i]), computed[:, i]) for i in range(len(v))]
     value, largest, condition, errors, bounds, of_series = (np.array(part) for part in zip(*rows, strict=True))
-    return Sums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)
+    return SeriesSums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)
 
 
 def _terms(c: FloatArray, v: FloatArray) -> FloatArray:
@@ -360,7 +360,7 @@ def run(thorough: bool) -> Outcome:
     )
 
 
-def _worst(all_sums: list[Sums]) -> list[float]:
+def _worst(all_sums: list[SeriesSums]) -> list[float]:
     """Return each method's largest error as a part of its bound."""
     return [max(float((s.errors[i] / s.bounds[i]).max()) for s in all_sums) for i in range(len(METHODS))]
 
@@ -412,7 +412,7 @@ def _sums_checks(worst: list[float]) -> tuple[Check, ...]:
     )
 
 
-def _summary(given: Truncations, left: Leaving, fine: list[Sums]) -> str:
+def _summary(given: Truncations, left: Leaving, fine: list[SeriesSums]) -> str:
     last, half = left.exact[-PERIOD:], given.order // 2
     best = int(np.argmax(left.exact))
     beyond = int((left.exact >= given.radius).sum())
@@ -443,11 +443,11 @@ def _summary(given: Truncations, left: Leaving, fine: list[Sums]) -> str:
     )
 
 
-def _largest(given: Truncations, found: Sums) -> float:
+def _largest(given: Truncations, found: SeriesSums) -> float:
     return float(found.largest_term[found.v_star <= given.radius].max())
 
 
-def _most_cancelled(fine: list[Sums]) -> Sums:
+def _most_cancelled(fine: list[SeriesSums]) -> SeriesSums:
     """Return the highest order that has a zero, or the highest."""
     return max(fine, key=lambda found: (found.condition.max() > 1 / TOLERANCE**2, found.order))
 
@@ -463,7 +463,7 @@ def _slow(given: Truncations, left: Leaving, order: int) -> float:
     return float((k * (1 - left.exact[k] / given.radius)).max())
 
 
-def _at(found: Sums, v_star: float) -> int:
+def _at(found: SeriesSums, v_star: float) -> int:
     return int(np.argmin(abs(found.v_star - v_star)))
 
 
@@ -471,7 +471,7 @@ def _cell(number: float) -> str:
     return f"{number:.1e}"
 
 
-def _leaving_table(given: Truncations, left: Leaving) -> Table:
+def _leaving_table(given: Truncations, left: Leaving) -> ResultTable:
     orders = sorted({*range(TABLE_EVERY, given.order + 1, TABLE_EVERY), *range(given.order - PERIOD, given.order)})
     scaled = given.scaled()
     rows = tuple(
@@ -487,10 +487,10 @@ def _leaving_table(given: Truncations, left: Leaving) -> Table:
         for k in orders
     )
     header = ("k_c", "v* where off by 1e-3", "by R", "predicted", "not before", "h_k R^k", "off at R by")
-    return Table("Where the truncated series leaves eps", header, rows)
+    return ResultTable("Where the truncated series leaves eps", header, rows)
 
 
-def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
+def _sums_table(given: Truncations, fine: list[SeriesSums]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for found in fine:
         special = [*SPEEDS[:2], given.radius, *SPEEDS[2:], float(found.v_star[np.argmax(found.condition)])]
@@ -507,7 +507,7 @@ def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
                 )
             )
     header = ("k_c", "v*", "S_k", "largest term", "digits lost", *METHODS, "compensated, of the series")
-    return Table("Relative errors of S_k in double", header, tuple(rows))
+    return ResultTable("Relative errors of S_k in double", header, tuple(rows))
 
 
 def _leaving_chart(given: Truncations, left: Leaving) -> Chart:
@@ -539,7 +539,7 @@ def _sums_chart(given: Truncations, order: int) -> Chart:
     return Chart(title, r"$|v_\ast/z - 1|$", "relative error", tuple(curves))
 
 
-def _horner_chart(fine: list[Sums]) -> Chart:
+def _horner_chart(fine: list[SeriesSums]) -> Chart:
     """Show what cancels, order by order: the bound is the condition number times 2 k_c u."""
     curves = []
     for found in fine:

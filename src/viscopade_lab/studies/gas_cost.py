@@ -62,11 +62,11 @@ void run_{i}(size_t n, const double *speed, double beta, double *out)
 def in_python() -> dict[str, gas.RestitutionFunction]:
     """Return the functions that NumPy evaluates, and viscopade's own."""
     return {
-        "constant": figure.constant(),
-        "[1/4], NumPy": figure.rational(1, 4),
-        "[3/6], NumPy": figure.rational(3, 6),
+        "constant": figure.constant_restitution(),
+        "[1/4], NumPy": figure.pade_restitution(1, 4),
+        "[3/6], NumPy": figure.pade_restitution(3, 6),
         "exact, vp.epsilon(v*)": lambda speed: vp.epsilon(v_star(speed, BETA)),
-        f"exact, vp.restitution ({vp.backend()})": figure.exact,
+        f"exact, vp.restitution ({vp.backend()})": figure.exact_restitution,
     }
 
 
@@ -125,7 +125,7 @@ class Watch:
 def measure(particles: int, rounds: int) -> dict[str, Any]:
     """Return nanoseconds per collision."""
     functions = in_python() | in_c()
-    speeds = gas.cool(figure.exact, particles=particles, time=TIME).impact_speeds
+    speeds = gas.cool(figure.exact_restitution, particles=particles, time=TIME).impact_speeds
     speeds = np.random.default_rng(1).choice(speeds, AT_ONCE)
     best = {name: {"run": np.inf, "eps_in_run": np.inf, "eps_at_once": np.inf} for name in functions}
     for _ in range(rounds):

@@ -280,7 +280,7 @@ def test_the_expansion_in_mpmath():
 def test_a_coefficient_that_is_off_is_seen(monkeypatch):
     good = always.pade
 
-    class Wrong:
+    class WrongSteps:
         def __init__(self, approximant):
             self._approximant = approximant
 
@@ -291,7 +291,7 @@ def test_a_coefficient_that_is_off_is_seen(monkeypatch):
             a, b = self._approximant.decimals()
             return a, (*b[:-1], b[-1][:-10] + ("0" if b[-1][-10] != "0" else "1") + b[-1][-9:])
 
-    monkeypatch.setattr(always, "pade", lambda *arguments: Wrong(good(*arguments)))
+    monkeypatch.setattr(always, "pade", lambda *arguments: WrongSteps(good(*arguments)))
     assert always.expanded(3, 6, 40).outside > 0
 
 

@@ -325,7 +325,7 @@ def test_an_order_of_evaluation_that_cancels_is_noticed(functions):
 def test_a_root_that_is_too_bad_is_noticed(functions):
     function = of(functions, "inverse 1e-3", "v*(1 - eps)", FLOAT)
     assert ratio(function, case.OFF) < 1
-    assert ratio(function, case.Way("bad", steps=40)) > 1
+    assert ratio(function, case.ArithmeticVariant("bad", steps=40)) > 1
 
 
 def test_a_bound_that_is_too_small_is_noticed(functions):
