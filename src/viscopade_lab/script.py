@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any, TypeVar
 
@@ -59,3 +60,19 @@ def command(
 def console(width: int = 120) -> Console:
     """Return a console as wide as the terminal, or else of this width."""
     return Console(width=None if sys.stdout.isatty() else width, highlight=False)
+
+
+def seconds(run: Callable[[], object]) -> float:
+    """Return the wall-clock time of one run."""
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def in_turn(timers: Mapping[str, Callable[[], float]], rounds: int) -> dict[str, list[float]]:
+    """Return what timers measure in each of some rounds, in which all take turns: what drifts hits all alike."""
+    times: dict[str, list[float]] = {name: [] for name in timers}
+    for _ in range(rounds):
+        for name, timer in timers.items():
+            times[name].append(timer())
+    return times

@@ -18,9 +18,8 @@ import numpy as np
 from rich.table import Table
 
 from viscopade.collision import exact
-from viscopade_lab.script import command, console
+from viscopade_lab.script import command, console, in_turn, seconds
 from viscopade_lab.studies import direct
-from viscopade_lab.studies.series import seconds
 
 SPEEDS = ("1e-3", "1", "30", "1e4")
 DIGITS = (30, 100, 300)
@@ -29,10 +28,7 @@ GROWTH = (50, 100, 200, 400, 800)
 
 def interleaved(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
     """Return the median time of each run."""
-    times = {name: [0.0] * rounds for name in runs}
-    for i in range(rounds):
-        for name, run in runs.items():
-            times[name][i] = seconds(run)
+    times = in_turn({name: partial(seconds, run) for name, run in runs.items()}, rounds)
     return {name: statistics.median(values) for name, values in times.items()}
 
 

@@ -15,7 +15,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,19 +27,12 @@ from rich.table import Table
 
 from viscopade.theory.pade import _pade, _product_coefficient, order_system, pade
 from viscopade.theory.series import _g_fixed_point, _series, end_series, series
-from viscopade_lab.script import command, console, rounds
+from viscopade_lab.script import command, console, rounds, seconds
 from viscopade_lab.studies import baseline
 
 ORDERS = (20, 40, 80, 160)
 DIGITS = (50, 100, 200, 400)
 PADE_DEGREES, PADE_DIGITS = range(26), 30
-
-
-def seconds(run: Callable[[], object]) -> float:
-    """Wall-clock time of one run."""
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
 
 
 def derive(order: int, digits: int) -> Callable[[], object]:

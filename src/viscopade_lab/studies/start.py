@@ -10,12 +10,13 @@ import resource
 import statistics
 import subprocess
 import sys
+from functools import partial
 
 import click
 from rich.table import Table
 
 from viscopade.cli import main as command_line
-from viscopade_lab.script import command, console, rounds
+from viscopade_lab.script import command, console, in_turn, rounds
 
 YARDSTICK = "import numpy"
 
@@ -33,7 +34,7 @@ def starts() -> dict[str, tuple[str, ...]]:
     }
 
 
-def seconds(words: tuple[str, ...]) -> float:
+def processor_time(words: tuple[str, ...]) -> float:
     """Return the processor time of a process."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL)
@@ -43,11 +44,7 @@ def seconds(words: tuple[str, ...]) -> float:
 
 def measure(rounds: int) -> dict[str, dict[str, float]]:
     """Return for each start its median processor time, and the ratio to that of NumPy."""
-    found = starts()
-    times: dict[str, list[float]] = {name: [] for name in found}
-    for _ in range(rounds):
-        for name, words in found.items():
-            times[name].append(seconds(words))
+    times = in_turn({name: partial(processor_time, words) for name, words in starts().items()}, rounds)
     median = {name: statistics.median(values) for name, values in times.items()}
     return {name: {"seconds": value, "ratio": value / median[YARDSTICK]} for name, value in median.items()}
 
