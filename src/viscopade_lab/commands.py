@@ -11,16 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import (
-    STYLE,
-    Real,
-    Whole,
-    need,
-    read_file,
-    say,
-    show,
-    terminal_width,
-)
+from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show, terminal_width
 from viscopade.cli.writer import check, write, write_all
 from viscopade_lab import figures, report
 

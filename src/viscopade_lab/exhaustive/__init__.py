@@ -21,10 +21,7 @@ from viscopade.kernels.forms import last_place
 from viscopade.kernels.targets import last_place as header
 
 HERE = Path(__file__).parent
-MODES = {
-    "plain": ("-O3", "-ffp-contract=off"),
-    "fused": ("-O3", "-march=native", "-ffp-contract=fast"),
-}
+MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """How the kernels are compiled: without fused multiplications, and with what this machine has."""
 
 ASYMPTOTIC_FROM = 2.0**200  # `exact` accepts less than that; from 2^20 on, one power law holds to 2^-60

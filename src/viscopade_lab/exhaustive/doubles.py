@@ -126,11 +126,7 @@ def direct(program: Path, function: str, number: int, seed: int) -> dict[str, An
     v_star = 2.0 ** np.random.default_rng(seed).uniform(-30, 30, number)
     found, results = errors(program, function, v_star.view(np.uint64))
     exactly = [exact_error(function, v, float.fromhex(r)) for v, r in zip(v_star.tolist(), results, strict=True)]
-    return {
-        "number": number,
-        "largest": max(exactly),
-        "reference_off": float(np.abs(found - np.array(exactly)).max()),
-    }
+    return {"number": number, "largest": max(exactly), "reference_off": float(np.abs(found - np.array(exactly)).max())}
 
 
 def exact_error(function: str, v_star: float, result: float) -> float:

@@ -81,10 +81,7 @@ THOROUGH = ExpansionPlan(
         *((f"1e-{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)),
         *(("1e-30", 300), ("1e-100", 300), ("1e-1000", 300)),
     ),
-    far=(
-        *((f"1e{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)),
-        *(("1e30", 220), ("1e60", 20), ("1e100", 12)),
-    ),
+    far=(*((f"1e{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)), *(("1e30", 220), ("1e60", 20), ("1e100", 12))),
     losses=tuple((f"1e-{n}", 100) for n in (6, 9, 12, 30, 100, 1990)),
     epsilons=(*((f"1e-{n}", 80) for n in (10, 13, 20, 50)), ("1e-100", 20), ("1e-330", 6)),
     nested=(
@@ -212,10 +209,7 @@ def _inverse(name: str, portion: str, digits: int) -> exact.Collision:
 
 def forward_comparisons(plan: ExpansionPlan) -> list[ExpansionComparison]:
     """Compare eps (or 1 - eps), x_max and tau_c at all v*."""
-    sides = (
-        (NEAR, (*plan.near, plan.longest), _near(plan).items()),
-        (FAR, plan.far, _far(plan).items()),
-    )
+    sides = ((NEAR, (*plan.near, plan.longest), _near(plan).items()), (FAR, plan.far, _far(plan).items()))
     return [
         compared(end, name, at, digits, getattr(_collision(at, digits), name), expansion)
         for end, points, found in sides
@@ -595,15 +589,7 @@ def _agreement_table(comparisons: list[ExpansionComparison]) -> ResultTable:
 
 def _slope_table(falls: list[DifferenceSlope]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = [
-        (
-            s.end,
-            LABELS[s.quantity],
-            s.terms,
-            s.points,
-            f"{s.measured:.6f}",
-            f"{s.expected:.6f}",
-            f"{s.worst:.6f}",
-        )
+        (s.end, LABELS[s.quantity], s.terms, s.points, f"{s.measured:.6f}", f"{s.expected:.6f}", f"{s.worst:.6f}")
         for s in falls
         if s.points > 1
     ]

@@ -533,18 +533,8 @@ def _checks(losses: Sequence[LostDigits], different: int) -> tuple[Check, ...]:
             ">=",
             DIGITS,
         ),
-        Check(
-            "they also cover what each algorithm in floating point was seen to lose",
-            min(left),
-            ">=",
-            DIGITS,
-        ),
-        Check(
-            "and what FLINT's preconditioned solver loses in balls",
-            min(proven),
-            ">=",
-            DIGITS,
-        ),
+        Check("they also cover what each algorithm in floating point was seen to lose", min(left), ">=", DIGITS),
+        Check("and what FLINT's preconditioned solver loses in balls", min(proven), ">=", DIGITS),
         Check(
             f"the printed b_i are right: relative error in units of 10^-{DIGITS}, where correct rounding allows 5",
             max(x.unit_error for x in losses),

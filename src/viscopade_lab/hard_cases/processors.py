@@ -93,11 +93,7 @@ _PLAIN: tuple[Compilation, ...] = ((_OFF, "bits", "c99"),)
 _TCC: tuple[Compilation, ...] = (("-O2", "bits", "c99"),)
 _SSE: tuple[Compilation, ...] = (("-O2 -msse2 -mfpmath=sse", "bits", "c99"),)
 # In a strict standard, s390x computes type float in type double (FLT_EVAL_METHOD 1).
-_S390: tuple[Compilation, ...] = (
-    ("-O2", "contracted", "gnu17"),
-    (_OFF, "bits", "gnu17"),
-    (_OFF, "extended", "c99"),
-)
+_S390: tuple[Compilation, ...] = (("-O2", "contracted", "gnu17"), (_OFF, "bits", "gnu17"), (_OFF, "extended", "c99"))
 _HOST = platform.machine()
 HERE = Processor(f"{_HOST}, this machine", "gcc", "", "gcc", _PLAIN)
 """Its bits are those that others are compared with."""
