@@ -482,30 +482,37 @@ def run(thorough: bool) -> Outcome:
             *_step_checks(wrong),
             Check.never("eps of v* in double precision outside (0, 1], or not 0 where it underflows", outside),
             Check.never("eps of speed and beta outside (0, 1], or not 0 where it underflows", kernel),
-            Check.never("ways to ask for eps at v* = 0 that do not give 1", wrong_at_rest()[1]),
-            Check.within("eps + (1 - eps) - 1 in double precision, in terms of both stated errors", sums[1].max()),
+            Check.never("calls for eps at v* = 0 that do not return 1", wrong_at_rest()[1]),
+            Check.within(
+                "|eps + (1 - eps) - 1| in double precision, relative to the sum of both stated errors", sums[1].max()
+            ),
             Check.never(
-                "pairs of v* of which it is not proven that 0 < eps < 1, that eps, x_max and tau_c fall, that 1 - eps "
-                "rises, and that eps + (1 - eps) = 1",
+                "pairs of v* without a proof that 0 < eps < 1, that eps, x_max and tau_c fall, that 1 - eps rises, and "
+                "that eps + (1 - eps) = 1",
                 sum(not o.holds for o in orders),
             ),
-            Check.never("enclosures that do not contain those with more digits", sum(g.not_nested for g in growths)),
-            Check.never("decimals that are not those with more digits, rounded", sum(g.not_rounded for g in growths)),
+            Check.never(
+                "enclosures that do not contain the enclosure with more digits", sum(g.not_nested for g in growths)
+            ),
+            Check.never(
+                "decimals that are not the correctly rounded decimals with more digits",
+                sum(g.not_rounded for g in growths),
+            ),
             Check.never("eps that change in a bit when beta and 1/speed^(1/5) are multiplied by 2^n", bits),
             Check.within(
-                "change of eps when beta and 1/speed^(1/5) are multiplied by any number, in terms of the proven errors",
+                "change of eps when beta and 1/speed^(1/5) are multiplied by any number, relative to the proven errors",
                 max(change / limit for _, change, limit in others),
             ),
             Check.never("results that depend on the layout of an array", sum(layout.values())),
             Check.never("coefficients of expanded Padé approximants that are not h_k", sum(e.outside for e in found)),
             Check(
-                "uncertainty of these coefficients: small enough to tell ten digits of h_k",
+                "relative uncertainty of these coefficients: they are compared to ten digits",
                 max(e.width for e in found),
                 "<=",
                 1e-10,
             ),
             Check.never(
-                "poles and zeros that are neither real nor conjugate to another one, or missing",
+                "poles and zeros that are missing, or neither real nor accompanied by their complex conjugate",
                 sum(e.without_conjugate + e.missing for e in found),
             ),
         ),
@@ -532,20 +539,21 @@ def _summary(
     rises = [w for w in wrong if w.wrong]
     words = "; ".join(f"{w.name} by up to {w.worst:g} ulp in {w.wrong} of {w.pairs:,} pairs" for w in rises)
     return (
-        f"In double precision eps is in (0, 1] up to v* = {LAST_POSITIVE:.4g}, where it underflows. Of the functions "
-        f"that should rise or fall, some take steps in the wrong direction between neighbours, within what their "
-        f"errors allow: {words}. The others never do. With enclosures, eps, x_max and tau_c are proven to fall in all "
+        f"In double precision eps is in (0, 1] up to v* = {LAST_POSITIVE:.4g}, where it underflows. Some monotonic "
+        f"functions step in the wrong direction between neighbouring numbers, within their stated errors: {words}. The "
+        "others are monotonic at every pair tried. With enclosures, eps, x_max and tau_c are proven to fall in all "
         f"{sum(o.holds for o in orders)} of {len(orders)} pairs, as near as {min(o.gap for o in orders):g}; "
-        f"{sum(g.pairs for g in growths)} enclosures contain those with more digits, but for "
-        f"{sum(g.not_nested for g in growths)}. {sum(e.coefficients for e in found)} coefficients of "
-        f"{len(found)} Padé approximants, expanded again, are h_k but for {sum(e.outside for e in found)}."
+        f"{sum(g.pairs for g in growths)} enclosures contain the enclosure with more digits; exceptions: "
+        f"{sum(g.not_nested for g in growths)}. {sum(e.coefficients for e in found)} coefficients of {len(found)} Padé "
+        f"approximants, expanded again, agree with h_k; exceptions: {sum(e.outside for e in found)}."
     )
 
 
 def _step_checks(wrong: Sequence[WrongSteps]) -> Iterator[Check]:
     for one in wrong:
         yield Check(
-            f"{one.name}: largest step in the wrong direction between neighbours, in ulp; what both errors allow",
+            f"{one.name}: largest step in the wrong direction between neighbours, in ulp; the limit is the sum "
+            "of both errors",
             one.worst,
             "<=",
             one.limit,
@@ -558,7 +566,7 @@ def _step_table(wrong: Sequence[WrongSteps]) -> ResultTable:
         where = f"{one.x[int(np.argmax(one.steps))]:.6g}" if one.wrong else ""
         rows.append((one.name, one.pairs, one.wrong, f"{one.worst:g}", f"{one.limit:.3g}", where))
     header = ("function", "pairs of neighbours", "wrong direction", "largest, ulp", "allowed, ulp", "at v*")
-    return ResultTable("From one number to the next", header, tuple(rows))
+    return ResultTable("Steps to the neighbouring number", header, tuple(rows))
 
 
 def _order_table(orders: Sequence[MonotonePair], growths: Sequence[NestedEnclosures]) -> ResultTable:
@@ -573,13 +581,15 @@ def _order_table(orders: Sequence[MonotonePair], growths: Sequence[NestedEnclosu
                 f"{grown.not_nested} not nested, {grown.not_rounded} not rounded",
             )
         )
-    return ResultTable("Proven: order and digits (some of them)", ("v*", "what", "found"), tuple(rows))
+    return ResultTable("Proven monotonicity and nested enclosures (a selection)", ("v*", "what", "found"), tuple(rows))
 
 
 def _layout_table(layout: Mapping[str, int], x: FloatArray) -> ResultTable:
     count = sum(1 for _ in layouts(x)) + 2
     rows = tuple((name, count, len(x), wrong) for name, wrong in layout.items())
-    return ResultTable("Arrays laid out otherwise", ("function", "layouts", "numbers", "results that differ"), rows)
+    return ResultTable(
+        "Arrays in other memory layouts", ("function", "layouts", "numbers", "results that differ"), rows
+    )
 
 
 def _pade_table(found: Sequence[ExpandedPade]) -> ResultTable:
@@ -599,14 +609,14 @@ def _step_chart(wrong: Sequence[WrongSteps]) -> Chart:
             curves.append(curve(one.name, *binned(one.x, one.steps, edges), "points"))
     limit = min(one.limit for one in wrong[:1])
     curves.append(curve("allowed for eps", [1e-12, 1e12], [limit, limit], "bound"))
-    return Chart("Largest step the wrong way, to the next number", "v*", "ulp", tuple(curves), y_scale="linear")
+    return Chart("Largest step in the wrong direction", "v*", "ulp", tuple(curves), y_scale="linear")
 
 
 def _share_chart(sums: tuple[FloatArray, FloatArray], others: Sequence[tuple[float, float, float]]) -> Chart:
     edges = np.linspace(-12, 12, 145)
     v_star, change, limit = (np.array(part) for part in zip(*others, strict=True))
     return Chart(
-        "Errors, in terms of what is allowed",
+        "Errors relative to their limits",
         "v*",
         "error/allowed",
         (
@@ -629,7 +639,7 @@ def _fall_chart(generator: np.random.Generator, number: int) -> Chart:
     slope = -double.slope(x) * np.spacing(x) / x * double.epsilon(x) / np.spacing(double.epsilon(x))
     expected = np.bincount(place, slope, len(middles))[: len(middles)] / np.bincount(place, minlength=len(middles))
     return Chart(
-        "Mean fall of eps to the next double",
+        "Mean decrease of eps to the next double",
         "v*",
         "ulp of eps",
         (curve("computed", middles, mean, "points"), curve("from the slope of ln eps", middles, expected, "line")),
@@ -640,7 +650,7 @@ CASE = Case(
     "always",
     "Properties that always hold",
     "0 < eps <= 1, eps(0) = 1, eps falls and 1 - eps rises with v*, their sum is 1, enclosures are nested, eps depends "
-    "on beta^5 speed only, the layout of arrays does not matter, Padé approximants expand to their series: is there "
-    "any v*, speed, beta, number of digits or degree where one of these fails?",
+    "on beta^5 speed only, the layout of arrays does not matter, Padé approximants expand to their series: does one of "
+    "these properties fail at any v*, speed, beta, number of digits or degree?",
     run,
 )

@@ -369,11 +369,12 @@ def checks(found: TextComparison) -> tuple[Check, ...]:
         Check.never("values of compiled C that differ in a bit from those of the exported Python", found.different),
         Check.never("coefficients in JSON tables that do not become those of the exported Python", found.changed),
         Check.within(
-            "largest rounding error of exported code, in terms of the running error bound of Horner's rule at that v*",
+            "largest round-off of exported code, relative to the running error bound of Horner's rule at that v*",
             max(row[3] for row in found.rows),
         ),
         Check.within(
-            "largest error against the quotient of the JSON table's decimals, in terms of the rounding that it states",
+            "largest error against the quotient of the JSON table's decimals, relative to the round-off that "
+            "the table states",
             max(row[4] for row in found.rows),
         ),
     )

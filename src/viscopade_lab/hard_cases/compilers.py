@@ -509,11 +509,11 @@ def outcome(given: TestVectors, made: Sequence[BuildResult]) -> Outcome:
     wrong, wrong_fast = sum(e.wrong for _, e in strict), sum(e.wrong for e in fast)
     checks = (
         Check.never("headers that a compiler refuses or warns of, over all builds", len(here) - len(built)),
-        Check.within("largest error in what the headers prove, without -ffast-math", parts),
+        Check.within("largest error relative to the proven bound, without -ffast-math", parts),
         Check.never("results that differ in any bit between builds that neither fuse nor reorder", bits),
         Check.never("wrong results for 0, subnormal, infinite, negative arguments, NaN, without -ffast-math", wrong),
         Check("with -ffast-math: errors beyond the proven ones, in ulp (4 more roundings)", excess, "<=", FAST_ULPS),
-        Check.never("with -ffast-math: results for 0 and subnormal numbers further off than that", wrong_fast),
+        Check.never("with -ffast-math: results for 0 and subnormal numbers with a larger error than that", wrong_fast),
     )  # fmt: skip
     return Outcome(_summary(made, found), (_table(made, _by_build(found)),), (_chart(found),), checks)
 
@@ -575,7 +575,7 @@ def _chart(found: Sequence[tuple[BuildResult, BuildErrors]]) -> Chart:
     if fast:
         curves.append(_group("-ffast-math: no bound promised", fast))
     return Chart(
-        "Largest error, in parts of what is proven", "build, in the order of the table", "error / proven bound",
+        "Largest error, relative to the proven bound", "build, in the order of the table", "error / proven bound",
         tuple(curves), "linear", "linear",
     )  # fmt: skip
 
@@ -592,6 +592,7 @@ def check(thorough: bool) -> Outcome:
 CASE = Case(
     "compilers",
     "Exported headers through compilers",
-    "Does a compiler, a standard or a flag, -ffast-math among them, make an exported header leave its proven error?",
+    "Does a compiler, a language standard or a flag such as -ffast-math make the error of an exported header "
+    "exceed its proven bound?",
     check,
 )

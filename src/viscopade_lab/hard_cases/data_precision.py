@@ -339,15 +339,15 @@ def _summary(found: MeasuredData) -> str:
     stays = ", ".join(f"{x:.0e} ({name})" for name, x in zip(names, moved, strict=True))
     kept_everywhere = sum(lasting(row) for _, row in found.values())
     return (
-        f"The median pole of [m/m+3] loses {c:.2f} m {signed(d)} digits: data of D digits hold the poles to two digits "
-        f"up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. Beyond, "
-        f"rounding makes doublets: [{last}/{last + 3}] has {spurious} that the exact series does not give it. Of all "
-        f"such doublets, {kept_everywhere} are found in all the other precisions too. A true pole comes to rest "
-        f"once the data have more digits than it loses, even the doublet of the exact series in [{m}/{m + 3}] at v* = "
-        f"{_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative "
-        f"error of the h_k is amplified at most {at_most(near, 2)} times, at any m; but up to v* = {FAR} by "
-        f"10^{math.log10(far):.0f} at m = {last}. Of those "
-        f"without a pole or zero at any v* > 0, nearest to the exact function on (0, {FAR}] are {optimum}."
+        f"The median pole of [m/m+3] loses {c:.2f} m {signed(d)} digits: data of D digits hold the poles to two "
+        f"digits up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. "
+        f"Beyond, rounding makes Froissart doublets: [{last}/{last + 3}] has {spurious} that the exact series does "
+        f"not give it. Of all such doublets, {kept_everywhere} are found in all the other precisions too. A true pole "
+        "stays fixed once the data have more digits than it loses, even the doublet of the exact series in "
+        f"[{m}/{m + 3}] at v* = {_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps is "
+        f"well conditioned: a relative error of the h_k is amplified at most {at_most(near, 2)} times, at any m; but "
+        f"up to v* = {FAR} by 10^{math.log10(far):.0f} at m = {last}. Of those without a pole or zero at any v* > 0, "
+        f"nearest to the exact function on (0, {FAR}] are {optimum}."
     )
 
 
@@ -394,7 +394,7 @@ def _by_precision(found: MeasuredData) -> ResultTable:
                 f"{error:.1e}",
             )
         )
-    return ResultTable("What each precision of the data holds", header, tuple(rows))
+    return ResultTable("Results for each precision of the data", header, tuple(rows))
 
 
 def _positive_by_rounding(p: Pade, row: PadeOfRounded) -> bool:
@@ -452,7 +452,7 @@ def _landmarks(found: MeasuredData) -> ResultTable:
         size = "" if residue is None else f"{abs(complex(residue)):.0e}"
         rows.append((name, _place(pole), size, f"{exact.kappa[i]:.0e}", *(f"{x:.0e}" for x in moved)))
     header = ("pole", "v*", "residue", "kappa", *_names(found))
-    return ResultTable("Some poles, and by what part of their modulus they moved", header, tuple(rows))
+    return ResultTable("Displacement of some poles, relative to their modulus", header, tuple(rows))
 
 
 def singularity(found: MeasuredData) -> complex:
@@ -485,9 +485,12 @@ def _movement_chart(found: MeasuredData) -> Chart:
         pairs = [(k * float(one.data.u), x) for exact, one in rows for k, x in zip(exact.kappa, one.moved, strict=True)]
         curves.append(curve(name, [x for x, _ in pairs], [y for _, y in pairs], "points"))
     ends = (min(min(c.x) for c in curves), 1.0)
-    label = "predicted, at worst (part of its modulus)"
+    label = "predicted at worst (relative to the modulus)"
     return Chart(
-        "How far poles moved", label, "moved to the nearest", (*curves, curve("worst case", ends, ends, "bound"))
+        "Displacement of poles",
+        label,
+        "displacement to the nearest pole",
+        (*curves, curve("worst case", ends, ends, "bound")),
     )
 
 
@@ -512,12 +515,12 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
     ]
     return (
         Check.within(
-            "rounding changes eps by no more than is proven, at every v*: largest part of the bound",
+            "change of eps by rounding, relative to its proven bound: largest at any v*",
             max(one.error_proven for _, one in rows),
         ),
         Check.within(
-            "within a proven distance of every pole, exact or from rounded data, the other approximant has one: "
-            "largest part of that distance",
+            "every pole, exact or from rounded data, has a pole of the other approximant within a proven distance: "
+            "largest distance relative to it",
             max(one.proven for _, one in rows),
         ),
         Check(
@@ -528,14 +531,14 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
             HIGHER_ORDERS,
         ),
         Check(
-            "rounding makes doublets that the exact approximants do not have (there is something to see)",
+            "rounding makes Froissart doublets that the exact approximants do not have: their number",
             sum(len(one.spurious) for _, one in rows),
             ">=",
             1,
         ),
         Check.never(
-            f"of these, how many are there within {KEPT:.0%} in all other precisions of the data: a doublet of the "
-            "rounding does not know the others",
+            f"of these, how many are there within {KEPT:.0%} in all other precisions of the data: other roundings do "
+            "not reproduce a doublet",
             sum(lasting(row) for _, row in found.values()),
         ),
     )
@@ -544,7 +547,7 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
 CASE = Case(
     "data-precision",
     "Padé from rounded coefficients",
-    "If h_k are known to 6, 10 or 15 digits or in double precision only, how far is eps wrong, which poles can be "
-    "believed, and which did rounding make?",
+    "The coefficients h_k are rounded to 6, 10 or 15 digits, or to double precision. How large is the error of eps, "
+    "which poles are genuine, and which are Froissart doublets made by rounding?",
     _run,
 )

@@ -508,56 +508,56 @@ def _checks(
     measured = [s for s in falls if s.points > 1]
     return (
         Check.within(
-            "Everywhere exact value and sum of all terms but the last differ by no more than twice the last term and a "
-            "unit of the last digit asked for; measured is the largest difference in units of that",
+            "The exact value and the sum of all terms but the last differ by at most twice the last term plus one unit "
+            "of the last digit: largest difference relative to this limit",
             max(c.excess for c in comparisons),
         ),
         Check(
-            "After n terms, n = 1 … 4, the difference is the first omitted term up to a factor of 2, wherever the "
-            "digits resolve it: the terms that follow are small",
+            "After n = 1 … 4 terms the difference equals the first omitted term within a factor of 2, wherever the "
+            "digits resolve it: largest factor",
             max((s.worst for s in measured), default=math.inf),
             "<=",
             FACTOR,
         ),
         Check(
-            "Every n = 1 … 3 of every quantity at either end is resolved at two places or more, so that the order is "
-            "measured; measured is the least number of places",
+            "The digits resolve the difference after n = 1 … 3 terms of every quantity at two points or more: least "
+            "number of points",
             min(s.points for s in falls if s.terms < SHOWN_ORDERS),
             ">=",
             2,
         ),
         Check.within(
-            "The slopes of the differences, log-log, are those of the first omitted terms, with their logarithms; in "
-            "units of what a factor of 2 at either end of the range can make",
+            "The log-log slopes of the differences equal those of the first omitted terms, logarithms included: "
+            "largest deviation relative to that of a factor of 2 at both ends of the range",
             max((abs(s.measured - s.expected) / s.limit for s in measured), default=math.inf),
         ),
         Check(
-            f"1 - eps, x_max and tau_c to {plan.longest[1]} digits at v* = {plan.longest[0]} have those digits in "
-            "common with the expansions, but for the last; measured is the number in common",
+            f"1 - eps, x_max and tau_c to {plan.longest[1]} digits at v* = {plan.longest[0]} agree with the expansions "
+            "in all these digits but the last: digits in common",
             min(c.agreed for c in longest),
             ">=",
             plan.longest[1] - 1,
         ),
         Check.never(
-            "Fewer digits are the rounded more digits, enclosures meet, and those of v* hold what was given: how often "
-            "not",
+            "Results to fewer digits are the rounded results to more digits, enclosures overlap, and the enclosure of "
+            "v* contains the given v*: exceptions",
             nesting_faults(plan),
         ),
         Check.never(
-            "The inverse of the function, and the function of the inverse, give back what was given: how often not",
+            "The inverse of the function, and the function of the inverse, return the given number: exceptions",
             len(round_trip_faults(plan)),
         ),
         Check.never(
-            "From one v* to the next 1 - eps never falls, and eps, x_max and tau_c never rise: how often they do",
+            "With growing v*, 1 - eps never falls, and eps, x_max and tau_c never rise: exceptions",
             order_faults(plan),
         ),
-        Check.never("Numbers just beyond the accepted ends are refused: how many are not", accepted_outside()),
+        Check.never("Numbers just beyond the accepted range are refused: exceptions", accepted_outside()),
         Check.within(
-            "Double precision is within its stated error of the expansions; measured is the largest part of it",
+            "Double precision agrees with the expansions within its stated error: largest error relative to it",
             max(d.worst / double.ULP[d.function] for d in machine),
         ),
         Check.never(
-            "Double precision never gives an infinity, a NaN or a negative number there: how often it does",
+            "Double precision never returns an infinity, a NaN or a negative number there: exceptions",
             sum(d.wrong for d in machine),
         ),
     )

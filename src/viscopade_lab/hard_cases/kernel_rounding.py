@@ -43,7 +43,7 @@ class ArithmeticVariant(NamedTuple):
 
 
 SEPARATE = ArithmeticVariant("each operation rounded")
-FUSED = ArithmeticVariant("products and sums fused", contracted=True)
+FUSED = ArithmeticVariant("FMA contraction", contracted=True)
 OFF = ArithmeticVariant(f"root off by up to {STEPS} ulp", steps=STEPS)
 SHORT = {SEPARATE: "plain", FUSED: "fused", OFF: f"root off by {STEPS} ulp"}
 
@@ -221,17 +221,17 @@ def _checks(found: dict[str, list[WorstError]]) -> Iterator[Check]:
     for family, results in found.items():
         for way in FAMILIES[family]:
             most = max(w.ratio for w in results if w.way == way)
-            yield Check.within(f"{family}, {way.name}: the worst error found is within its proven bound (ratio)", most)
+            yield Check.within(f"{family}, {way.name}: largest error found, relative to its proven bound", most)
     for family in list(FAMILIES)[:2]:
         most = max(w.local for w in found[family] if w.local is not None)
-        statement = f"{family}: it is within what the same proof gives for that argument alone (ratio)"
+        statement = f"{family}: this error, relative to the bound that the same proof gives for its argument alone"
         yield Check.within(statement, most)
     quotients = [w for w in found["quotients of polynomials in v*"] if w.function.name == "epsilon"]
     # eps takes all values from 1 to far below 1/2: just above a power of 2 the last rounding alone errs by u.
     least = min(w.roundings for w in quotients)
-    yield Check("the search finds, for every quotient, at least what the last division can err by, u", least, ">=", 1)
+    yield Check("for every quotient the search finds at least u, the round-off of the last division", least, ">=", 1)
     least = min(w.ulp for w in found["full accuracy"])
-    statement = "the search finds, for every function of full accuracy, nearly the half ulp of its last rounding"
+    statement = "for every function of full accuracy the search finds nearly half an ulp, its last rounding"
     yield Check(statement, least, ">=", 0.49)
 
 
@@ -295,7 +295,7 @@ def _charts(found: dict[str, list[WorstError]]) -> Iterator[Chart]:
         curves.append(_errors(f"{kernel}, {form.name}", chosen[:1], SEPARATE))
         if (kernel, form) != _SHOWN[1]:  # the bounds of a kernel are nearly the same in both types
             curves.append(_bound(f"bound, {kernel}", chosen[:1]))
-    yield Chart("rounding of quotients of polynomials", r"$v_\ast$", "relative error of eps (u)", tuple(curves))
+    yield Chart("round-off of quotients of polynomials", r"$v_\ast$", "relative error of eps (u)", tuple(curves))
     chosen = _of(found[rooted], "half-line 1e-5", FLOAT)
     curves = [_errors("library's root", chosen, SEPARATE), _errors(SHORT[OFF], chosen, OFF), _bound("bound", chosen)]
     title = r"rounding in powers of $v_\ast^{1/3}$: half-line 1e-5, float"
@@ -306,8 +306,8 @@ def _charts(found: dict[str, list[WorstError]]) -> Iterator[Chart]:
         curves.append(curve(FAMILY[family], range(at + 1, at + len(ratios) + 1), ratios, "points"))
         at += len(ratios)
     curves.append(curve("proven bound", (1, at), (1, 1), "bound"))
-    x_label = "kernels and ways, as in the tables"
-    yield Chart("worst error found over bound", x_label, "ratio", tuple(curves), x_scale="linear")
+    x_label = "kernels and arithmetic variants, as in the tables"
+    yield Chart("largest error found / bound", x_label, "ratio", tuple(curves), x_scale="linear")
 
 
 def _of(results: Sequence[WorstError], kernel: str, form: Format) -> list[ExportedFunction]:
@@ -346,20 +346,20 @@ def _summary(found: dict[str, list[WorstError]]) -> str:
     # The bounds of full accuracy are little more than the last rounding, which errs by nearly all of its bound.
     w = max((w for w in everything if isinstance(w.function, ExportedFunction)), key=lambda w: w.ratio)
     return (
-        f"Searched were {len(kernels)} kernels and types: {len(everything)} functions, rows of tables, branches and "
-        f"ways to compute. Worst error found over proven bound, by kernel: {'; '.join(parts)}. Full accuracy apart, "
-        f"whose bound is little more than the last rounding, {w.function.kernel}, type {w.function.form.name}, comes "
-        f"nearest to its bound, with {w.ratio:.3f} of it, {w.roundings:.2f} u (u = 2^-53 in double, 2^-24 in float; "
-        f"{SHORT[w.way]}). Bounds add the largest rounding of every operation with the same sign, over parts of the "
-        "range: they are farther off where there is a root."
+        f"The search covered {len(kernels)} kernels and types: {len(everything)} functions, rows of tables, branches "
+        f"and arithmetic variants. Worst error found over proven bound, by kernel: {'; '.join(parts)}. Full accuracy "
+        f"apart, whose bound is little more than the last rounding, {w.function.kernel}, type {w.function.form.name}, "
+        f"comes nearest to its bound, with {w.ratio:.3f} of it, {w.roundings:.2f} u (u = 2^-53 in double, 2^-24 in "
+        f"float; {SHORT[w.way]}). Bounds add the largest rounding of every operation with the same sign, over parts of "
+        "the range: they are farther off where there is a root."
     )
 
 
 CASE = Case(
     "kernel-rounding",
-    "Rounding of the exported functions at its worst",
-    "For every exported function, in float and double, the arguments where rounding does most harm are looked for, "
-    "computed plainly, with fused multiplications, and with roots as bad as headers allow. No error may exceed its "
-    "proven bound.",
+    "Largest round-off of the exported functions",
+    "A search looks for the arguments with the largest round-off of every exported function, in float and double: "
+    "computed plainly, with FMA contraction, and with roots as inaccurate as the headers allow. No error may exceed "
+    "its proven bound.",
     run,
 )

@@ -302,25 +302,28 @@ def run(thorough: bool) -> Outcome:
 def _checks(errors: ErrorsByWay, here: Mapping[LossFunction, tuple[float, float]]) -> Iterator[Check]:
     worst = max(ratio for _, ratio in here.values() if not math.isnan(ratio))
     statement = (
-        f"at v* = {V_STAR:g} the error of every 1 - eps is within its bound, which is proven, and for the function on "
-        "NumPy arrays sampled (ratio)"
+        f"at v* = {V_STAR:g} largest error of 1 - eps, relative to its bound (proven; sampled for the function on "
+        "NumPy arrays)"
     )
     yield Check.within(statement, worst)
     worst = max(ratio for found in errors.values() for _, ratio in found if not math.isnan(ratio))
-    yield Check.within("so it is for all v* tried, from 0.1 to 1e-160 (ratio)", worst)
+    yield Check.within("the same at all v* tried, from 0.1 to 1e-160", worst)
     for form in FORMATS.values():
         statement = (
-            f"type {form.name}: in every octave of 1 - eps the naive one of a correctly rounded eps is off by u/4 or "
-            "more somewhere (least of the largest errors, in u/2)"
+            f"type {form.name}: in every octave of 1 - eps the subtraction of a correctly rounded eps from 1 errs by "
+            "u/4 or more somewhere: least of the largest errors, in u/2"
         )
         yield Check(statement, float(np.min(lost(form).share)), ">=", 0.5)
         error = float(naive_errors(form, naive(form)["full"], np.array([ELASTIC[form]]))[0])
-        statement = f"type {form.name}: at v* = {ELASTIC[form]:g}, where 1 - eps < u/2, the naive one is 0 (its error)"
+        statement = (
+            f"type {form.name}: at v* = {ELASTIC[form]:g}, where 1 - eps < u/2, the subtraction returns 0: its "
+            "relative error"
+        )
         yield Check(statement, error, "==", 1)
     worst = max(q.loss_error(Fraction(V_STAR)) / q.error for q in best())
     statement = (
-        f"machine coefficients keep a_1 = b_1: at v* = {V_STAR:g} 1 - eps of best quotients, evaluated exactly, is as "
-        "good as on their whole interval, but for the 2 % that the latter, a sampled error, may be too small (ratio)"
+        f"machine coefficients keep a_1 = b_1: at v* = {V_STAR:g} error of 1 - eps of best quotients, evaluated "
+        "exactly, relative to the largest sampled error on their interval (2 % for the sampling)"
     )
     yield Check(statement, worst, "<=", 1.02)
 
@@ -335,7 +338,7 @@ def _at(here: Mapping[LossFunction, tuple[float, float]]) -> ResultTable:
         numbers = f"{where:g}", f"{error:.2e}", f"{float(way.relative):.2e}", f"{ratio:.3f}"
         rows.append((way.kernel, way.form.name, way.gives, *numbers))
     header = ("kernel", "type", "gives", "v*", "relative error", "bound", "error/bound")
-    return ResultTable("1 - eps of the kernels that give it", header, tuple(rows))
+    return ResultTable("1 - eps of the kernels that return it", header, tuple(rows))
 
 
 def _naive_table() -> ResultTable:
@@ -349,7 +352,7 @@ def _naive_table() -> ResultTable:
                 numbers = f"{difference:.6e}", f"{true:.6e}", f"{abs(difference / true - 1):.1e}"
                 rows.append((name, form.name, f"{v_star:g}", *numbers))
     header = ("eps by", "type", "v*", "1 - eps, naive", "1 - eps, exact", "relative error")
-    return ResultTable("The naive difference 1 - eps(v*)", header, tuple(rows))
+    return ResultTable("Cancellation in the subtraction 1 - eps(v*)", header, tuple(rows))
 
 
 def _formulas() -> ResultTable:
@@ -404,7 +407,7 @@ def _summary(here: Mapping[LossFunction, tuple[float, float]]) -> str:
 CASE = Case(
     "near-elastic",
     "Nearly elastic collisions: digits of 1 - eps",
-    "1 - eps at v* = 1e-8, and from 1e-1 down to 1e-160: no function that gives it may lose digits; by how much the "
-    "difference of 1 and a computed eps does is measured.",
+    "1 - eps at v* = 1e-8, and from 1e-1 down to 1e-160: no function that returns 1 - eps may lose digits to "
+    "cancellation. The case also measures the digits that the subtraction of a computed eps from 1 loses.",
     run,
 )

@@ -528,15 +528,21 @@ def _checks(losses: Sequence[LostDigits], different: int) -> tuple[Check, ...]:
     proven = [x.chosen - (math.inf if x.balls["preconditioned"] is None else x.balls["preconditioned"]) for x in losses]
     return (
         Check(
-            "the digits that pade chose, less those that the condition number lets be lost, are those asked for",
+            "digits that `pade` chose, less those that the condition number allows to be lost: at least those "
+            "asked for",
             min(x.chosen - x.condition for x in losses),
             ">=",
             DIGITS,
         ),
-        Check("they also cover what each algorithm in floating point was seen to lose", min(left), ">=", DIGITS),
-        Check("and what FLINT's preconditioned solver loses in balls", min(proven), ">=", DIGITS),
+        Check("digits that `pade` chose, less those that each floating-point algorithm lost", min(left), ">=", DIGITS),
         Check(
-            f"the printed b_i are right: relative error in units of 10^-{DIGITS}, where correct rounding allows 5",
+            "digits that `pade` chose, less those that FLINT's preconditioned solver loses in ball arithmetic",
+            min(proven),
+            ">=",
+            DIGITS,
+        ),
+        Check(
+            f"largest relative error of the printed b_i, in units of 10^-{DIGITS}, where correct rounding allows 5",
             max(x.unit_error for x in losses),
             "<=",
             5.0,
@@ -548,7 +554,7 @@ def _checks(losses: Sequence[LostDigits], different: int) -> tuple[Check, ...]:
             "<=",
             SECOND_ORDER,
         ),
-        Check.never("balls, by any algorithm, that do not contain the exact number", sum(x.missed for x in losses)),
+        Check.never("balls of any algorithm that do not contain the exact number", sum(x.missed for x in losses)),
         Check.never(
             f"algorithms that, in fractions, do not give the solution of the linear system, for m up to {EXACT_UP_TO}",
             different,
@@ -559,7 +565,7 @@ def _checks(losses: Sequence[LostDigits], different: int) -> tuple[Check, ...]:
 CASE = Case(
     "pade-systems",
     "Padé systems up to [60/63]",
-    "The linear system for the denominator of [m/m+3] loses ever more digits. Does the working precision always cover "
-    "the loss, and which algorithm loses least?",
+    "The linear system for the denominator of [m/m+3] becomes ill-conditioned as m grows. Does the working precision "
+    "always cover the lost digits, and which algorithm loses fewest?",
     _run,
 )

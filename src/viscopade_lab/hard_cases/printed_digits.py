@@ -242,22 +242,23 @@ def _checks(found: dict[str, dict[str, PrintingErrors]], roots: Sequence[MovedRo
     used = max(error.used for row in found.values() for error in row.values())
     return (
         Check.never(
-            f"of {len(entries)} printed numbers, those that are not ours correctly rounded: the bounds rest on it",
+            f"of {len(entries)} printed numbers, those that differ from our correctly rounded ones: the bounds "
+            "assume that none does",
             sum(not entry.agrees for entry in entries),
         ),
         Check.never(
-            "approximants whose a_1 and b_1 are printed differently: their 1 - eps would be wrong like 1/v*", unequal
+            "approximants printed with a_1 different from b_1: the error of their 1 - eps would grow like 1/v*", unequal
         ),
         Check.within(
-            "change of eps and 1 - eps by printing, as a part of the proven bound from half a unit of the last digit "
-            "of each coefficient: largest",
+            "largest change of eps and 1 - eps by printing, relative to the proven bound from half a unit of the last "
+            "digit of each coefficient",
             used,
         ),
         Check.within(
-            "change of a pole or zero by printing, as a part of the proven bound from the same half units: largest",
+            "largest displacement of a pole or zero by printing, relative to the proven bound from the same half units",
             max(root.used for root in roots),
         ),
-        Check.never("approximants that printing gives another number of poles or zeros on v* > 0", changed),
+        Check.never("approximants whose number of poles or zeros on v* > 0 changes by printing", changed),
     )
 
 
@@ -285,13 +286,13 @@ def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], r
     example = found[EXAMPLE]
     ratio = example["1"].own_epsilon / example["1"].epsilon
     return (
-        f"Printing changes eps of {_listed(usable)} by {at_most(eps, 2)} of it at most ({label} at v* = {v_star:.2g}), "
-        f"and 1 - eps of all by {at_most(loss, 2)} ({other}). That is more than the approximant's own error only up "
-        f"to v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large as that by "
-        f"printing. What saves 1 - eps at small v* is that a_1 = b_1 as printed: with one unit between them 1 - eps of "
-        f"{EXAMPLE} would be off by {example[grid[0]].loss_if_unequal:.2g} times itself at v* = {float(grid[0]):g}. "
-        f"The zero of {zero.label} at v* = {zero.root.decimals(12)[0]} moves by {zero.by:.1e}: there its eps loses all "
-        "digits"
+        f"Printing changes eps of {_listed(usable)} by {at_most(eps, 2)} of it at most ({label} at v* = "
+        f"{v_star:.2g}), and 1 - eps of all by {at_most(loss, 2)} ({other}). That is more than the approximant's own "
+        f"error only up to v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large "
+        "as that by printing. 1 - eps keeps its accuracy at small v* because the printed a_1 and b_1 are equal: with "
+        f"one unit between them 1 - eps of {EXAMPLE} would be off by {example[grid[0]].loss_if_unequal:.2g} times "
+        f"itself at v* = {float(grid[0]):g}. The zero of {zero.label} at v* = {zero.root.decimals(12)[0]} moves by "
+        f"{zero.by:.1e}: there its eps loses all digits"
     )
 
 
@@ -371,6 +372,7 @@ def _above(c: ChartCurve) -> tuple[tuple[float, ...], tuple[float, ...]]:
 CASE = Case(
     "printed-digits",
     "The paper's printed digits",
-    "How far off are the printed approximants through rounding alone, and where is that more than their own error?",
+    "How large is the error that rounding the printed coefficients makes, and where does it exceed the "
+    "approximants' own error?",
     run,
 )

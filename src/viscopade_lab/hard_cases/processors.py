@@ -376,10 +376,8 @@ def outcome(found: Sequence[HeaderRun]) -> Outcome:
     plain = "results without libm that differ in any bit from this machine's, where each operation is rounded once"
     checks = (
         Check.never("headers that a compiler refuses or warns of, over all builds", len(here) - len(ran)),
-        Check.within("largest error in parts of the stated bound, on all processors", largest),
-        Check.within(
-            "largest difference from this machine's results, in parts of twice the stated rounding error", off
-        ),
+        Check.within("largest error relative to the stated bound, on all processors", largest),
+        Check.within("largest difference from this machine's results, relative to twice the stated round-off", off),
         Check.never("wrong results for 0, infinite and negative arguments and NaN", sum(one.wrong for one in ran)),
         Check.never(plain, sum(one.differ_plain for one in same)),
     )
@@ -510,6 +508,7 @@ def check(thorough: bool) -> Outcome:
 CASE = Case(
     "processors",
     "Exported headers on other processors",
-    "Does another processor, byte order, C library or compiler make an exported header leave its stated error?",
+    "Does another processor, byte order, C library or compiler make the error of an exported header exceed its "
+    "stated bound?",
     check,
 )

@@ -271,7 +271,7 @@ def _checks(
     code: compiled_text.TextComparison,
 ) -> tuple[Check, ...]:
     least, largest = conditions()
-    family = "in terms of what the roundings on the way may do, which are counted"
+    family = "relative to the counted roundings on the way"
     return (
         Check(
             "kappa = d ln v*/d ln((1 - eps)/eps) is at least its limit for large v*",
@@ -282,7 +282,7 @@ def _checks(
         Check("kappa is at most its limit for small v*", largest, "<=", LARGEST_CONDITION * (1 + _SLOPE)),
         *(
             Check.within(
-                f"{name} in double precision: largest error, in terms of the stated errors times the condition",
+                f"{name} in double precision: largest error, relative to the stated errors times the condition number",
                 trip.worst,
             )
             for name, trip in doubles.items()
@@ -292,21 +292,20 @@ def _checks(
             sum(not hull.contains for hull in hulls),
         ),
         Check(
-            "width of these intervals, in terms of what was rounded in between times the condition: not wider, but for "
-            "its change within the interval",
+            "largest width of these intervals, relative to the rounding in between times the condition number",
             max(hull.width / (hull.expected * (1 + hull.expected)) for hull in hulls),
             "<=",
             1.001,
         ),
         Check.within(
-            "trips by way of exported inverse kernels: largest error, in terms of their proven errors times the "
-            "condition",
+            "trips through exported inverse kernels: largest error, relative to their proven errors times the "
+            "condition number",
             max(trip.worst for trip in texts.values()),
         ),
         Check.within(f"trips through A and beta: largest error, {family}", _worst(materials, "beta", "A")),
         Check.within(f"v* in other units: largest difference, {family}", _worst(materials, "v* in")),
         Check.within(f"speed and v*, density and mass: largest error, {family}", _worst(materials, "speed", "den")),
-        Check.never("quantities that change when written with 17 digits and a unit, and read", quantities[1]),
+        Check.never("quantities that change when written with 17 digits and a unit, and read back", quantities[1]),
         *tables_read_back.checks(tables),
         *compiled_text.checks(code),
     )
@@ -345,7 +344,7 @@ def _hull_table(there: Sequence[ProvenTrip], back: Sequence[ProvenTrip]) -> Resu
                 )
             )
     header = ("trip, some of them", "v*", "contains the start", "relative width", "rounded x condition")
-    return ResultTable("Proven digits: by way of the smaller of eps and 1 - eps, or from it", header, tuple(rows))
+    return ResultTable("Trips with proven digits through the smaller of eps and 1 - eps", header, tuple(rows))
 
 
 def _material_table(materials: Mapping[str, Tally], quantities: tuple[int, int]) -> ResultTable:
@@ -399,7 +398,7 @@ CASE = Case(
     "round-trips",
     "Round trips",
     "From eps to v* and back, from a material to beta and back, from a table to LaTeX, CSV and JSON and back, from an "
-    "exported text to a compiled function and its values: does anything come back with a larger error than the errors "
-    "of the two ways allow?",
+    "exported text to a compiled function and its values: does any value return with a larger error than both "
+    "directions together allow?",
     run,
 )

@@ -370,30 +370,30 @@ def _leaving_checks(given: Truncations, left: Leaving) -> tuple[Check, ...]:
     moved = abs(left.in_double - left.exact) / left.allowed
     return (
         Check.within(
-            "of two neighbouring orders the earlier leaves before |h_k| v*^k = 2e-3 eps (triangle inequality): largest "
-            "part of that v*",
+            "of two neighbouring orders one deviates by 1e-3 before |h_k| v*^k = 2e-3 eps (triangle inequality): "
+            "largest v* relative to this limit",
             float(earlier.max()),
         ),
         Check(
-            "no order leaves before the geometric series of the largest |h_j| R^j is 1e-3 eps: least multiple of that "
-            "v*",
+            "no order deviates by 1e-3 before the geometric series of the largest |h_j| R^j reaches 1e-3 eps: least v* "
+            "relative to this limit",
             float((left.exact / left.earliest).min()),
             ">=",
             1.0,
         ),
         Check.within(
-            f"h_k = p h_(k-1) - q h_(k-2) of a pair of poles at the singularity, for k >= {given.order // 2}, but for "
-            "what an amplitude that changes by 1/k an order adds: largest part of that",
+            f"h_k = p h_(k-1) - q h_(k-2) of a pair of poles at the singularity, for k >= {given.order // 2}, up to "
+            "the contribution of an amplitude that changes by 1/k an order: largest residual relative to it",
             float(defects(given).max()),
         ),
         Check.within(
-            "where S_k leaves, the remainder continued from two coefficients is 1e-3 eps, but for the same: largest "
-            f"part of that, k >= {PERIOD}",
+            "where S_k deviates by 1e-3, the remainder continued from two coefficients is 1e-3 eps, up to the same "
+            f"contribution: largest residual relative to it, k >= {PERIOD}",
             float(left.surprise[PERIOD:].max()),
         ),
         Check.within(
-            "the sum in double leaves where the exact one does, but for the proven bound of its rounding: largest part "
-            "of that",
+            "the sum in double deviates by 1e-3 at the v* of the exact sum, up to the proven bound of its round-off: "
+            "largest distance relative to it",
             float(moved.max()),
         ),
     )
@@ -433,13 +433,14 @@ def _summary(given: Truncations, left: Leaving, fine: list[SeriesSums]) -> str:
         f"{at_most(_slow(given, left, given.order))} around {given.order}. At R itself the last {PERIOD} orders are "
         f"off by up to {at_most(100 * at_radius, 2)}%. Orders differ as the remainder's phase turns by {turn:.4f} pi "
         f"an order: two more coefficients and the singularity predict where an order from {half} on leaves, to "
-        f"{at_most(distance.max(), 1)}. Rounding has no part in it: in double these places move by {at_most(moved, 1)} "
-        f"at most. Up to R the sum of k_c = {given.order} loses {at_most(math.log10(up_to_radius.max()), 2)} digits, "
-        f"as its terms stay small ({at_most(_largest(given, fine[-1]), 2)} at most); beyond, it is wrong, but as large "
-        f"as its terms, and loses few. All digits go only next to a zero of S_k: for k_c = {cancelled.order} at v* = "
-        f"{zero:.6f} Horner is off by {worst[0]}, compensated Horner by {worst[2]} of the polynomial with its "
-        f"coefficients. Of the series the latter is off by {_cell(float(cancelled.of_series[2].max()))}, for the "
-        f"coefficients are rounded, too; with coefficients in two doubles it is {worst[3]}"
+        f"{at_most(distance.max(), 1)}. Round-off does not matter: in double these v* move by {at_most(moved, 1)} at "
+        f"most. Up to R the sum of k_c = {given.order} loses {at_most(math.log10(up_to_radius.max()), 2)} digits, as "
+        f"its terms stay small ({at_most(_largest(given, fine[-1]), 2)} at most); beyond R the sum is wrong, but as "
+        "large as its terms, and loses few digits. It loses all digits only next to a zero of S_k: for k_c = "
+        f"{cancelled.order} at v* = {zero:.6f} Horner is off by {worst[0]}, compensated Horner by {worst[2]} of the "
+        "polynomial with its coefficients. Of the series the latter is off by "
+        f"{_cell(float(cancelled.of_series[2].max()))}, for the coefficients are rounded, too; with coefficients in "
+        f"two doubles it is {worst[3]}"
     )
 
 
@@ -551,6 +552,7 @@ def _horner_chart(fine: list[SeriesSums]) -> Chart:
 CASE = Case(
     "truncated-series",
     "The truncated series at every order",
-    "Where does each truncation leave eps, does precision help, and is every sum in double within its proven bound?",
+    "At which v* does each truncation deviate from eps by 1e-3, does higher precision help, and is every sum "
+    "in double precision within its proven bound?",
     run,
 )
