@@ -489,7 +489,7 @@ def _movement_chart(found: MeasuredData) -> Chart:
     return Chart(
         "Displacement of poles",
         label,
-        "displacement to the nearest pole",
+        "displacement",
         (*curves, curve("worst case", ends, ends, "bound")),
     )
 

@@ -306,7 +306,7 @@ def _charts(found: dict[str, list[WorstError]]) -> Iterator[Chart]:
         curves.append(curve(FAMILY[family], range(at + 1, at + len(ratios) + 1), ratios, "points"))
         at += len(ratios)
     curves.append(curve("proven bound", (1, at), (1, 1), "bound"))
-    x_label = "kernels and arithmetic variants, as in the tables"
+    x_label = "kernel and variant, as in the tables"
     yield Chart("largest error found / bound", x_label, "ratio", tuple(curves), x_scale="linear")
 
 
