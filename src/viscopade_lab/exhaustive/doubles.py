@@ -72,7 +72,7 @@ def histograms(program: Path, function: str, samples: int, seed: int, jobs: int)
 def starts(function: str, generator: np.random.Generator) -> Bits:
     """Return the bits of the inputs that the search begins with."""
     ends = [float(panel.centre + side * panel.half) for panel in last_place.panels() for side in (-1, 0, 1)]
-    ends += [crossing(function, k) for k in range(1, 60)]
+    ends += [v_star_at_power_of_two(function, k) for k in range(1, 60)]
     near = np.array([bits_of(end) for end in ends], dtype=np.int64)[:, None] + np.arange(-50, 51)
     low, high = NORMAL[function]
     anywhere = generator.integers(bits_of(2.0**low), bits_of(2.0**high), 100_000)
@@ -80,7 +80,7 @@ def starts(function: str, generator: np.random.Generator) -> Bits:
     return np.concatenate([near.ravel(), anywhere, usual]).astype(np.uint64)
 
 
-def crossing(function: str, k: int) -> float:
+def v_star_at_power_of_two(function: str, k: int) -> float:
     """Return nearly the v* where the function is 2^-k."""
     low, high = 2.0**-40, 2.0**30
     falling = function == "epsilon"
@@ -131,7 +131,7 @@ def direct(program: Path, function: str, number: int, seed: int) -> dict[str, An
 
 def exact_error(function: str, v_star: float, result: float) -> float:
     """Return the error of a result in units in the last place of the true value, from `viscopade.collision.exact`."""
-    true = exhaustive.truth(function, v_star)
+    true = exhaustive.exact_value(function, v_star)
     return float(abs(true - Fraction(result)) / exhaustive.ulp(true, 53, -1022))
 
 

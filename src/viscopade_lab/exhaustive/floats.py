@@ -9,7 +9,6 @@ nearest to a boundary of rounding are listed; `--close` stores them for the test
 from __future__ import annotations
 
 import os
-import struct
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -24,12 +23,6 @@ from viscopade_lab.script import FORMAT, console
 
 ALL = 1 << 31
 PIECES = 64
-
-
-def value(bits: int) -> float:
-    """Return the float of these bits."""
-    (number,) = struct.unpack("<f", struct.pack("<I", bits))
-    return float(number)
 
 
 def rounded(true: Fraction) -> float:
@@ -53,18 +46,22 @@ def check(function: str, mode: str, step: int = 1, jobs: int = 1, text: str | No
     inputs = sum(int(rest[0]) for word, *rest in lines if word == "inputs")
     wrong = [int(rest[0]) for word, *rest in lines if word == "wrong"]
     undecided = [(int(rest[0]), int(rest[1])) for word, *rest in lines if word == "undecided"]
-    wrong += [at for at, result in undecided if rounded(exhaustive.truth(function, value(at), 60)) != value(result)]
+    wrong += [
+        at
+        for at, result in undecided
+        if rounded(exhaustive.exact_value(function, exhaustive.float_of(at), 60)) != exhaustive.float_of(result)
+    ]
     largest = max((float(rest[0]), int(rest[1])) for word, *rest in lines if word == "largest")
     return {
         "function": function,
         "mode": mode,
         "inputs": inputs,
         "not_correctly_rounded": len(wrong),
-        "wrong_at": [value(at).hex() for at in wrong],
-        "decided_by_exact": [value(at).hex() for at, _ in undecided],
-        "close": [value(int(rest[0])).hex() for word, *rest in lines if word == "close"],
+        "wrong_at": [exhaustive.float_of(at).hex() for at in wrong],
+        "decided_by_exact": [exhaustive.float_of(at).hex() for at, _ in undecided],
+        "close": [exhaustive.float_of(int(rest[0])).hex() for word, *rest in lines if word == "close"],
         "largest_error_ulp": largest[0],
-        "largest_error_at": value(largest[1]).hex(),
+        "largest_error_at": exhaustive.float_of(largest[1]).hex(),
     }
 
 

@@ -9,7 +9,6 @@ and with fused multiplications. The reference is viscopade_full.h in type double
 from __future__ import annotations
 
 import os
-import struct
 import subprocess
 import sys
 from fractions import Fraction
@@ -67,12 +66,6 @@ def bounds_of(kernel: speed_kernel.SpeedKernel) -> FloatBounds:
     return FloatBounds(*ends, float(inside), float(outside), 3.5 if form == FLOAT else 0.5)
 
 
-def value(bits: int) -> float:
-    """Return the float of these bits."""
-    (number,) = struct.unpack("<f", struct.pack("<I", bits))
-    return float(number)
-
-
 def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
     """Return the result for the header `text` with the kernel `name`, compiled in one of `exhaustive.MODES`.
 
@@ -89,7 +82,7 @@ def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, j
         largest = max((float(part), int(at)) for _, part, at in parts)
         functions[function] = {
             "largest": largest[0],
-            "largest_at": value(largest[1]).hex(),
+            "largest_at": exhaustive.float_of(largest[1]).hex(),
             "beyond": sum(int(rest[1]) for word, *rest in lines if word == "beyond" and rest[0] == function),
         }
     rises = [rest for word, *rest in lines if word == "rises"]
@@ -102,7 +95,7 @@ def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, j
         "differ": sum(int(rest[0]) for word, *rest in lines if word == "differ"),
         "rises": sum(int(number) for number, *_ in rises),
         "largest_rise": rise[0],
-        "largest_rise_at": value(rise[1]).hex(),
+        "largest_rise_at": exhaustive.float_of(rise[1]).hex(),
     }
 
 

@@ -29,7 +29,7 @@ from viscopade.arrays.double import ULP
 from viscopade.collision import exact, spheres
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, speeds
+from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, v_star_of_all_sizes
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, binned, curve
 from viscopade_lab.hard_cases.material_trips import proven_restitution
 
@@ -173,7 +173,7 @@ def _restitution(speed: Array, beta: Array) -> Array:
 
 def _moderate(generator: np.random.Generator, number: int) -> FloatArray:
     """Return v* at which eps and 1 - eps are normal numbers."""
-    x = speeds(generator, number)
+    x = v_star_of_all_sizes(generator, number)
     return x[(x > 1e-150) & (x < 1e90)]
 
 
@@ -198,7 +198,7 @@ class MonotonePair(NamedTuple):
         return all(self[2:])
 
 
-def order(v_star: str, power: int) -> MonotonePair:
+def monotone_pair(v_star: str, power: int) -> MonotonePair:
     """Compare the enclosures at v* and at v* (1 + 10^-power).
 
     The digits tell 1 - eps and x_max at both apart: for small v* x_max differs by about v*^2 times the gap.
@@ -241,7 +241,7 @@ class NestedEnclosures(NamedTuple):
     not_rounded: int
 
 
-def growth(v_star: str, digits: Sequence[int]) -> NestedEnclosures:
+def nested_enclosures(v_star: str, digits: Sequence[int]) -> NestedEnclosures:
     """Compare enclosures of a collision with these numbers of digits, which grow."""
     found = [exact.collision(v_star, number) for number in digits]
     pairs = nested = rounded = 0
@@ -456,17 +456,18 @@ def run(thorough: bool) -> Outcome:
     generator = np.random.default_rng(SEED)
     number = 1_000_000 if thorough else 60_000
     wrong = list(all_wrong_steps(generator, number))
-    everywhere = speeds(generator, number)
+    everywhere = v_star_of_all_sizes(generator, number)
     outside = out_of_range(np.asarray(double.epsilon(everywhere)), everywhere)
     kernel = _kernel_out_of_range(generator, number)
     sums = (x := _moderate(generator, number), sum_off(x))
     orders = [
-        order(_random_v_star(generator, *((-4, 15) if thorough else (-3, 6))), int(generator.integers(1, 9)))
+        monotone_pair(_random_v_star(generator, *((-4, 15) if thorough else (-3, 6))), int(generator.integers(1, 9)))
         for _ in range(20 if thorough else 6)
     ]
     digits = (5, 10, 20, 40, 80) if thorough else (5, 10, 20, 40)
     growths = [
-        growth(_random_v_star(generator, -30, 12 if thorough else 4), digits) for _ in range(12 if thorough else 4)
+        nested_enclosures(_random_v_star(generator, -30, 12 if thorough else 4), digits)
+        for _ in range(12 if thorough else 4)
     ]
     w, beta = log_uniform(generator, *_W, number), log_uniform(generator, *_BETA, number)
     bits = scaled_by_powers_of_two(w / beta**5, beta, generator.integers(-20, 21, number))

@@ -87,7 +87,7 @@ def _function(library: ctypes.CDLL, kind: str, name: str) -> Function:
 # --- the exact quotient -----------------------------------------------------------------------------------------------
 
 
-def polynomial(ascending: Sequence[Fraction], x: Fraction) -> Fraction:
+def exact_polynomial(ascending: Sequence[Fraction], x: Fraction) -> Fraction:
     """Return a polynomial's exact value, as a sum of powers (the kernels use Horner's rule)."""
     return sum((c * x**i for i, c in enumerate(ascending)), Fraction(0))
 
@@ -109,7 +109,7 @@ def allowed(
     far = v_star > Fraction(2) ** threshold
     x = 1 / v_star if far else v_star
     parts = [c[::-1] if far else c for c in (a, b)]
-    exact = [polynomial(c, x) for c in parts]
+    exact = [exact_polynomial(c, x) for c in parts]
     factors = len(b) - len(a) if far else 0
     unit = 2.0**-form.precision
     with working(rounding.BITS):
@@ -163,7 +163,7 @@ class TextComparison:
     points: list[tuple[float, float, float]] = field(default_factory=list)
 
 
-def speeds(generator: np.random.Generator, number: int, form: Format) -> Array:
+def v_star_samples(generator: np.random.Generator, number: int, form: Format) -> Array:
     """Return v* of a type: all exponents, and more near 1."""
     tiny, huge = 2.0 ** (1 - form.largest - form.precision + 1), 2.0**form.largest
     everywhere = np.exp(generator.uniform(math.log(tiny), math.log(huge), number // 2))
@@ -194,7 +194,7 @@ def compare_quotients(request: Request, generator: np.random.Generator, number: 
         given = tuple(tuple(map(Fraction, part)) for part in _coefficients(record))
         _compare_coefficients(given, module, kernel.name.upper(), into)
         if name in functions:
-            compared, different = same(functions[name], module[name], speeds(generator, number, DOUBLE))
+            compared, different = same(functions[name], module[name], v_star_samples(generator, number, DOUBLE))
             into.compared += compared
             into.different += different
         for form in (DOUBLE, FLOAT):
@@ -202,7 +202,7 @@ def compare_quotients(request: Request, generator: np.random.Generator, number: 
             if function is None and form == DOUBLE:
                 function = _vectorised(module[name])
             if function is not None:
-                x = speeds(generator, number, form)
+                x = v_star_samples(generator, number, form)
                 _compare_with_exact(kernel, record, form, x, function, into)
 
 
@@ -288,7 +288,7 @@ def _compare_with_exact(
         error = float(abs(Fraction(value) - found.value))
         worst = max(worst, error / found.error)
         if v <= to:
-            exact = polynomial(table[0], Fraction(v)) / polynomial(table[1], Fraction(v))
+            exact = exact_polynomial(table[0], Fraction(v)) / exact_polynomial(table[1], Fraction(v))
             worst_stated = max(worst_stated, float(abs(Fraction(value) / exact - 1)) / bound)
         if kernel.name == _CHARTED and form == DOUBLE and 1e-4 <= v <= 1e6:
             scale = float(found.value) * 2.0**-53

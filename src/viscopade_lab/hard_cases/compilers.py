@@ -196,7 +196,7 @@ class HeaderFunction:
         return f"for (i = 0; i < {n}; ++i) {{ out{s}[i] = viscopade_{self.kind}_{self.name}{s}({x}[i]{beta}); }}"
 
 
-def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
+def header_functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
     """Return the functions of some headers whose errors are proven; each once."""
     found: dict[tuple[str, ...], HeaderFunction] = {}
     for text in texts.values():
@@ -206,11 +206,11 @@ def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
             for arrays in (False, True) if kind == "restitution" else (False,):
                 key = form, kind, name, "array" if arrays else ""
                 if key not in found:
-                    found[key] = HeaderFunction(name, kind, form, stated(kind, name, form), arrays)
+                    found[key] = HeaderFunction(name, kind, form, stated_error(kind, name, form), arrays)
     return list(found.values())
 
 
-def stated(kind: str, name: str, form: Form) -> StatedError:
+def stated_error(kind: str, name: str, form: Form) -> StatedError:
     """Return what is proven of a function.
 
     Raises
@@ -298,7 +298,7 @@ class TestVectors:
 
 
 @lru_cache(maxsize=2)
-def points(thorough: bool) -> TestVectors:
+def reference_points(thorough: bool) -> TestVectors:
     """Return arguments over all the range of type float, most of them where eps is neither 0 nor 1."""
     generator = random.Random(_SEED)
     number = 120 if thorough else 20
@@ -434,7 +434,7 @@ def _errors(function: HeaderFunction, given: TestVectors, result: Array, rules: 
     values = result[:at].astype(np.float64)
     error = np.abs((values - truth.high) - truth.low)
     ulp = np.abs(np.spacing(truth.high.astype(TYPES[function.form]))).astype(np.float64)
-    allowed = bound(function.stated, truth, ulp)
+    allowed = error_bound(function.stated, truth, ulp)
     # Subnormal results may be 0 where a compiler says so, and nothing is stated beyond a formula's interval.
     sound = (truth.high >= np.finfo(TYPES[function.form]).tiny) & np.isfinite(allowed)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -451,7 +451,7 @@ def _errors(function: HeaderFunction, given: TestVectors, result: Array, rules: 
     return BuildErrors(float(part.max()), max(0.0, float(excess.max())), int(np.sum(~same)), refused)
 
 
-def bound(stated: StatedError, truth: DoubleDoubleValues, ulp: Array) -> Array:
+def error_bound(stated: StatedError, truth: DoubleDoubleValues, ulp: Array) -> Array:
     """Return the largest error that is stated, at each argument; infinite where nothing is."""
     relative = np.full(len(truth.v_star), 0.0 if not stated.smaller else np.inf)
     for end, share in reversed(stated.smaller):
@@ -475,14 +475,14 @@ def differing(first: BuildResult, other: BuildResult) -> int:
 
 def run_builds(thorough: bool, text_of: Callable[[str], str] = header) -> tuple[TestVectors, list[BuildResult]]:
     """Compile and run everything."""
-    given = points(thorough)
+    given = reference_points(thorough)
     jobs = [(name, *tool, build) for name, tool in tools(thorough).items() for build in builds(thorough, tool[1])]
     texts = {name: text_of(name) for name in dict.fromkeys(name for *_, build in jobs for name in build.headers)}
     made = []
     for i in track(range(len(jobs)), "compilers"):
         name, command, _, build = jobs[i]
         used = {header: texts[header] for header in build.headers}
-        made.append(make(name, command, build, "\n".join(used.values()), functions(used), given))
+        made.append(make(name, command, build, "\n".join(used.values()), header_functions(used), given))
     return given, made
 
 

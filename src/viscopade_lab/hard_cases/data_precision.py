@@ -253,7 +253,7 @@ def lasting(found: Sequence[PadeOfRounded]) -> int:
 MeasuredData = Mapping[int, tuple[SensitivePade, tuple[PadeOfRounded, ...]]]
 
 
-def measured(degrees: Sequence[int]) -> MeasuredData:
+def pade_by_degree(degrees: Sequence[int]) -> MeasuredData:
     """Return for each m the exact approximant and those of all the rounded data."""
     h = exact_data(max(degrees))
     data = rounded_series(h)
@@ -265,7 +265,7 @@ def measured(degrees: Sequence[int]) -> MeasuredData:
 
 
 def _run(thorough: bool) -> Outcome:
-    found = measured(THOROUGH if thorough else QUICK)
+    found = pade_by_degree(THOROUGH if thorough else QUICK)
     return Outcome(
         _summary(found),
         (_by_precision(found), _by_degree(found), _landmarks(found)),

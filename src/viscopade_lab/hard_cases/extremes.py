@@ -113,7 +113,7 @@ OUTSIDE: tuple[Callable[[], object], ...] = (
 
 
 @lru_cache(maxsize=2)
-def near(order: int, digits: int, long_digits: int) -> dict[str, PowerExpansion]:
+def expansions_near_rest(order: int, digits: int, long_digits: int) -> dict[str, PowerExpansion]:
     """Return the expansions for v* -> 0, the first terms to more digits, by their closed forms."""
     rest, first = asymptotics.elastic(order, digits), asymptotics.elastic_in_closed_form(long_digits)
     return {name: _sharpened(first[name], rest[name]) for name in rest}
@@ -258,7 +258,7 @@ def _loss(order: int, digits: int) -> PowerExpansion:
 
 
 def _near(plan: ExpansionPlan) -> dict[str, PowerExpansion]:
-    return near(plan.near_order, plan.coefficient_digits, plan.longest[1])
+    return expansions_near_rest(plan.near_order, plan.coefficient_digits, plan.longest[1])
 
 
 def _far(plan: ExpansionPlan) -> dict[str, LogExpansion]:

@@ -89,7 +89,7 @@ class _Score(NamedTuple):
     ulp: float
 
 
-def worst(
+def largest_error(
     function: AnyFunction, way: ArithmeticVariant, number: int, rounds: int, generator: np.random.Generator
 ) -> WorstError:
     """Look for the largest error: at `number` random arguments, then by rounds of neighbours of the worst ones."""
@@ -188,7 +188,7 @@ FAMILIES = {
 FAMILY = dict(zip(FAMILIES, ("polynomials", "powers of a root", "tables", "full accuracy"), strict=True))
 
 
-def functions(plan: SearchPlan) -> Iterator[tuple[str, AnyFunction]]:
+def planned_functions(plan: SearchPlan) -> Iterator[tuple[str, AnyFunction]]:
     """Yield the functions of a plan with the names of their families."""
     polynomials, rooted, tables, accurate = FAMILIES
     for function in (*exported.of_pade(), *exported.of_minimax(plan.minimax)):
@@ -207,13 +207,13 @@ def run(thorough: bool) -> Outcome:
     """Search, and compare with the bounds."""
     plan = THOROUGH if thorough else QUICK
     generator = np.random.default_rng(SEED)
-    chosen = list(functions(plan))
+    chosen = list(planned_functions(plan))
     found: dict[str, list[WorstError]] = {family: [] for family in FAMILIES}
     for i in track(range(len(chosen)), "worst rounding errors"):
         family, function = chosen[i]
         rows = plan.rows + 2 if isinstance(function, ExportedFunction) and function.kernel.startswith("table") else 1
         for way in FAMILIES[family]:
-            found[family].append(worst(function, way, max(plan.number // rows, 20), plan.rounds, generator))
+            found[family].append(largest_error(function, way, max(plan.number // rows, 20), plan.rounds, generator))
     return Outcome(_summary(found), tuple(_tables(found)), tuple(_charts(found)), tuple(_checks(found)))
 
 

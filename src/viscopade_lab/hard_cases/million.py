@@ -18,7 +18,7 @@ from viscopade.arrays import double, panels
 from viscopade.collision import panel_proof
 from viscopade_lab import proven
 from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, StatedError
-from viscopade_lab.hard_cases.compilers import functions as of_headers
+from viscopade_lab.hard_cases.compilers import header_functions as of_headers
 from viscopade_lab.hard_cases.machine import Array
 
 UNCERTAINTY = 2.0**-59

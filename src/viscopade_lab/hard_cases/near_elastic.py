@@ -47,7 +47,7 @@ class Losses(NamedTuple):
 
 
 @lru_cache(maxsize=4096)
-def truth(v_star: Fraction, beta: float | None = None) -> Losses:
+def exact_losses(v_star: Fraction, beta: float | None = None) -> Losses:
     """Return the exact numbers to `DIGITS` digits, at v*, or at speed 1 and beta."""
     collision = exact.collision(v_star, DIGITS) if beta is None else exact.collision(beta=beta, speed=1, digits=DIGITS)
     loss = Fraction(collision.decimals()["one_minus_epsilon"])
@@ -89,7 +89,7 @@ class LossFunction:
         x = float(type_of(self.form)(v_star**2 if self.by_beta else v_star))
         if not self.low <= v_star <= self.high or x == 0 or x < 2.0 ** (1 - self.form.largest):
             return math.nan, math.nan
-        true = truth(Fraction(v_star), x) if self.by_beta else truth(Fraction(x))
+        true = exact_losses(Fraction(v_star), x) if self.by_beta else exact_losses(Fraction(x))
         wanted = true.dissipation if self.gives == "1 - eps^2" else true.loss
         error = abs(Fraction(self.of(x)) - wanted)
         return float(error / wanted), float(error / (self.relative * wanted + self.underflow))
@@ -260,10 +260,10 @@ class PlainQuotient(NamedTuple):
     def loss_error(self, v_star: Fraction) -> float:
         """Return the relative error of 1 - N/D."""
         top, bottom = (sum((c * v_star**i for i, c in enumerate(part)), Fraction(0)) for part in (self.a, self.b))
-        return float(abs((bottom - top) / bottom / truth(v_star).loss - 1))
+        return float(abs((bottom - top) / bottom / exact_losses(v_star).loss - 1))
 
 
-def printed(*, off: bool = False) -> Iterator[PlainQuotient]:
+def printed_quotients(*, off: bool = False) -> Iterator[PlainQuotient]:
     """Yield the paper's approximants with printed coefficients; if `off`, a_1 is one more in its last digit."""
     for (m, n), (a, b) in TABLE.items():
         if m:
@@ -358,7 +358,8 @@ def _naive_table() -> ResultTable:
 def _formulas() -> ResultTable:
     at = [Fraction(text) for text in ("1e-2", "1e-4", "1e-8", "1e-16")]
     rows = tuple(
-        (q.name, *(f"{q.loss_error(v_star):.2e}" for v_star in at)) for q in (*printed(), *printed(off=True), *best())
+        (q.name, *(f"{q.loss_error(v_star):.2e}" for v_star in at))
+        for q in (*printed_quotients(), *printed_quotients(off=True), *best())
     )
     header = ("formula", *(f"v* = {float(v_star):g}" for v_star in at))
     return ResultTable("Relative error of 1 - N/D, evaluated exactly", header, rows)
@@ -381,7 +382,11 @@ def _charts(errors: ErrorsByWay, speeds: Sequence[float]) -> Iterator[Chart]:
                 curves.append(curve(way.kernel, [v for v, _ in shown], [e for _, e in shown]))
         yield Chart(f"Relative error of 1 - eps, type {form.name}", r"$v_\ast$", "relative error", tuple(curves))
     at = [Fraction(10) ** -k for k in range(1, 13)]
-    chosen = [q for q in (*printed(), *printed(off=True), *best()) if q.name.startswith(("Padé [3/6]", "best [3/7]"))]
+    chosen = [
+        q
+        for q in (*printed_quotients(), *printed_quotients(off=True), *best())
+        if q.name.startswith(("Padé [3/6]", "best [3/7]"))
+    ]
     curves = [curve(q.name, at, [q.loss_error(v_star) for v_star in at]) for q in chosen]
     yield Chart("1 - N/D, evaluated exactly", r"$v_\ast$", "relative error of 1 - eps", tuple(curves))
 
@@ -390,17 +395,16 @@ def _summary(here: Mapping[LossFunction, tuple[float, float]]) -> str:
     stated = {way: found for way, found in here.items() if not math.isnan(found[0])}
     worst = max(stated, key=lambda way: stated[way][1])
     error = float(naive_errors(DOUBLE, naive(DOUBLE)["full"], np.array([V_STAR]))[0])
-    off = list(printed(off=True))[-1]
+    off = list(printed_quotients(off=True))[-1]
     own = next(found[0] for way, found in here.items() if (way.kernel, way.form) == ("full", DOUBLE))
     return (
-        f"At v* = {V_STAR:g}, where 1 - eps = {float(truth(Fraction(V_STAR)).loss):.4g}, {len(stated)} functions of "
-        f"1 - eps or 1 - eps^2 state a bound; the nearest to it is {worst.kernel}, type {worst.form.name}, with "
-        f"{stated[worst][1]:.3f} of it. The kernel of full accuracy errs by {own:.1e}. The naive 1 - eps(v*) of a "
-        f"correctly rounded eps errs by {error:.1%} there, by {lost(DOUBLE).worst[-1]:.1%} for a neighbour in its "
-        "octave, and by 100% where 1 - eps < 2^-54. "
-        f"{off.name}, one more in the last printed digit, errs by a factor of {off.loss_error(Fraction(V_STAR)):.3g} "
-        "there even if it is evaluated exactly: 1 - eps ~ v*^2 needs a_1 = b_1, which the coefficients printed in the "
-        "paper have, and ours in both types."
+        f"At v* = {V_STAR:g}, where 1 - eps = {float(exact_losses(Fraction(V_STAR)).loss):.4g}, {len(stated)} "
+        f"functions of 1 - eps or 1 - eps^2 state a bound; the nearest to it is {worst.kernel}, type "
+        f"{worst.form.name}, with {stated[worst][1]:.3f} of it. The kernel of full accuracy errs by {own:.1e}. The "
+        f"naive 1 - eps(v*) of a correctly rounded eps errs by {error:.1%} there, by {lost(DOUBLE).worst[-1]:.1%} for "
+        f"a neighbour in its octave, and by 100% where 1 - eps < 2^-54. {off.name}, one more in the last printed "
+        f"digit, errs by a factor of {off.loss_error(Fraction(V_STAR)):.3g} there even if it is evaluated exactly: 1 "
+        "- eps ~ v*^2 needs a_1 = b_1, which the coefficients printed in the paper have, and ours in both types."
     )
 
 

@@ -238,7 +238,7 @@ class LostDigits:
     fraction_digits: int
 
 
-def measured(m: int) -> LostDigits:
+def lost_digits(m: int) -> LostDigits:
     """Measure everything for one m.
 
     Raises
@@ -386,7 +386,7 @@ def _run(thorough: bool) -> Outcome:
     losses, refused = [], []
     for m in THOROUGH if thorough else QUICK:
         try:
-            losses.append(measured(m))
+            losses.append(lost_digits(m))
         except DegenerateError:
             refused.append(m)
     few = [_fraction(h_k) for h_k in pade(EXACT_UP_TO, EXACT_UP_TO + 3, DIGITS).h]

@@ -59,10 +59,10 @@ class PrintedPade(NamedTuple):
 @lru_cache(maxsize=1)
 def approximants() -> tuple[PrintedPade, ...]:
     """Return all of the paper's table."""
-    return tuple(printed(pade(m, n, DIGITS), *rows) for (m, n), rows in paper.TABLE.items())
+    return tuple(printed_pade(pade(m, n, DIGITS), *rows) for (m, n), rows in paper.TABLE.items())
 
 
-def printed(full: Pade, a: Sequence[str], b: Sequence[str]) -> PrintedPade:
+def printed_pade(full: Pade, a: Sequence[str], b: Sequence[str]) -> PrintedPade:
     """Return an approximant with these decimals as its coefficients."""
     half_a, half_b = (
         tuple(Fraction(0) if exactly.is_exact() else _half_unit(text) for text, exactly in zip(row, own, strict=True))
@@ -212,7 +212,7 @@ def positive(given: PrintedPade) -> tuple[tuple[int, int], tuple[int, int]]:
 # --- the finding ------------------------------------------------------------------------------------------------------
 
 
-def speeds(a_decade: int) -> list[str]:
+def v_star_grid(a_decade: int) -> list[str]:
     """Return decimals, evenly spaced in their logarithms."""
     first, last = DECADES
     return [f"{10 ** (first + i / a_decade):.6g}" for i in range((last - first) * a_decade + 1)]
@@ -220,7 +220,7 @@ def speeds(a_decade: int) -> list[str]:
 
 def run(thorough: bool) -> Outcome:
     """Compare all four approximants over eleven decades of v*."""
-    grid = speeds(A_DECADE[thorough])
+    grid = v_star_grid(A_DECADE[thorough])
     found: dict[str, dict[str, PrintingErrors]] = {p.full.label: {} for p in approximants()}
     wanted = sorted({*grid, *TABLE_SPEEDS, *RANKED_SPEEDS}, key=float)
     for i in track(range(len(wanted)), "speeds"):
@@ -262,7 +262,7 @@ def _checks(found: dict[str, dict[str, PrintingErrors]], roots: Sequence[MovedRo
     )
 
 
-def crossing(v_star: Sequence[float], by_printing: Sequence[float], own: Sequence[float]) -> float:
+def equal_errors_at(v_star: Sequence[float], by_printing: Sequence[float], own: Sequence[float]) -> float:
     """Return the v* from which on the own error is the larger one, interpolated between points."""
     logs = [math.log(mine / its) for mine, its in zip(own, by_printing, strict=True)]
     i = max((i for i, log in enumerate(logs[:-1]) if log <= 0), default=-1)
@@ -274,7 +274,7 @@ def crossing(v_star: Sequence[float], by_printing: Sequence[float], own: Sequenc
 
 def _crossing(row: Mapping[str, PrintingErrors], grid: Sequence[str]) -> float:
     at = [row[v] for v in grid]
-    return crossing([float(v) for v in grid], [e.epsilon for e in at], [e.own_epsilon for e in at])
+    return equal_errors_at([float(v) for v in grid], [e.epsilon for e in at], [e.own_epsilon for e in at])
 
 
 def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], roots: Sequence[MovedRoot]) -> str:

@@ -156,7 +156,7 @@ class Arguments:
         return Arguments({key: x[:number] for key, x in self.arguments.items()})
 
 
-def points(number: int) -> Arguments:
+def arguments(number: int) -> Arguments:
     """Return so many arguments of each type."""
     generator = np.random.default_rng(SEED)
     return Arguments({(over, form): _arguments(over, form, number, generator) for over in OVER for form in TYPES})
@@ -325,7 +325,7 @@ def run_programs(
         wanted = [replace(target, builds=target.builds[:1]) for target in wanted if target.emulator != "wine"]
     headers = HEADERS if thorough else QUICK
     truth, claims = (
-        ReferenceValues(points(NUMBER[thorough])),
+        ReferenceValues(arguments(NUMBER[thorough])),
         million.stated_bounds({name: text_of(name) for name in HEADERS}),
     )
     found = []
@@ -383,7 +383,7 @@ def outcome(found: Sequence[HeaderRun]) -> Outcome:
     )
     if not ran:
         return Outcome(_NOT_RUN, (), (NOTHING,), checks)
-    return Outcome(_summary(ran), (_errors(here), _bits(ran)), _charts(ran), checks)
+    return Outcome(_summary(ran), (_error_table(here), _bits(ran)), _charts(ran), checks)
 
 
 def missing(one: HeaderRun) -> bool:
@@ -430,7 +430,7 @@ def _builds(found: Sequence[HeaderRun]) -> dict[str, list[HeaderRun]]:
     return builds
 
 
-def _errors(found: Sequence[HeaderRun]) -> ResultTable:
+def _error_table(found: Sequence[HeaderRun]) -> ResultTable:
     headers = list(dict.fromkeys(one.header for one in found))
     rows: list[tuple[Cell, ...]] = []
     for label, ones in _builds(found).items():

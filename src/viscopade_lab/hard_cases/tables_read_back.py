@@ -259,7 +259,7 @@ json.dump(outputs, sys.stdout)
 """
 
 
-def printed(commands: Sequence[Sequence[str]]) -> list[str]:
+def command_outputs(commands: Sequence[Sequence[str]]) -> list[str]:
     """Return what commands print, run one after the other in a process of their own."""
     run = subprocess.run(
         [sys.executable, "-c", _SCRIPT], input=json.dumps(commands), capture_output=True, text=True, check=True
@@ -276,7 +276,7 @@ def from_commands(thorough: bool) -> Iterator[ReadBack]:
         asked += [["pade", "3", "6", "--digits", "40"]]
         asked += [["coefficients", "--order", "160", "--digits", "100"]]
     styles = "csv", "latex", "json"
-    texts = iter(printed([[*words, "--format", style] for words in asked for style in styles]))
+    texts = iter(command_outputs([[*words, "--format", style] for words in asked for style in styles]))
     for words in asked:
         csv, latex, whole = (next(texts) for _ in styles)
         rows = read_csv(csv)

@@ -328,7 +328,7 @@ def _zero(polynomial: arb_poly, low: float, high: float) -> float:
     return low
 
 
-def near(place: float, step: int) -> list[float]:
+def approaching(place: float, step: int) -> list[float]:
     """Return doubles on both sides of a place, ever nearer: 2^-4, … to its neighbours."""
     distances = [2.0**-j for j in range(4, 53, step)]
     return [place * (1 + sign * d) for d in distances for sign in (-1, 1)]
@@ -345,11 +345,12 @@ def run(thorough: bool) -> Outcome:
     grid = np.geomspace(0.25, LAST, 240 if thorough else 90).tolist()
     every = [0.5, 0.9, given.radius, 1.2, LAST]
     coarse = [
-        sums(given, k, every + [v for z in zeros(given, k) for v in near(z, 6 if thorough else 12)])
+        sums(given, k, every + [v for z in zeros(given, k) for v in approaching(z, 6 if thorough else 12)])
         for k in range(1, given.order + 1)
     ]
     fine = [
-        sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in near(z, 2))]) for k in shown
+        sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in approaching(z, 2))])
+        for k in shown
     ]
     worst = _worst([*coarse, *fine])
     return Outcome(
@@ -529,7 +530,7 @@ def _leaving_chart(given: Truncations, left: Leaving) -> Chart:
 def _sums_chart(given: Truncations, order: int) -> Chart:
     """Show what is left of S_k ever nearer to its first zero."""
     zero = min(zeros(given, order))
-    found = sums(given, order, near(zero, 1))
+    found = sums(given, order, approaching(zero, 1))
     distance = abs(found.v_star / zero - 1)
     nearer = np.argsort(distance)
     curves = []

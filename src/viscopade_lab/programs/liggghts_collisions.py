@@ -16,9 +16,9 @@ from viscopade_lab.programs.two_spheres import (
     SPEED,
     STEPS,
     CollisionRow,
-    duration,
     run_program,
     setup,
+    steps_until_apart,
     time_step,
     validation,
 )
@@ -63,7 +63,7 @@ def collide(case: Setup, text: str, speed: float, steps: int) -> float:
         forwards=repr(speed / 2),
         backwards=repr(-speed / 2),
         step=repr(time_step(case, speed, steps)),
-        run=duration(case, speed, steps),
+        run=steps_until_apart(case, speed, steps),
     )
     return run(commands, text) / speed
 

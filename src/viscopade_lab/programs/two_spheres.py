@@ -83,7 +83,7 @@ def time_step(case: Setup, speed: float, steps: int) -> float:
     return case.contacts[0].pair.contact_time(speed) / steps
 
 
-def duration(case: Setup, speed: float, steps: int) -> int:
+def steps_until_apart(case: Setup, speed: float, steps: int) -> int:
     """Return a number of time steps after which the balls have parted, whatever the law."""
     return steps * math.ceil(3 + 2 / case.contacts[0].pair.epsilon(speed))
 

@@ -18,9 +18,9 @@ from viscopade_lab.programs.two_spheres import (
     SPEED,
     STEPS,
     CollisionRow,
-    duration,
     run_program,
     setup,
+    steps_until_apart,
     time_step,
     validation,
 )
@@ -69,7 +69,7 @@ def collide(case: Setup, text: str, law: Law, speed: float, steps: Sequence[int]
         "law": law,
         "speed": speed,
         "radius": case.bodies["ball"].radius,
-        "steps": [(time_step(case, speed, n), duration(case, speed, n)) for n in steps],
+        "steps": [(time_step(case, speed, n), steps_until_apart(case, speed, n)) for n in steps],
     }
     epsilon = case.contacts[0].pair.epsilon(case.contacts[0].typical)
     script = _SCRIPT.format().replace("case_en", f'{{("ball", "ball"): {epsilon!r}}}')

@@ -95,7 +95,7 @@ class RivalComparison:
         return statistics.median(errors or [math.nan]), statistics.median(b / a for a, b in self.seconds)
 
 
-def timed(run: Callable[[], Any]) -> tuple[Any, float]:
+def tried(run: Callable[[], Any]) -> tuple[Any, float]:
     """Return a result (None if there is none) and the seconds it took."""
     start = time.perf_counter()
     try:
@@ -128,7 +128,7 @@ def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, floa
         return 1 / target.epsilon(v) if relative else arb(1)
 
     problem = remez.Problem(m, n, target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
-    found, seconds = timed(lambda: remez.solve(problem))
+    found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
     return largest_error(approximant, v_max, relative), seconds
 
@@ -154,7 +154,7 @@ def against_baryrat() -> RivalComparison:
         result.skipped = "baryrat is not installed (pip install baryrat)"
         return result
     for (m, n), v_max in CASES:
-        found, seconds = timed(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
+        found, seconds = tried(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
         result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
     return result
 
@@ -171,7 +171,7 @@ def against_aaa() -> RivalComparison:
     for (m, n), v_max in DIAGONAL:
         v_star = v_max * (1 - np.cos(np.pi * np.arange(2001) / 2000)) / 2
         values = double.epsilon(v_star)
-        found, seconds = timed(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
+        found, seconds = tried(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
         poles = found.poles()
         if np.any((abs(poles.imag) < 1e-9) & (poles.real >= 0) & (poles.real <= v_max)):
             found = None
@@ -247,10 +247,10 @@ def against_sollya() -> tuple[RivalComparison, RivalComparison]:
         best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
         return best, machine
     for m, v_max in POLYNOMIALS:
-        fit, fitted = timed(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
+        fit, fitted = tried(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
-        ours, seconds = timed(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
+        ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
         as_floats = [Fraction(FLOAT.nearest(c)) for c in rounded]
         machine.add((ours.error, seconds), (_error(fit, as_floats), second))
     return best, machine
@@ -280,7 +280,7 @@ def _by_sollya(m: int, v_max: str) -> tuple[tuple[list[Fraction], float], tuple[
     found = {}
     for name, code in runs.items():
         output = f"for i from 0 to {m - 2} do print(coeff(p,i));" if name else ""
-        found[name] = timed(lambda code=code + output + "quit;": _sollya(code))  # type: ignore[misc]
+        found[name] = tried(lambda code=code + output + "quit;": _sollya(code))  # type: ignore[misc]
     start = found[""][1]
     (real, first), (rounded, second) = (found[name] for name in ("remez", "fpminimax"))
     return (real or [], max(first - start, 1e-3)), (rounded or [], max(second - start, 1e-3))

@@ -58,7 +58,7 @@ class FormRow(NamedTuple):
     method: str
 
 
-def points() -> FloatArray:
+def dense_v_star() -> FloatArray:
     """Return v* dense enough for rough fits on the half-line."""
     return half_line.sample("relative").y ** 3
 
@@ -79,7 +79,7 @@ def full(m: int, n: int) -> Powers:
 
 def powers_of_quotients() -> Iterator[FormRow]:
     """Eps = (N/D)^r."""
-    v_star = points()
+    v_star = dense_v_star()
     epsilon = double.epsilon(v_star)
     for r in (Fraction(1, 3), Fraction(2, 3), Fraction(5, 6), Fraction(10, 9), Fraction(5, 3), Fraction(10, 3)):
         more = int(Fraction(10, 3) / r)
@@ -91,7 +91,7 @@ def powers_of_quotients() -> Iterator[FormRow]:
 
 def odds() -> Iterator[FormRow]:
     """Eps = (1 + p c v*^2 (N/D)^r)^(-1/p)."""
-    v_star = points()
+    v_star = dense_v_star()
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
     cases = [("1", "1/3"), ("1", "2/3"), ("1", "4/3"), ("3/2", "1"), ("3/5", "1"), ("6/5", "1")]
     for p, r in ((Fraction(p), Fraction(r)) for p, r in cases):

@@ -19,7 +19,7 @@ PADE = "viscopade_pade.h"
 
 @pytest.fixture(scope="module")
 def given():
-    return compilers.points(False)
+    return compilers.reference_points(False)
 
 
 def one_build(monkeypatch, flags=("-O2",), rules="bits", headers=(PADE,)):
@@ -145,8 +145,8 @@ def test_flags_that_a_compiler_does_not_know_are_left_out():
 
 
 def test_what_is_proven_is_taken_from_the_record():
-    assert compilers.stated("epsilon", "pade_3_6", "float") == StatedError(
+    assert compilers.stated_error("epsilon", "pade_3_6", "float") == StatedError(
         ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064)), 1.4e-6, high=5.0
     )
     with pytest.raises(KeyError, match="nothing is recorded"):
-        compilers.stated("epsilon", "no_such_kernel", "double")
+        compilers.stated_error("epsilon", "no_such_kernel", "double")

@@ -143,8 +143,8 @@ def test_halves_are_of_the_last_digit_printed():
 
 def test_crossing_of_two_power_laws():
     v = [0.01, 0.1, 1.0, 10.0]
-    assert case.crossing(v, [1e-3] * 4, [x**2 for x in v]) == near(1e-3**0.5, rel=1e-12)
-    assert case.crossing(v, [1e-9] * 4, v) == v[0]
+    assert case.equal_errors_at(v, [1e-3] * 4, [x**2 for x in v]) == near(1e-3**0.5, rel=1e-12)
+    assert case.equal_errors_at(v, [1e-9] * 4, v) == v[0]
 
 
 # --- checks that fail -------------------------------------------------------------------------------------------------

@@ -126,7 +126,7 @@ def test_every_header_states_its_functions_and_every_argument_of_the_speed_is_ju
     claims = million.stated_bounds({name: compilers.header(name) for name in HEADERS})
     assert set(claims) == set(HEADERS)
     assert all(claims.values())
-    truth = processors.ReferenceValues(processors.points(300))
+    truth = processors.ReferenceValues(processors.arguments(300))
     for name in HEADERS:
         for claim in claims[name]:
             limits = truth.limits(claim)
@@ -136,7 +136,7 @@ def test_every_header_states_its_functions_and_every_argument_of_the_speed_is_ju
 
 
 def test_arguments_are_of_all_sizes_and_at_ends_of_rows():
-    given = processors.points(40_000)
+    given = processors.arguments(40_000)
     for (over, form), x in given.arguments.items():
         tiny = np.finfo(TYPES[form]).tiny
         assert (x.dtype, len(x)) == (TYPES[form], 40_000)

@@ -347,7 +347,7 @@ def test_a_header_that_computes_something_else_is_seen(old, new):
     assert old in header
     good, bad = (compiled_text.compiled(text)["epsilon_pade_3_6"] for text in (header, header.replace(old, new)))
     reference = compiled_text.python(request.render("python"))["epsilon_pade_3_6"]
-    x = compiled_text.speeds(np.random.default_rng(1), 500, DOUBLE)
+    x = compiled_text.v_star_samples(np.random.default_rng(1), 500, DOUBLE)
     assert compiled_text.same(good, reference, x) == (len(x), 0)
     assert compiled_text.same(bad, reference, x)[1] > 0
 
