@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from viscopade_lab.figures.cooling import FIGURES
+from viscopade_lab.figures.registry import FIGURES
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

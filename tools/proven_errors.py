@@ -22,13 +22,13 @@ from viscopade.kernels.names import FAST, TIERS
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.v_star import of_v_star
-from viscopade_lab.proven import COLUMNS, Number
+from viscopade_lab.proven import COLUMNS, ProvenNumber
 
 COMMAND = "python -m tools.proven_errors > src/viscopade_lab/data/proven.csv"
 _UNIT = Fraction(1, 1 << DOUBLE.precision)
 
 
-def computed() -> Iterator[Number]:
+def computed() -> Iterator[ProvenNumber]:
     """Prove everything anew."""
     for quotient in [*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()]:
         yield from _of_quotient(quotient)
@@ -40,39 +40,43 @@ def computed() -> Iterator[Number]:
         yield from _of_speed(speed_kernel(tier, FAST))
 
 
-def _of_quotient(kernel: Quotient) -> Iterator[Number]:
+def _of_quotient(kernel: Quotient) -> Iterator[ProvenNumber]:
     if isinstance(kernel, PadeKernel):
         for form, rounding in kernel.rounding:
             for bound in kernel.bounds:
-                yield Number(kernel.name, form, "formula", below(bound.high or Fraction(0)), bound.bound)
-            yield Number(kernel.name, form, "rounding of epsilon", "", rounding)
+                yield ProvenNumber(kernel.name, form, "formula", below(bound.high or Fraction(0)), bound.bound)
+            yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", rounding)
     if isinstance(kernel, MinimaxKernel):
         for variant in kernel.variants:
             form, proof, slope = variant.form.name, variant.certificate, variant.derivative
-            yield Number(kernel.name, form, "formula", below(proof.high or Fraction(0)), proof.bound)
-            yield Number(kernel.name, form, "rounding of epsilon", "", variant.rounding)
+            yield ProvenNumber(kernel.name, form, "formula", below(proof.high or Fraction(0)), proof.bound)
+            yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", variant.rounding)
             if slope is not None:
-                yield Number(kernel.name, form, "derivative", "", slope.certificate.bound)
-                yield Number(kernel.name, form, "rounding of derivative", "", slope.rounding)
+                yield ProvenNumber(kernel.name, form, "derivative", "", slope.certificate.bound)
+                yield ProvenNumber(kernel.name, form, "rounding of derivative", "", slope.rounding)
 
 
-def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[Number]:
+def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[ProvenNumber]:
     for variant in kernel.variants:
-        yield Number(kernel.name, variant.form.name, "formula", "", variant.certificate.bound)
+        yield ProvenNumber(kernel.name, variant.form.name, "formula", "", variant.certificate.bound)
         for function in kernel.checked:
-            yield Number(kernel.name, variant.form.name, f"rounding of {function}", "", variant.rounding(function))
+            yield ProvenNumber(
+                kernel.name, variant.form.name, f"rounding of {function}", "", variant.rounding(function)
+            )
         if isinstance(kernel, HalfLineKernel):
             underflow = max((size.underflow for _, size in variant.sizes), key=Fraction)
-            yield Number(kernel.name, variant.form.name, "underflow", "", underflow)
+            yield ProvenNumber(kernel.name, variant.form.name, "underflow", "", underflow)
 
 
-def _of_full() -> Iterator[Number]:
+def _of_full() -> Iterator[ProvenNumber]:
     for form in FORMATS:
         proofs = {function: last_place.certificate(form, function) for function in last_place.FUNCTIONS}
         for function, proof in proofs.items():
-            yield Number("full", form, f"ulps of {function}", "", _shown(proof["maximum"]))
+            yield ProvenNumber("full", form, f"ulps of {function}", "", _shown(proof["maximum"]))
         if form == DOUBLE.name:
-            yield Number("full", form, "underflow", "", _shown(max(proof["underflow"] for proof in proofs.values())))
+            yield ProvenNumber(
+                "full", form, "underflow", "", _shown(max(proof["underflow"] for proof in proofs.values()))
+            )
 
 
 def _shown(ulps: float) -> str:
@@ -81,25 +85,25 @@ def _shown(ulps: float) -> str:
     return below(Fraction(1, 2) + more)
 
 
-def _of_speed(kernel: SpeedKernel) -> Iterator[Number]:
+def _of_speed(kernel: SpeedKernel) -> Iterator[ProvenNumber]:
     table, name = kernel.table, kernel.name
     double = DOUBLE.name
     for quantity, exponent in (("low", table.first), ("high", table.first + OCTAVES)):
-        yield Number(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
+        yield ProvenNumber(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
     if isinstance(table, LastPlaceTable):
         bounds = table.proven
         worst = max(Fraction(last_place.certificate(double, of)["maximum"]) for of in last_place.FUNCTIONS)
-        yield Number(name, double, "ulps", "", at_most(bounds.ulp))
-        yield Number(name, double, "ulps of w", "", at_most(ulp_of_w()))
-        yield Number(name, double, "ulps elsewhere", "", at_most(worst + of_v_star() / _UNIT))
-        yield Number(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
-        yield Number(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
+        yield ProvenNumber(name, double, "ulps", "", at_most(bounds.ulp))
+        yield ProvenNumber(name, double, "ulps of w", "", at_most(ulp_of_w()))
+        yield ProvenNumber(name, double, "ulps elsewhere", "", at_most(worst + of_v_star() / _UNIT))
+        yield ProvenNumber(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
+        yield ProvenNumber(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
         return
-    yield Number(name, double, "elsewhere", "", "full" if kernel.slow is None else kernel.slow.name)
-    yield Number(name, double, "of v*", "", at_most(of_v_star()))
+    yield ProvenNumber(name, double, "elsewhere", "", "full" if kernel.slow is None else kernel.slow.name)
+    yield ProvenNumber(name, double, "of v*", "", at_most(of_v_star()))
     for form in kernel.formats:
-        yield Number(name, form.name, "formula", "", at_most(table.proven.error))
-        yield Number(name, form.name, "rounding", "", at_most(rounding_of(table, form), 2))
+        yield ProvenNumber(name, form.name, "formula", "", at_most(table.proven.error))
+        yield ProvenNumber(name, form.name, "rounding", "", at_most(rounding_of(table, form), 2))
 
 
 def main() -> None:

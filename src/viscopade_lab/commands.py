@@ -11,16 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import (
-    STYLE,
-    Real,
-    Whole,
-    need,
-    read_file,
-    say,
-    show,
-    terminal_width,
-)
+from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show, terminal_width
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade_lab import figures, report
 
@@ -32,9 +23,9 @@ if TYPE_CHECKING:
 @click.option("--only", "names", multiple=True, help="Name of a statement; repeat for more. Default: all.")
 @STYLE
 def claims(names: tuple[str, ...], style: str) -> None:
-    """Check the paper's statements and print the evidence.
+    """Check the statements of the paper, and print verdict and evidence.
 
-    Each statement that can be checked gets a verdict.
+    A statement holds, holds with a limit, or does not hold.
     """
     from viscopade_lab.claims import UNCHECKED, check
 
@@ -69,10 +60,10 @@ def claims(names: tuple[str, ...], style: str) -> None:
 )  # fmt: skip
 def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
     """Draw the paper's figures, and further ones."""
-    from viscopade_lab.figures import cooling, paper
+    from viscopade_lab.figures import registry
 
     need("matplotlib", "figures")
-    pictures = paper.render(names or list(cooling.FIGURES), formats)
+    pictures = registry.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
 
@@ -82,7 +73,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.option(
     "--memory-elements",
     type=Whole("memory elements", 1 << 10, 1 << 28),
-    help="Length of the arrays, which shall not fit into the cache.  [default: 8388608]",
+    help="Length of the arrays; take it larger than the cache.  [default: 8388608]",
 )
 @click.option(
     "--beta",
@@ -104,9 +95,9 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
 @click.option(
     "--cuda",
     type=Real("cuda"),
-    help="Time of the CUDA kernel over the time of a copy on the device, measured elsewhere, for the table of targets.",
+    help="Time of the CUDA kernel divided by the time of a copy on the device, measured elsewhere.",
 )
-@click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run, whose times mean nothing.")
+@click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
 @click.option("--out", type=click.Path(path_type=Path), help="File to write the result to, as JSON.")
 @STYLE
 def bench_command(
@@ -173,7 +164,9 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
 
 @click.command("hardcases")
 @click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
-@click.option("--thorough", is_flag=True, help="Run more points, orders and inputs: half an hour instead of a minute.")
+@click.option(
+    "--thorough", is_flag=True, help="Run more points, orders and inputs: half an hour instead of some minutes."
+)
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Directory to write the page, its figures and its numbers to."
 )
@@ -188,7 +181,7 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
 def hardcases_command(
     context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
 ) -> None:
-    """Try to break every part of viscopade; print the results.
+    """Test every part of viscopade at its numerically hardest inputs.
 
     The exit status is 1 if a check does not hold.
     """

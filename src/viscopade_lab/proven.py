@@ -37,7 +37,7 @@ from typing import NamedTuple, cast
 DATA = "data/proven.csv"
 
 
-class Number(NamedTuple):
+class ProvenNumber(NamedTuple):
     """A line of the record."""
 
     kernel: str
@@ -47,7 +47,7 @@ class Number(NamedTuple):
     value: str
 
 
-COLUMNS = Number._fields
+COLUMNS = ProvenNumber._fields
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Proven:
     """What is proven of a kernel in a type; an instance without numbers is false."""
 
     kernel: str
-    numbers: tuple[Number, ...]
+    numbers: tuple[ProvenNumber, ...]
 
     def __bool__(self) -> bool:
         return bool(self.numbers)
@@ -82,13 +82,13 @@ class Proven:
 
 
 @lru_cache(maxsize=1)
-def recorded() -> tuple[Number, ...]:
+def recorded() -> tuple[ProvenNumber, ...]:
     """Return all of the record."""
     text = cast(bytes, pkgutil.get_data(__name__, DATA)).decode()
     rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
     if tuple(next(rows)) != COLUMNS:
         raise OSError(f"{DATA} has not the columns {', '.join(COLUMNS)}")
-    return tuple(Number(*row) for row in rows)
+    return tuple(ProvenNumber(*row) for row in rows)
 
 
 def of(kernel: str, form: str) -> Proven:

@@ -99,7 +99,7 @@ def truth(function, v_star):
         return loss if function == "one_minus_epsilon" else 1 - loss
     if function == "one_minus_epsilon":
         return 1 - truth("epsilon", v_star)
-    return power_law(v_star) if v_star > 2.0**22 else exhaustive.truth("epsilon", v_star, 35)
+    return power_law(v_star) if v_star > 2.0**22 else exhaustive.exact_value("epsilon", v_star, 35)
 
 
 def power_law(v_star):

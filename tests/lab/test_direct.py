@@ -1,15 +1,17 @@
 """The direct integration of the collision: against itself, the proven series, limits in closed form, and rivals."""
 
+import math
 from fractions import Fraction
 from functools import cache
 from itertools import starmap
 
+import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.theory.series import lambda_coefficients, series
-from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon, scipy_epsilon
+from viscopade_lab.studies.direct import LARGEST_FOR_POSITION, Direct, collide, odefun_epsilon
 
 QUANTITIES = ("epsilon", "one_minus_epsilon", "x_max", "tau_c", "x_c")
 V_STARS = ("1e-6", "1e-3", "0.3", "1", "3", "30", "1e4")
@@ -130,6 +132,25 @@ def test_the_older_end_is_later_and_slower(v_star: str):
 
 
 # --- against the rivals ---------------------------------------------------------------------------------------------
+
+
+def scipy_epsilon(v_star: float) -> float:
+    """Return epsilon from SciPy's DOP853 on (x, x') with an event, in double precision."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+
+    kappa = v_star * v_star
+
+    def motion(_: float, y: tuple[float, float]) -> tuple[float, float]:
+        x, v = y
+        return v, -math.sqrt(max(x, 0.0)) * (x + kappa * v)
+
+    def force(_: float, y: tuple[float, float]) -> float:
+        x, v = y
+        return x + kappa * v
+
+    force.terminal, force.direction = True, -1
+    solution = solve_ivp(motion, (0, 10), (0.0, 1.0), method="DOP853", rtol=1e-13, atol=1e-16, events=force)
+    return float(-np.asarray(solution.y_events[0])[0, 1])
 
 
 @pytest.mark.parametrize("v_star", [0.01, 0.1, 1.0, 3.0, 30.0])

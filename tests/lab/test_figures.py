@@ -23,9 +23,10 @@ from viscopade.generated import MARKER, marker_line
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
-from viscopade_lab.figures import paper
-from viscopade_lab.figures.cooling import FIGURES
-from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, FORMATS, MAX_M, content, drawn, render
+from viscopade_lab import figures
+from viscopade_lab.figures import FORMATS, paper
+from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, MAX_M
+from viscopade_lab.figures.registry import FIGURES, content, drawn, render
 
 DIGITS = 25
 NAMES = list(FIGURES)
@@ -90,6 +91,10 @@ def of_ice(speed):
 
 
 # --- which figures ----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_names_every_figure():
+    assert list(figures.NAMES) == NAMES
 
 
 def test_the_papers_figures_are_there_in_its_order_each_with_a_companion():
@@ -484,7 +489,8 @@ def test_svg_has_every_curve_once_and_the_labels_of_the_axes(files, sheets, name
 
 CODE = f"""
 import hashlib, sys
-from viscopade_lab.figures.paper import FORMATS, render
+from viscopade_lab.figures import FORMATS
+from viscopade_lab.figures.registry import render
 assert "matplotlib" not in sys.modules
 files = render(["{NAME}"], FORMATS)
 assert "matplotlib.pyplot" not in sys.modules

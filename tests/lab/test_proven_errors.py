@@ -10,7 +10,7 @@ import pytest
 from tools import proven_errors
 from viscopade.kernels import requests
 from viscopade_lab import proven
-from viscopade_lab.proven import Number, recorded
+from viscopade_lab.proven import ProvenNumber, recorded
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 HEADERS = [name for name in requests.NAMES if name.endswith(".h")]
@@ -93,4 +93,4 @@ def test_the_record_is_what_the_kernels_hold():
 def test_a_cheap_part_of_the_record_is_made_again():
     made = [n for kernel in requests.PAPER.quotients() for n in proven_errors._of_quotient(kernel)]
     assert made == [n for n in recorded() if n.kernel.startswith("pade")]
-    assert all(isinstance(n, Number) for n in made)
+    assert all(isinstance(n, ProvenNumber) for n in made)

@@ -27,7 +27,7 @@ from viscopade_lab.bench import result as result_module
 from viscopade_lab.bench.contender import MEASURES
 from viscopade_lab.bench.result import Result, Timing
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
-from viscopade_lab.report import choice, page, picture
+from viscopade_lab.report import choice, labels, page, picture
 from viscopade_lab.report import render as report
 from viscopade_lab.report.choice import Point, choices, frontier, panel, panels
 from viscopade_lab.report.labels import Box, place, shortened
@@ -472,6 +472,23 @@ def test_every_point_has_a_label_and_nothing_overlaps(data, kind, layout):
             assert not box.overlaps(mark), (texts[f"label-{key}"], texts[f"label-{other}"])
     width, height = sheet.get_size_inches() * sheet.dpi
     assert all(b.left >= 0 and b.right <= width and b.bottom >= 0 and b.top <= height for b in everything)
+
+
+@pytest.mark.parametrize("form", ["double", "float"])
+def test_no_label_of_the_published_picture_lies_on_a_line(form, monkeypatch):
+    touched = []
+
+    def watched(points, sizes, frame, *, lines, **options):
+        found = labels.place(points, sizes, frame, lines=lines, **options)
+        ends = np.array([[*start, *end] for start, end in lines])
+        corners = [np.array([[b.left, b.bottom, b.right, b.top]]) for b in found]
+        touched.extend(bool(labels._through(ends, corner).any()) for corner in corners)
+        return found
+
+    monkeypatch.setattr(picture, "place", watched)
+    with drawn_panels(panels(Result.from_text(COMMITTED.read_text(), "result.json"), form), WIDE):
+        assert touched
+        assert not any(touched)
 
 
 def drawn(data, form="double", layout=WIDE):

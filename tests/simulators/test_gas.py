@@ -324,7 +324,7 @@ def test_the_kernel_of_the_figure_is_that_of_the_header(tmp_path):
     def compiled(speed):
         return functions("array", "restitution", header("1e-3"), speed, np.array(BETA))
 
-    given = cooling.kernel("1e-3")
+    given = cooling.kernel_restitution("1e-3")
     speeds = np.geomspace(1e-35, 1e35, 100001)
     assert given(speeds) == pytest.approx(compiled(speeds), rel=1e-12, abs=0)
     one, other = (gas.cool(f, particles=500, time=3.0) for f in (given, compiled))
@@ -334,7 +334,7 @@ def test_the_kernel_of_the_figure_is_that_of_the_header(tmp_path):
 def test_errors_of_the_kernel_are_what_it_promises():
     speeds = np.geomspace(1e-12, 10, 100001)
     star = v_star(speeds, BETA)
-    error = np.abs(cooling.kernel("1e-3")(speeds) - vp.epsilon(star))
+    error = np.abs(cooling.kernel_restitution("1e-3")(speeds) - vp.epsilon(star))
     assert np.max(error / np.minimum(vp.epsilon(star), vp.one_minus_epsilon(star))) < 4.1e-4
 
 
@@ -361,7 +361,7 @@ def test_figure_simulated_temperatures_lie_on_the_curves(sheet, name):
     x, y = line(sheet, name)
     at, simulated = line(sheet, f"simulated-{name}")
     assert simulated == pytest.approx(np.exp(np.interp(np.log(at), np.log(x), np.log(y))), rel=0.2, abs=0)
-    restitution = {"exact": exact, "constant": cooling.constant()}[name]
+    restitution = {"exact": exact, "constant": cooling.constant_restitution()}[name]
     assert y == pytest.approx(gas.maxwellian(restitution, x), rel=1e-6, abs=0)
 
 

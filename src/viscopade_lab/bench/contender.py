@@ -13,14 +13,14 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.toolchain import Library
 
 Group = Literal["ours", "rival", "limit"]
-Measure = Literal["latency", "throughput", "cache", "memory"]
+TimingMeasure = Literal["latency", "throughput", "cache", "memory"]
 Beta = Literal["one", "pair", "each"]
 ProvenOf = Literal["speed", "v_star"]
 GROUPS: tuple[Group, ...] = get_args(Group)
-MEASURES: tuple[Measure, ...] = get_args(Measure)
+MEASURES: tuple[TimingMeasure, ...] = get_args(TimingMeasure)
 PROVEN_OF: tuple[ProvenOf, ...] = get_args(ProvenOf)
-SCALAR: tuple[Measure, ...] = ("latency", "throughput")
-ARRAY: tuple[Measure, ...] = ("cache", "memory")
+SCALAR: tuple[TimingMeasure, ...] = ("latency", "throughput")
+ARRAY: tuple[TimingMeasure, ...] = ("cache", "memory")
 
 Expected = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -55,7 +55,7 @@ class Contender:
     beta : "one", "pair" or "each"
         What the array function takes.
     formats : tuple of Format
-    measures : tuple of Measure
+    measures : tuple of TimingMeasure
     bound : float
         Tolerance of the check, relative to the smaller of eps and 1 - eps.
     slack : float
@@ -89,7 +89,7 @@ class Contender:
     takes_root: bool = False
     beta: Beta = "one"
     formats: tuple[Format, ...] = (DOUBLE, FLOAT)
-    measures: tuple[Measure, ...] = MEASURES
+    measures: tuple[TimingMeasure, ...] = MEASURES
     bound: float = 0.0
     slack: float = 100.0
     floor: float = 1.0
@@ -105,19 +105,19 @@ class Contender:
         if self.python is None and not self.scalar and (not self.array or set(self.measures) & set(SCALAR)):
             raise ValueError(f"{self.id}: a contender needs a C function for each of its measures")
 
-    def built_in(self, measure: Measure) -> Library:
+    def built_in(self, measure: TimingMeasure) -> Library:
         """Return which of the libraries, built with different flags, holds the function of a measure."""
         if measure in SCALAR:
             return "scalar"
         return "vector" if self.fast_math else "array"
 
-    def function(self, measure: Measure, form: Format) -> str:
+    def function(self, measure: TimingMeasure, form: Format) -> str:
         """Return the name of the function that runs the loop; cache and memory share one."""
         kind = measure if measure in SCALAR else "array"
         name = "".join(character if character.isalnum() else "_" for character in self.id)
         return f"bench_{kind}_{name}_{form.name}"
 
-    def loop(self, measure: Measure, form: Format) -> str:
+    def loop(self, measure: TimingMeasure, form: Format) -> str:
         """Return the line of C that defines that function."""
         scalar, array = (name and name + form.suffix for name in (self.scalar, self.array))
         prepare = f"sqrt{form.suffix}" if self.takes_root else "BENCH_AS_IT_IS"

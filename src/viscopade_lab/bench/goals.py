@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from viscopade.scene.cost import PADE
-from viscopade_lab.bench.contender import Measure
+from viscopade_lab.bench.contender import TimingMeasure
 from viscopade_lab.bench.ours import tier_id
 from viscopade_lab.bench.result import Goal, Key
 from viscopade_lab.bench.rivals import COPY
@@ -17,7 +17,7 @@ from viscopade_lab.bench.times import Times, ratio
 Sense = Literal["times faster", "times the time"]
 
 _MAIN: Distribution = "log-uniform"
-_FASTER: tuple[tuple[Measure, float], ...] = (("throughput", 8.0), ("latency", 3.0))
+_FASTER: tuple[tuple[TimingMeasure, float], ...] = (("throughput", 8.0), ("latency", 3.0))
 _OF_COPY = {"1e-5": 1.25, "1e-7": 1.6, "1e-10": 2.5}
 _OF_C, _OF_DEVICE_COPY = 1.2, 1.1
 
@@ -54,7 +54,7 @@ def judged(times: Times, elements: int, restitution: float | None, cuda: float |
     yield _given(what, cuda, _OF_DEVICE_COPY, f"{NOT_MEASURED}: no GPU" if cuda is None else "measured elsewhere")
 
 
-def _goal(times: Times, what: str, tier: str, measure: Measure, other: str, sense: Sense, limit: float) -> Goal:
+def _goal(times: Times, what: str, tier: str, measure: TimingMeasure, other: str, sense: Sense, limit: float) -> Goal:
     """Return a goal on the log-uniform speeds; the note says how it is on the others."""
     found = {speeds: _ratio(times, tier_id(tier), other, speeds, measure, sense) for speeds in DISTRIBUTIONS}
     value = found[_MAIN]
@@ -67,7 +67,9 @@ def _goal(times: Times, what: str, tier: str, measure: Measure, other: str, sens
     return Goal(what, words, value, reached, f"{_MAIN} speeds; " + ", ".join(others))
 
 
-def _ratio(times: Times, ident: str, other: str, speeds: Distribution, measure: Measure, sense: Sense) -> float | None:
+def _ratio(
+    times: Times, ident: str, other: str, speeds: Distribution, measure: TimingMeasure, sense: Sense
+) -> float | None:
     if sense == "times faster":
         return ratio(times, Key(other, "double", speeds, measure), ident)
     return ratio(times, Key(ident, "double", speeds, measure), other)

@@ -18,7 +18,7 @@ from viscopade.collision import spheres
 from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.progress import track
-from viscopade_lab.bench.contender import DTYPE, Contender, Measure
+from viscopade_lab.bench.contender import DTYPE, Contender, TimingMeasure
 from viscopade_lab.bench.result import ErrorCurve, Key
 from viscopade_lab.bench.sources import frame, unit
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution, SpeedRange
@@ -73,7 +73,7 @@ class ArraySizes:
     duration: float = 2e6
     sampled: int = 1 << 17
 
-    def of(self, measure: Measure) -> int:
+    def of(self, measure: TimingMeasure) -> int:
         """Return the elements of a measure."""
         return {"memory": self.memory, "cache": self.cache}.get(measure, self.scalar)
 
@@ -146,7 +146,13 @@ class Harness:
         self._beta_of_each = {kind: values[self._pair] for kind, values in self._beta_of_pairs.items()}
 
     def run(
-        self, contender: Contender, form: Format, speeds: Distribution, measure: Measure, elements: int, passes: int = 1
+        self,
+        contender: Contender,
+        form: Format,
+        speeds: Distribution,
+        measure: TimingMeasure,
+        elements: int,
+        passes: int = 1,
     ) -> float:
         """Run a contender; return the nanoseconds it took. The results are then in `results`."""
         if contender.python is not None:
@@ -168,7 +174,7 @@ class Harness:
         )
         return self._function(contender, measure, form)(ctypes.byref(work))
 
-    def _function(self, contender: Contender, measure: Measure, form: Format) -> Callable[[object], float]:
+    def _function(self, contender: Contender, measure: TimingMeasure, form: Format) -> Callable[[object], float]:
         place = contender.built_in(measure), contender.function(measure, form)
         if place not in self._functions:
             function = self._libraries[place[0]][place[1]]
@@ -270,7 +276,7 @@ class Harness:
             for measure in contender.measures
         ]
 
-    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: Measure) -> Task:
+    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: TimingMeasure) -> Task:
         probe = min(contender.most, _PROBE)
         self.run(contender, form, speeds, measure, probe)
         each = self.run(contender, form, speeds, measure, probe) / probe
@@ -312,9 +318,9 @@ def _blocks(tasks: Sequence[Task]) -> Iterator[Iterator[Task]]:
     return (group for _, group in groupby(sorted(tasks, key=block), block))
 
 
-def _different(measures: Sequence[Measure]) -> list[Measure]:
+def _different(measures: Sequence[TimingMeasure]) -> list[TimingMeasure]:
     """Return one measure for each function with results of its own."""
-    one_of_each: tuple[Measure, ...] = ("throughput", "cache")
+    one_of_each: tuple[TimingMeasure, ...] = ("throughput", "cache")
     chosen = [measure for measure in one_of_each if measure in measures]
     return chosen or list(measures)
 

@@ -12,7 +12,7 @@ from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
 from viscopade.kernels.v_star import of_v_star as of_rounded_v_star
 from viscopade.records import Node
-from viscopade_lab.bench.contender import GROUPS, MEASURES, PROVEN_OF, Group, Measure, ProvenOf
+from viscopade_lab.bench.contender import GROUPS, MEASURES, PROVEN_OF, Group, ProvenOf, TimingMeasure
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution, SpeedRange
 
 CALL: Literal["call"] = "call"
@@ -28,7 +28,7 @@ class Key(NamedTuple):
     id: str
     format: str
     speeds: Distribution
-    measure: Measure | Literal["call"]
+    measure: TimingMeasure | Literal["call"]
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Timing:
     group: Group
     format: str
     speeds: Distribution
-    measure: Measure
+    measure: TimingMeasure
     min: float
     median: float
     spread: float

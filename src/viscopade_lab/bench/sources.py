@@ -28,9 +28,5 @@ def unit(contender: Contender, library: Library) -> str:
     if not loops:
         return ""
     return render(
-        "unit.c.jinja",
-        marker=marker_line(COMMAND),
-        headers=contender.headers,
-        source=contender.source,
-        loops=loops,
+        "unit.c.jinja", marker=marker_line(COMMAND), headers=contender.headers, source=contender.source, loops=loops
     )

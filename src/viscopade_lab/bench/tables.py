@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FORMATS
-from viscopade_lab.bench.contender import MEASURES, Measure
+from viscopade_lab.bench.contender import MEASURES, TimingMeasure
 from viscopade_lab.bench.result import Error, Goal, Key, Result, Timing
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution
 
@@ -27,7 +27,7 @@ HEADER = (
 )
 
 _NONE = "–"
-_COLUMNS: dict[Measure, str] = {
+_COLUMNS: dict[TimingMeasure, str] = {
     "latency": "latency",
     "throughput": "throughput",
     "cache": "array in cache",

@@ -14,7 +14,7 @@ from viscopade.collision.exact import collision
 from viscopade.collision.panel_proof import asymptotic_factor, tail
 from viscopade.theory.paper import TABLE
 from viscopade_lab.claims.approximants import approximant, curve, slope
-from viscopade_lab.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
+from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 
 PRINTED_EXPONENT = -3.2
 TRUE_EXPONENT = -10 / 3  # elastic against viscous force, section 2.5
@@ -29,6 +29,7 @@ SPEEDS = (2.0, 5.0, 10.0, 100.0, 1000.0)
 FITTED = (2.0, 20.0)
 
 
+@claim("asymptotic-law", "eq:asymp", "eps tends to v*^-3.2 for v* to infinity")
 def _asymptotic_law() -> Evidence:
     slopes = {v: slope(v) for v in (*SPEEDS, FAR)}
     law = {v: v**PRINTED_EXPONENT / float(collision(v, 20).epsilon) - 1 for v in (*SPEEDS, FAR)}
@@ -78,6 +79,9 @@ def _proven_limit() -> tuple[float, dict[float, float]]:
     return float(scaled.mid()), distance
 
 
+@claim(
+    "dotted-line", "fig:tryingDifferentPade", "the numerical solution for large v* shows the behaviour eps = v*^-3.2"
+)
 def _dotted_line() -> Evidence:
     v, epsilon, _ = curve()
     close = abs(v**PRINTED_EXPONENT / epsilon - 1) < LINE_WIDTH
@@ -93,6 +97,11 @@ def _dotted_line() -> Evidence:
     return Evidence(verdict(reaches_far, unbroken and decades > 0.5), summary, numbers, "sampled")
 
 
+@claim(
+    "exponent-about-3",
+    "text after eq:padeDef",
+    "eps behaves like a power of v* of about -3, so [m/m+3] is the family to take",
+)
 def _exponent_about_3() -> Evidence:
     exponent = slope(FAR)
     nearest = round(exponent)
@@ -105,6 +114,7 @@ def _exponent_about_3() -> Evidence:
     return Evidence(verdict(abs(growth) < EXPONENT_TOLERANCE, nearest == -3), summary, numbers, "sampled")
 
 
+@claim("pade-power", "text after eq:padeDef", "[m/n] behaves like v*^(m-n) for large v*")
 def _pade_power() -> Evidence:
     powers, ratios = {}, {}
     for m, n in TABLE:
@@ -159,19 +169,4 @@ def _keyed(values: dict[float, float]) -> dict[str, float]:
     return {f"{v:g}": value for v, value in values.items()}
 
 
-CLAIMS = (
-    Claim("asymptotic-law", "eq:asymp", "eps tends to v*^-3.2 for v* to infinity", _asymptotic_law),
-    Claim(
-        "dotted-line",
-        "fig:tryingDifferentPade",
-        "the numerical solution for large v* shows the behaviour eps = v*^-3.2",
-        _dotted_line,
-    ),
-    Claim(
-        "exponent-about-3",
-        "text after eq:padeDef",
-        "eps behaves like a power of v* of about -3, so [m/m+3] is the family to take",
-        _exponent_about_3,
-    ),
-    Claim("pade-power", "text after eq:padeDef", "[m/n] behaves like v*^(m-n) for large v*", _pade_power),
-)
+CLAIMS: tuple[Claim, ...] = (_asymptotic_law, _dotted_line, _exponent_about_3, _pade_power)

@@ -58,6 +58,11 @@ class Claim:
     check: Callable[[], Evidence]
 
 
+def claim(name: str, place: str, statement: str) -> Callable[[Callable[[], Evidence]], Claim]:
+    """Return a decorator that makes a claim of the function that checks it."""
+    return lambda check: Claim(name, place, statement, check)
+
+
 @dataclass(frozen=True)
 class CheckedClaim:
     """A claim with its evidence."""

@@ -28,7 +28,7 @@ from viscopade_lab.claims.approximants import (
     proven_error,
     values,
 )
-from viscopade_lab.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
+from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 
 # An approximant whose eps is off by more than this is no longer "suitable".
 SUITABLE = 0.1
@@ -49,6 +49,7 @@ SIGNIFICANT = 10.0
 ROUNDING = 4e-15
 
 
+@claim("table-entries", "tab:padeCoeffs", "the coefficients a_i, b_i of [0/3], [1/4], [2/5] and [3/6]")
 def _table_entries() -> Evidence:
     entries = compare(approximants(PADE_DIGITS))
     wrong = [f"[{e.m}/{e.n}] {e.name}" for e in entries if not e.agrees]
@@ -61,6 +62,7 @@ def _table_entries() -> Evidence:
     return Evidence(verdict(not wrong), summary, numbers, "proven")
 
 
+@claim("order-conditions", "text after eq:padeDef", "[m/n] has the Maclaurin series of eps up to order m + n")
 def _order_conditions() -> Evidence:
     contact = {approximant(m, n).label: approximant(m, n).contact_order for m, n in TABLE}
     met = all(order >= m + n for (m, n), order in zip(TABLE, contact.values(), strict=True))
@@ -68,6 +70,7 @@ def _order_conditions() -> Evidence:
     return Evidence(verdict(met), summary, {"agrees_up_to_order": contact}, "proven")
 
 
+@claim("pole-of-2-5", "text after eq:padeDef; tab:padeCoeffs", "[2/5] has a pole at v* = 5.68")
 def _pole_of_two_five() -> Evidence:
     p = approximant(2, 5)
     positive_b = all(b > 0 for b in p.b)
@@ -86,6 +89,7 @@ def _pole_of_two_five() -> Evidence:
     return Evidence(verdict(p.positive_pole is not None), summary, numbers, "proven")
 
 
+@claim("digits-of-the-pole", "tab:padeCoeffs", "the place is 5.68, or 5.6801")
 def _digits_of_the_pole() -> Evidence:
     printed = ("5.68", "5.6801")
     zero = next(root for root in approximant(2, 5).zeros if root.positive).decimals(12)[0]
@@ -95,6 +99,7 @@ def _digits_of_the_pole() -> Evidence:
     return Evidence(verdict(all(agree)), summary, numbers, "proven")
 
 
+@claim("2-5-for-small-v", "text after eq:padeDef", "[2/5] is suitable only for v* up to about 10^0.3")
 def _two_five_suitable() -> Evidence:
     error, other = errors(2, 5).epsilon, errors(1, 4).epsilon
     limit, up_to = first_above(error, SUITABLE), largest(error, SUITED_UP_TO)
@@ -114,6 +119,7 @@ def _two_five_suitable() -> Evidence:
     return Evidence(verdict(good_up_to), summary, numbers, "sampled")
 
 
+@claim("0-3-not-acceptable", "text after eq:padeDef", "[0/3] is certainly not acceptable")
 def _zero_three() -> Evidence:
     numbers = _accuracy(0)
     loss, eps = numbers["1-eps"], numbers["eps"]
@@ -125,6 +131,7 @@ def _zero_three() -> Evidence:
     return Evidence(verdict(max(loss["1"], eps["1"]) > ACCEPTABLE), summary, numbers, "sampled")
 
 
+@claim("1-4-tradeoff", "text after eq:padeDef", "[1/4] is a good compromise of simplicity and accuracy")
 def _one_four() -> Evidence:
     numbers = _accuracy(1)
     loss, eps, absolute = numbers["1-eps"], numbers["eps"], numbers["largest_absolute_error"]
@@ -137,6 +144,11 @@ def _one_four() -> Evidence:
     return Evidence(verdict(good and eps["10"] < ACCEPTABLE, good), summary, numbers, "sampled")
 
 
+@claim(
+    "3-6-almost-perfect",
+    "text after eq:padeDef; fig:tryingDifferentPade",
+    "[3/6] agrees almost perfectly with the numerical solution, also at large v*",
+)
 def _three_six() -> Evidence:
     numbers = _accuracy(3)
     loss, eps, absolute = numbers["1-eps"], numbers["eps"], numbers["largest_absolute_error"]
@@ -153,6 +165,7 @@ def _three_six() -> Evidence:
     return Evidence(verdict(everywhere, absolute < LINE_LINEAR), summary, numbers, "sampled")
 
 
+@claim("15-18-identical", "fig:tryingDifferentPade", "[3/6] and [15/18] are virtually identical")
 def _virtually_identical() -> Evidence:
     v = curve().v_star
     low, high = (values(approximant(m, m + 3), v)[0] for m in (3, 15))
@@ -168,6 +181,11 @@ def _virtually_identical() -> Evidence:
     return Evidence(verdict(limit is None, apart["2"] < LINE_LOG), summary, numbers, "sampled")
 
 
+@claim(
+    "15-18-almost-perfect",
+    "fig:tryingDifferentPade",
+    "[15/18] agrees almost perfectly with the exact solution, also at large v*",
+)
 def _fifteen_eighteen() -> Evidence:
     near, far = 10, 100
     bound = proven_error(15, near)
@@ -185,6 +203,11 @@ def _fifteen_eighteen() -> Evidence:
     return Evidence(verdict(bool(abs(off[far]) < LINE_LOG), bound < LINE_LOG), summary, numbers, "proven")
 
 
+@claim(
+    "convergent-if-m-below-n",
+    "text after eq:padeDef",
+    '[m/n] behaves like a power law for large v*, "thus, convergent if m<n"',
+)
 def _convergent() -> Evidence:
     # A residue that is not 0 proves that no zero of the numerator cancels the pole.
     poles = {
@@ -204,6 +227,7 @@ def _convergent() -> Evidence:
     return Evidence(verdict(not poles), summary, numbers, "proven")
 
 
+@claim("no-improvement", "text after eq:padeDef", "no order up to [25/28] is significantly better than [3/6]")
 def _no_improvement() -> Evidence:
     table = accuracy_table()
     usable = [m for m in range(4, LARGEST_M + 1) if approximant(m, m + 3).usable]
@@ -225,6 +249,11 @@ def _no_improvement() -> Evidence:
     return Evidence(verdict(not any(better), sum(better) <= 1), summary, numbers, "sampled")
 
 
+@claim(
+    "higher-orders-usable",
+    "text after eq:padeDef",
+    "[2/5] is the order that is spoilt by a pole (no other up to [25/28] is mentioned)",
+)
 def _higher_poles() -> Evidence:
     found = {m: _positive(p) for m, p in family().items()}
     poles = {m: roots["poles"] for m, roots in found.items() if roots["poles"]}
@@ -246,6 +275,11 @@ def _listed(numbers: Iterable[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
+@claim(
+    "no-divergence",
+    "request c) before the numerical solution",
+    "unlike truncated series, [1/4] and [3/6] diverge nowhere",
+)
 def _no_divergence() -> Evidence:
     recommended = [approximant(1, 4), approximant(3, 6)]
     summary = "; ".join(f"{p.label}: {p.verdict}" for p in recommended)
@@ -253,6 +287,11 @@ def _no_divergence() -> Evidence:
     return Evidence(verdict(all(p.usable for p in recommended)), summary, numbers, "proven")
 
 
+@claim(
+    "entire-range",
+    "text before eq:padeDef; Conclusion",
+    "[1/4] and [3/6] represent eps at all speeds, asymptotic behaviour included, with excellent accuracy",
+)
 def _entire_range() -> Evidence:
     relative = {
         label: {f"{v:g}": at(errors(m, m + 3).epsilon, v) for v in (10.0, 100.0, 1000.0)} for m, label in _RECOMMENDED
@@ -273,6 +312,7 @@ def _entire_range() -> Evidence:
 _RECOMMENDED = ((1, "[1/4]"), (3, "[3/6]"))
 
 
+@claim("figure-of-truncations", "fig:seriesDiverging", "[1/4] almost coincides with the numerical solution")
 def _figure_of_truncations() -> Evidence:
     error = errors(1, 4)
     near = {f"{V:g}": largest(error.absolute, V) for V in (1.5, 2.0)}
@@ -288,6 +328,11 @@ def _figure_of_truncations() -> Evidence:
     return Evidence(verdict(near["2"] < ALMOST_COINCIDES), summary, numbers, "sampled")
 
 
+@claim(
+    "figure-linear",
+    "fig:tryingDifferentPadeLin",
+    "[3/6] coincides almost perfectly with the solution in the entire range, on a linear axis",
+)
 def _figure_linear() -> Evidence:
     absolute = float(errors(3, 6).absolute.max())
     v = float(curve().v_star[errors(3, 6).absolute.argmax()])
@@ -342,89 +387,22 @@ def _key(v_star: float) -> str:
     return f"{v_star:g}"
 
 
-CLAIMS = (
-    Claim(
-        "table-entries", "tab:padeCoeffs", "the coefficients a_i, b_i of [0/3], [1/4], [2/5] and [3/6]", _table_entries
-    ),
-    Claim(
-        "order-conditions",
-        "text after eq:padeDef",
-        "[m/n] has the Maclaurin series of eps up to order m + n",
-        _order_conditions,
-    ),
-    Claim(
-        "convergent-if-m-below-n",
-        "text after eq:padeDef",
-        '[m/n] behaves like a power law for large v*, "thus, convergent if m<n"',
-        _convergent,
-    ),
-    Claim(
-        "pole-of-2-5",
-        "text after eq:padeDef; tab:padeCoeffs",
-        "[2/5] has a pole at v* = 5.68",
-        _pole_of_two_five,
-    ),
-    Claim("digits-of-the-pole", "tab:padeCoeffs", "the place is 5.68, or 5.6801", _digits_of_the_pole),
-    Claim(
-        "2-5-for-small-v",
-        "text after eq:padeDef",
-        "[2/5] is suitable only for v* up to about 10^0.3",
-        _two_five_suitable,
-    ),
-    Claim("0-3-not-acceptable", "text after eq:padeDef", "[0/3] is certainly not acceptable", _zero_three),
-    Claim("1-4-tradeoff", "text after eq:padeDef", "[1/4] is a good compromise of simplicity and accuracy", _one_four),
-    Claim(
-        "3-6-almost-perfect",
-        "text after eq:padeDef; fig:tryingDifferentPade",
-        "[3/6] agrees almost perfectly with the numerical solution, also at large v*",
-        _three_six,
-    ),
-    Claim(
-        "15-18-identical",
-        "fig:tryingDifferentPade",
-        "[3/6] and [15/18] are virtually identical",
-        _virtually_identical,
-    ),
-    Claim(
-        "15-18-almost-perfect",
-        "fig:tryingDifferentPade",
-        "[15/18] agrees almost perfectly with the exact solution, also at large v*",
-        _fifteen_eighteen,
-    ),
-    Claim(
-        "no-improvement",
-        "text after eq:padeDef",
-        "no order up to [25/28] is significantly better than [3/6]",
-        _no_improvement,
-    ),
-    Claim(
-        "higher-orders-usable",
-        "text after eq:padeDef",
-        "[2/5] is the order that is spoilt by a pole (no other up to [25/28] is mentioned)",
-        _higher_poles,
-    ),
-    Claim(
-        "no-divergence",
-        "request c) before the numerical solution",
-        "unlike truncated series, [1/4] and [3/6] diverge nowhere",
-        _no_divergence,
-    ),
-    Claim(
-        "entire-range",
-        "text before eq:padeDef; Conclusion",
-        "[1/4] and [3/6] represent eps at all speeds, asymptotic behaviour included, with excellent accuracy",
-        _entire_range,
-    ),
-    Claim(
-        "figure-of-truncations",
-        "fig:seriesDiverging",
-        "[1/4] almost coincides with the numerical solution",
-        _figure_of_truncations,
-    ),
-    Claim(
-        "figure-linear",
-        "fig:tryingDifferentPadeLin",
-        "[3/6] coincides almost perfectly with the solution in the entire range, on a linear axis",
-        _figure_linear,
-    ),
+CLAIMS: tuple[Claim, ...] = (
+    _table_entries,
+    _order_conditions,
+    _convergent,
+    _pole_of_two_five,
+    _digits_of_the_pole,
+    _two_five_suitable,
+    _zero_three,
+    _one_four,
+    _three_six,
+    _virtually_identical,
+    _fifteen_eighteen,
+    _no_improvement,
+    _higher_poles,
+    _no_divergence,
+    _entire_range,
+    _figure_of_truncations,
+    _figure_linear,
 )

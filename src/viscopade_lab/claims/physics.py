@@ -14,7 +14,7 @@ from viscopade.collision.spheres import Pair, Sphere, beta_si_from_cgs, speed_fr
 from viscopade.theory.equation import scaled_equation
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade_lab.claims.approximants import departure, errors, largest, truncated
-from viscopade_lab.claims.evidence import Claim, Evidence, percent, percent_at_most, verdict
+from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, percent_at_most, verdict
 from viscopade_lab.claims.motion import Motion, Tail, collide, tail
 from viscopade_lab.claims.pade import LINE_LINEAR
 from viscopade_lab.claims.series import GROSS, VISIBLE, radius_numbers
@@ -43,6 +43,11 @@ def _printed(text: str, value: float | Fraction) -> bool:
 # --- force and equation of motion -------------------------------------------------------------------------------------
 
 
+@claim(
+    "sign-of-the-force",
+    "eq:newton and the text after it",
+    "F of m_eff xi'' = F is the component of the force along e = (r_1 - r_2)/|r_1 - r_2|",
+)
 def _sign_of_the_force() -> Evidence:
     m_1, m_2, push = Fraction(2), Fraction(3), Fraction(5)  # along e, which points from sphere 2 to sphere 1
     rate = -(push / m_1 + push / m_2)  # xi'' = -(r_1'' - r_2''), the push acting on 1 and its reaction on 2
@@ -55,6 +60,7 @@ def _sign_of_the_force() -> Evidence:
     return Evidence(verdict(force == push, force == -push), summary, numbers, "proven")
 
 
+@claim("never-attracts", "eq:viscoelastic", "the min(0, …) makes the force repulsive always")
 def _never_attracts() -> Evidence:
     attraction = {f"{v:g}": after.attraction for v, after in _tails().items()}
     summary = (
@@ -66,6 +72,7 @@ def _never_attracts() -> Evidence:
     return Evidence(verdict(needed), summary, {"attraction_without_min": attraction}, "sampled")
 
 
+@claim("end-of-contact", "eq:tEndAdvanced", "the collision ends when the interaction force vanishes")
 def _end_of_contact() -> Evidence:
     compression, difference = {}, {}
     for v, after in _tails().items():
@@ -81,6 +88,7 @@ def _end_of_contact() -> Evidence:
     return Evidence(verdict(earlier and all(d < 0 for d in difference.values())), summary, numbers, "sampled")
 
 
+@claim("elastic-constant", "eq:paramEl", "Hertz's force has rho = 2 Y sqrt(R_eff)/(3 (1 - nu^2))")
 def _elastic_constant() -> Evidence:
     samples = [(Fraction(7, 3), Fraction(1, 3)), (Fraction(10), Fraction(1, 2)), (Fraction(3, 7), Fraction(-1, 5))]
     ratios = [(2 * Y / (3 * (1 - nu**2))) / (Fraction(4, 3) / (2 * (1 - nu**2) / Y)) for Y, nu in samples]
@@ -108,6 +116,11 @@ def _product(*factors: tuple[Exponents, int | Fraction]) -> Exponents:
     return tuple(sum((factor[i] * power for factor, power in factors), Fraction(0)) for i in range(3))
 
 
+@claim(
+    "scaling",
+    "eq:equationOfMotionNatUnit",
+    "with the given units of length and time the equation has v* as its only parameter",
+)
 def _scaling() -> Evidence:
     one = (Fraction(0),) * 3
     acceleration = _product((_LENGTH, 1), (_TIME, -2))
@@ -135,8 +148,11 @@ def _text(exponents: Exponents) -> list[str]:
     return [str(e) for e in exponents]
 
 
+@claim(
+    "coefficients-universal", "text after eq:betadef", "the h_k are pure numbers, the same for all materials and sizes"
+)
 def _coefficients_universal() -> Evidence:
-    scaling = _scaling()
+    scaling = _scaling.check()
     holds = scaling.verdict == "holds"
     summary = (
         "only v* is left in the scaled problem, so its series in v* has pure numbers; they are computed here without "
@@ -206,6 +222,11 @@ def _symbolic(unit: Exponents, factors: tuple[sympy.Expr, ...]) -> sympy.Expr:
     return sympy.Mul(*(factor ** sympy.Rational(e) for factor, e in zip(factors, unit, strict=True)))
 
 
+@claim(
+    "eps-universal",
+    "eq:betadef; Conclusion",
+    "material, sizes and masses enter eps through beta only, that is, through v*",
+)
 def _universal() -> Evidence:
     exact = _scaled_exactly()
     restitution = {v: [_motion(i, v).epsilon for i in range(len(PAIRS))] for v in UNIVERSAL_AT}
@@ -229,6 +250,11 @@ def _universal() -> Evidence:
     return Evidence(verdict(all(exact.values()) and max(apart, off) < INTEGRATED), summary, numbers, "proven")
 
 
+@claim(
+    "numerical-benchmark",
+    "text after eq:equationOfMotionNatUnit",
+    "numerical integration is exact but for numerical errors, also for large v*",
+)
 def _benchmark() -> Evidence:
     off = {f"{v:g}": _motion(0, v).epsilon / float(double.epsilon(v)) - 1 for v in (0.1, 1.0, 10.0, 100.0)}
     worst = max(map(abs, off.values()))
@@ -243,6 +269,7 @@ def _benchmark() -> Evidence:
 # --- units and ice ----------------------------------------------------------------------------------------------------
 
 
+@claim("units", "Conclusion", "v is the impact velocity in cm/s")
 def _units() -> Evidence:
     speed = 1.0  # cm/s
     cgs = v_star(speed, BETA_ICE)
@@ -258,6 +285,11 @@ def _units() -> Evidence:
     return Evidence(verdict(not same, same), summary, numbers, "sampled")
 
 
+@claim(
+    "ice-speeds",
+    "text after fig:seriesDiverging; text after eq:padeDef",
+    "for ice (beta = 1.307 (s/cm)^(1/5)) v* = 1 is 0.262 cm/s and v* = 10^0.3 is 2.6 m/s",
+)
 def _ice_speeds() -> Evidence:
     at_one = Fraction(BETA_ICE_CGS) ** -5
     at_limit = 10**3 * at_one / 100  # (10^0.3)^10 = 10^3, and 100 cm
@@ -266,6 +298,7 @@ def _ice_speeds() -> Evidence:
     return Evidence(verdict(_printed("0.262", at_one) and _printed("2.6", at_limit)), summary, numbers, "proven")
 
 
+@claim("ice-order-40", "fig:expVsAnaVsNum", "for ice the series truncated at k_c = 40 diverges at about 0.3 cm/s")
 def _order_40_for_ice() -> Evidence:
     speeds = {tolerance: speed_from_v_star(departure(40, tolerance), BETA_ICE) for tolerance in (VISIBLE, GROSS)}
     radius = speed_from_v_star(radius_numbers()["radius"], BETA_ICE)
@@ -281,6 +314,11 @@ def _order_40_for_ice() -> Evidence:
     return Evidence(verdict(_printed("0.3", speeds[GROSS])), summary, numbers, "sampled")
 
 
+@claim(
+    "ice-1-m/s",
+    "text after fig:seriesDiverging",
+    "for ice at about 1 m/s one would have to go to an impractically high order",
+)
 def _one_metre_per_second() -> Evidence:
     at = v_star(1.0 * CM_PER_M, BETA_ICE)
     radius = radius_numbers()
@@ -300,6 +338,11 @@ def _one_metre_per_second() -> Evidence:
     return Evidence(verdict(at < radius["radius"]), summary, numbers, "sampled")
 
 
+@claim(
+    "figure-ice",
+    "fig:expVsAnaVsNum",
+    "for ice [3/6] agrees almost perfectly with the numerical integration over the speeds shown",
+)
 def _figure_for_ice() -> Evidence:
     error = errors(3, 6)
     ranges = {"5 cm/s": v_star(5.0, BETA_ICE), "1 m/s": v_star(CM_PER_M, BETA_ICE)}
@@ -314,70 +357,18 @@ def _figure_for_ice() -> Evidence:
     return Evidence(verdict(absolute["1 m/s"] < LINE_LINEAR), summary, numbers, "sampled")
 
 
-CLAIMS = (
-    Claim(
-        "sign-of-the-force",
-        "eq:newton and the text after it",
-        "F of m_eff xi'' = F is the component of the force along e = (r_1 - r_2)/|r_1 - r_2|",
-        _sign_of_the_force,
-    ),
-    Claim("never-attracts", "eq:viscoelastic", "the min(0, …) makes the force repulsive always", _never_attracts),
-    Claim(
-        "end-of-contact",
-        "eq:tEndAdvanced",
-        "the collision ends when the interaction force vanishes",
-        _end_of_contact,
-    ),
-    Claim(
-        "elastic-constant", "eq:paramEl", "Hertz's force has rho = 2 Y sqrt(R_eff)/(3 (1 - nu^2))", _elastic_constant
-    ),
-    Claim(
-        "scaling",
-        "eq:equationOfMotionNatUnit",
-        "with the given units of length and time the equation has v* as its only parameter",
-        _scaling,
-    ),
-    Claim(
-        "coefficients-universal",
-        "text after eq:betadef",
-        "the h_k are pure numbers, the same for all materials and sizes",
-        _coefficients_universal,
-    ),
-    Claim(
-        "eps-universal",
-        "eq:betadef; Conclusion",
-        "material, sizes and masses enter eps through beta only, that is, through v*",
-        _universal,
-    ),
-    Claim(
-        "numerical-benchmark",
-        "text after eq:equationOfMotionNatUnit",
-        "numerical integration is exact but for numerical errors, also for large v*",
-        _benchmark,
-    ),
-    Claim("units", "Conclusion", "v is the impact velocity in cm/s", _units),
-    Claim(
-        "ice-speeds",
-        "text after fig:seriesDiverging; text after eq:padeDef",
-        "for ice (beta = 1.307 (s/cm)^(1/5)) v* = 1 is 0.262 cm/s and v* = 10^0.3 is 2.6 m/s",
-        _ice_speeds,
-    ),
-    Claim(
-        "ice-order-40",
-        "fig:expVsAnaVsNum",
-        "for ice the series truncated at k_c = 40 diverges at about 0.3 cm/s",
-        _order_40_for_ice,
-    ),
-    Claim(
-        "figure-ice",
-        "fig:expVsAnaVsNum",
-        "for ice [3/6] agrees almost perfectly with the numerical integration over the speeds shown",
-        _figure_for_ice,
-    ),
-    Claim(
-        "ice-1-m/s",
-        "text after fig:seriesDiverging",
-        "for ice at about 1 m/s one would have to go to an impractically high order",
-        _one_metre_per_second,
-    ),
+CLAIMS: tuple[Claim, ...] = (
+    _sign_of_the_force,
+    _never_attracts,
+    _end_of_contact,
+    _elastic_constant,
+    _scaling,
+    _coefficients_universal,
+    _universal,
+    _benchmark,
+    _units,
+    _ice_speeds,
+    _order_40_for_ice,
+    _figure_for_ice,
+    _one_metre_per_second,
 )

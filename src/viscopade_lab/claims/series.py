@@ -18,7 +18,7 @@ from viscopade.theory import singularity
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import lambda_coefficients
 from viscopade_lab.claims.approximants import ORDER, SERIES_DIGITS, coefficients, departure, truncated
-from viscopade_lab.claims.evidence import Claim, Evidence, percent, verdict
+from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, verdict
 
 # "Leaves the truth": a curve 1 % off is visibly beside it on a linear axis, one 10 % off at a glance.
 VISIBLE, GROSS = 0.01, 0.1
@@ -38,6 +38,11 @@ SLOW = 20
 OLDER = ("1.15344", "0.79826", "0.483582", "0.285279")
 
 
+@claim(
+    "coefficients-known",
+    "abstract; text after eq:betadef",
+    "all infinitely many coefficients h_k are known analytically",
+)
 def _known() -> Evidence:
     h = coefficients()
     digits = min(math.floor(h_k.rel_accuracy_bits() * math.log10(2)) for h_k in h.h if not h_k.is_exact())
@@ -49,6 +54,7 @@ def _known() -> Evidence:
     return Evidence(verdict(digits >= SERIES_DIGITS), summary, numbers, "proven")
 
 
+@claim("sum-from-zero", "eq:epsSeriesAdvanced", "eps = 1 + sum of h_k v*^k, the sum starting at k = 0")
 def _sum_from_zero() -> Evidence:
     eps_at_rest = exact.collision(0).epsilon
     h_0_in_the_sum = eps_at_rest - 1  # what the sum, as printed beside the 1, must contribute at v* = 0
@@ -68,6 +74,7 @@ def _sum_from_zero() -> Evidence:
     return Evidence(verdict(bool(h_0 == h_0_in_the_sum), bool(h_0_in_the_sum == 0)), summary, numbers, "proven")
 
 
+@claim("no-linear-term", "tab:padeCoeffs", "b_1 = 0 in [0/3], and a_1 = b_1 elsewhere")
 def _no_linear_term() -> Evidence:
     h_1 = coefficients().h[1]
     pairs = [(a[1] if len(a) > 1 else "0", b[1]) for a, b in TABLE.values()]
@@ -77,6 +84,7 @@ def _no_linear_term() -> Evidence:
     return Evidence(verdict(h_1.is_exact() and h_1.is_zero() and equal), summary, numbers, "proven")
 
 
+@claim("twenty-terms", "text after eq:betadef", "20 terms of the series are needed for eps to quadratic order in v")
 def _quadratic_order() -> Evidence:
     # v* grows by this power of beta and of v: measured, not assumed.
     beta, v = (math.log2(v_star(*doubled) / v_star(1.0, 1.0)) for doubled in ((1.0, 2.0), (2.0, 1.0)))
@@ -96,6 +104,7 @@ def _quadratic_order() -> Evidence:
     return Evidence(verdict(order == 20), summary, numbers, "proven")
 
 
+@claim("exact-solution", "text after eq:betadef", "the series is the exact solution of the problem")
 def _exact_solution() -> Evidence:
     inside, outside = ("0.5", "0.7", "0.9"), ("1.2", "1.5")
     off = {v: _relative_error(v) for v in (*inside, *outside)}
@@ -123,6 +132,11 @@ def _relative_error(at: str) -> float:
         return float(abs(total / truth - 1).mid())
 
 
+@claim(
+    "truncations-diverge",
+    "text after eq:betadef; Conclusion",
+    "truncated at any order, the series goes to plus or minus infinity, as the sign of h_k says",
+)
 def _truncations_diverge() -> Evidence:
     h = coefficients().h
     vanishing = [k for k, h_k in enumerate(h) if h_k.is_zero()]
@@ -139,6 +153,11 @@ def _truncations_diverge() -> Evidence:
     return Evidence(verdict(signs_agree and signs_known and vanishing == [1, 3]), summary, numbers, "proven")
 
 
+@claim(
+    "order-20-at-1",
+    "text after fig:seriesDiverging",
+    "truncated at k_c = 20 the series starts to deviate at about v* = 1",
+)
 def _order_20_at_1() -> Evidence:
     visible, gross = (departure(FIGURE_ORDERS[0], tolerance) for tolerance in (VISIBLE, GROSS))
     numbers = {"v_star_where_1_percent_off": visible, "v_star_where_10_percent_off": gross}
@@ -149,6 +168,7 @@ def _order_20_at_1() -> Evidence:
     return Evidence(verdict(visible > 1 - ONE_DIGIT and gross < 1 + ONE_DIGIT), summary, numbers, "sampled")
 
 
+@claim("slow-convergence", "text after eq:betadef", "the series converges extremely slowly")
 def _slow_convergence() -> Evidence:
     numbers: dict[str, Any] = {**radius_numbers()}
     radius = numbers["radius"]
@@ -186,6 +206,11 @@ def _terms_needed(v_star: float, tolerance: float) -> int:
     return max(off) + 1
 
 
+@claim(
+    "older-coefficients",
+    "not in the paper: values in wide use for the older end of contact",
+    "eps0 = 1 - C_1 kappa + C_2 kappa^2 - C_3 kappa^3 + C_4 kappa^4 with C = " + ", ".join(OLDER),
+)
 def _older_coefficients() -> Evidence:
     ours = _eps0_coefficients(len(OLDER))
     digits = [decimal_string(abs(c), 12) for c in ours]
@@ -225,49 +250,14 @@ def _eps0_coefficients(count: int) -> list[arb]:
         return log_eps0.exp().coeffs()[1 : count + 1]
 
 
-CLAIMS = (
-    Claim(
-        "coefficients-known",
-        "abstract; text after eq:betadef",
-        "all infinitely many coefficients h_k are known analytically",
-        _known,
-    ),
-    Claim(
-        "sum-from-zero",
-        "eq:epsSeriesAdvanced",
-        "eps = 1 + sum of h_k v*^k, the sum starting at k = 0",
-        _sum_from_zero,
-    ),
-    Claim(
-        "exact-solution",
-        "text after eq:betadef",
-        "the series is the exact solution of the problem",
-        _exact_solution,
-    ),
-    Claim("no-linear-term", "tab:padeCoeffs", "b_1 = 0 in [0/3], and a_1 = b_1 elsewhere", _no_linear_term),
-    Claim(
-        "twenty-terms",
-        "text after eq:betadef",
-        "20 terms of the series are needed for eps to quadratic order in v",
-        _quadratic_order,
-    ),
-    Claim(
-        "truncations-diverge",
-        "text after eq:betadef; Conclusion",
-        "truncated at any order, the series goes to plus or minus infinity, as the sign of h_k says",
-        _truncations_diverge,
-    ),
-    Claim(
-        "order-20-at-1",
-        "text after fig:seriesDiverging",
-        "truncated at k_c = 20 the series starts to deviate at about v* = 1",
-        _order_20_at_1,
-    ),
-    Claim("slow-convergence", "text after eq:betadef", "the series converges extremely slowly", _slow_convergence),
-    Claim(
-        "older-coefficients",
-        "not in the paper: values in wide use for the older end of contact",
-        "eps0 = 1 - C_1 kappa + C_2 kappa^2 - C_3 kappa^3 + C_4 kappa^4 with C = " + ", ".join(OLDER),
-        _older_coefficients,
-    ),
+CLAIMS: tuple[Claim, ...] = (
+    _known,
+    _sum_from_zero,
+    _exact_solution,
+    _no_linear_term,
+    _quadratic_order,
+    _truncations_diverge,
+    _order_20_at_1,
+    _slow_convergence,
+    _older_coefficients,
 )

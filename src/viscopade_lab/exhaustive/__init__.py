@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import struct
 import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -21,16 +22,13 @@ from viscopade.kernels.forms import last_place
 from viscopade.kernels.targets import last_place as header
 
 HERE = Path(__file__).parent
-MODES = {
-    "plain": ("-O3", "-ffp-contract=off"),
-    "fused": ("-O3", "-march=native", "-ffp-contract=fast"),
-}
+MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """How the kernels are compiled: without fused multiplications, and with what this machine has."""
 
 ASYMPTOTIC_FROM = 2.0**200  # `exact` accepts less than that; from 2^20 on, one power law holds to 2^-60
 
 
-def table() -> str:
+def reference_table() -> str:
     """Return table.h: the polynomials of `viscopade.arrays.double` in type long double."""
     lines = [
         f"enum {{ FIRST = {panels.FIRST}, SPLIT = {panels.SPLIT}, FOLD = {panels.FOLD}, PERIOD = {last_place.PERIOD},",
@@ -52,7 +50,7 @@ def compiled(program: str, mode: str, text: str | None = None) -> Iterator[Path]
     """Compile a program of this folder with the kernels (or another header's text); give the path of the result."""
     with TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "table.h").write_text(table())
+        (folder / "table.h").write_text(reference_table())
         (folder / "full.h").write_text(header.render("benchmarks/exhaustive") if text is None else text)
         result = folder / program
         sources = ["-I", str(folder), "-I", str(HERE), str(HERE / f"{program}.c"), "-o", str(result), "-lm"]
@@ -85,11 +83,11 @@ def outputs(
         return [line for lines in pool.map(run, arguments) for line in lines]
 
 
-def truth(function: str, v_star: float, digits: int = 40) -> Fraction:
+def exact_value(function: str, v_star: float, digits: int = 40) -> Fraction:
     """Return eps or 1 - eps from `collision.exact`, to `digits` digits; far out from the power law (section 2.5)."""
     if v_star > ASYMPTOTIC_FROM:
         folds = -(-(int(Fraction(v_star)).bit_length() - 200) // 3)
-        epsilon: Fraction = truth("epsilon", v_star / 8.0**folds, digits) / 2 ** (10 * folds)
+        epsilon: Fraction = exact_value("epsilon", v_star / 8.0**folds, digits) / 2 ** (10 * folds)
         return epsilon if function == "epsilon" else 1 - epsilon
     return Fraction(exact.collision(v_star, digits).decimals()[function])
 
@@ -97,6 +95,12 @@ def truth(function: str, v_star: float, digits: int = 40) -> Fraction:
 def ulp(true: Fraction, precision: int, least: int) -> Fraction:
     """Return the unit in the last place of a binary format at a positive number; `least` is that of normal numbers."""
     return Fraction(2) ** (max(last_place.exponent(true), least) - precision + 1)
+
+
+def float_of(bits: int) -> float:
+    """Return the float of these bits."""
+    (number,) = struct.unpack("<f", struct.pack("<I", bits))
+    return float(number)
 
 
 def timed(run: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 import struct
-import sys
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
@@ -20,11 +19,11 @@ from typing import Any
 import click
 import numpy as np
 import numpy.typing as npt
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 Bits = npt.NDArray[np.uint64]
 
@@ -73,7 +72,7 @@ def histograms(program: Path, function: str, samples: int, seed: int, jobs: int)
 def starts(function: str, generator: np.random.Generator) -> Bits:
     """Return the bits of the inputs that the search begins with."""
     ends = [float(panel.centre + side * panel.half) for panel in last_place.smaller_panels() for side in (-1, 0, 1)]
-    ends += [crossing(function, k) for k in range(1, 60)]
+    ends += [v_star_at_power_of_two(function, k) for k in range(1, 60)]
     near = np.array([bits_of(end) for end in ends], dtype=np.int64)[:, None] + np.arange(-50, 51)
     low, high = NORMAL[function]
     anywhere = generator.integers(bits_of(2.0**low), bits_of(2.0**high), 100_000)
@@ -81,7 +80,7 @@ def starts(function: str, generator: np.random.Generator) -> Bits:
     return np.concatenate([near.ravel(), anywhere, usual]).astype(np.uint64)
 
 
-def crossing(function: str, k: int) -> float:
+def v_star_at_power_of_two(function: str, k: int) -> float:
     """Return nearly the v* where the function is 2^-k."""
     low, high = 2.0**-40, 2.0**30
     falling = function == "epsilon"
@@ -127,16 +126,12 @@ def direct(program: Path, function: str, number: int, seed: int) -> dict[str, An
     v_star = 2.0 ** np.random.default_rng(seed).uniform(-30, 30, number)
     found, results = errors(program, function, v_star.view(np.uint64))
     exactly = [exact_error(function, v, float.fromhex(r)) for v, r in zip(v_star.tolist(), results, strict=True)]
-    return {
-        "number": number,
-        "largest": max(exactly),
-        "reference_off": float(np.abs(found - np.array(exactly)).max()),
-    }
+    return {"number": number, "largest": max(exactly), "reference_off": float(np.abs(found - np.array(exactly)).max())}
 
 
 def exact_error(function: str, v_star: float, result: float) -> float:
     """Return the error of a result in units in the last place of the true value, from `viscopade.collision.exact`."""
-    true = exhaustive.truth(function, v_star)
+    true = exhaustive.exact_value(function, v_star)
     return float(abs(true - Fraction(result)) / exhaustive.ulp(true, 53, -1022))
 
 
@@ -160,8 +155,8 @@ def measure(mode: str, samples: int, exact: int, seed: int, jobs: int) -> dict[s
 
 def show(result: dict[str, Any]) -> None:
     """Print the result for people."""
-    out = Console(width=None if sys.stdout.isatty() else 160)
-    out.print(f"{' '.join(exhaustive.MODES[result['mode']])}: {result['samples']:,} random inputs", highlight=False)
+    out = console(160)
+    out.print(f"{' '.join(exhaustive.MODES[result['mode']])}: {result['samples']:,} random inputs")
     for function, found in result["functions"].items():
         table = Table("v*", "at most 0.5 ulp", "0.5 to 0.55", "above", "largest error", title=function)
         for part in found["ranges"]:
@@ -191,7 +186,7 @@ def show(result: dict[str, Any]) -> None:
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--samples", type=click.IntRange(PIECES), default=10_000_000, show_default=True, help="Of each range.")
 @click.option(
     "--exact", type=click.IntRange(1), default=200, show_default=True, help="Inputs for viscopade.collision.exact."

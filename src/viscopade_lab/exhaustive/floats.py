@@ -9,27 +9,20 @@ nearest to a boundary of rounding are listed; `--close` stores them for the test
 from __future__ import annotations
 
 import os
-import struct
 import sys
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 ALL = 1 << 31
 PIECES = 64
-
-
-def value(bits: int) -> float:
-    """Return the float of these bits."""
-    (number,) = struct.unpack("<f", struct.pack("<I", bits))
-    return float(number)
 
 
 def rounded(true: Fraction) -> float:
@@ -53,18 +46,22 @@ def check(function: str, mode: str, step: int = 1, jobs: int = 1, text: str | No
     inputs = sum(int(rest[0]) for word, *rest in lines if word == "inputs")
     wrong = [int(rest[0]) for word, *rest in lines if word == "wrong"]
     undecided = [(int(rest[0]), int(rest[1])) for word, *rest in lines if word == "undecided"]
-    wrong += [at for at, result in undecided if rounded(exhaustive.truth(function, value(at), 60)) != value(result)]
+    wrong += [
+        at
+        for at, result in undecided
+        if rounded(exhaustive.exact_value(function, exhaustive.float_of(at), 60)) != exhaustive.float_of(result)
+    ]
     largest = max((float(rest[0]), int(rest[1])) for word, *rest in lines if word == "largest")
     return {
         "function": function,
         "mode": mode,
         "inputs": inputs,
         "not_correctly_rounded": len(wrong),
-        "wrong_at": [value(at).hex() for at in wrong],
-        "decided_by_exact": [value(at).hex() for at, _ in undecided],
-        "close": [value(int(rest[0])).hex() for word, *rest in lines if word == "close"],
+        "wrong_at": [exhaustive.float_of(at).hex() for at in wrong],
+        "decided_by_exact": [exhaustive.float_of(at).hex() for at, _ in undecided],
+        "close": [exhaustive.float_of(int(rest[0])).hex() for word, *rest in lines if word == "close"],
         "largest_error_ulp": largest[0],
-        "largest_error_at": value(largest[1]).hex(),
+        "largest_error_at": exhaustive.float_of(largest[1]).hex(),
     }
 
 
@@ -82,11 +79,11 @@ def show(results: list[dict[str, Any]]) -> None:
             f"{len(result['decided_by_exact'])} {' '.join(result['decided_by_exact'][:3])}",
             f"{result['seconds']}",
         )
-    Console(width=None if sys.stdout.isatty() else 200).print(table)
+    console(200).print(table)
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th input only.")
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 @click.option(

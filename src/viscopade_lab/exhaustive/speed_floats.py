@@ -9,7 +9,6 @@ and with fused multiplications. The reference is viscopade_full.h in type double
 from __future__ import annotations
 
 import os
-import struct
 import subprocess
 import sys
 from fractions import Fraction
@@ -18,7 +17,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
@@ -26,6 +24,7 @@ from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel, speed_table
 from viscopade.kernels.targets import last_place, speed
 from viscopade_lab import exhaustive
+from viscopade_lab.script import FORMAT, console
 
 FIRST, END = 1, 0x7F800000  # bits of the least positive float and of infinity
 PIECES = 64
@@ -67,12 +66,6 @@ def bounds_of(kernel: speed_kernel.SpeedKernel) -> FloatBounds:
     return FloatBounds(*ends, float(inside), float(outside), 3.5 if form == FLOAT else 0.5)
 
 
-def value(bits: int) -> float:
-    """Return the float of these bits."""
-    (number,) = struct.unpack("<f", struct.pack("<I", bits))
-    return float(number)
-
-
 def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
     """Return the result for the header `text` with the kernel `name`, compiled in one of `exhaustive.MODES`.
 
@@ -89,7 +82,7 @@ def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, j
         largest = max((float(part), int(at)) for _, part, at in parts)
         functions[function] = {
             "largest": largest[0],
-            "largest_at": value(largest[1]).hex(),
+            "largest_at": exhaustive.float_of(largest[1]).hex(),
             "beyond": sum(int(rest[1]) for word, *rest in lines if word == "beyond" and rest[0] == function),
         }
     rises = [rest for word, *rest in lines if word == "rises"]
@@ -102,7 +95,7 @@ def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, j
         "differ": sum(int(rest[0]) for word, *rest in lines if word == "differ"),
         "rises": sum(int(number) for number, *_ in rises),
         "largest_rise": rise[0],
-        "largest_rise_at": value(rise[1]).hex(),
+        "largest_rise_at": exhaustive.float_of(rise[1]).hex(),
     }
 
 
@@ -135,13 +128,13 @@ def show(results: list[dict[str, Any]]) -> None:
             f"{result['largest_rise']:.3g} at {result['largest_rise_at']}",
             f"{result['seconds']}",
         )
-    out = Console(width=None if sys.stdout.isatty() else 240)
+    out = console(240)
     out.print("Errors as parts of the bounds; rises relative to the smaller of eps and 1 - eps.")
     out.print(table)
 
 
 @click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
+@FORMAT
 @click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th speed only.")
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 @click.option("--tier", "tiers", type=click.Choice(names.TIERS), multiple=True, default=names.TIERS)

@@ -1,7 +1,4 @@
-"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it.
-
-Importing this module enters it into `figures.FIGURES`.
-"""
+"""The figure of the cooling gas: temperature against time, and what an approximant of eps changes about it."""
 
 from __future__ import annotations
 
@@ -22,18 +19,16 @@ from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade_lab.figures.paper import (
     BLACK,
     DIGITS,
-    FIGURES,
     LOOKS,
     Beside,
+    Figure,
     draw_curve,
-    figure_of,
+    figure,
     identifier,
     label_axes,
     new_sheet,
     write_text,
 )
-
-__all__ = ["FIGURES"]
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,19 +54,19 @@ def _v_star(speed: FloatArray) -> FloatArray:
     return spheres.v_star(speed, BETA)
 
 
-def exact(speed: FloatArray) -> FloatArray:
+def exact_restitution(speed: FloatArray) -> FloatArray:
     """Return the exact eps of ice at speeds in cm/s."""
     value: FloatArray = native.restitution(speed, BETA)
     return value
 
 
-def constant() -> gas.RestitutionFunction:
+def constant_restitution() -> gas.RestitutionFunction:
     """Return the constant eps with which the gas begins to cool as fast as it should."""
-    epsilon = float(np.sqrt(1 - gas.loss(exact, TEMPERATURE)))
+    epsilon = float(np.sqrt(1 - gas.loss(exact_restitution, TEMPERATURE)))
     return lambda speed: np.full_like(speed, epsilon)
 
 
-def rational(m: int, n: int) -> gas.RestitutionFunction:
+def pade_restitution(m: int, n: int) -> gas.RestitutionFunction:
     """Return Padé's [m/n] of ice."""
     a, b = (np.array([float(c) for c in side]) for side in pade(m, n, DIGITS).decimals())
 
@@ -83,7 +78,7 @@ def rational(m: int, n: int) -> gas.RestitutionFunction:
     return restitution
 
 
-def kernel(tier: str) -> gas.RestitutionFunction:
+def kernel_restitution(tier: str) -> gas.RestitutionFunction:
     """Return what the kernel of speed of this accuracy computes for ice, for which the exported header is in C."""
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     return lambda speed: registry_arrays.entry_epsilon(entry, _v_star(speed))
@@ -96,8 +91,7 @@ def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
     return simulated.temperature_at(COMPARED)
 
 
-@figure_of(
-    "cooling",
+@figure(
     "a cooling gas of ice with the exact eps and a constant one, and errors of the temperature with approximants",
     r"""Top: temperature of a gas of ice balls that starts at 1 (cm/s)$^2$, over time in units of the mean collision
     time at the start. Lines: Maxwellian velocities; circles: one simulation (DSMC) of 1000 particles each. With the
@@ -108,14 +102,19 @@ def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
 )
 def _cooling() -> Sheet:
     sheet, (top, bottom) = new_sheet(4.8, (1.15, 1))
-    functions = {"constant": constant(), "[1/4]": rational(1, 4), "[3/6]": rational(3, 6), "kernel": kernel(TIER)}
-    exactly = gas.maxwellian(exact, TIMES, temperature=TEMPERATURE)
+    functions = {
+        "constant": constant_restitution(),
+        "[1/4]": pade_restitution(1, 4),
+        "[3/6]": pade_restitution(3, 6),
+        "kernel": kernel_restitution(TIER),
+    }
+    exactly = gas.maxwellian(exact_restitution, TIMES, temperature=TEMPERATURE)
     found = {
         name: gas.maxwellian(f, TIMES, temperature=TEMPERATURE, nodes=STEPS_NODES if name == "kernel" else gas.NODES)
         for name, f in functions.items()
     }
     _temperatures(top, exactly, found["constant"])
-    _simulated_temperatures(top, {"exact": exact, "constant": functions["constant"]})
+    _simulated_temperatures(top, {"exact": exact_restitution, "constant": functions["constant"]})
     _errors(bottom, {name: np.abs(temperatures / exactly - 1) for name, temperatures in found.items()})
     for name in ("constant", "[1/4]"):
         _simulated_errors(bottom, name, functions[name])
@@ -158,7 +157,7 @@ def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
 
 def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunction) -> None:
     """Draw means over seeds and their standard errors."""
-    ratios = [_simulated(restitution, seed) / _simulated(exact, seed) for seed in range(SEEDS)]
+    ratios = [_simulated(restitution, seed) / _simulated(exact_restitution, seed) for seed in range(SEEDS)]
     mean, bar = np.mean(ratios, axis=0) - 1, np.std(ratios, axis=0, ddof=1) / np.sqrt(SEEDS)
     color, marker = LOOKS[_LIKE.get(name, name)].text, "s" if name == "constant" else "o"
     bars = axes.errorbar(COMPARED, np.abs(mean), bar, fmt=marker, color=color, elinewidth=0.7)
@@ -166,3 +165,5 @@ def _simulated_errors(axes: Axes, name: str, restitution: gas.RestitutionFunctio
 
 
 _POINTS: Mapping[str, Any] = {"markersize": 2.8, "markerfacecolor": "white", "markeredgewidth": 0.7}
+
+FIGURES: Mapping[str, Figure] = {"cooling": _cooling}

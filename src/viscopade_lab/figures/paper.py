@@ -1,18 +1,15 @@
-"""The paper's four figures, beside each what it could not show, and what best approximants gain, as SVG, PDF or PNG.
+"""The paper's four figures, beside each what it could not show, and what best approximants gain.
 
 Every curve is computed when its figure is drawn; nothing is typed in but the ranges of the axes and where labels stand.
-The same versions of Matplotlib and of this package make the same bytes. Matplotlib is loaded only by drawing, its
-settings are left as they were, and no display is needed. A curve's `gid` is its name, in SVG the id of its group.
+A curve's `gid` is its name, in SVG the id of its group.
 
 Curves differ by colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
 """
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -23,8 +20,6 @@ from numpy.typing import NDArray
 from viscopade.approximation import frontier, minimax
 from viscopade.arrays import double
 from viscopade.collision import spheres
-from viscopade.generated import marker_line
-from viscopade.progress import quietly, track
 from viscopade.theory import singularity
 from viscopade.theory.pade import Pade, Root, horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS, TABLE
@@ -38,7 +33,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FORMATS = ("svg", "pdf", "png")
 PNG_DPI = 300
 WIDTH = 3.4  # inches: one column of a journal
 
@@ -141,7 +135,7 @@ class Figure:
     caption : str
         The text to print below it, with LaTeX between dollar signs.
     draw : callable
-        Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `drawn`, which sets the style.
+        Returns it, drawn, as a `matplotlib.figure.Figure`. To be called through `registry.drawn`, which sets the style.
     paper_label : str or None
         The label of the paper's figure that this one shows again.
     """
@@ -152,71 +146,9 @@ class Figure:
     paper_label: str | None = None
 
 
-FIGURES: dict[str, Figure] = {}
-
-
-def figure_of(name: str, description: str, caption: str, paper_label: str | None = None) -> Callable[[Any], Any]:
-    """Enter the decorated function into `FIGURES`."""
-
-    def enter(draw: Callable[[], Sheet]) -> Callable[[], Sheet]:
-        FIGURES[name] = Figure(description, " ".join(caption.split()), draw, paper_label)
-        return draw
-
-    return enter
-
-
-def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
-    """Return file name and content of figures.
-
-    Parameters
-    ----------
-    names : iterable of str, optional
-        Keys of `FIGURES`; all of them if left out.
-    formats : iterable of str
-        Some of `FORMATS`.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name or format.
-    ModuleNotFoundError
-        Without Matplotlib.
-    """
-    names, formats = list(FIGURES if names is None else names), list(formats)
-    _refuse_unknown("figure", names, FIGURES)
-    _refuse_unknown("format", formats, FORMATS)
-    files = {}
-    for i in track(range(len(names)), "figures"):
-        with quietly(), drawn(names[i]) as sheet:
-            for kind in formats:
-                files[f"{names[i]}.{kind}"] = content(sheet, names[i], kind)
-    return files
-
-
-@contextmanager
-def drawn(name: str) -> Iterator[Sheet]:
-    """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
-    from matplotlib import style
-
-    with style.context(["default", dict(STYLE)]):
-        sheet = FIGURES[name].draw()
-        sheet.draw_without_rendering()
-        sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
-        yield sheet
-
-
-def _refuse_unknown(what: str, given: Iterable[str], known: Iterable[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise ValueError(f"{what} is {name!r}: accepted are {', '.join(known)}")
-
-
-def content(sheet: Sheet, name: str, kind: str) -> bytes:
-    """Return a drawn figure as a file's content; to be called within `drawn`."""
-    buffer = io.BytesIO()
-    made_by = marker_line(f"viscopade figures --only {name} --format {kind}")
-    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(FIGURES[name].description, made_by, kind))
-    return buffer.getvalue()
+def figure(description: str, caption: str, paper_label: str | None = None) -> Callable[[Callable[[], Sheet]], Figure]:
+    """Return a decorator that makes a figure of the function that draws it."""
+    return lambda draw: Figure(description, " ".join(caption.split()), draw, paper_label)
 
 
 def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
@@ -407,8 +339,7 @@ EPSILON = r"$\varepsilon$"
 # --- the figures ------------------------------------------------------------------------------------------------------
 
 
-@figure_of(
-    "seriesDiverging",
+@figure(
     "eps, its series cut off at several orders, and [1/4]",
     r"""Coefficient of restitution $\varepsilon$ over $v_\ast = \beta^{1/2} v^{1/10}$: exact (broad grey line), the
     series cut off after $h_{k_c} v_\ast^{k_c}$ for several $k_c$, and the Padé approximant $[1/4]$. Every truncation
@@ -428,8 +359,7 @@ def _series_diverging() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "seriesErrors",
+@figure(
     "relative error of the truncated series, and how far the series converges",
     r"""Relative error of $\varepsilon$ of the series cut off at order $k_c$. Left of the radius of convergence (dashed
     line) higher orders are better in the end, right of it they are worse.""",
@@ -448,8 +378,7 @@ def _series_errors() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "tryingDifferentPade",
+@figure(
     "eps and its approximants for large v*, with two power laws",
     r"""$\varepsilon$ for large $v_\ast$ on logarithmic axes: exact (broad grey line), Padé approximants $[m/m+3]$, the
     power $v_\ast^{-3.2}$ (dotted) that the paper reads off as the limit, and the true limit
@@ -478,8 +407,7 @@ def _trying_different_pade() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "localSlope",
+@figure(
     "the local exponent of eps, and where -3.2 comes from",
     r"""Local exponent $\mathrm{d} \ln \varepsilon / \mathrm{d} \ln v_\ast$: exact (broad grey line) and of Padé
     approximants. The paper's $-3.2$ (dotted) is passed on the way to the limit $-10/3$ (thin line), while every
@@ -505,8 +433,7 @@ def _local_slope() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "tryingDifferentPadeLin",
+@figure(
     "eps and the first four approximants on linear axes",
     r"""The first four Padé approximants $[m/m+3]$ and the exact $\varepsilon$ (broad grey line) on linear axes. The
     inset magnifies the frame at the lower right, where the exact curve and $[3/6]$ still cannot be told apart.""",
@@ -531,8 +458,7 @@ def _trying_different_pade_lin() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "padeErrors",
+@figure(
     "relative errors of eps and of 1 - eps of the approximants",
     r"""Relative error of $\varepsilon$ (top) and of $1 - \varepsilon$ (bottom) of Padé approximants $[m/m+3]$. Circle:
     the zero of $[2/5]$; cross: a pole of $[25/28]$, so close to a zero that the error is large only next to it. For
@@ -573,8 +499,7 @@ def _convergence(axes: Axes) -> None:
     _mark(axes, "singularity", end.real, end.imag, VERMILION, "singularity")
 
 
-@figure_of(
-    "polesAndZeros",
+@figure(
     "poles and zeros of [m/m+3], m = 0 to 25, in the complex plane and on the positive axis",
     r"""Poles (crosses) and zeros (circles) of the Padé approximants $[m/m+3]$, $m = 0 \dots 25$. Top: in the upper half
     of the complex plane (the lower one is its mirror image; some lie outside the frame). With growing $m$ they line
@@ -610,8 +535,7 @@ def _poles_and_zeros() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "expVsAnaVsNum",
+@figure(
     "eps of ice over the impact speed: exact, [3/6], series, and the published fit",
     r"""$\varepsilon$ over the impact speed $v$ for ice, $\beta = 1.307\,(\mathrm{s/cm})^{1/5}$: exact (broad grey
     line), $[3/6]$ (dotted) and the series cut off at $k_c = 40$, which diverges at about 0.3 cm/s. Long dashes: the
@@ -631,8 +555,7 @@ def _exp_vs_ana_vs_num() -> Sheet:
     return sheet
 
 
-@figure_of(
-    "iceErrors",
+@figure(
     "ice: relative errors of [1/4], [3/6] and the series, and how far the published fit is from eps",
     r"""Ice as before: relative error of $\varepsilon$ of $[1/4]$, $[3/6]$ and of the series cut off at $k_c = 40$; and
     by how much the published fit differs from the exact $\varepsilon$, relatively, which is no error of either.""",
@@ -683,8 +606,7 @@ def _floats(decimals: Sequence[str]) -> Floats:
     return np.array([float(c) for c in decimals])
 
 
-@figure_of(
-    "minimaxErrors",
+@figure(
     "errors of the paper's [3/6] and of the best [3/6] on [0, 5], and how the latter's equioscillates",
     r"""Top: error of the paper's $[3/6]$ and of the best $[3/6]$ on $0 \leq v_\ast \leq 5$, relative to the smaller of
     $\varepsilon$ and $1 - \varepsilon$. Bottom: the latter's error with its sign, relative to $\varepsilon$ (solid) and
@@ -727,8 +649,7 @@ def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
     axes.xaxis.set_major_formatter("{x:g}")
 
 
-@figure_of(
-    "frontier",
+@figure(
     "error against the number of coefficients, the best approximants beside Padé's",
     r"""Smallest error $\max(|\delta\varepsilon|/\varepsilon,\ |\delta\varepsilon|/(1 - \varepsilon))$ on
     $0 \leq v_\ast \leq V$ that $m + n$ coefficients besides $a_0 = b_0 = 1$ reach (as many multiplications), over all
@@ -780,3 +701,18 @@ def _arrow(axes: Axes, x: float, above: float, below: float) -> None:
     axes.annotate("", (x, below), (x, above), arrowprops=style | {"shrinkA": 2.5, "shrinkB": 2.5})
     factor = f"{int(float(f'{above / below:.1e}')):,}".replace(",", "\N{THIN SPACE}")
     write_text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))
+
+
+FIGURES: Mapping[str, Figure] = {
+    "seriesDiverging": _series_diverging,
+    "seriesErrors": _series_errors,
+    "tryingDifferentPade": _trying_different_pade,
+    "localSlope": _local_slope,
+    "tryingDifferentPadeLin": _trying_different_pade_lin,
+    "padeErrors": _pade_errors,
+    "polesAndZeros": _poles_and_zeros,
+    "expVsAnaVsNum": _exp_vs_ana_vs_num,
+    "iceErrors": _ice_errors,
+    "minimaxErrors": _minimax_errors,
+    "frontier": _frontier,
+}

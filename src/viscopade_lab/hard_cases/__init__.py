@@ -23,7 +23,7 @@ from viscopade_lab.hard_cases import (
     round_trips,
     truncated_series,
 )
-from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Finding, Outcome, Table, from_json
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Finding, Outcome, ResultTable, from_json
 
 __all__ = [
     "CASES",
@@ -33,7 +33,7 @@ __all__ = [
     "Check",
     "Finding",
     "Outcome",
-    "Table",
+    "ResultTable",
     "check",
     "command",
     "from_json",

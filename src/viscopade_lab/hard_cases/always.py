@@ -29,8 +29,8 @@ from viscopade.arrays.double import ULP
 from viscopade.collision import exact, spheres
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, speeds
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, binned, curve
+from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, v_star_of_all_sizes
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, binned, curve
 from viscopade_lab.hard_cases.material_trips import proven_restitution
 
 SEED = 11
@@ -97,7 +97,7 @@ def steps(function: Callable[[Array], Array], x: Array, places: int = 1) -> Floa
         return np.asarray((function(after) - before) / np.spacing(before), dtype=np.float64)
 
 
-class Wrong(NamedTuple):
+class WrongSteps(NamedTuple):
     """Steps of a function in the wrong direction, where it should rise or fall.
 
     Attributes
@@ -128,11 +128,11 @@ class Wrong(NamedTuple):
 
 def wrong_steps(
     name: str, function: Callable[[Array], Array], direction: int, x: Array, limit: float, at: FloatArray | None = None
-) -> Wrong:
+) -> WrongSteps:
     """Return the steps in the wrong direction; `at` is the v* at each x, if x is something else."""
     found = -direction * steps(function, x)
     found = np.where(np.isnan(found), np.inf, np.where(found > 0, found, 0.0))
-    return Wrong(name, len(x), int(np.count_nonzero(found)), np.asarray(x if at is None else at), found, limit)
+    return WrongSteps(name, len(x), int(np.count_nonzero(found)), np.asarray(x if at is None else at), found, limit)
 
 
 def _restitution_limit(form: str) -> float:
@@ -142,7 +142,7 @@ def _restitution_limit(form: str) -> float:
     return 2 * (both + last) / 2.0**-53 if form == "double" else 1.0
 
 
-def all_wrong_steps(generator: np.random.Generator, number: int) -> Iterator[Wrong]:
+def all_wrong_steps(generator: np.random.Generator, number: int) -> Iterator[WrongSteps]:
     """Look at neighbours, everywhere and where the panels of tables meet."""
     x = np.concatenate([_moderate(generator, number), [RISES]])
     for name, direction in OF_V_STAR.items():
@@ -173,14 +173,14 @@ def _restitution(speed: Array, beta: Array) -> Array:
 
 def _moderate(generator: np.random.Generator, number: int) -> FloatArray:
     """Return v* at which eps and 1 - eps are normal numbers."""
-    x = speeds(generator, number)
+    x = v_star_of_all_sizes(generator, number)
     return x[(x > 1e-150) & (x < 1e90)]
 
 
 # --- proven -----------------------------------------------------------------------------------------------------------
 
 
-class Order(NamedTuple):
+class MonotonePair(NamedTuple):
     """Whether it is proven that a pair of v* has what it should have, each 1 or 0."""
 
     v_star: str
@@ -198,7 +198,7 @@ class Order(NamedTuple):
         return all(self[2:])
 
 
-def order(v_star: str, power: int) -> Order:
+def monotone_pair(v_star: str, power: int) -> MonotonePair:
     """Compare the enclosures at v* and at v* (1 + 10^-power).
 
     The digits tell 1 - eps and x_max at both apart: for small v* x_max differs by about v*^2 times the gap.
@@ -206,7 +206,7 @@ def order(v_star: str, power: int) -> Order:
     near, gap = Fraction(v_star), Fraction(1, 10**power)
     digits = power + 6 + max(0, -2 * Decimal(v_star).adjusted()) + _digits_far(v_star)
     one, other = (exact.collision(v, digits) for v in (near, near * (1 + gap)))
-    return Order(
+    return MonotonePair(
         v_star,
         float(gap),
         bool(other.epsilon < one.epsilon),
@@ -223,7 +223,7 @@ def _digits_far(v_star: str) -> int:
     return max(0, math.ceil(10 / 3 * (Decimal(v_star).adjusted() + 1)))
 
 
-class Growth(NamedTuple):
+class NestedEnclosures(NamedTuple):
     """Enclosures with more and more digits.
 
     Attributes
@@ -241,7 +241,7 @@ class Growth(NamedTuple):
     not_rounded: int
 
 
-def growth(v_star: str, digits: Sequence[int]) -> Growth:
+def nested_enclosures(v_star: str, digits: Sequence[int]) -> NestedEnclosures:
     """Compare enclosures of a collision with these numbers of digits, which grow."""
     found = [exact.collision(v_star, number) for number in digits]
     pairs = nested = rounded = 0
@@ -252,7 +252,7 @@ def growth(v_star: str, digits: Sequence[int]) -> Growth:
             pairs += 1
             nested += name in few.given or bool(ball.contains(many.balls()[name]))
             rounded += context.create_decimal(longer[name]) == Decimal(shorter[name])
-    return Growth(v_star, pairs, pairs - nested, pairs - rounded)
+    return NestedEnclosures(v_star, pairs, pairs - nested, pairs - rounded)
 
 
 def _random_v_star(generator: np.random.Generator, low: int, high: int) -> str:
@@ -340,7 +340,7 @@ def changed_by_layout(name: str, x: FloatArray) -> int:
 # --- Padé approximants ------------------------------------------------------------------------------------------------
 
 
-class Expanded(NamedTuple):
+class ExpandedPade(NamedTuple):
     """What an approximant's decimals give when they are expanded, and what its roots are like.
 
     Attributes
@@ -366,7 +366,7 @@ class Expanded(NamedTuple):
     missing: int
 
 
-def expanded(m: int, n: int, digits: int) -> Expanded:
+def expanded(m: int, n: int, digits: int) -> ExpandedPade:
     """Expand [m/n], from its decimals, by division, and compare with the series; look at its poles and zeros.
 
     Raises
@@ -383,7 +383,7 @@ def expanded(m: int, n: int, digits: int) -> Expanded:
         outside = sum(not x.overlaps(y) for x, y in zip(quotient, h, strict=True))
         width = max(float((x.rad() / abs(y.mid())).mid()) for x, y in zip(quotient, h, strict=True) if y != 0)
     roots = [*approximant.poles, *approximant.zeros]
-    return Expanded(
+    return ExpandedPade(
         approximant.label, order + 1, outside, width, len(roots), without_conjugate(approximant.poles)
         + without_conjugate(approximant.zeros), _missing(approximant, digits),
     )  # fmt: skip
@@ -436,9 +436,9 @@ def _missing(approximant: Pade, digits: int) -> int:
     return wrong
 
 
-def expansions(generator: np.random.Generator, number: int, largest: int, digits: int) -> list[Expanded]:
+def expansions(generator: np.random.Generator, number: int, largest: int, digits: int) -> list[ExpandedPade]:
     """Look at approximants of random degrees."""
-    found: list[Expanded] = []
+    found: list[ExpandedPade] = []
     while len(found) < number:
         m, n = (int(k) for k in generator.integers(0, largest + 1, 2))
         try:
@@ -456,17 +456,18 @@ def run(thorough: bool) -> Outcome:
     generator = np.random.default_rng(SEED)
     number = 1_000_000 if thorough else 60_000
     wrong = list(all_wrong_steps(generator, number))
-    everywhere = speeds(generator, number)
+    everywhere = v_star_of_all_sizes(generator, number)
     outside = out_of_range(np.asarray(double.epsilon(everywhere)), everywhere)
     kernel = _kernel_out_of_range(generator, number)
     sums = (x := _moderate(generator, number), sum_off(x))
     orders = [
-        order(_random_v_star(generator, *((-4, 15) if thorough else (-3, 6))), int(generator.integers(1, 9)))
+        monotone_pair(_random_v_star(generator, *((-4, 15) if thorough else (-3, 6))), int(generator.integers(1, 9)))
         for _ in range(20 if thorough else 6)
     ]
     digits = (5, 10, 20, 40, 80) if thorough else (5, 10, 20, 40)
     growths = [
-        growth(_random_v_star(generator, -30, 12 if thorough else 4), digits) for _ in range(12 if thorough else 4)
+        nested_enclosures(_random_v_star(generator, -30, 12 if thorough else 4), digits)
+        for _ in range(12 if thorough else 4)
     ]
     w, beta = log_uniform(generator, *_W, number), log_uniform(generator, *_BETA, number)
     bits = scaled_by_powers_of_two(w / beta**5, beta, generator.integers(-20, 21, number))
@@ -480,43 +481,40 @@ def run(thorough: bool) -> Outcome:
         (_step_chart(wrong), _share_chart(sums, others), _fall_chart(generator, number)),
         (
             *_step_checks(wrong),
-            Check("eps of v* in double precision outside (0, 1], or not 0 where it underflows", outside, "==", 0),
-            Check("eps of speed and beta outside (0, 1], or not 0 where it underflows", kernel, "==", 0),
-            Check("ways to ask for eps at v* = 0 that do not give 1", wrong_at_rest()[1], "==", 0),
-            Check("eps + (1 - eps) - 1 in double precision, in terms of both stated errors", sums[1].max(), "<=", 1),
-            Check(
-                "pairs of v* of which it is not proven that 0 < eps < 1, that eps, x_max and tau_c fall, that 1 - eps "
-                "rises, and that eps + (1 - eps) = 1",
+            Check.never("eps of v* in double precision outside (0, 1], or not 0 where it underflows", outside),
+            Check.never("eps of speed and beta outside (0, 1], or not 0 where it underflows", kernel),
+            Check.never("calls for eps at v* = 0 that do not return 1", wrong_at_rest()[1]),
+            Check.within(
+                "|eps + (1 - eps) - 1| in double precision, relative to the sum of both stated errors", sums[1].max()
+            ),
+            Check.never(
+                "pairs of v* without a proof that 0 < eps < 1, that eps, x_max and tau_c fall, that 1 - eps rises, and "
+                "that eps + (1 - eps) = 1",
                 sum(not o.holds for o in orders),
-                "==",
-                0,
             ),
-            Check("enclosures that do not contain those with more digits", sum(g.not_nested for g in growths), "==", 0),
-            Check(
-                "decimals that are not those with more digits, rounded", sum(g.not_rounded for g in growths), "==", 0
+            Check.never(
+                "enclosures that do not contain the enclosure with more digits", sum(g.not_nested for g in growths)
             ),
-            Check("eps that change in a bit when beta and 1/speed^(1/5) are multiplied by 2^n", bits, "==", 0),
-            Check(
-                "change of eps when beta and 1/speed^(1/5) are multiplied by any number, in terms of the proven errors",
+            Check.never(
+                "decimals that are not the correctly rounded decimals with more digits",
+                sum(g.not_rounded for g in growths),
+            ),
+            Check.never("eps that change in a bit when beta and 1/speed^(1/5) are multiplied by 2^n", bits),
+            Check.within(
+                "change of eps when beta and 1/speed^(1/5) are multiplied by any number, relative to the proven errors",
                 max(change / limit for _, change, limit in others),
-                "<=",
-                1,
             ),
-            Check("results that depend on the layout of an array", sum(layout.values()), "==", 0),
+            Check.never("results that depend on the layout of an array", sum(layout.values())),
+            Check.never("coefficients of expanded Padé approximants that are not h_k", sum(e.outside for e in found)),
             Check(
-                "coefficients of expanded Padé approximants that are not h_k", sum(e.outside for e in found), "==", 0
-            ),
-            Check(
-                "uncertainty of these coefficients: small enough to tell ten digits of h_k",
+                "relative uncertainty of these coefficients: they are compared to ten digits",
                 max(e.width for e in found),
                 "<=",
                 1e-10,
             ),
-            Check(
-                "poles and zeros that are neither real nor conjugate to another one, or missing",
+            Check.never(
+                "poles and zeros that are missing, or neither real nor accompanied by their complex conjugate",
                 sum(e.without_conjugate + e.missing for e in found),
-                "==",
-                0,
             ),
         ),
     )
@@ -534,41 +532,45 @@ def _random_scaled(generator: np.random.Generator) -> tuple[float, float, float]
 
 
 def _summary(
-    wrong: Sequence[Wrong], orders: Sequence[Order], growths: Sequence[Growth], found: Sequence[Expanded]
+    wrong: Sequence[WrongSteps],
+    orders: Sequence[MonotonePair],
+    growths: Sequence[NestedEnclosures],
+    found: Sequence[ExpandedPade],
 ) -> str:
     rises = [w for w in wrong if w.wrong]
     words = "; ".join(f"{w.name} by up to {w.worst:g} ulp in {w.wrong} of {w.pairs:,} pairs" for w in rises)
     return (
-        f"In double precision eps is in (0, 1] up to v* = {LAST_POSITIVE:.4g}, where it underflows. Of the functions "
-        f"that should rise or fall, some take steps in the wrong direction between neighbours, within what their "
-        f"errors allow: {words}. The others never do. With enclosures, eps, x_max and tau_c are proven to fall in all "
+        f"In double precision eps is in (0, 1] up to v* = {LAST_POSITIVE:.4g}, where it underflows. Some monotonic "
+        f"functions step in the wrong direction between neighbouring numbers, within their stated errors: {words}. The "
+        "others are monotonic at every pair tried. With enclosures, eps, x_max and tau_c are proven to fall in all "
         f"{sum(o.holds for o in orders)} of {len(orders)} pairs, as near as {min(o.gap for o in orders):g}; "
-        f"{sum(g.pairs for g in growths)} enclosures contain those with more digits, but for "
-        f"{sum(g.not_nested for g in growths)}. {sum(e.coefficients for e in found)} coefficients of "
-        f"{len(found)} Padé approximants, expanded again, are h_k but for {sum(e.outside for e in found)}."
+        f"{sum(g.pairs for g in growths)} enclosures contain the enclosure with more digits; exceptions: "
+        f"{sum(g.not_nested for g in growths)}. {sum(e.coefficients for e in found)} coefficients of {len(found)} Padé "
+        f"approximants, expanded again, agree with h_k; exceptions: {sum(e.outside for e in found)}."
     )
 
 
-def _step_checks(wrong: Sequence[Wrong]) -> Iterator[Check]:
+def _step_checks(wrong: Sequence[WrongSteps]) -> Iterator[Check]:
     for one in wrong:
         yield Check(
-            f"{one.name}: largest step in the wrong direction between neighbours, in ulp; what both errors allow",
+            f"{one.name}: largest step in the wrong direction between neighbours, in ulp; the limit is the sum "
+            "of both errors",
             one.worst,
             "<=",
             one.limit,
         )
 
 
-def _step_table(wrong: Sequence[Wrong]) -> Table:
+def _step_table(wrong: Sequence[WrongSteps]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for one in wrong:
         where = f"{one.x[int(np.argmax(one.steps))]:.6g}" if one.wrong else ""
         rows.append((one.name, one.pairs, one.wrong, f"{one.worst:g}", f"{one.limit:.3g}", where))
     header = ("function", "pairs of neighbours", "wrong direction", "largest, ulp", "allowed, ulp", "at v*")
-    return Table("From one number to the next", header, tuple(rows))
+    return ResultTable("Steps to the neighbouring number", header, tuple(rows))
 
 
-def _order_table(orders: Sequence[Order], growths: Sequence[Growth]) -> Table:
+def _order_table(orders: Sequence[MonotonePair], growths: Sequence[NestedEnclosures]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for one in orders[:12]:
         rows.append((one.v_star, f"pair, gap {one.gap:g}", "proven" if one.holds else "not proven"))
@@ -580,25 +582,27 @@ def _order_table(orders: Sequence[Order], growths: Sequence[Growth]) -> Table:
                 f"{grown.not_nested} not nested, {grown.not_rounded} not rounded",
             )
         )
-    return Table("Proven: order and digits (some of them)", ("v*", "what", "found"), tuple(rows))
+    return ResultTable("Proven monotonicity and nested enclosures (a selection)", ("v*", "what", "found"), tuple(rows))
 
 
-def _layout_table(layout: Mapping[str, int], x: FloatArray) -> Table:
+def _layout_table(layout: Mapping[str, int], x: FloatArray) -> ResultTable:
     count = sum(1 for _ in layouts(x)) + 2
     rows = tuple((name, count, len(x), wrong) for name, wrong in layout.items())
-    return Table("Arrays laid out otherwise", ("function", "layouts", "numbers", "results that differ"), rows)
+    return ResultTable(
+        "Arrays in other memory layouts", ("function", "layouts", "numbers", "results that differ"), rows
+    )
 
 
-def _pade_table(found: Sequence[Expanded]) -> Table:
+def _pade_table(found: Sequence[ExpandedPade]) -> ResultTable:
     rows = tuple(
         (e.label, e.coefficients, e.outside, f"{e.width:.1e}", e.roots, e.without_conjugate + e.missing)
         for e in found[:20]
     )
     header = ("approximant", "coefficients", "not h_k", "relative uncertainty", "poles and zeros", "not in order")
-    return Table("Padé approximants, expanded from 60 digits, and their roots", header, rows)
+    return ResultTable("Padé approximants, expanded from 60 digits, and their roots", header, rows)
 
 
-def _step_chart(wrong: Sequence[Wrong]) -> Chart:
+def _step_chart(wrong: Sequence[WrongSteps]) -> Chart:
     edges = np.linspace(-12, 12, 145)
     curves: list[ChartCurve] = []
     for one in wrong:
@@ -606,14 +610,14 @@ def _step_chart(wrong: Sequence[Wrong]) -> Chart:
             curves.append(curve(one.name, *binned(one.x, one.steps, edges), "points"))
     limit = min(one.limit for one in wrong[:1])
     curves.append(curve("allowed for eps", [1e-12, 1e12], [limit, limit], "bound"))
-    return Chart("Largest step the wrong way, to the next number", "v*", "ulp", tuple(curves), y_scale="linear")
+    return Chart("Largest step in the wrong direction", "v*", "ulp", tuple(curves), y_scale="linear")
 
 
 def _share_chart(sums: tuple[FloatArray, FloatArray], others: Sequence[tuple[float, float, float]]) -> Chart:
     edges = np.linspace(-12, 12, 145)
     v_star, change, limit = (np.array(part) for part in zip(*others, strict=True))
     return Chart(
-        "Errors, in terms of what is allowed",
+        "Errors relative to their limits",
         "v*",
         "error/allowed",
         (
@@ -636,7 +640,7 @@ def _fall_chart(generator: np.random.Generator, number: int) -> Chart:
     slope = -double.slope(x) * np.spacing(x) / x * double.epsilon(x) / np.spacing(double.epsilon(x))
     expected = np.bincount(place, slope, len(middles))[: len(middles)] / np.bincount(place, minlength=len(middles))
     return Chart(
-        "Mean fall of eps to the next double",
+        "Mean decrease of eps to the next double",
         "v*",
         "ulp of eps",
         (curve("computed", middles, mean, "points"), curve("from the slope of ln eps", middles, expected, "line")),
@@ -647,7 +651,7 @@ CASE = Case(
     "always",
     "Properties that always hold",
     "0 < eps <= 1, eps(0) = 1, eps falls and 1 - eps rises with v*, their sum is 1, enclosures are nested, eps depends "
-    "on beta^5 speed only, the layout of arrays does not matter, Padé approximants expand to their series: is there "
-    "any v*, speed, beta, number of digits or degree where one of these fails?",
+    "on beta^5 speed only, the layout of arrays does not matter, Padé approximants expand to their series: does one of "
+    "these properties fail at any v*, speed, beta, number of digits or degree?",
     run,
 )

@@ -20,7 +20,7 @@ from viscopade.kernels import requests, rounding, toolchain
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.requests import Request
 from viscopade.theory.pade import DegenerateError
-from viscopade_lab.hard_cases.finding import Cell, Chart, Check, Table, curve
+from viscopade_lab.hard_cases.finding import Cell, Chart, Check, ResultTable, curve
 
 NO_CONTRACTION = "-ffp-contract=off"  # without it a compiler may fuse products and sums, which Python does not
 _DEFINITION = re.compile(r"^static inline (double|float) (viscopade_\w+)\((?:double|float) \w+\)$", re.MULTILINE)
@@ -87,12 +87,12 @@ def _function(library: ctypes.CDLL, kind: str, name: str) -> Function:
 # --- the exact quotient -----------------------------------------------------------------------------------------------
 
 
-def polynomial(ascending: Sequence[Fraction], x: Fraction) -> Fraction:
+def exact_polynomial(ascending: Sequence[Fraction], x: Fraction) -> Fraction:
     """Return a polynomial's exact value, as a sum of powers (the kernels use Horner's rule)."""
     return sum((c * x**i for i, c in enumerate(ascending)), Fraction(0))
 
 
-class Allowed(NamedTuple):
+class ExactQuotient(NamedTuple):
     """The exact quotient at a v*, and by how much a computed one may be off."""
 
     value: Fraction
@@ -101,7 +101,7 @@ class Allowed(NamedTuple):
 
 def allowed(
     a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: Fraction, threshold: int
-) -> Allowed | None:
+) -> ExactQuotient | None:
     """Return what the running error bound of Horner's rule (`rounding`) says; None if a sum may vanish.
 
     Beyond 2^threshold the polynomials are those in u = 1/v*, which is rounded; so are the products with its powers.
@@ -109,7 +109,7 @@ def allowed(
     far = v_star > Fraction(2) ** threshold
     x = 1 / v_star if far else v_star
     parts = [c[::-1] if far else c for c in (a, b)]
-    exact = [polynomial(c, x) for c in parts]
+    exact = [exact_polynomial(c, x) for c in parts]
     factors = len(b) - len(a) if far else 0
     unit = 2.0**-form.precision
     with working(rounding.BITS):
@@ -125,7 +125,7 @@ def allowed(
     relative = math.expm1(math.log1p(shares[0]) - math.log1p(-shares[1]) + roundings * math.log1p(unit))
     smallest = 2.0 ** (1 - form.largest - form.precision + 1)
     below = smallest * (abs(factors) + 2) * (1 + abs(float(quotient))) if far else smallest
-    return Allowed(value, float(abs(value)) * relative * (1 + 2**-40) + below)
+    return ExactQuotient(value, float(abs(value)) * relative * (1 + 2**-40) + below)
 
 
 def _moved(ascending: Sequence[Fraction], x: Fraction, value: Fraction) -> float:
@@ -137,7 +137,7 @@ def _moved(ascending: Sequence[Fraction], x: Fraction, value: Fraction) -> float
 
 
 @dataclass
-class Compared:
+class TextComparison:
     """What was compared, of all texts.
 
     Attributes
@@ -163,7 +163,7 @@ class Compared:
     points: list[tuple[float, float, float]] = field(default_factory=list)
 
 
-def speeds(generator: np.random.Generator, number: int, form: Format) -> Array:
+def v_star_samples(generator: np.random.Generator, number: int, form: Format) -> Array:
     """Return v* of a type: all exponents, and more near 1."""
     tiny, huge = 2.0 ** (1 - form.largest - form.precision + 1), 2.0**form.largest
     everywhere = np.exp(generator.uniform(math.log(tiny), math.log(huge), number // 2))
@@ -184,7 +184,7 @@ def same(function: Function, reference: Callable[[float], float], x: Array) -> t
     return len(taken), int(np.count_nonzero(got.view(np.int64) != np.array(expected).view(np.int64)))
 
 
-def compare_quotients(request: Request, generator: np.random.Generator, number: int, into: Compared) -> None:
+def compare_quotients(request: Request, generator: np.random.Generator, number: int, into: TextComparison) -> None:
     """Compile and run the quotients of a request, and compare them with each other and with exact values."""
     module = python(request.render("python"))
     records = json.loads(request.render("json"))["approximants"]
@@ -194,7 +194,7 @@ def compare_quotients(request: Request, generator: np.random.Generator, number: 
         given = tuple(tuple(map(Fraction, part)) for part in _coefficients(record))
         _compare_coefficients(given, module, kernel.name.upper(), into)
         if name in functions:
-            compared, different = same(functions[name], module[name], speeds(generator, number, DOUBLE))
+            compared, different = same(functions[name], module[name], v_star_samples(generator, number, DOUBLE))
             into.compared += compared
             into.different += different
         for form in (DOUBLE, FLOAT):
@@ -202,11 +202,11 @@ def compare_quotients(request: Request, generator: np.random.Generator, number: 
             if function is None and form == DOUBLE:
                 function = _vectorised(module[name])
             if function is not None:
-                x = speeds(generator, number, form)
+                x = v_star_samples(generator, number, form)
                 _compare_with_exact(kernel, record, form, x, function, into)
 
 
-def compare_inverses(request: Request, generator: np.random.Generator, number: int, into: Compared) -> None:
+def compare_inverses(request: Request, generator: np.random.Generator, number: int, into: TextComparison) -> None:
     """Compile and run the inverse kernels of a request, and compare C with Python."""
     module, functions = python(request.render("python")), _compiled_or_not(request.render("c"), into)
     portions = np.concatenate(
@@ -219,7 +219,7 @@ def compare_inverses(request: Request, generator: np.random.Generator, number: i
             into.different += different
 
 
-def _compiled_or_not(header: str, into: Compared) -> dict[str, Function]:
+def _compiled_or_not(header: str, into: TextComparison) -> dict[str, Function]:
     try:
         return compiled(header)
     except toolchain.ToolchainError as error:
@@ -246,7 +246,7 @@ def _coefficients(record: Mapping[str, Any], form: Format = DOUBLE) -> tuple[lis
 
 
 def _compare_coefficients(
-    given: tuple[tuple[Fraction, ...], ...], module: Mapping[str, Any], tag: str, into: Compared
+    given: tuple[tuple[Fraction, ...], ...], module: Mapping[str, Any], tag: str, into: TextComparison
 ) -> None:
     for letter, part in zip("AB", given, strict=True):
         held = module[f"{letter}_{tag}"]
@@ -266,7 +266,7 @@ def _stated(record: Mapping[str, Any], form: Format) -> tuple[float, float]:
 
 
 def _compare_with_exact(
-    kernel: Quotient, record: Mapping[str, Any], form: Format, x: Array, function: Function, into: Compared
+    kernel: Quotient, record: Mapping[str, Any], form: Format, x: Array, function: Function, into: TextComparison
 ) -> None:
     a, b = ([Fraction(c) for c in part] for part in kernel.rounded(form))
     table = [[Fraction(c) for c in part] for part in _coefficients(record, form)]
@@ -288,7 +288,7 @@ def _compare_with_exact(
         error = float(abs(Fraction(value) - found.value))
         worst = max(worst, error / found.error)
         if v <= to:
-            exact = polynomial(table[0], Fraction(v)) / polynomial(table[1], Fraction(v))
+            exact = exact_polynomial(table[0], Fraction(v)) / exact_polynomial(table[1], Fraction(v))
             worst_stated = max(worst_stated, float(abs(Fraction(value) / exact - 1)) / bound)
         if kernel.name == _CHARTED and form == DOUBLE and 1e-4 <= v <= 1e6:
             scale = float(found.value) * 2.0**-53
@@ -322,9 +322,9 @@ def _exists(degrees: tuple[int, int]) -> bool:
     return True
 
 
-def all_trips(generator: np.random.Generator, number: int, inverse: Request, thorough: bool) -> Compared:
+def all_trips(generator: np.random.Generator, number: int, inverse: Request, thorough: bool) -> TextComparison:
     """Compare everything."""
-    into = Compared()
+    into = TextComparison()
     for request in _wanted(generator, thorough):
         compare_quotients(request, generator, number, into)
     compare_inverses(inverse, generator, number, into)
@@ -334,7 +334,7 @@ def all_trips(generator: np.random.Generator, number: int, inverse: Request, tho
 # --- what is shown ----------------------------------------------------------------------------------------------------
 
 
-def table(found: Compared) -> Table:
+def table(found: TextComparison) -> ResultTable:
     """Return the errors by text and type."""
     rows: list[tuple[Cell, ...]] = [
         (name, form, count, f"{worst:.3f}", f"{stated:.3f}" if stated else "")
@@ -343,10 +343,12 @@ def table(found: Compared) -> Table:
     compared = f"{found.different} of {found.compared:,} values differ" if not found.why_not else "not run: no compiler"
     rows.append(("C and Python, every bit", "double", found.compared, compared, ""))
     header = ("exported text", "type", "values", "largest error/allowed at that v*", "largest error/stated bound")
-    return Table("Exported text, compiled or run: against exact quotients of its own coefficients", header, tuple(rows))
+    return ResultTable(
+        "Exported text, compiled or run: against exact quotients of its own coefficients", header, tuple(rows)
+    )
 
 
-def chart(found: Compared) -> Chart:
+def chart(found: TextComparison) -> Chart:
     """Return the rounding errors of one kernel with the bound at each v*."""
     points = sorted(found.points)
     x = [v for v, _, _ in points]
@@ -361,21 +363,18 @@ def chart(found: Compared) -> Chart:
     )
 
 
-def checks(found: Compared) -> tuple[Check, ...]:
+def checks(found: TextComparison) -> tuple[Check, ...]:
     """Return what must hold."""
     return (
-        Check("values of compiled C that differ in a bit from those of the exported Python", found.different, "==", 0),
-        Check("coefficients in JSON tables that do not become those of the exported Python", found.changed, "==", 0),
-        Check(
-            "largest rounding error of exported code, in terms of the running error bound of Horner's rule at that v*",
+        Check.never("values of compiled C that differ in a bit from those of the exported Python", found.different),
+        Check.never("coefficients in JSON tables that do not become those of the exported Python", found.changed),
+        Check.within(
+            "largest round-off of exported code, relative to the running error bound of Horner's rule at that v*",
             max(row[3] for row in found.rows),
-            "<=",
-            1,
         ),
-        Check(
-            "largest error against the quotient of the JSON table's decimals, in terms of the rounding that it states",
+        Check.within(
+            "largest error against the quotient of the JSON table's decimals, relative to the round-off that "
+            "the table states",
             max(row[4] for row in found.rows),
-            "<=",
-            1,
         ),
     )

@@ -30,7 +30,7 @@ from viscopade.kernels.toolchain import ToolchainError
 from viscopade.progress import track
 from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run_driver
 from viscopade_lab import proven
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 
 Rules = Literal["bits", "contracted", "extended", "fast"]
 Array = npt.NDArray[Any]
@@ -78,7 +78,7 @@ class Build:
         return words + {HEADERS: ", all headers", DECIMAL: ", headers without tables"}.get(self.headers, "")
 
 
-class Made(NamedTuple):
+class BuildResult(NamedTuple):
     """What a compiler made of the headers: results by function, or why there are none."""
 
     compiler: str
@@ -139,7 +139,7 @@ def header(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedError:
     """What is proven of a function's error, and its header states.
 
     Attributes
@@ -177,7 +177,7 @@ class HeaderFunction:
     name: str
     kind: str
     form: Form
-    stated: Stated
+    stated: StatedError
     arrays: bool = False
 
     @property
@@ -196,7 +196,7 @@ class HeaderFunction:
         return f"for (i = 0; i < {n}; ++i) {{ out{s}[i] = viscopade_{self.kind}_{self.name}{s}({x}[i]{beta}); }}"
 
 
-def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
+def header_functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
     """Return the functions of some headers whose errors are proven; each once."""
     found: dict[tuple[str, ...], HeaderFunction] = {}
     for text in texts.values():
@@ -206,11 +206,11 @@ def functions(texts: Mapping[str, str]) -> list[HeaderFunction]:
             for arrays in (False, True) if kind == "restitution" else (False,):
                 key = form, kind, name, "array" if arrays else ""
                 if key not in found:
-                    found[key] = HeaderFunction(name, kind, form, stated(kind, name, form), arrays)
+                    found[key] = HeaderFunction(name, kind, form, stated_error(kind, name, form), arrays)
     return list(found.values())
 
 
-def stated(kind: str, name: str, form: Form) -> Stated:
+def stated_error(kind: str, name: str, form: Form) -> StatedError:
     """Return what is proven of a function.
 
     Raises
@@ -220,30 +220,30 @@ def stated(kind: str, name: str, form: Form) -> Stated:
     """
     found = proven.of(name, form)
     if name == "full":
-        return Stated(ulps=found.number(f"ulps of {kind}"))
+        return StatedError(ulps=found.number(f"ulps of {kind}"))
     if name.startswith("lookup"):
         return _of_speed_table(name, form)
     rounding = found.number(f"rounding of {kind}")
     if name.startswith("inverse"):
-        return Stated(value=rounding, formula=found.number("formula"))
+        return StatedError(value=rounding, formula=found.number("formula"))
     if name.startswith("halfline"):
-        return Stated(((float("inf"), found.number("formula")),), rounding)
-    return Stated(found.up_to, rounding, high=max(end for end, _ in found.up_to))
+        return StatedError(((float("inf"), found.number("formula")),), rounding)
+    return StatedError(found.up_to, rounding, high=max(end for end, _ in found.up_to))
 
 
-def _of_speed_table(name: str, form: Form) -> Stated:
+def _of_speed_table(name: str, form: Form) -> StatedError:
     double, found = proven.of(name, "double"), proven.of(name, form)
     low, high = double.number("low"), double.number("high")
     # A result of type double is within half an ulp of type float once converted, but for its own error: 1e-4 of that.
     own, doubles = (1.0, 0.0) if found and form == "float" else (0.0, 1.0) if found else (0.5001, 1.0)
     if double.has("ulps"):
         ulps = double.number("ulps") + double.number("ulps of w")
-        return Stated(ulps=own * ulps if found else own, double_ulps=doubles * ulps, low=low, high=high)
+        return StatedError(ulps=own * ulps if found else own, double_ulps=doubles * ulps, low=low, high=high)
     numbers = found or double
     smaller = ((float("inf"), numbers.number("formula")),)
     halves = own / 2 if found else own
     rounding = numbers.number("rounding")
-    return Stated(smaller, ulps=halves, double_ulps=doubles / 2, rounding=rounding, low=low, high=high)
+    return StatedError(smaller, ulps=halves, double_ulps=doubles / 2, rounding=rounding, low=low, high=high)
 
 
 # --- arguments and the truth ------------------------------------------------------------------------------------------
@@ -269,7 +269,7 @@ _ANSWERS = {
 }
 
 
-class Truth(NamedTuple):
+class DoubleDoubleValues(NamedTuple):
     """Exact values, each as the sum of two doubles."""
 
     v_star: Array
@@ -286,11 +286,11 @@ class Given(Protocol):
 
 
 @dataclass(frozen=True)
-class Points:
+class TestVectors:
     """Arguments, numbers of type float, and what is exact there, by kind of function."""
 
     arguments: Mapping[str, Array]
-    truth: Mapping[str, Truth]
+    truth: Mapping[str, DoubleDoubleValues]
 
     def given(self, over: str, form: Form) -> Array:
         """Return arguments in a type, with the special ones."""
@@ -298,7 +298,7 @@ class Points:
 
 
 @lru_cache(maxsize=2)
-def points(thorough: bool) -> Points:
+def reference_points(thorough: bool) -> TestVectors:
     """Return arguments over all the range of type float, most of them where eps is neither 0 nor 1."""
     generator = random.Random(_SEED)
     number = 120 if thorough else 20
@@ -313,19 +313,19 @@ def points(thorough: bool) -> Points:
     arguments = {"v_star": v_star, "speed": speed, "epsilon": epsilon}
     kinds = {"epsilon": at_v, "one_minus_epsilon": at_v, "restitution": at_speed, "v_star": at_epsilon}
     truth = {kind: _truth(found, "epsilon" if kind == "restitution" else kind) for kind, found in kinds.items()}
-    return Points(arguments, truth)
+    return TestVectors(arguments, truth)
 
 
 def _floats(values: Any) -> Array:
     return np.array(list(values), dtype=np.float32).astype(np.float64)
 
 
-def _truth(found: Sequence[exact.Collision], name: str) -> Truth:
+def _truth(found: Sequence[exact.Collision], name: str) -> DoubleDoubleValues:
     values: list[mpf] = [to_mpf(getattr(collision, name)) for collision in found]
     high = np.array([float(value) for value in values])
     low = np.array([float(value - mpf(float(value))) for value in values])
     smaller = np.array([min(float(to_mpf(c.epsilon)), float(to_mpf(c.one_minus_epsilon))) for c in found])
-    return Truth(np.array([float(to_mpf(c.v_star)) for c in found]), high, low, smaller)
+    return DoubleDoubleValues(np.array([float(to_mpf(c.v_star)) for c in found]), high, low, smaller)
 
 
 # --- building and running ---------------------------------------------------------------------------------------------
@@ -381,7 +381,7 @@ def make(
     start: Sequence[str] = (),
     order: Literal["=", "<", ">"] = "=",
     limit: int = 300,
-) -> Made:
+) -> BuildResult:
     """Compile headers and run them.
 
     `start` is the command of an emulator, and `order` is the byte order of the processor that it emulates;
@@ -401,13 +401,13 @@ def make(
     try:
         code = run_driver(runner, Tool((command,), ""), driver(wanted, given), file, numbers, size, limit)
     except ToolchainError as error:
-        return Made(name, build, tuple(wanted), (), str(error))
+        return BuildResult(name, build, tuple(wanted), (), str(error))
     ends = np.cumsum([0, *sizes])
     pieces = [code[first:last] for first, last in pairwise(ends)]
     results = tuple(
         np.frombuffer(piece, dtype=types[f.form]).astype(TYPES[f.form]) for piece, f in zip(pieces, wanted, strict=True)
     )
-    return Made(name, build, tuple(wanted), results, "")
+    return BuildResult(name, build, tuple(wanted), results, "")
 
 
 # --- judging ----------------------------------------------------------------------------------------------------------
@@ -422,19 +422,19 @@ class BuildErrors(NamedTuple):
     refused: int
 
 
-def errors(given: Points, made: Made) -> BuildErrors:
+def errors(given: TestVectors, made: BuildResult) -> BuildErrors:
     """Compare all results with the truth and with what the headers state."""
     each = [_errors(f, given, r, made.build.rules) for f, r in zip(made.functions, made.results, strict=True)]
     worst = [max(values) for values in zip(*((e.part, e.excess) for e in each), strict=True)]
     return BuildErrors(worst[0], worst[1], sum(e.wrong for e in each), sum(e.refused for e in each))
 
 
-def _errors(function: HeaderFunction, given: Points, result: Array, rules: Rules) -> BuildErrors:
+def _errors(function: HeaderFunction, given: TestVectors, result: Array, rules: Rules) -> BuildErrors:
     truth, at = given.truth[function.kind], len(given.arguments[function.over])
     values = result[:at].astype(np.float64)
     error = np.abs((values - truth.high) - truth.low)
     ulp = np.abs(np.spacing(truth.high.astype(TYPES[function.form]))).astype(np.float64)
-    allowed = bound(function.stated, truth, ulp)
+    allowed = error_bound(function.stated, truth, ulp)
     # Subnormal results may be 0 where a compiler says so, and nothing is stated beyond a formula's interval.
     sound = (truth.high >= np.finfo(TYPES[function.form]).tiny) & np.isfinite(allowed)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -451,7 +451,7 @@ def _errors(function: HeaderFunction, given: Points, result: Array, rules: Rules
     return BuildErrors(float(part.max()), max(0.0, float(excess.max())), int(np.sum(~same)), refused)
 
 
-def bound(stated: Stated, truth: Truth, ulp: Array) -> Array:
+def error_bound(stated: StatedError, truth: DoubleDoubleValues, ulp: Array) -> Array:
     """Return the largest error that is stated, at each argument; infinite where nothing is."""
     relative = np.full(len(truth.v_star), 0.0 if not stated.smaller else np.inf)
     for end, share in reversed(stated.smaller):
@@ -463,7 +463,7 @@ def bound(stated: Stated, truth: Truth, ulp: Array) -> Array:
     return np.where(inside, total + 2.0**-100 * truth.high, np.inf)
 
 
-def differing(first: Made, other: Made) -> int:
+def differing(first: BuildResult, other: BuildResult) -> int:
     """Return how many results differ from those of another build in any bit; NaN is like NaN."""
     return sum(
         int(np.sum((a != b) & ~(np.isnan(a) & np.isnan(b)))) for a, b in zip(first.results, other.results, strict=True)
@@ -473,57 +473,57 @@ def differing(first: Made, other: Made) -> int:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-def measure(thorough: bool, text_of: Callable[[str], str] = header) -> tuple[Points, list[Made]]:
+def run_builds(thorough: bool, text_of: Callable[[str], str] = header) -> tuple[TestVectors, list[BuildResult]]:
     """Compile and run everything."""
-    given = points(thorough)
+    given = reference_points(thorough)
     jobs = [(name, *tool, build) for name, tool in tools(thorough).items() for build in builds(thorough, tool[1])]
     texts = {name: text_of(name) for name in dict.fromkeys(name for *_, build in jobs for name in build.headers)}
     made = []
     for i in track(range(len(jobs)), "compilers"):
         name, command, _, build = jobs[i]
         used = {header: texts[header] for header in build.headers}
-        made.append(make(name, command, build, "\n".join(used.values()), functions(used), given))
+        made.append(make(name, command, build, "\n".join(used.values()), header_functions(used), given))
     return given, made
 
 
 _MISSING = re.compile(r"unrecogni[sz]ed|unknown argument|invalid value|unsupported option|cannot find|bits/", re.I)
 
 
-def missing(made: Made) -> bool:
+def missing(made: BuildResult) -> bool:
     """Whether a compiler lacks a flag, a standard or a library of it: that says nothing about the headers."""
     return bool(made.reason) and _MISSING.search(made.reason) is not None
 
 
-def judge(given: Points, made: Sequence[Made]) -> Outcome:
+def outcome(given: TestVectors, made: Sequence[BuildResult]) -> Outcome:
     """Return what is found in the results."""
     here = [one for one in made if not missing(one)]
     built = [one for one in here if not one.reason]
     found = [(one, errors(given, one)) for one in built]
     strict = [(one, e) for one, e in found if one.build.rules != "fast"]
     fast = [e for one, e in found if one.build.rules == "fast"]
-    first: dict[tuple[str, ...], Made] = {}
+    first: dict[tuple[str, ...], BuildResult] = {}
     same = [one for one in built if one.build.rules == "bits"]
     bits = sum(differing(first.setdefault(one.build.headers, one), one) for one in same)
     parts = max((e.part for _, e in strict), default=0.0)
     excess = max((e.excess for e in fast), default=0.0)
     wrong, wrong_fast = sum(e.wrong for _, e in strict), sum(e.wrong for e in fast)
     checks = (
-        Check("headers that a compiler refuses or warns of, over all builds", len(here) - len(built), "==", 0),
-        Check("largest error in what the headers prove, without -ffast-math", parts, "<=", 1),
-        Check("results that differ in any bit between builds that neither fuse nor reorder", bits, "==", 0),
-        Check("wrong results for 0, subnormal, infinite, negative arguments, NaN, without -ffast-math", wrong, "==", 0),
+        Check.never("headers that a compiler refuses or warns of, over all builds", len(here) - len(built)),
+        Check.within("largest error relative to the proven bound, without -ffast-math", parts),
+        Check.never("results that differ in any bit between builds that neither fuse nor reorder", bits),
+        Check.never("wrong results for 0, subnormal, infinite, negative arguments, NaN, without -ffast-math", wrong),
         Check("with -ffast-math: errors beyond the proven ones, in ulp (4 more roundings)", excess, "<=", FAST_ULPS),
-        Check("with -ffast-math: results for 0 and subnormal numbers further off than that", wrong_fast, "==", 0),
+        Check.never("with -ffast-math: results for 0 and subnormal numbers with a larger error than that", wrong_fast),
     )  # fmt: skip
     return Outcome(_summary(made, found), (_table(made, _by_build(found)),), (_chart(found),), checks)
 
 
-def _by_build(found: Sequence[tuple[Made, BuildErrors]]) -> dict[tuple[str, str], BuildErrors]:
+def _by_build(found: Sequence[tuple[BuildResult, BuildErrors]]) -> dict[tuple[str, str], BuildErrors]:
     """Return the errors by compiler and flags."""
     return {(one.compiler, one.build.label): error for one, error in found}
 
 
-def _summary(made: Sequence[Made], found: Sequence[tuple[Made, BuildErrors]]) -> str:
+def _summary(made: Sequence[BuildResult], found: Sequence[tuple[BuildResult, BuildErrors]]) -> str:
     if not found:
         return "Not run: there is no C compiler here."
     names = list(dict.fromkeys(one.compiler for one, _ in found))
@@ -548,7 +548,7 @@ def _summary(made: Sequence[Made], found: Sequence[tuple[Made, BuildErrors]]) ->
     )
 
 
-def _table(made: Sequence[Made], found: Mapping[tuple[str, str], BuildErrors]) -> Table:
+def _table(made: Sequence[BuildResult], found: Mapping[tuple[str, str], BuildErrors]) -> ResultTable:
     header = ("compiler", "flags", "error / proven", "beyond it, ulp", "special results wrong", "NaN returned")
     rows: list[tuple[Cell, ...]] = []
     for one in made:
@@ -559,12 +559,12 @@ def _table(made: Sequence[Made], found: Mapping[tuple[str, str], BuildErrors]) -
         else:
             numbers = (f"{error.part:.3f}", f"{error.excess:.2f}", error.wrong, error.refused)
             rows.append((one.compiler, one.build.label, *numbers))
-    return Table(
+    return ResultTable(
         "Builds: the largest errors, and results for 0, infinity, negative numbers and NaN", header, tuple(rows)
     )
 
 
-def _chart(found: Sequence[tuple[Made, BuildErrors]]) -> Chart:
+def _chart(found: Sequence[tuple[BuildResult, BuildErrors]]) -> Chart:
     """Return the errors of all builds. Those with -ffast-math are a group apart: the bound is not promised to them."""
     groups: dict[str, list[tuple[int, float]]] = {one.compiler: [] for one, _ in found if one.build.rules != "fast"}
     fast: list[tuple[int, float]] = []
@@ -575,7 +575,7 @@ def _chart(found: Sequence[tuple[Made, BuildErrors]]) -> Chart:
     if fast:
         curves.append(_group("-ffast-math: no bound promised", fast))
     return Chart(
-        "Largest error, in parts of what is proven", "build, in the order of the table", "error / proven bound",
+        "Largest error, relative to the proven bound", "build, in the order of the table", "error / proven bound",
         tuple(curves), "linear", "linear",
     )  # fmt: skip
 
@@ -586,12 +586,13 @@ def _group(name: str, points: Sequence[tuple[int, float]]) -> ChartCurve:
 
 def check(thorough: bool) -> Outcome:
     """Build with every compiler that is there."""
-    return judge(*measure(thorough))
+    return outcome(*run_builds(thorough))
 
 
 CASE = Case(
     "compilers",
     "Exported headers through compilers",
-    "Does a compiler, a standard or a flag, -ffast-math among them, make an exported header leave its proven error?",
+    "Does a compiler, a language standard or a flag such as -ffast-math make the error of an exported header "
+    "exceed its proven bound?",
     check,
 )

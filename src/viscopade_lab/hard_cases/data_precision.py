@@ -28,7 +28,7 @@ from viscopade.arrays import double
 from viscopade.theory.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.theory.series import series
 from viscopade.theory.singularity import from_four
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve, signed
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve, signed
 
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 15, 20, 25)
 THOROUGH = tuple(range(61))
@@ -50,7 +50,7 @@ LANDMARKS = ((7, 0.28 + 0j), (10, 3.8 + 0j), (25, 2.97 + 0j))  # m, and about wh
 
 
 @dataclass(frozen=True)
-class Data:
+class RoundedSeries:
     """h_0, h_1, … rounded, and the unit roundoff: |dh_l| <= u |h_l|."""
 
     name: str
@@ -59,7 +59,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Known:
+class SensitivePade:
     """[m/m+3] of the exact series, with the poles on and above the axis and their kappa.
 
     Attributes
@@ -75,13 +75,13 @@ class Known:
 
 
 @dataclass(frozen=True)
-class RoundedData:
+class PadeOfRounded:
     """[m/m+3] of rounded data, against that of the exact series.
 
     Attributes
     ----------
     moved : tuple of float
-        From each pole of `Known.upper` to the nearest one here, in parts of its modulus.
+        From each pole of `SensitivePade.upper` to the nearest one here, in parts of its modulus.
     proven : float
         Largest such distance, either way, in parts of the proven bound.
     spurious : tuple of Doublet
@@ -94,7 +94,7 @@ class RoundedData:
         At each of `V_STARS`, the relative error against the exact function, in double precision.
     """
 
-    data: Data
+    data: RoundedSeries
     p: Pade
     moved: tuple[float, ...]
     proven: float
@@ -112,13 +112,15 @@ def exact_data(largest_m: int) -> tuple[Fraction, ...]:
     return tuple(map(Fraction, series(2 * largest_m + 3, _digits(largest_m)).decimals()))
 
 
-def rounded_data(h: Sequence[Fraction]) -> tuple[Data, ...]:
+def rounded_series(h: Sequence[Fraction]) -> tuple[RoundedSeries, ...]:
     """Return the series rounded to few decimals, and to double."""
     found = [
-        Data(f"{digits} digits", tuple(_to_decimal(h_k, digits) for h_k in h), Fraction(1, 2 * 10 ** (digits - 1)))
+        RoundedSeries(
+            f"{digits} digits", tuple(_to_decimal(h_k, digits) for h_k in h), Fraction(1, 2 * 10 ** (digits - 1))
+        )
         for digits in DECIMALS
     ]
-    return (*found, Data(DOUBLE, tuple(Fraction(float(h_k)) for h_k in h), Fraction(1, 2**53)))
+    return (*found, RoundedSeries(DOUBLE, tuple(Fraction(float(h_k)) for h_k in h), Fraction(1, 2**53)))
 
 
 def _to_decimal(number: Fraction, digits: int) -> Fraction:
@@ -129,7 +131,7 @@ def _to_decimal(number: Fraction, digits: int) -> Fraction:
 # --- one approximant --------------------------------------------------------------------------------------------------
 
 
-def known(h: Sequence[Fraction], m: int) -> Known:
+def sensitive_pade(h: Sequence[Fraction], m: int) -> SensitivePade:
     """Return [m/m+3] of the exact series and how sensitive it is."""
     p = rational_pade(h[: 2 * m + 4], m, m + 3, _digits(m))
     upper = tuple(pole for pole in p.poles if pole.real or pole.value.imag > 0)
@@ -139,10 +141,10 @@ def known(h: Sequence[Fraction], m: int) -> Known:
         slopes = [abs(a(pole.value) * b.derivative()(pole.value) * pole.value) for pole in upper]
         kappa = [_upper(weights.at(pole.value) / s) for pole, s in zip(upper, slopes, strict=True)]
         amplification = [_float(weights.at(v) / abs(a(v) * b(v))) for v in map(_point, V_STARS)]
-    return Known(p, upper, tuple(kappa), tuple(amplification))
+    return SensitivePade(p, upper, tuple(kappa), tuple(amplification))
 
 
-def rounded(data: Data, exact: Known) -> RoundedData:
+def pade_of_rounded(data: RoundedSeries, exact: SensitivePade) -> PadeOfRounded:
     """Return [m/m+3] of rounded data, compared with that of the exact series."""
     p = exact.p
     q = rational_pade(data.h[: 2 * p.m + 4], p.m, p.n, _digits(p.m))
@@ -156,7 +158,7 @@ def rounded(data: Data, exact: Known) -> RoundedData:
         proven = max(x / y for x, y in zip([*moved, *moved_back], [*reach, *back], strict=True))
         error, in_bounds, total = _errors(p, q, weights, u)
         spurious = tuple(pair for pair in q.doublets() if nearest(pair.pole, p.poles) > KEPT)
-    return RoundedData(data, q, tuple(moved), proven, spurious, error, in_bounds, total)
+    return PadeOfRounded(data, q, tuple(moved), proven, spurious, error, in_bounds, total)
 
 
 def _digits(m: int) -> int:
@@ -237,7 +239,7 @@ def _exact_epsilon() -> tuple[float, ...]:
     return tuple(np.asarray(double.epsilon(np.array([float(v) for v in V_STARS]))).tolist())
 
 
-def lasting(found: Sequence[RoundedData]) -> int:
+def lasting(found: Sequence[PadeOfRounded]) -> int:
     """Count the spurious doublets that the approximants of all other data have too, within KEPT."""
     return sum(
         all(nearest(pair.pole, other.p.poles) <= KEPT for other in found if other is not one)
@@ -248,22 +250,22 @@ def lasting(found: Sequence[RoundedData]) -> int:
 
 # --- the case ---------------------------------------------------------------------------------------------------------
 
-MeasuredData = Mapping[int, tuple[Known, tuple[RoundedData, ...]]]
+MeasuredData = Mapping[int, tuple[SensitivePade, tuple[PadeOfRounded, ...]]]
 
 
-def measured(degrees: Sequence[int]) -> MeasuredData:
+def pade_by_degree(degrees: Sequence[int]) -> MeasuredData:
     """Return for each m the exact approximant and those of all the rounded data."""
     h = exact_data(max(degrees))
-    data = rounded_data(h)
+    data = rounded_series(h)
     found = {}
     for m in degrees:
-        exact = known(h, m)
-        found[m] = exact, tuple(rounded(one, exact) for one in data)
+        exact = sensitive_pade(h, m)
+        found[m] = exact, tuple(pade_of_rounded(one, exact) for one in data)
     return found
 
 
 def _run(thorough: bool) -> Outcome:
-    found = measured(THOROUGH if thorough else QUICK)
+    found = pade_by_degree(THOROUGH if thorough else QUICK)
     return Outcome(
         _summary(found),
         (_by_precision(found), _by_degree(found), _landmarks(found)),
@@ -280,7 +282,7 @@ def slope(found: MeasuredData) -> tuple[float, float]:
     return float(c), float(d)
 
 
-def _of(found: MeasuredData, i: int) -> dict[int, RoundedData]:
+def _of(found: MeasuredData, i: int) -> dict[int, PadeOfRounded]:
     """Return what the data of index i gave, by m."""
     return {m: row[i] for m, (_, row) in found.items()}
 
@@ -289,7 +291,7 @@ def _names(found: MeasuredData) -> list[str]:
     return [one.data.name for one in next(iter(found.values()))[1]]
 
 
-def trusted(rows: Mapping[int, RoundedData]) -> int:
+def trusted(rows: Mapping[int, PadeOfRounded]) -> int:
     """Return the largest m up to which every pole stays within KEPT; -1 if there is none."""
     best = -1
     for m in sorted(rows):
@@ -299,7 +301,7 @@ def trusted(rows: Mapping[int, RoundedData]) -> int:
     return best
 
 
-def _first_spurious(rows: Mapping[int, RoundedData]) -> int | None:
+def _first_spurious(rows: Mapping[int, PadeOfRounded]) -> int | None:
     return next((m for m in sorted(rows) if rows[m].spurious), None)
 
 
@@ -308,7 +310,7 @@ def _up_to(values: Sequence[float], end: int) -> float:
     return max(x for v, x in zip(V_STARS, values, strict=True) if v <= end)
 
 
-def best(rows: Mapping[int, RoundedData], end: int) -> tuple[int, float]:
+def best(rows: Mapping[int, PadeOfRounded], end: int) -> tuple[int, float]:
     """Return the m, with its error, that is nearest to the exact function on (0, end], of those without poles there."""
     errors = {m: _up_to(row.total, end) for m, row in rows.items() if row.p.usable}
     m = min(errors, key=lambda m: errors[m])
@@ -337,15 +339,15 @@ def _summary(found: MeasuredData) -> str:
     stays = ", ".join(f"{x:.0e} ({name})" for name, x in zip(names, moved, strict=True))
     kept_everywhere = sum(lasting(row) for _, row in found.values())
     return (
-        f"The median pole of [m/m+3] loses {c:.2f} m {signed(d)} digits: data of D digits hold the poles to two digits "
-        f"up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. Beyond, "
-        f"rounding makes doublets: [{last}/{last + 3}] has {spurious} that the exact series does not give it. Of all "
-        f"such doublets, {kept_everywhere} are found in all the other precisions too. A true pole comes to rest "
-        f"once the data have more digits than it loses, even the doublet of the exact series in [{m}/{m + 3}] at v* = "
-        f"{_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps hardly notices: a relative "
-        f"error of the h_k is amplified at most {at_most(near, 2)} times, at any m; but up to v* = {FAR} by "
-        f"10^{math.log10(far):.0f} at m = {last}. Of those "
-        f"without a pole or zero at any v* > 0, nearest to the exact function on (0, {FAR}] are {optimum}."
+        f"The median pole of [m/m+3] loses {c:.2f} m {signed(d)} digits: data of D digits hold the poles to two "
+        f"digits up to about m = (D {signed(-2 - d)})/{c:.2f}. All poles stay within {KEPT:.0%} up to m = {held}. "
+        f"Beyond, rounding makes Froissart doublets: [{last}/{last + 3}] has {spurious} that the exact series does "
+        f"not give it. Of all such doublets, {kept_everywhere} are found in all the other precisions too. A true pole "
+        "stays fixed once the data have more digits than it loses, even the doublet of the exact series in "
+        f"[{m}/{m + 3}] at v* = {_place(true_pole)}: it moves by {stays} of its modulus. Up to v* = {NEAR}, eps is "
+        f"well conditioned: a relative error of the h_k is amplified at most {at_most(near, 2)} times, at any m; but "
+        f"up to v* = {FAR} by 10^{math.log10(far):.0f} at m = {last}. Of those without a pole or zero at any v* > 0, "
+        f"nearest to the exact function on (0, {FAR}] are {optimum}."
     )
 
 
@@ -356,11 +358,11 @@ def _landmark(found: MeasuredData, m: int, place: complex) -> tuple[complex, tup
     return complex(exact.upper[i].value), tuple(one.moved[i] for one in row)
 
 
-def _nearest_to(exact: Known, place: complex) -> int:
+def _nearest_to(exact: SensitivePade, place: complex) -> int:
     return min(range(len(exact.upper)), key=lambda i: abs(complex(exact.upper[i].value) - place))
 
 
-def _by_precision(found: MeasuredData) -> Table:
+def _by_precision(found: MeasuredData) -> ResultTable:
     header = (
         "data",
         "all poles kept up to m",
@@ -392,10 +394,10 @@ def _by_precision(found: MeasuredData) -> Table:
                 f"{error:.1e}",
             )
         )
-    return Table("What each precision of the data holds", header, tuple(rows))
+    return ResultTable("Results for each precision of the data", header, tuple(rows))
 
 
-def _positive_by_rounding(p: Pade, row: RoundedData) -> bool:
+def _positive_by_rounding(p: Pade, row: PadeOfRounded) -> bool:
     return any(pole.positive and nearest(pole, p.poles) > KEPT for pole in row.p.poles)
 
 
@@ -408,7 +410,7 @@ def _listed(numbers: Iterable[int]) -> str:
     return f"{len(found)}: {' '.join(map(str, found[:SHOWN]))}{more}"
 
 
-def _by_degree(found: MeasuredData) -> Table:
+def _by_degree(found: MeasuredData) -> ResultTable:
     names = _names(found)
     header = (
         "m",
@@ -432,10 +434,12 @@ def _by_degree(found: MeasuredData) -> Table:
                 *(f"{_up_to(one.error, FAR):.0e}" for one in row),
             )
         )
-    return Table("Poles and doublets of [m/m+3], and the error that rounded data make in eps", header, tuple(rows))
+    return ResultTable(
+        "Poles and doublets of [m/m+3], and the error that rounded data make in eps", header, tuple(rows)
+    )
 
 
-def _landmarks(found: MeasuredData) -> Table:
+def _landmarks(found: MeasuredData) -> ResultTable:
     """Return how far some poles moved: positive ones, and the one nearest to the singularity of eps."""
     wanted = [(f"positive pole of [{m}/{m + 3}]", m, place) for m, place in LANDMARKS]
     wanted.append((f"pole of [{DRAWN_M}/{DRAWN_M + 3}] nearest to the singularity", DRAWN_M, singularity(found)))
@@ -448,7 +452,7 @@ def _landmarks(found: MeasuredData) -> Table:
         size = "" if residue is None else f"{abs(complex(residue)):.0e}"
         rows.append((name, _place(pole), size, f"{exact.kappa[i]:.0e}", *(f"{x:.0e}" for x in moved)))
     header = ("pole", "v*", "residue", "kappa", *_names(found))
-    return Table("Some poles, and by what part of their modulus they moved", header, tuple(rows))
+    return ResultTable("Displacement of some poles, relative to their modulus", header, tuple(rows))
 
 
 def singularity(found: MeasuredData) -> complex:
@@ -481,9 +485,12 @@ def _movement_chart(found: MeasuredData) -> Chart:
         pairs = [(k * float(one.data.u), x) for exact, one in rows for k, x in zip(exact.kappa, one.moved, strict=True)]
         curves.append(curve(name, [x for x, _ in pairs], [y for _, y in pairs], "points"))
     ends = (min(min(c.x) for c in curves), 1.0)
-    label = "predicted, at worst (part of its modulus)"
+    label = "predicted at worst (relative to the modulus)"
     return Chart(
-        "How far poles moved", label, "moved to the nearest", (*curves, curve("worst case", ends, ends, "bound"))
+        "Displacement of poles",
+        label,
+        "displacement",
+        (*curves, curve("worst case", ends, ends, "bound")),
     )
 
 
@@ -507,18 +514,14 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
         if k * float(one.data.u) < SMALL
     ]
     return (
-        Check(
-            "rounding changes eps by no more than is proven, at every v*: largest part of the bound",
+        Check.within(
+            "change of eps by rounding, relative to its proven bound: largest at any v*",
             max(one.error_proven for _, one in rows),
-            "<=",
-            1.0,
         ),
-        Check(
-            "within a proven distance of every pole, exact or from rounded data, the other approximant has one: "
-            "largest part of that distance",
+        Check.within(
+            "every pole, exact or from rounded data, has a pole of the other approximant within a proven distance: "
+            "largest distance relative to it",
             max(one.proven for _, one in rows),
-            "<=",
-            1.0,
         ),
         Check(
             f"poles whose movement is predicted to be below {SMALL:g} move no further: largest part of the prediction, "
@@ -528,17 +531,15 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
             HIGHER_ORDERS,
         ),
         Check(
-            "rounding makes doublets that the exact approximants do not have (there is something to see)",
+            "rounding makes Froissart doublets that the exact approximants do not have: their number",
             sum(len(one.spurious) for _, one in rows),
             ">=",
             1,
         ),
-        Check(
-            f"of these, how many are there within {KEPT:.0%} in all other precisions of the data: a doublet of the "
-            "rounding does not know the others",
+        Check.never(
+            f"of these, how many are there within {KEPT:.0%} in all other precisions of the data: other roundings do "
+            "not reproduce a doublet",
             sum(lasting(row) for _, row in found.values()),
-            "==",
-            0,
         ),
     )
 
@@ -546,7 +547,7 @@ def _checks(found: MeasuredData) -> tuple[Check, ...]:
 CASE = Case(
     "data-precision",
     "Padé from rounded coefficients",
-    "If h_k are known to 6, 10 or 15 digits or in double precision only, how far is eps wrong, which poles can be "
-    "believed, and which did rounding make?",
+    "The coefficients h_k are rounded to 6, 10 or 15 digits, or to double precision. How large is the error of eps, "
+    "which poles are genuine, and which are Froissart doublets made by rounding?",
     _run,
 )

@@ -130,7 +130,7 @@ def log_uniform(generator: np.random.Generator, low: float, high: float, number:
     return np.exp(generator.uniform(math.log(low), math.log(high), number))
 
 
-def speeds(generator: np.random.Generator, number: int) -> FloatArray:
+def v_star_of_all_sizes(generator: np.random.Generator, number: int) -> FloatArray:
     """Return v* from all of double's range, half of them near 1, with its ends, the table's edges and neighbours."""
     edges = np.concatenate([(panels.CENTRES - panels.HALF_WIDTHS)[1:], 2.0 ** np.arange(-1074, 1024, 13)])
     special = [0.0, TINIEST, 2.2250738585072014e-308, np.nextafter(2.2250738585072014e-308, 0), 1.7976931348623157e308]
@@ -157,7 +157,11 @@ def portions(generator: np.random.Generator, number: int) -> FloatArray:
 
 def all_trips(generator: np.random.Generator, number: int) -> dict[str, Trip]:
     """Take every trip from about so many starts."""
-    starts = {"v*": speeds(generator, number), "ep": portions(generator, number), "1 ": portions(generator, number)}
+    starts = {
+        "v*": v_star_of_all_sizes(generator, number),
+        "ep": portions(generator, number),
+        "1 ": portions(generator, number),
+    }
     return {name: trip(starts[name[:2]]) for name, trip in DOUBLE_TRIPS.items()}
 
 

@@ -171,7 +171,7 @@ def _root(name: str, steps: Array, *arguments: Array) -> Array:
     return shifted
 
 
-def polynomial(exponents: Sequence[int], coefficients: Iterable[float | Fraction]) -> arb_poly:
+def ball_polynomial(exponents: Sequence[int], coefficients: Iterable[float | Fraction]) -> arb_poly:
     """Return a polynomial with gaps, its coefficients exact or to `BITS` bits."""
     places = dict(zip(exponents, coefficients, strict=True))
     with working(BITS):
@@ -180,7 +180,7 @@ def polynomial(exponents: Sequence[int], coefficients: Iterable[float | Fraction
 
 def quotient(a: Sequence[float | Fraction], b: Sequence[float | Fraction]) -> Callable[[arb], arb]:
     """Return N(x)/D(x)."""
-    top, bottom = (polynomial(range(len(c)), c) for c in (a, b))
+    top, bottom = (ball_polynomial(range(len(c)), c) for c in (a, b))
     return lambda x: top(x) / bottom(x)
 
 
@@ -312,7 +312,7 @@ def _derivative(
     below = Name("denominator") * Name("denominator")
     result = Name("v_star") * Name("numerator") / below
     ends = _NEAREST_ZERO, float(MINIMAX_END)
-    top, bottom = polynomial(range(len(t)), t), polynomial(range(len(machine[1])), machine[1])
+    top, bottom = ball_polynomial(range(len(t)), t), ball_polynomial(range(len(machine[1])), machine[1])
 
     def formula(x: arb) -> arb:
         return x * top(x) / bottom(x) ** 2
@@ -434,7 +434,7 @@ def _half_line_far_at(x: arb, form: Format) -> tuple[dict[str, Rounded], arb, ar
 
 def half_line_formulas(powers: Powers, a: Sequence[float], b: Sequence[float]) -> dict[str, Callable[[arb], arb]]:
     """Return eps = D/(D + v*^2 N) and 1 - eps as functions of v*."""
-    top, bottom = polynomial(powers.top, a), polynomial(powers.bottom, b)
+    top, bottom = ball_polynomial(powers.top, a), ball_polynomial(powers.bottom, b)
 
     def parts(v_star: arb) -> tuple[arb, arb]:
         y = v_star.root(3)
@@ -480,7 +480,7 @@ def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedF
 
 def _inverse_formula(powers: Powers, a: Sequence[float], b: Sequence[float], given: Given) -> Callable[[arb], arb]:
     """Return v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10)."""
-    top, bottom = polynomial(powers.top, a), polynomial(powers.bottom, b)
+    top, bottom = ball_polynomial(powers.top, a), ball_polynomial(powers.bottom, b)
 
     def formula(x: arb) -> arb:
         portions = given(x)
@@ -586,7 +586,7 @@ def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Expor
     program = (Statement("mm", Name("m") * Name("m")), Statement("p", _in_pairs(table.degree)))
     ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
     loss = Name("rest") + Name("minus") * p * (Name("base") + Name("base") + p)
-    row = polynomial(range(table.degree + 1), table.rows[index])
+    row = ball_polynomial(range(table.degree + 1), table.rows[index])
 
     def restitution(m: arb) -> arb:
         return base + row(m)

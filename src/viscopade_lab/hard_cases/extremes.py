@@ -28,7 +28,7 @@ from viscopade.collision import exact
 from viscopade.theory import asymptotics
 from viscopade.theory.asymptotics import Expansion, LogExpansion, PowerExpansion
 from viscopade.theory.series import series
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 
 NEAR, FAR = "v* -> 0", "v* -> infinity"
 LABELS = {"one_minus_epsilon": "1 - eps", "epsilon": "eps", "x_max": "x_max", "tau_c": "tau_c", "v_star": "v*"}
@@ -41,7 +41,7 @@ SEED = 7
 
 
 @dataclass(frozen=True)
-class Plan:
+class ExpansionPlan:
     """What a run computes: v*, or the portion given, as text, with the digits."""
 
     near: tuple[tuple[str, int], ...]
@@ -61,7 +61,7 @@ class Plan:
     doubles: int
 
 
-QUICK = Plan(
+QUICK = ExpansionPlan(
     near=(("1e-3", 40), ("1e-4", 40), ("1e-6", 40), ("1e-10", 40), ("1e-30", 100), ("1e-1000", 20)),
     far=(("1e3", 45), ("1e4", 45), ("1e6", 30), ("1e10", 30), ("1e30", 12)),
     losses=(("1e-6", 40), ("1e-8", 40), ("1e-30", 60)),
@@ -76,15 +76,12 @@ QUICK = Plan(
     coefficient_digits=50,
     doubles=300,
 )
-THOROUGH = Plan(
+THOROUGH = ExpansionPlan(
     near=(
         *((f"1e-{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)),
         *(("1e-30", 300), ("1e-100", 300), ("1e-1000", 300)),
     ),
-    far=(
-        *((f"1e{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)),
-        *(("1e30", 220), ("1e60", 20), ("1e100", 12)),
-    ),
+    far=(*((f"1e{n}", 100) for n in (3, 4, 5, 6, 8, 10, 15, 20)), *(("1e30", 220), ("1e60", 20), ("1e100", 12))),
     losses=tuple((f"1e-{n}", 100) for n in (6, 9, 12, 30, 100, 1990)),
     epsilons=(*((f"1e-{n}", 80) for n in (10, 13, 20, 50)), ("1e-100", 20), ("1e-330", 6)),
     nested=(
@@ -116,7 +113,7 @@ OUTSIDE: tuple[Callable[[], object], ...] = (
 
 
 @lru_cache(maxsize=2)
-def near(order: int, digits: int, long_digits: int) -> dict[str, PowerExpansion]:
+def expansions_near_rest(order: int, digits: int, long_digits: int) -> dict[str, PowerExpansion]:
     """Return the expansions for v* -> 0, the first terms to more digits, by their closed forms."""
     rest, first = asymptotics.elastic(order, digits), asymptotics.elastic_in_closed_form(long_digits)
     return {name: _sharpened(first[name], rest[name]) for name in rest}
@@ -131,7 +128,7 @@ def _sharpened(first: PowerExpansion, rest: PowerExpansion) -> PowerExpansion:
 
 
 @dataclass(frozen=True)
-class Order:
+class PartialSum:
     """How far the sum of the first terms is from the exact value, relative to that; logarithms to base 10.
 
     `resolved` says whether the enclosures are narrow enough to measure it; `quotient` is the difference in units of
@@ -146,7 +143,7 @@ class Order:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ExpansionComparison:
     """The exact value of one quantity at one place against all partial sums of its expansion.
 
     `digits` is how many were asked for, `terms` how many were summed in the end, `agreed` how many digits are the
@@ -161,7 +158,7 @@ class Comparison:
     terms: int
     agreed: float
     excess: float
-    orders: tuple[Order, ...]
+    orders: tuple[PartialSum, ...]
 
     @property
     def log_at(self) -> float:
@@ -173,7 +170,7 @@ def _log10_of(text: str) -> float:
     return float(Decimal(text).log10())
 
 
-def compared(end: str, quantity: str, at: str, digits: int, value: arb, expansion: Expansion) -> Comparison:
+def compared(end: str, quantity: str, at: str, digits: int, value: arb, expansion: Expansion) -> ExpansionComparison:
     """Compare an enclosure of the exact value with the sums."""
     with working(bits_for(digits) + 128):
         terms = expansion.terms(ball_of(Fraction(at)))
@@ -184,13 +181,13 @@ def compared(end: str, quantity: str, at: str, digits: int, value: arb, expansio
         left = abs(value - total).abs_upper()
         allowed = FACTOR * abs(terms[-1]) + abs(value) * arb(10) ** (1 - digits)
         agreed = min(-_log10(left / abs(value)), float(digits))
-        return Comparison(end, quantity, at, digits, len(orders), agreed, float(left / allowed), tuple(orders))
+        return ExpansionComparison(end, quantity, at, digits, len(orders), agreed, float(left / allowed), tuple(orders))
 
 
-def _order(n: int, difference: arb, omitted: arb, value: arb) -> Order:
+def _order(n: int, difference: arb, omitted: arb, value: arb) -> PartialSum:
     resolved = bool(arb(difference.rad()) * RESOLVED < abs(omitted) and difference != 0)
     quotient = float((difference / omitted).mid()) if resolved else math.nan
-    return Order(n, _log10(difference / value), _log10(omitted / value), quotient, resolved)
+    return PartialSum(n, _log10(difference / value), _log10(omitted / value), quotient, resolved)
 
 
 def _log10(value: arb) -> float:
@@ -210,12 +207,9 @@ def _inverse(name: str, portion: str, digits: int) -> exact.Collision:
     )
 
 
-def forward_comparisons(plan: Plan) -> list[Comparison]:
+def forward_comparisons(plan: ExpansionPlan) -> list[ExpansionComparison]:
     """Compare eps (or 1 - eps), x_max and tau_c at all v*."""
-    sides = (
-        (NEAR, (*plan.near, plan.longest), _near(plan).items()),
-        (FAR, plan.far, _far(plan).items()),
-    )
+    sides = ((NEAR, (*plan.near, plan.longest), _near(plan).items()), (FAR, plan.far, _far(plan).items()))
     return [
         compared(end, name, at, digits, getattr(_collision(at, digits), name), expansion)
         for end, points, found in sides
@@ -225,7 +219,7 @@ def forward_comparisons(plan: Plan) -> list[Comparison]:
     ]
 
 
-def inverse_comparisons(plan: Plan) -> list[Comparison]:
+def inverse_comparisons(plan: ExpansionPlan) -> list[ExpansionComparison]:
     """Compare v* at all 1 - eps and eps."""
     sides = (
         (NEAR, "one_minus_epsilon", plan.losses, _near(plan)["v_star"]),
@@ -238,7 +232,7 @@ def inverse_comparisons(plan: Plan) -> list[Comparison]:
     ]
 
 
-def series_comparisons(plan: Plan) -> list[Comparison]:
+def series_comparisons(plan: ExpansionPlan) -> list[ExpansionComparison]:
     """Compare 1 - eps with the series of `viscopade.theory.series`, a third way."""
     at, digits, order = plan.by_series
     exactly = _collision(at, digits).one_minus_epsilon
@@ -248,7 +242,7 @@ def series_comparisons(plan: Plan) -> list[Comparison]:
     ]
 
 
-def _back_by_series(given: str, digits: int, order: int) -> Comparison:
+def _back_by_series(given: str, digits: int, order: int) -> ExpansionComparison:
     """Put v*(1 - eps) into the series, which has to give back 1 - eps: no order of v* itself is compared."""
     v_star = _inverse("one_minus_epsilon", given, digits + 5).decimals()["v_star"]
     with working(bits_for(digits) + 128):
@@ -263,11 +257,11 @@ def _loss(order: int, digits: int) -> PowerExpansion:
     return PowerExpansion((1, 1), loss)
 
 
-def _near(plan: Plan) -> dict[str, PowerExpansion]:
-    return near(plan.near_order, plan.coefficient_digits, plan.longest[1])
+def _near(plan: ExpansionPlan) -> dict[str, PowerExpansion]:
+    return expansions_near_rest(plan.near_order, plan.coefficient_digits, plan.longest[1])
 
 
-def _far(plan: Plan) -> dict[str, LogExpansion]:
+def _far(plan: ExpansionPlan) -> dict[str, LogExpansion]:
     return asymptotics.viscous(plan.far_order, plan.coefficient_digits)
 
 
@@ -275,7 +269,7 @@ def _far(plan: Plan) -> dict[str, LogExpansion]:
 
 
 @dataclass(frozen=True)
-class Slope:
+class DifferenceSlope:
     """How the difference after some terms falls between the outermost places where it is resolved.
 
     `limit` is what the slope can be off if the difference is the first omitted term up to the factor, at both places.
@@ -292,9 +286,9 @@ class Slope:
     """Largest quotient of difference and first omitted term, or of the two the other way round."""
 
 
-def slopes(comparisons: Iterable[Comparison]) -> list[Slope]:
+def slopes(comparisons: Iterable[ExpansionComparison]) -> list[DifferenceSlope]:
     """Return the slopes in double logarithmic scale, for every quantity and number of terms."""
-    found: dict[tuple[str, str, int], list[tuple[float, Order]]] = {}
+    found: dict[tuple[str, str, int], list[tuple[float, PartialSum]]] = {}
     for comparison in comparisons:
         for order in comparison.orders[:SHOWN_ORDERS]:
             resolved = found.setdefault((comparison.end, comparison.quantity, order.terms), [])
@@ -303,12 +297,12 @@ def slopes(comparisons: Iterable[Comparison]) -> list[Slope]:
     return [_slope(*key, sorted(points, key=lambda p: p[0])) for key, points in found.items()]
 
 
-def _slope(end: str, quantity: str, terms: int, points: Sequence[tuple[float, Order]]) -> Slope:
+def _slope(end: str, quantity: str, terms: int, points: Sequence[tuple[float, PartialSum]]) -> DifferenceSlope:
     if len(points) < 2:
-        return Slope(end, quantity, terms, len(points), math.nan, math.nan, math.nan, math.nan)
+        return DifferenceSlope(end, quantity, terms, len(points), math.nan, math.nan, math.nan, math.nan)
     (low, first), (high, last) = points[0], points[-1]
     width = high - low
-    return Slope(
+    return DifferenceSlope(
         end,
         quantity,
         terms,
@@ -328,7 +322,7 @@ def _either_way(quotient: float) -> float:
 # --- digits, and there and back ---------------------------------------------------------------------------------------
 
 
-def nesting_faults(plan: Plan) -> int:
+def nesting_faults(plan: ExpansionPlan) -> int:
     """Count the decimals that are not the rounded longer ones, and the enclosures that do not meet.
 
     The enclosure of v* must hold the v* that was given, too.
@@ -356,7 +350,7 @@ def _decimals(digits: int) -> Context:
     return Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-(10**6), Emax=10**6)
 
 
-def round_trip_faults(plan: Plan) -> list[str]:
+def round_trip_faults(plan: ExpansionPlan) -> list[str]:
     """Return what does not come back in all digits: v* by way of eps or 1 - eps, and eps and 1 - eps by way of v*.
 
     Two digits less than were asked for must be the same: errors grow at most by the exponent, 10/3. All numbers given
@@ -382,7 +376,7 @@ def _other(given: str, back: str, digits: int) -> list[str]:
     return [] if same else [f"{given} comes back as {back}"]
 
 
-def order_faults(plan: Plan) -> int:
+def order_faults(plan: ExpansionPlan) -> int:
     """Count neighbouring v* where 1 - eps falls, or eps, x_max or tau_c rises."""
     points = sorted((*plan.near, *plan.far), key=lambda point: Decimal(point[0]))
     runs = [_collision(*point) for point in points]
@@ -411,7 +405,7 @@ def _refused(call: Callable[[], object]) -> bool:
 
 
 @dataclass(frozen=True)
-class Doubles:
+class DoubleErrors:
     """A function of `double` at one end: the largest error in units in the last place, and what is no number."""
 
     function: str
@@ -422,7 +416,7 @@ class Doubles:
     wrong: int
 
 
-def doubles(plan: Plan) -> list[Doubles]:
+def doubles(plan: ExpansionPlan) -> list[DoubleErrors]:
     """Compare double precision with the expansions at v* = 1e-300 … 1e-3 and 1e3 … 1e300, and the inverse alike."""
     elastic, viscous = _near(plan), _far(plan)
     slow = _spread(plan.doubles, -300, -3)
@@ -456,12 +450,12 @@ def _truth(found: Mapping[str, Expansion], name: str) -> Callable[[arb], arb]:
     return lambda at: 1 - sum(found[other].terms(at), arb(0))
 
 
-def _doubles(name: str, end: str, points: FloatArray, values: Any, truth: Callable[[arb], arb]) -> Doubles:
+def _doubles(name: str, end: str, points: FloatArray, values: Any, truth: Callable[[arb], arb]) -> DoubleErrors:
     with working(192):
         errors = [_ulps(value, truth(arb(at))) for at, value in zip(points.tolist(), values.tolist(), strict=True)]
     worst = int(np.argmax(errors))
     wrong = int(np.count_nonzero(~np.isfinite(values) | (values < 0)))
-    return Doubles(name, end, len(points), errors[worst], float(points[worst]), wrong)
+    return DoubleErrors(name, end, len(points), errors[worst], float(points[worst]), wrong)
 
 
 def _ulps(value: float, true: arb) -> float:
@@ -487,7 +481,7 @@ def run(thorough: bool) -> Outcome:
     )
 
 
-def _summary(comparisons: list[Comparison], falls: list[Slope], machine: list[Doubles]) -> str:
+def _summary(comparisons: list[ExpansionComparison], falls: list[DifferenceSlope], machine: list[DoubleErrors]) -> str:
     agreed = {end: max(c.agreed for c in comparisons if c.end == end) for end in (NEAR, FAR)}
     measured = [s for s in falls if s.points > 1]
     off = max(abs(s.measured - s.expected) for s in measured)
@@ -504,76 +498,67 @@ def _summary(comparisons: list[Comparison], falls: list[Slope], machine: list[Do
     )
 
 
-def _checks(plan: Plan, comparisons: list[Comparison], falls: list[Slope], machine: list[Doubles]) -> tuple[Check, ...]:
+def _checks(
+    plan: ExpansionPlan,
+    comparisons: list[ExpansionComparison],
+    falls: list[DifferenceSlope],
+    machine: list[DoubleErrors],
+) -> tuple[Check, ...]:
     longest = [c for c in comparisons if (c.at, c.digits) == plan.longest]
     measured = [s for s in falls if s.points > 1]
     return (
-        Check(
-            "Everywhere exact value and sum of all terms but the last differ by no more than twice the last term and a "
-            "unit of the last digit asked for; measured is the largest difference in units of that",
+        Check.within(
+            "The exact value and the sum of all terms but the last differ by at most twice the last term plus one unit "
+            "of the last digit: largest difference relative to this limit",
             max(c.excess for c in comparisons),
-            "<=",
-            1.0,
         ),
         Check(
-            "After n terms, n = 1 … 4, the difference is the first omitted term up to a factor of 2, wherever the "
-            "digits resolve it: the terms that follow are small",
+            "After n = 1 … 4 terms the difference equals the first omitted term within a factor of 2, wherever the "
+            "digits resolve it: largest factor",
             max((s.worst for s in measured), default=math.inf),
             "<=",
             FACTOR,
         ),
         Check(
-            "Every n = 1 … 3 of every quantity at either end is resolved at two places or more, so that the order is "
-            "measured; measured is the least number of places",
+            "The digits resolve the difference after n = 1 … 3 terms of every quantity at two points or more: least "
+            "number of points",
             min(s.points for s in falls if s.terms < SHOWN_ORDERS),
             ">=",
             2,
         ),
-        Check(
-            "The slopes of the differences, log-log, are those of the first omitted terms, with their logarithms; in "
-            "units of what a factor of 2 at either end of the range can make",
+        Check.within(
+            "The log-log slopes of the differences equal those of the first omitted terms, logarithms included: "
+            "largest deviation relative to that of a factor of 2 at both ends of the range",
             max((abs(s.measured - s.expected) / s.limit for s in measured), default=math.inf),
-            "<=",
-            1.0,
         ),
         Check(
-            f"1 - eps, x_max and tau_c to {plan.longest[1]} digits at v* = {plan.longest[0]} have those digits in "
-            "common with the expansions, but for the last; measured is the number in common",
+            f"1 - eps, x_max and tau_c to {plan.longest[1]} digits at v* = {plan.longest[0]} agree with the expansions "
+            "in all these digits but the last: digits in common",
             min(c.agreed for c in longest),
             ">=",
             plan.longest[1] - 1,
         ),
-        Check(
-            "Fewer digits are the rounded more digits, enclosures meet, and those of v* hold what was given: how often "
-            "not",
+        Check.never(
+            "Results to fewer digits are the rounded results to more digits, enclosures overlap, and the enclosure of "
+            "v* contains the given v*: exceptions",
             nesting_faults(plan),
-            "==",
-            0,
         ),
-        Check(
-            "The inverse of the function, and the function of the inverse, give back what was given: how often not",
+        Check.never(
+            "The inverse of the function, and the function of the inverse, return the given number: exceptions",
             len(round_trip_faults(plan)),
-            "==",
-            0,
         ),
-        Check(
-            "From one v* to the next 1 - eps never falls, and eps, x_max and tau_c never rise: how often they do",
+        Check.never(
+            "With growing v*, 1 - eps never falls, and eps, x_max and tau_c never rise: exceptions",
             order_faults(plan),
-            "==",
-            0,
         ),
-        Check("Numbers just beyond the accepted ends are refused: how many are not", accepted_outside(), "==", 0),
-        Check(
-            "Double precision is within its stated error of the expansions; measured is the largest part of it",
+        Check.never("Numbers just beyond the accepted range are refused: exceptions", accepted_outside()),
+        Check.within(
+            "Double precision agrees with the expansions within its stated error: largest error relative to it",
             max(d.worst / double.ULP[d.function] for d in machine),
-            "<=",
-            1.0,
         ),
-        Check(
-            "Double precision never gives an infinity, a NaN or a negative number there: how often it does",
+        Check.never(
+            "Double precision never returns an infinity, a NaN or a negative number there: exceptions",
             sum(d.wrong for d in machine),
-            "==",
-            0,
         ),
     )
 
@@ -581,9 +566,9 @@ def _checks(plan: Plan, comparisons: list[Comparison], falls: list[Slope], machi
 # --- tables and charts ------------------------------------------------------------------------------------------------
 
 
-def _agreement_table(comparisons: list[Comparison]) -> Table:
+def _agreement_table(comparisons: list[ExpansionComparison]) -> ResultTable:
     """Return the least agreement of the quantities at each place."""
-    groups: dict[tuple[str, str, int], list[Comparison]] = {}
+    groups: dict[tuple[str, str, int], list[ExpansionComparison]] = {}
     for c in comparisons:
         given = "v*" if c.quantity != "v_star" else "1 - eps" if c.end == NEAR else "eps"
         groups.setdefault((f"{given} = {c.at}", c.end, c.digits), []).append(c)
@@ -599,28 +584,20 @@ def _agreement_table(comparisons: list[Comparison]) -> Table:
         for (at, _, digits), group in groups.items()
     ]
     header = ("at", "compared", "digits asked for", "terms", "digits in common", "difference/allowed")
-    return Table("Exact function and inverse against the expansions", header, tuple(rows))
+    return ResultTable("Exact function and inverse against the expansions", header, tuple(rows))
 
 
-def _slope_table(falls: list[Slope]) -> Table:
+def _slope_table(falls: list[DifferenceSlope]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = [
-        (
-            s.end,
-            LABELS[s.quantity],
-            s.terms,
-            s.points,
-            f"{s.measured:.6f}",
-            f"{s.expected:.6f}",
-            f"{s.worst:.6f}",
-        )
+        (s.end, LABELS[s.quantity], s.terms, s.points, f"{s.measured:.6f}", f"{s.expected:.6f}", f"{s.worst:.6f}")
         for s in falls
         if s.points > 1
     ]
     header = ("end", "quantity", "terms", "places", "slope of the difference", "of the first omitted term", "quotient")
-    return Table("Relative difference after n terms, as a power of what is given", header, tuple(rows))
+    return ResultTable("Relative difference after n terms, as a power of what is given", header, tuple(rows))
 
 
-def _coefficient_table(plan: Plan) -> Table:
+def _coefficient_table(plan: ExpansionPlan) -> ResultTable:
     """Return the first coefficients of all expansions."""
     elastic, viscous = _near(plan), _far(plan)
     rows: list[tuple[Cell, ...]] = []
@@ -633,20 +610,20 @@ def _coefficient_table(plan: Plan) -> Table:
             text = " + ".join(f"({_short(c)}) ln^{k}" if k else f"({_short(c)})" for k, c in enumerate(p.coeffs()))
             rows.append((LABELS[name], f"{variable}^-{n} of the bracket", text))
     title = "First coefficients; W = 12^(1/3) v*^(10/3), E = 3/eps, ln is that of W or E"
-    return Table(title, ("quantity", "power", "coefficient"), tuple(rows))
+    return ResultTable(title, ("quantity", "power", "coefficient"), tuple(rows))
 
 
 def _short(number: arb) -> str:
     return str(number.mid().str(10, radius=False))
 
 
-def _doubles_table(machine: list[Doubles]) -> Table:
+def _doubles_table(machine: list[DoubleErrors]) -> ResultTable:
     rows = [(d.function, d.end, d.points, f"{d.worst:.3f}", double.ULP[d.function], f"{d.at:.6g}") for d in machine]
     header = ("function", "end", "arguments", "largest error/ulp", "stated", "at")
-    return Table("Double precision against the expansions", header, tuple(rows))
+    return ResultTable("Double precision against the expansions", header, tuple(rows))
 
 
-def _charts(comparisons: list[Comparison]) -> tuple[Chart, ...]:
+def _charts(comparisons: list[ExpansionComparison]) -> tuple[Chart, ...]:
     orders = range(1, SHOWN_ORDERS + 1)
     curves = {
         ("1 - eps for v* -> 0", "log10 v*"): _curves(comparisons, NEAR, "one_minus_epsilon", orders),
@@ -663,7 +640,7 @@ def _charts(comparisons: list[Comparison]) -> tuple[Chart, ...]:
 
 
 def _curves(
-    comparisons: list[Comparison], end: str, quantity: str, terms: Iterable[int], of: str = ""
+    comparisons: list[ExpansionComparison], end: str, quantity: str, terms: Iterable[int], of: str = ""
 ) -> Iterable[ChartCurve]:
     """Yield, for n terms, the difference where it is resolved, and the first omitted term."""
     chosen = [c for c in comparisons if c.end == end and c.quantity == quantity and abs(c.log_at) <= SHOWN_DECADES]

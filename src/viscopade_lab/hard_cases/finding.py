@@ -53,6 +53,16 @@ class Check:
         if not math.isfinite(self.limit):
             raise ValueError(f"limit is {self.limit!r}: accepted is a finite number")
 
+    @classmethod
+    def within(cls, statement: str, part: float) -> Check:
+        """Return the check that an error is within its bound; `part` is their quotient."""
+        return cls(statement, part, "<=", 1)
+
+    @classmethod
+    def never(cls, statement: str, count: int) -> Check:
+        """Return the check that what is counted does not occur."""
+        return cls(statement, count, "==", 0)
+
     @property
     def holds(self) -> bool:
         """Whether it does; with a NaN it does not."""
@@ -60,7 +70,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """Measured numbers in rows; every row has a cell for each column."""
 
     title: str
@@ -110,7 +120,7 @@ class Outcome:
     ----------
     summary : str
         A few sentences with the numbers that matter.
-    tables : tuple of Table
+    tables : tuple of ResultTable
     charts : tuple of Chart
         At least one, unless a check fails.
     checks : tuple of Check
@@ -118,7 +128,7 @@ class Outcome:
     """
 
     summary: str
-    tables: tuple[Table, ...]
+    tables: tuple[ResultTable, ...]
     charts: tuple[Chart, ...]
     checks: tuple[Check, ...]
 
@@ -225,10 +235,10 @@ def _result(node: Node) -> Outcome:
     return _made(node, Outcome, node["summary"].text(), tables, charts, checks)
 
 
-def _table(node: Node) -> Table:
+def _table(node: Node) -> ResultTable:
     rows = tuple(tuple(map(_cell, row.items())) for row in node["rows"].items())
     header = tuple(name.text(empty=True) for name in node["header"].items())
-    return _made(node, Table, node["title"].text(), header, rows)
+    return _made(node, ResultTable, node["title"].text(), header, rows)
 
 
 def _cell(node: Node) -> Cell:

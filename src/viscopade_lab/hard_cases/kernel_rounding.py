@@ -22,7 +22,7 @@ from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.progress import track
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import ExportedFunction, FullFunction, unit_of
-from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 from viscopade_lab.hard_cases.machine import Array, moved, type_of
 
 SEED = 1911
@@ -34,7 +34,7 @@ REACH = 12  # neighbours are up to 2^REACH numbers away
 AnyFunction = ExportedFunction | FullFunction
 
 
-class Way(NamedTuple):
+class ArithmeticVariant(NamedTuple):
     """How a function is computed."""
 
     name: str
@@ -42,14 +42,14 @@ class Way(NamedTuple):
     steps: int = 0
 
 
-SEPARATE = Way("each operation rounded")
-FUSED = Way("products and sums fused", contracted=True)
-OFF = Way(f"root off by up to {STEPS} ulp", steps=STEPS)
+SEPARATE = ArithmeticVariant("each operation rounded")
+FUSED = ArithmeticVariant("FMA contraction", contracted=True)
+OFF = ArithmeticVariant(f"root off by up to {STEPS} ulp", steps=STEPS)
 SHORT = {SEPARATE: "plain", FUSED: "fused", OFF: f"root off by {STEPS} ulp"}
 
 
 @dataclass(frozen=True)
-class Worst:
+class WorstError:
     """The largest error found, in relation to the bound.
 
     Attributes
@@ -63,7 +63,7 @@ class Worst:
     """
 
     function: AnyFunction
-    way: Way
+    way: ArithmeticVariant
     x: float
     ratio: float
     relative: float
@@ -89,7 +89,9 @@ class _Score(NamedTuple):
     ulp: float
 
 
-def worst(function: AnyFunction, way: Way, number: int, rounds: int, generator: np.random.Generator) -> Worst:
+def largest_error(
+    function: AnyFunction, way: ArithmeticVariant, number: int, rounds: int, generator: np.random.Generator
+) -> WorstError:
     """Look for the largest error: at `number` random arguments, then by rounds of neighbours of the worst ones."""
     x = _draw(function, number, generator)
     steps = generator.integers(-way.steps, way.steps + 1, x.size)
@@ -99,7 +101,7 @@ def worst(function: AnyFunction, way: Way, number: int, rounds: int, generator: 
     for _ in range(rounds):
         found = [_climbed(function, way, *start, generator) for start in found]
     best, at, _ = max(found, key=lambda start: start[0].ratio)
-    return Worst(function, way, float(at), *best)
+    return WorstError(function, way, float(at), *best)
 
 
 def _draw(function: AnyFunction, number: int, generator: np.random.Generator) -> Array:
@@ -116,7 +118,7 @@ def _inside(function: AnyFunction, x: Array) -> Array:
 
 
 def _climbed(
-    function: AnyFunction, way: Way, score: _Score, x: float, steps: int, generator: np.random.Generator
+    function: AnyFunction, way: ArithmeticVariant, score: _Score, x: float, steps: int, generator: np.random.Generator
 ) -> tuple[_Score, float, int]:
     """Return the best among an argument and its neighbours."""
     size = np.exp2(generator.uniform(0, REACH, NEIGHBOURS)).astype(np.int64)
@@ -129,7 +131,7 @@ def _climbed(
     return (scores[best], near[best], others[best]) if scores[best].ratio > score.ratio else (score, x, steps)
 
 
-def _scores(function: AnyFunction, way: Way, x: Array, steps: Array) -> list[_Score]:
+def _scores(function: AnyFunction, way: ArithmeticVariant, x: Array, steps: Array) -> list[_Score]:
     found = function.computed(x, steps, way.contracted).tolist()
     with working(exported.BITS):
         return [_score(function, at, value) for at, value in zip(x.tolist(), found, strict=True)]
@@ -148,7 +150,7 @@ def _score(function: AnyFunction, x: float, computed: float) -> _Score:
 # --- the case ---------------------------------------------------------------------------------------------------------
 
 
-class Plan(NamedTuple):
+class SearchPlan(NamedTuple):
     """What is tried: kernels, and how hard."""
 
     minimax: Sequence[tuple[int, int]]
@@ -163,8 +165,8 @@ class Plan(NamedTuple):
     rounds: int
 
 
-QUICK = Plan(exported.MINIMAX[:2], ("1e-5",), ("1e-3",), (), ("1e-3",), 4, ((DOUBLE, "epsilon"),), False, 150, 1)
-THOROUGH = Plan(
+QUICK = SearchPlan(exported.MINIMAX[:2], ("1e-5",), ("1e-3",), (), ("1e-3",), 4, ((DOUBLE, "epsilon"),), False, 150, 1)
+THOROUGH = SearchPlan(
     exported.MINIMAX,
     tuple(exported.HALF_LINE),
     tuple(exported.INVERSE),
@@ -186,7 +188,7 @@ FAMILIES = {
 FAMILY = dict(zip(FAMILIES, ("polynomials", "powers of a root", "tables", "full accuracy"), strict=True))
 
 
-def functions(plan: Plan) -> Iterator[tuple[str, AnyFunction]]:
+def planned_functions(plan: SearchPlan) -> Iterator[tuple[str, AnyFunction]]:
     """Yield the functions of a plan with the names of their families."""
     polynomials, rooted, tables, accurate = FAMILIES
     for function in (*exported.of_pade(), *exported.of_minimax(plan.minimax)):
@@ -205,55 +207,53 @@ def run(thorough: bool) -> Outcome:
     """Search, and compare with the bounds."""
     plan = THOROUGH if thorough else QUICK
     generator = np.random.default_rng(SEED)
-    chosen = list(functions(plan))
-    found: dict[str, list[Worst]] = {family: [] for family in FAMILIES}
+    chosen = list(planned_functions(plan))
+    found: dict[str, list[WorstError]] = {family: [] for family in FAMILIES}
     for i in track(range(len(chosen)), "worst rounding errors"):
         family, function = chosen[i]
         rows = plan.rows + 2 if isinstance(function, ExportedFunction) and function.kernel.startswith("table") else 1
         for way in FAMILIES[family]:
-            found[family].append(worst(function, way, max(plan.number // rows, 20), plan.rounds, generator))
+            found[family].append(largest_error(function, way, max(plan.number // rows, 20), plan.rounds, generator))
     return Outcome(_summary(found), tuple(_tables(found)), tuple(_charts(found)), tuple(_checks(found)))
 
 
-def _checks(found: dict[str, list[Worst]]) -> Iterator[Check]:
+def _checks(found: dict[str, list[WorstError]]) -> Iterator[Check]:
     for family, results in found.items():
         for way in FAMILIES[family]:
             most = max(w.ratio for w in results if w.way == way)
-            yield Check(
-                f"{family}, {way.name}: the worst error found is within its proven bound (ratio)", most, "<=", 1
-            )
+            yield Check.within(f"{family}, {way.name}: largest error found, relative to its proven bound", most)
     for family in list(FAMILIES)[:2]:
         most = max(w.local for w in found[family] if w.local is not None)
-        statement = f"{family}: it is within what the same proof gives for that argument alone (ratio)"
-        yield Check(statement, most, "<=", 1)
+        statement = f"{family}: this error, relative to the bound that the same proof gives for its argument alone"
+        yield Check.within(statement, most)
     quotients = [w for w in found["quotients of polynomials in v*"] if w.function.name == "epsilon"]
     # eps takes all values from 1 to far below 1/2: just above a power of 2 the last rounding alone errs by u.
     least = min(w.roundings for w in quotients)
-    yield Check("the search finds, for every quotient, at least what the last division can err by, u", least, ">=", 1)
+    yield Check("for every quotient the search finds at least u, the round-off of the last division", least, ">=", 1)
     least = min(w.ulp for w in found["full accuracy"])
-    statement = "the search finds, for every function of full accuracy, nearly the half ulp of its last rounding"
+    statement = "for every function of full accuracy the search finds nearly half an ulp, its last rounding"
     yield Check(statement, least, ">=", 0.49)
 
 
 Group = tuple[str, str]
 
 
-def grouped(results: Sequence[Worst]) -> dict[Group, list[Worst]]:
+def grouped(results: Sequence[WorstError]) -> dict[Group, list[WorstError]]:
     """Return the results of a kernel in a type together: those of its functions, branches, rows and ways."""
-    groups: dict[Group, list[Worst]] = {}
+    groups: dict[Group, list[WorstError]] = {}
     for w in results:
         end = {"derivative": ", derivative", "epsilon, coefficients too": ", coefficients too"}.get(w.function.name, "")
         groups.setdefault((w.function.kernel + end, w.function.form.name), []).append(w)
     return groups
 
 
-def by_way(group: Sequence[Worst]) -> dict[Way, Worst]:
+def by_way(group: Sequence[WorstError]) -> dict[ArithmeticVariant, WorstError]:
     """Return the worst result of each way."""
     ways = dict.fromkeys(w.way for w in group)
     return {way: max((w for w in group if w.way == way), key=lambda w: w.ratio) for way in ways}
 
 
-def _tables(found: dict[str, list[Worst]]) -> Iterator[Table]:
+def _tables(found: dict[str, list[WorstError]]) -> Iterator[ResultTable]:
     for family, results in found.items():
         ways = FAMILIES[family]
         rows = []
@@ -277,7 +277,9 @@ def _tables(found: dict[str, list[Worst]]) -> Iterator[Table]:
             "bound at x (u)",
         )
         ends = tuple(f"error/bound, {SHORT[way]}" for way in ways)
-        yield Table(f"Worst errors found: {family} (u = 2^-53 in double, 2^-24 in float)", header + ends, tuple(rows))
+        yield ResultTable(
+            f"Worst errors found: {family} (u = 2^-53 in double, 2^-24 in float)", header + ends, tuple(rows)
+        )
 
 
 _SHOWN = (("Padé [1/4]", FLOAT), ("best [3/7]", FLOAT), ("best [3/7]", DOUBLE))
@@ -285,7 +287,7 @@ _SAMPLES = 2000  # of a curve
 _BINS = 40
 
 
-def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
+def _charts(found: dict[str, list[WorstError]]) -> Iterator[Chart]:
     polynomials, rooted, *_ = FAMILIES
     curves: list[ChartCurve] = []
     for kernel, form in _SHOWN:
@@ -293,7 +295,7 @@ def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
         curves.append(_errors(f"{kernel}, {form.name}", chosen[:1], SEPARATE))
         if (kernel, form) != _SHOWN[1]:  # the bounds of a kernel are nearly the same in both types
             curves.append(_bound(f"bound, {kernel}", chosen[:1]))
-    yield Chart("rounding of quotients of polynomials", r"$v_\ast$", "relative error of eps (u)", tuple(curves))
+    yield Chart("round-off of quotients of polynomials", r"$v_\ast$", "relative error of eps (u)", tuple(curves))
     chosen = _of(found[rooted], "half-line 1e-5", FLOAT)
     curves = [_errors("library's root", chosen, SEPARATE), _errors(SHORT[OFF], chosen, OFF), _bound("bound", chosen)]
     title = r"rounding in powers of $v_\ast^{1/3}$: half-line 1e-5, float"
@@ -304,17 +306,17 @@ def _charts(found: dict[str, list[Worst]]) -> Iterator[Chart]:
         curves.append(curve(FAMILY[family], range(at + 1, at + len(ratios) + 1), ratios, "points"))
         at += len(ratios)
     curves.append(curve("proven bound", (1, at), (1, 1), "bound"))
-    x_label = "kernels and ways, as in the tables"
-    yield Chart("worst error found over bound", x_label, "ratio", tuple(curves), x_scale="linear")
+    x_label = "kernel and variant, as in the tables"
+    yield Chart("largest error found / bound", x_label, "ratio", tuple(curves), x_scale="linear")
 
 
-def _of(results: Sequence[Worst], kernel: str, form: Format) -> list[ExportedFunction]:
+def _of(results: Sequence[WorstError], kernel: str, form: Format) -> list[ExportedFunction]:
     """Return the functions (or branches) of a kernel that give eps, each once."""
     found = (w.function for w in results if w.way == SEPARATE and w.function.name == "epsilon")
     return [f for f in found if isinstance(f, ExportedFunction) and (f.kernel, f.form) == (kernel, form)]
 
 
-def _errors(name: str, functions: Sequence[ExportedFunction], way: Way) -> ChartCurve:
+def _errors(name: str, functions: Sequence[ExportedFunction], way: ArithmeticVariant) -> ChartCurve:
     """Return the largest error in each of some intervals of the argument, in u."""
     low, high = max(functions[0].low, 1e-2), functions[-1].high
     generator = np.random.default_rng(SEED)
@@ -334,7 +336,7 @@ def _bound(name: str, functions: Sequence[ExportedFunction]) -> ChartCurve:
     return curve(name, (max(functions[0].low, 1e-2), functions[-1].high), (bound, bound), "bound")
 
 
-def _summary(found: dict[str, list[Worst]]) -> str:
+def _summary(found: dict[str, list[WorstError]]) -> str:
     everything = [w for results in found.values() for w in results]
     kernels = {(w.function.kernel, w.function.form.name) for w in everything}
     parts = []
@@ -344,20 +346,20 @@ def _summary(found: dict[str, list[Worst]]) -> str:
     # The bounds of full accuracy are little more than the last rounding, which errs by nearly all of its bound.
     w = max((w for w in everything if isinstance(w.function, ExportedFunction)), key=lambda w: w.ratio)
     return (
-        f"Searched were {len(kernels)} kernels and types: {len(everything)} functions, rows of tables, branches and "
-        f"ways to compute. Worst error found over proven bound, by kernel: {'; '.join(parts)}. Full accuracy apart, "
-        f"whose bound is little more than the last rounding, {w.function.kernel}, type {w.function.form.name}, comes "
-        f"nearest to its bound, with {w.ratio:.3f} of it, {w.roundings:.2f} u (u = 2^-53 in double, 2^-24 in float; "
-        f"{SHORT[w.way]}). Bounds add the largest rounding of every operation with the same sign, over parts of the "
-        "range: they are farther off where there is a root."
+        f"The search covered {len(kernels)} kernels and types: {len(everything)} functions, rows of tables, branches "
+        f"and arithmetic variants. Worst error found over proven bound, by kernel: {'; '.join(parts)}. Full accuracy "
+        f"apart, whose bound is little more than the last rounding, {w.function.kernel}, type {w.function.form.name}, "
+        f"comes nearest to its bound, with {w.ratio:.3f} of it, {w.roundings:.2f} u (u = 2^-53 in double, 2^-24 in "
+        f"float; {SHORT[w.way]}). Bounds add the largest rounding of every operation with the same sign, over parts of "
+        "the range: they are farther off where there is a root."
     )
 
 
 CASE = Case(
     "kernel-rounding",
-    "Rounding of the exported functions at its worst",
-    "For every exported function, in float and double, the arguments where rounding does most harm are looked for, "
-    "computed plainly, with fused multiplications, and with roots as bad as headers allow. No error may exceed its "
-    "proven bound.",
+    "Largest round-off of the exported functions",
+    "A search looks for the arguments with the largest round-off of every exported function, in float and double: "
+    "computed plainly, with FMA contraction, and with roots as inaccurate as the headers allow. No error may exceed "
+    "its proven bound.",
     run,
 )

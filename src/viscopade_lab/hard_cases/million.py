@@ -17,13 +17,13 @@ import numpy.typing as npt
 from viscopade.arrays import double, panels
 from viscopade.collision import panel_proof
 from viscopade_lab import proven
-from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, Stated
-from viscopade_lab.hard_cases.compilers import functions as of_headers
+from viscopade_lab.hard_cases.compilers import TYPES, Form, HeaderFunction, StatedError
+from viscopade_lab.hard_cases.compilers import header_functions as of_headers
 from viscopade_lab.hard_cases.machine import Array
 
-UNKNOWN = 2.0**-59
+UNCERTAINTY = 2.0**-59
 """Of exact values, relatively: `panel_proof.proven_error`, and some roundings of 2^-64."""
-UNKNOWN_DERIVATIVE = 1e-11
+UNCERTAINTY_OF_DERIVATIVE = 1e-11
 """The same of d eps/d v*: `double.slope` is good to 12 digits."""
 CONVERTED = 0.5001
 """Units in the last place of type float that a conversion from type double adds, and that type's own error."""
@@ -43,7 +43,7 @@ def enough() -> bool:
 
 
 @dataclass(frozen=True)
-class Exact:
+class LongDoubleValues:
     """Arguments x, in long double, with v*, eps and 1 - eps there."""
 
     x: Array
@@ -70,7 +70,7 @@ class Exact:
         return self.loss if kind == "one_minus_epsilon" else self.epsilon
 
 
-def exact(over: str, x: Array) -> Exact:
+def long_double_values(over: str, x: Array) -> LongDoubleValues:
     """Return the exact values at positive finite arguments: v*, speeds at beta = 1, or eps or 1 - eps, below 1."""
     given = x.astype(np.longdouble)
     if over == "speed":
@@ -80,7 +80,7 @@ def exact(over: str, x: Array) -> Exact:
     return _at(given, given)
 
 
-def exact_inverse(x: Array, of_loss: bool) -> Exact:
+def long_double_inverse(x: Array, of_loss: bool) -> LongDoubleValues:
     """Return v* where eps, or 1 - eps, is x, by one step of Newton's method; x is between 0 and 1."""
     given = x.astype(np.longdouble)
     epsilon, loss = (1 - given, given) if of_loss else (given, 1 - given)
@@ -91,18 +91,18 @@ def exact_inverse(x: Array, of_loss: bool) -> Exact:
     elastic = loss < epsilon
     wanted, found = np.where(elastic, loss, epsilon), np.where(elastic, start.loss, start.epsilon)
     change = np.where(elastic, -slope * epsilon / loss, slope)
-    return Exact(given, start.v_star * (1 + (wanted / found - 1) / change), epsilon, loss)
+    return LongDoubleValues(given, start.v_star * (1 + (wanted / found - 1) / change), epsilon, loss)
 
 
 def _slope(v_star: Array, ratio: Array) -> Array:
     """Return d ln eps/d ln v*, `ratio` being (1 - eps)/eps, which is v*^2 but for a factor where it is small."""
-    found: Array = np.where(ratio < UNKNOWN, -2 * ratio, double.slope(v_star.astype(np.float64)))
+    found: Array = np.where(ratio < UNCERTAINTY, -2 * ratio, double.slope(v_star.astype(np.float64)))
     return found
 
 
-def _at(x: Array, v_star: Array) -> Exact:
+def _at(x: Array, v_star: Array) -> LongDoubleValues:
     epsilon, loss = _values("epsilon", v_star), _values("one_minus_epsilon", v_star)
-    return Exact(x, v_star, epsilon, loss)
+    return LongDoubleValues(x, v_star, epsilon, loss)
 
 
 def _values(name: str, v_star: Array) -> Array:
@@ -132,13 +132,13 @@ def _rows(name: str) -> Array:
 
 
 @dataclass(frozen=True)
-class Promise:
+class StatedBounds:
     """A function, and what is proven of it: in its interval or table, elsewhere, and of underflow.
 
     Attributes
     ----------
     function : HeaderFunction
-    elsewhere : Stated or None
+    elsewhere : StatedError or None
     underflow : float
         What is added where results are subnormal, in the smallest numbers of the type.
     of_eps : float
@@ -146,11 +146,11 @@ class Promise:
     """
 
     function: HeaderFunction
-    elsewhere: Stated | None = None
+    elsewhere: StatedError | None = None
     underflow: float = 0.0
     of_eps: float = 0.0
 
-    def allowed(self, at: Exact, truth: Array) -> Array:
+    def allowed(self, at: LongDoubleValues, truth: Array) -> Array:
         """Return the largest error that is stated, at each argument; infinite where nothing is."""
         stated, form = self.function.stated, self.function.form
         found = _allowed(stated, form, at, truth)
@@ -165,24 +165,24 @@ class Promise:
         of_eps = np.where(at.epsilon < np.finfo(np.float64).tiny, _smallest("double") * self.of_eps * factor, 0)
         return found + lost + of_eps
 
-    def rounding(self, at: Exact, truth: Array) -> Array:
+    def rounding(self, at: LongDoubleValues, truth: Array) -> Array:
         """Return what is stated of rounding alone."""
         function = replace(self.function, stated=_of_rounding(self.function.stated))
         elsewhere = None if self.elsewhere is None else _of_rounding(self.elsewhere)
         return replace(self, function=function, elsewhere=elsewhere).allowed(at, truth)
 
-    def plain(self, at: Exact) -> npt.NDArray[np.bool_]:
+    def plain(self, at: LongDoubleValues) -> npt.NDArray[np.bool_]:
         """Tell where the function calls nothing of libm but sqrt."""
         if self.elsewhere is not None:
             return _inside(self.function.stated, at, -ENDS)
         return np.full(at.x.shape, not self.function.name.startswith(("halfline", "inverse")))
 
 
-def _of_rounding(stated: Stated) -> Stated:
+def _of_rounding(stated: StatedError) -> StatedError:
     return replace(stated, smaller=(), formula=0.0)
 
 
-def _inside(stated: Stated, at: Exact, margin: float) -> npt.NDArray[np.bool_]:
+def _inside(stated: StatedError, at: LongDoubleValues, margin: float) -> npt.NDArray[np.bool_]:
     return (at.v_star >= stated.low * (1 - margin)) & (at.v_star <= stated.high * (1 + margin))
 
 
@@ -190,7 +190,7 @@ def _smallest(form: Form) -> Any:
     return np.ldexp(np.longdouble(1), _BITS[form][1])
 
 
-def _allowed(stated: Stated, form: Form, at: Exact, truth: Array) -> Array:
+def _allowed(stated: StatedError, form: Form, at: LongDoubleValues, truth: Array) -> Array:
     share: Array = np.zeros_like(truth)
     for end, size in reversed(stated.smaller):
         share = np.where(at.v_star <= end, np.longdouble(size), share)
@@ -205,9 +205,9 @@ def _unit(truth: Array, form: Form) -> Array:
     return unit
 
 
-def claims(texts: Mapping[str, str]) -> dict[str, tuple[Promise, ...]]:
+def stated_bounds(texts: Mapping[str, str]) -> dict[str, tuple[StatedBounds, ...]]:
     """Return all that is proven of the functions of headers, by the header; a function of several is the first's."""
-    found: dict[str, list[Promise]] = {file: [] for file in texts}
+    found: dict[str, list[StatedBounds]] = {file: [] for file in texts}
     for function in of_headers(texts):
         file = next(file for file, text in texts.items() if _defines(text, function))
         found[file] += _promises(function)
@@ -219,26 +219,26 @@ def _defines(text: str, function: HeaderFunction) -> bool:
     return f" viscopade_{function.kind}_{function.name}{s}(" in text
 
 
-def _promises(function: HeaderFunction) -> list[Promise]:
+def _promises(function: HeaderFunction) -> list[StatedBounds]:
     form, name = function.form, function.name
     found = proven.of(name, form)
     if name.startswith("lookup"):
         return _of_speed_table(function)
     if name.startswith("inverse"):
-        return [Promise(function), Promise(replace(function, kind="v_star_from_loss"))]
+        return [StatedBounds(function), StatedBounds(replace(function, kind="v_star_from_loss"))]
     if name.startswith("halfline"):
-        return [Promise(function, underflow=found.number("underflow"))]
+        return [StatedBounds(function, underflow=found.number("underflow"))]
     if name.startswith("minimax"):
         formula, size = found.number("derivative"), found.number("rounding of derivative")
         tiny = float(np.finfo(TYPES[form]).tiny)
-        derivative = Stated(value=size, low=tiny, high=function.stated.high, formula=formula)
-        return [Promise(function), Promise(replace(function, kind="epsilon_derivative", stated=derivative))]
+        derivative = StatedError(value=size, low=tiny, high=function.stated.high, formula=formula)
+        return [StatedBounds(function), StatedBounds(replace(function, kind="epsilon_derivative", stated=derivative))]
     if name == "full" and form == "double":
-        return [Promise(function, underflow=max(0.0, found.number("underflow") - function.stated.ulps))]
-    return [Promise(function)]
+        return [StatedBounds(function, underflow=max(0.0, found.number("underflow") - function.stated.ulps))]
+    return [StatedBounds(function)]
 
 
-def _of_speed_table(function: HeaderFunction) -> list[Promise]:
+def _of_speed_table(function: HeaderFunction) -> list[StatedBounds]:
     """Return eps with what is proven of it, and the same of eps speed and 1 - eps^2."""
     form, stated = function.form, function.stated
     double = proven.of(function.name, "double")
@@ -247,10 +247,10 @@ def _of_speed_table(function: HeaderFunction) -> list[Promise]:
         outside = double.number("ulps elsewhere")
         inside = double.number("relative") + double.number("relative of w")
         kinds = {
-            "restitution": (stated, Stated(double_ulps=outside, ulps=last)),
+            "restitution": (stated, StatedError(double_ulps=outside, ulps=last)),
             **dict.fromkeys(
                 ("rebound", "dissipation"),
-                (replace(stated, value=inside, double_ulps=0.0), Stated(value=outside * 2.0**-52, ulps=last)),
+                (replace(stated, value=inside, double_ulps=0.0), StatedError(value=outside * 2.0**-52, ulps=last)),
             ),
         }
         kernel = _full()
@@ -262,15 +262,15 @@ def _of_speed_table(function: HeaderFunction) -> list[Promise]:
         converted = stated.double_ulps and form == "float"
         own = {"ulps": 3.0} if form == "float" and not converted else {"ulps": last, "double_ulps": 3.0}
         within = replace(stated, smaller=(), value=stated.rounding, rounding=0.0, formula=formula, **own)
-        beyond = Stated(value=of_v_star + kernel.of_eps, ulps=last, double_ulps=3.0, formula=kernel.formula)
-        eps = Stated(((whole, kernel.formula),), kernel.of_eps, ulps=last, rounding=of_v_star)
+        beyond = StatedError(value=of_v_star + kernel.of_eps, ulps=last, double_ulps=3.0, formula=kernel.formula)
+        eps = StatedError(((whole, kernel.formula),), kernel.of_eps, ulps=last, rounding=of_v_star)
         kinds = {
             "restitution": (stated, eps),
             "rebound": (within, beyond),
             "dissipation": (within, replace(beyond, value=beyond.value + kernel.of_loss)),
         }
     return [
-        Promise(replace(function, kind=kind, stated=inner), outer, HALF_OF_SMALLEST, kernel.underflow)
+        StatedBounds(replace(function, kind=kind, stated=inner), outer, HALF_OF_SMALLEST, kernel.underflow)
         for kind, (inner, outer) in kinds.items()
     ]
 

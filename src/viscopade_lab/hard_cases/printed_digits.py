@@ -29,7 +29,7 @@ from viscopade.collision import exact
 from viscopade.progress import track
 from viscopade.theory import paper
 from viscopade.theory.pade import Pade, Root, exact_roots, pade
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 
 DIGITS = 120  # [3/6] itself is off by 1e-80 at v* = 1e-8, of 1 - eps = 1e-16
 BITS = bits_for(DIGITS) + 64
@@ -40,7 +40,7 @@ RANKED_SPEEDS = ("1e-4", "0.1", "1", "3", "10", "1000")
 EXAMPLE = "[3/6]"
 
 
-class Printed(NamedTuple):
+class PrintedPade(NamedTuple):
     """An approximant as printed beside the full one."""
 
     full: Pade
@@ -57,18 +57,18 @@ class Printed(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def approximants() -> tuple[Printed, ...]:
+def approximants() -> tuple[PrintedPade, ...]:
     """Return all of the paper's table."""
-    return tuple(printed(pade(m, n, DIGITS), *rows) for (m, n), rows in paper.TABLE.items())
+    return tuple(printed_pade(pade(m, n, DIGITS), *rows) for (m, n), rows in paper.TABLE.items())
 
 
-def printed(full: Pade, a: Sequence[str], b: Sequence[str]) -> Printed:
+def printed_pade(full: Pade, a: Sequence[str], b: Sequence[str]) -> PrintedPade:
     """Return an approximant with these decimals as its coefficients."""
     half_a, half_b = (
         tuple(Fraction(0) if exactly.is_exact() else _half_unit(text) for text, exactly in zip(row, own, strict=True))
         for row, own in ((a, full.a), (b, full.b))
     )
-    return Printed(full, tuple(map(Fraction, a)), tuple(map(Fraction, b)), half_a, half_b)
+    return PrintedPade(full, tuple(map(Fraction, a)), tuple(map(Fraction, b)), half_a, half_b)
 
 
 def _half_unit(text: str) -> Fraction:
@@ -103,7 +103,7 @@ def _exactly(v_star: str) -> tuple[arb, arb]:
     return found.epsilon, found.one_minus_epsilon
 
 
-def errors(given: Printed, v_star: str) -> PrintingErrors:
+def errors(given: PrintedPade, v_star: str) -> PrintingErrors:
     """Compare the printed approximant with the full one, and that with the exact function."""
     truth = _exactly(v_star)
     full = given.full
@@ -141,11 +141,11 @@ def _difference(b: Sequence[arb], a: Sequence[arb]) -> list[arb]:
     return [b_k - (a[k] if k < len(a) else 0) for k, b_k in enumerate(b)]
 
 
-def _one_unit(given: Printed) -> Fraction:
+def _one_unit(given: PrintedPade) -> Fraction:
     return 2 * given.half_a[1] if len(given.a) > 1 else Fraction(0)
 
 
-def _parts(given: Printed, v: arb, eps: arb) -> dict[str, arb]:
+def _parts(given: PrintedPade, v: arb, eps: arb) -> dict[str, arb]:
     """Return how much half a unit of each printed coefficient may change da - eps db."""
     alike = given.a_1 == given.b[1]
     parts = {}
@@ -161,7 +161,7 @@ def _parts(given: Printed, v: arb, eps: arb) -> dict[str, arb]:
 # --- poles and zeros --------------------------------------------------------------------------------------------------
 
 
-class Moved(NamedTuple):
+class MovedRoot(NamedTuple):
     """A pole or zero of the full approximant, and the nearest one of the printed; moduli of their distance."""
 
     label: str
@@ -172,7 +172,7 @@ class Moved(NamedTuple):
     used: float
 
 
-def moved(given: Printed) -> Iterator[Moved]:
+def moved_roots(given: PrintedPade) -> Iterator[MovedRoot]:
     """Yield all poles and zeros in the closed upper half-plane."""
     sides = (
         ("zero", given.full.zeros, given.a, given.full.a, given.half_a),
@@ -186,7 +186,7 @@ def moved(given: Printed) -> Iterator[Moved]:
                     distance = min((abs(root.value - value) for value in there), key=lambda x: float(x.mid()))
                     bound = _shift_bound(root.value, own, halves, len(there))
                     part = float((distance / bound).upper())
-                    yield Moved(given.full.label, kind, root, float(distance.mid()), float(bound.mid()), part)
+                    yield MovedRoot(given.full.label, kind, root, float(distance.mid()), float(bound.mid()), part)
 
 
 def _roots(c: Sequence[Fraction]) -> tuple[Root, ...]:
@@ -201,7 +201,7 @@ def _shift_bound(root: acb, own: Sequence[arb], halves: Sequence[Fraction], degr
     return degree * value / (abs(acb_poly(list(own)).derivative()(root)) - slope)
 
 
-def positive(given: Printed) -> tuple[tuple[int, int], tuple[int, int]]:
+def positive(given: PrintedPade) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return how many positive real zeros and poles the full and the printed approximant have."""
     with working(BITS):
         as_printed = [sum(root.positive for root in _roots(c)) for c in (given.a, given.b)]
@@ -212,7 +212,7 @@ def positive(given: Printed) -> tuple[tuple[int, int], tuple[int, int]]:
 # --- the finding ------------------------------------------------------------------------------------------------------
 
 
-def speeds(a_decade: int) -> list[str]:
+def v_star_grid(a_decade: int) -> list[str]:
     """Return decimals, evenly spaced in their logarithms."""
     first, last = DECADES
     return [f"{10 ** (first + i / a_decade):.6g}" for i in range((last - first) * a_decade + 1)]
@@ -220,13 +220,13 @@ def speeds(a_decade: int) -> list[str]:
 
 def run(thorough: bool) -> Outcome:
     """Compare all four approximants over eleven decades of v*."""
-    grid = speeds(A_DECADE[thorough])
+    grid = v_star_grid(A_DECADE[thorough])
     found: dict[str, dict[str, PrintingErrors]] = {p.full.label: {} for p in approximants()}
     wanted = sorted({*grid, *TABLE_SPEEDS, *RANKED_SPEEDS}, key=float)
     for i in track(range(len(wanted)), "speeds"):
         for p in approximants():
             found[p.full.label][wanted[i]] = errors(p, wanted[i])
-    roots = [m for p in approximants() for m in moved(p)]
+    roots = [m for p in approximants() for m in moved_roots(p)]
     return Outcome(
         _summary(found, grid, roots),
         (_error_table(found), _part_table(found), _root_table(roots)),
@@ -235,42 +235,34 @@ def run(thorough: bool) -> Outcome:
     )
 
 
-def _checks(found: dict[str, dict[str, PrintingErrors]], roots: Sequence[Moved]) -> tuple[Check, ...]:
+def _checks(found: dict[str, dict[str, PrintingErrors]], roots: Sequence[MovedRoot]) -> tuple[Check, ...]:
     entries = paper.compare(p.full for p in approximants())
     unequal = sum(p.a_1 != p.b[1] for p in approximants())
     changed = sum(full != as_printed for full, as_printed in map(positive, approximants()))
     used = max(error.used for row in found.values() for error in row.values())
     return (
-        Check(
-            f"of {len(entries)} printed numbers, those that are not ours correctly rounded: the bounds rest on it",
+        Check.never(
+            f"of {len(entries)} printed numbers, those that differ from our correctly rounded ones: the bounds "
+            "assume that none does",
             sum(not entry.agrees for entry in entries),
-            "==",
-            0,
         ),
-        Check(
-            "approximants whose a_1 and b_1 are printed differently: their 1 - eps would be wrong like 1/v*",
-            unequal,
-            "==",
-            0,
+        Check.never(
+            "approximants printed with a_1 different from b_1: the error of their 1 - eps would grow like 1/v*", unequal
         ),
-        Check(
-            "change of eps and 1 - eps by printing, as a part of the proven bound from half a unit of the last digit "
-            "of each coefficient: largest",
+        Check.within(
+            "largest change of eps and 1 - eps by printing, relative to the proven bound from half a unit of the last "
+            "digit of each coefficient",
             used,
-            "<=",
-            1.0,
         ),
-        Check(
-            "change of a pole or zero by printing, as a part of the proven bound from the same half units: largest",
+        Check.within(
+            "largest displacement of a pole or zero by printing, relative to the proven bound from the same half units",
             max(root.used for root in roots),
-            "<=",
-            1.0,
         ),
-        Check("approximants that printing gives another number of poles or zeros on v* > 0", changed, "==", 0),
+        Check.never("approximants whose number of poles or zeros on v* > 0 changes by printing", changed),
     )
 
 
-def crossing(v_star: Sequence[float], by_printing: Sequence[float], own: Sequence[float]) -> float:
+def equal_errors_at(v_star: Sequence[float], by_printing: Sequence[float], own: Sequence[float]) -> float:
     """Return the v* from which on the own error is the larger one, interpolated between points."""
     logs = [math.log(mine / its) for mine, its in zip(own, by_printing, strict=True)]
     i = max((i for i, log in enumerate(logs[:-1]) if log <= 0), default=-1)
@@ -282,10 +274,10 @@ def crossing(v_star: Sequence[float], by_printing: Sequence[float], own: Sequenc
 
 def _crossing(row: Mapping[str, PrintingErrors], grid: Sequence[str]) -> float:
     at = [row[v] for v in grid]
-    return crossing([float(v) for v in grid], [e.epsilon for e in at], [e.own_epsilon for e in at])
+    return equal_errors_at([float(v) for v in grid], [e.epsilon for e in at], [e.own_epsilon for e in at])
 
 
-def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], roots: Sequence[Moved]) -> str:
+def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], roots: Sequence[MovedRoot]) -> str:
     usable = sorted(p.full.label for p in approximants() if p.full.usable)
     places = _listed([f"{_crossing(row, grid):.2g} for {label}" for label, row in found.items()])
     eps, label, v_star = max((e.epsilon, label, float(v)) for label in usable for v, e in found[label].items())
@@ -294,13 +286,13 @@ def _summary(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str], r
     example = found[EXAMPLE]
     ratio = example["1"].own_epsilon / example["1"].epsilon
     return (
-        f"Printing changes eps of {_listed(usable)} by {at_most(eps, 2)} of it at most ({label} at v* = {v_star:.2g}), "
-        f"and 1 - eps of all by {at_most(loss, 2)} ({other}). That is more than the approximant's own error only up "
-        f"to v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large as that by "
-        f"printing. What saves 1 - eps at small v* is that a_1 = b_1 as printed: with one unit between them 1 - eps of "
-        f"{EXAMPLE} would be off by {example[grid[0]].loss_if_unequal:.2g} times itself at v* = {float(grid[0]):g}. "
-        f"The zero of {zero.label} at v* = {zero.root.decimals(12)[0]} moves by {zero.by:.1e}: there its eps loses all "
-        "digits"
+        f"Printing changes eps of {_listed(usable)} by {at_most(eps, 2)} of it at most ({label} at v* = "
+        f"{v_star:.2g}), and 1 - eps of all by {at_most(loss, 2)} ({other}). That is more than the approximant's own "
+        f"error only up to v* = {places}; at v* = 1 the own error of {EXAMPLE} in eps is {ratio:.0f} times as large "
+        "as that by printing. 1 - eps keeps its accuracy at small v* because the printed a_1 and b_1 are equal: with "
+        f"one unit between them 1 - eps of {EXAMPLE} would be off by {example[grid[0]].loss_if_unequal:.2g} times "
+        f"itself at v* = {float(grid[0]):g}. The zero of {zero.label} at v* = {zero.root.decimals(12)[0]} moves by "
+        f"{zero.by:.1e}: there its eps loses all digits"
     )
 
 
@@ -312,20 +304,20 @@ def _cell(number: float) -> str:
     return f"{number:.1e}"
 
 
-def _error_table(found: dict[str, dict[str, PrintingErrors]]) -> Table:
+def _error_table(found: dict[str, dict[str, PrintingErrors]]) -> ResultTable:
     rows = tuple(
         (label, v, *map(_cell, (e.epsilon, e.epsilon_bound, e.own_epsilon, e.loss, e.own_loss)))
         for label, row in found.items()
         for v, e in ((v, row[v]) for v in TABLE_SPEEDS)
     )
     header = ("approximant", "v*", "eps, by printing", "bound", "eps, own", "1 - eps, by printing", "1 - eps, own")
-    return Table("Relative errors by printing, and of the full approximants", header, rows)
+    return ResultTable("Relative errors by printing, and of the full approximants", header, rows)
 
 
-def _part_table(found: dict[str, dict[str, PrintingErrors]]) -> Table:
+def _part_table(found: dict[str, dict[str, PrintingErrors]]) -> ResultTable:
     rows = tuple((label, *(_ranked(row[v].parts) for v in RANKED_SPEEDS)) for label, row in found.items())
     header = ("approximant", *(f"v* = {v}" for v in RANKED_SPEEDS))
-    return Table("The coefficient whose printed digits matter most, with its part of the bound", header, rows)
+    return ResultTable("The coefficient whose printed digits matter most, with its part of the bound", header, rows)
 
 
 def _ranked(parts: Mapping[str, float]) -> str:
@@ -333,14 +325,14 @@ def _ranked(parts: Mapping[str, float]) -> str:
     return f"{name}: {parts[name] / sum(parts.values()):.0%}"
 
 
-def _root_table(roots: Sequence[Moved]) -> Table:
+def _root_table(roots: Sequence[MovedRoot]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for m in roots:
         real, imaginary = m.root.decimals(12)
         where = real if m.root.real else f"{real} ± {imaginary} i" if real != "0" else f"± {imaginary} i"
         rows.append((m.label, m.kind, where, _cell(m.by), _cell(m.bound)))
     header = ("approximant", "kind", "at v*", "moved by", "bound")
-    return Table("Poles and zeros, and how far printing moves them", header, tuple(rows))
+    return ResultTable("Poles and zeros, and how far printing moves them", header, tuple(rows))
 
 
 def _charts(found: dict[str, dict[str, PrintingErrors]], grid: Sequence[str]) -> Iterator[Chart]:
@@ -380,6 +372,7 @@ def _above(c: ChartCurve) -> tuple[tuple[float, ...], tuple[float, ...]]:
 CASE = Case(
     "printed-digits",
     "The paper's printed digits",
-    "How far off are the printed approximants through rounding alone, and where is that more than their own error?",
+    "How large is the error that rounding the printed coefficients makes, and where does it exceed the "
+    "approximants' own error?",
     run,
 )

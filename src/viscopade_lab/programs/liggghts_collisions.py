@@ -7,17 +7,21 @@ Debian package). The laws: `hertz/stiffness`, which is the viscoelastic law, at 
 
 from __future__ import annotations
 
-import shutil
-import subprocess
-import tempfile
-from pathlib import Path
-
-import click
-
 from viscopade.simulators import liggghts
 from viscopade.simulators.setup import Setup
 from viscopade.simulators.stated import program_number
-from viscopade_lab.programs.two_spheres import RADIUS, RESTITUTIONS, SPEED, STEPS, Row, duration, setup, show, time_step
+from viscopade_lab.programs.two_spheres import (
+    RADIUS,
+    RESTITUTIONS,
+    SPEED,
+    STEPS,
+    CollisionRow,
+    run_program,
+    setup,
+    steps_until_apart,
+    time_step,
+    validation,
+)
 
 PROGRAM = "liggghts"
 COMMAND = "viscopade_lab.programs.liggghts_collisions"
@@ -59,36 +63,23 @@ def collide(case: Setup, text: str, speed: float, steps: int) -> float:
         forwards=repr(speed / 2),
         backwards=repr(-speed / 2),
         step=repr(time_step(case, speed, steps)),
-        run=duration(case, speed, steps),
+        run=steps_until_apart(case, speed, steps),
     )
     return run(commands, text) / speed
 
 
 def run(commands: str, text: str) -> float:
     """Return what an input that includes `contacts.in`, the generated commands, prints as its result."""
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "contacts.in").write_text(text)
-        Path(folder, "in.collision").write_text(commands)
-        done = subprocess.run(
-            [PROGRAM, "-in", "in.collision", "-log", "none"],
-            cwd=folder,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",  # its messages can contain anything
-            timeout=3600,
-        )
-    results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
-    if done.returncode or not results:
-        raise RuntimeError(f"{PROGRAM} failed: {(done.stdout + done.stderr)[-500:]}")
-    return float(results[-1].split()[1])
+    words = [PROGRAM, "-in", "in.collision", "-log", "none"]
+    return float(run_program(words, {"contacts.in": text, "in.collision": commands}).split()[0])
 
 
-def row(case: Setup, law: str, parameter: str, text: str, speed: float, wanted: float) -> Row:
+def row(case: Setup, law: str, parameter: str, text: str, speed: float, wanted: float) -> CollisionRow:
     """Return a row of collisions at one speed."""
-    return Row(law, parameter, speed, wanted, tuple(collide(case, text, speed, steps) for steps in STEPS))
+    return CollisionRow(law, parameter, speed, wanted, tuple(collide(case, text, speed, steps) for steps in STEPS))
 
 
-def rows() -> list[Row]:
+def rows() -> list[CollisionRow]:
     """Return all rows."""
     found = []
     for epsilon in RESTITUTIONS:
@@ -112,13 +103,7 @@ def rows() -> list[Row]:
     return found
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(style: str) -> None:
-    """Print wanted and measured eps."""
-    if shutil.which(PROGRAM) is None:
-        raise click.ClickException(f"{PROGRAM} is not installed: it is in Debian's package liggghts")
-    show(rows, "eps in LIGGGHTS, relative error for so many time steps in a contact", style)
+main = validation(PROGRAM, rows)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,6 @@ from __future__ import annotations
 import ctypes
 import importlib
 import importlib.util
-import json
 import os
 import shutil
 import statistics
@@ -32,17 +31,16 @@ from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from viscopade import restitution
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.cli.console import need
 from viscopade.collision.spheres import Pair, Sphere, beta_si_from_cgs, v_star
 from viscopade.simulators import rebound as ours
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade_lab.script import command, console, rounds
 
 MATERIAL = {"young_modulus": 1e10, "poisson_ratio": 0.3}
 DENSITY = 917.0
@@ -55,68 +53,7 @@ CLOCK_CALLS = 10_000
 SAVED = 10  # times at which the energy is looked at
 NAME = "ice"
 
-DRIVER = """
-#include <time.h>
-#include "ice.c"
-
-/* Speeds along the line of centres before and after a collision, radii and masses. */
-struct bounce { double before, after, r1, r2, m1, m2; };
-typedef enum REB_COLLISION_RESOLVE_OUTCOME resolve_function(struct reb_simulation *, struct reb_collision);
-resolve_function *inner;
-struct bounce *bounces;
-size_t bounces_n, bounces_size;
-double constant_eps = 1.0;
-
-double constant(const struct reb_simulation *r, double v) { (void)r; (void)v; return constant_eps; }
-
-static double closing(const struct reb_particle *a, const struct reb_particle *b, const double *n)
-{
-    return n[0] * (b->vx - a->vx) + n[1] * (b->vy - a->vy) + n[2] * (b->vz - a->vz);
-}
-
-enum REB_COLLISION_RESOLVE_OUTCOME logged(struct reb_simulation *r, struct reb_collision c)
-{
-    const struct reb_particle *a = r->particles + c.p1, *b = r->particles + c.p2;
-    double n[3] = {a->x + c.gb.x - b->x, a->y + c.gb.y - b->y, a->z + c.gb.z - b->z};
-    const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++) n[i] /= length;
-    const int64_t number = r->collisions_log_n;
-    const double before = closing(a, b, n);
-    const enum REB_COLLISION_RESOLVE_OUTCOME outcome = inner(r, c);
-    if (r->collisions_log_n > number && bounces_n < bounces_size)
-        bounces[bounces_n++] = (struct bounce){before, -closing(a, b, n), a->r, b->r, a->m, b->m};
-    return outcome;
-}
-
-static int64_t now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-int64_t spent, calls;
-
-enum REB_COLLISION_RESOLVE_OUTCOME timed(struct reb_simulation *r, struct reb_collision c)
-{
-    const int64_t begin = now();
-    const enum REB_COLLISION_RESOLVE_OUTCOME outcome = inner(r, c);
-    spent += now() - begin;
-    calls++;
-    return outcome;
-}
-
-/* Nanoseconds between two looks at the clock. */
-double of_clock(int n)
-{
-    int64_t total = 0;
-    for (int i = 0; i < n; i++) {
-        const int64_t begin = now();
-        total += now() - begin;
-    }
-    return (double)total / n;
-}
-"""
+DRIVER = Path(__file__).with_name("rebound_driver.c")
 
 Installer = Callable[[Any], None]
 
@@ -158,7 +95,7 @@ def places(sizes: FloatArray, box: float, rng: np.random.Generator) -> FloatArra
     return found
 
 
-class Box:
+class ParticleBox:
     """The same box of particles at the start of every run."""
 
     def __init__(self, program: Any, number: int) -> None:
@@ -204,7 +141,7 @@ class Files:
         for language, end in (("c", "c"), ("python", "py")):
             text = ours.render(setup(), "python -m viscopade_lab.programs.rebound_ice", language)
             (directory / f"{NAME}.{end}").write_text(text, encoding="utf-8")
-        (directory / "driver.c").write_text(DRIVER, encoding="utf-8")
+        (directory / "driver.c").write_text(DRIVER.read_text(encoding="utf-8"), encoding="utf-8")
         header = Path(program.__path__[0]).parent / "src"
         library = directory / "driver.so"
         flags = ["-std=gnu99", "-O3", "-march=native", "-shared", "-fPIC", "-isystem", str(header)]
@@ -278,7 +215,7 @@ class Files:
 # --- what happened ----------------------------------------------------------------------------------------------------
 
 
-def happened(files: Files, box: Box, install: Installer, steps: int) -> dict[str, Any]:
+def happened(files: Files, box: ParticleBox, install: Installer, steps: int) -> dict[str, Any]:
     """Run, and compare every collision with the exact eps, of its pair and of the typical pair."""
     sim = box.simulation()
     install(sim)
@@ -318,7 +255,7 @@ def betas(r1: FloatArray, r2: FloatArray) -> FloatArray:
 # --- cost -------------------------------------------------------------------------------------------------------------
 
 
-def run(files: Files, box: Box, install: Installer, steps: int) -> tuple[float, float, int]:
+def run(files: Files, box: ParticleBox, install: Installer, steps: int) -> tuple[float, float, int]:
     """Return the seconds of a run, those in `collision_resolve`, and the number of collisions."""
     sim = box.simulation()
     install(sim)
@@ -329,7 +266,9 @@ def run(files: Files, box: Box, install: Installer, steps: int) -> tuple[float, 
     return seconds, files.spent(), int(sim.collisions_log_n)
 
 
-def costs(files: Files, box: Box, ways: dict[str, Installer], steps: int, rounds: int) -> dict[str, dict[str, float]]:
+def costs(
+    files: Files, box: ParticleBox, ways: dict[str, Installer], steps: int, rounds: int
+) -> dict[str, dict[str, float]]:
     """Return times by way: the run's median; the least time for collisions, as interruptions only add; its share."""
     runs: dict[str, list[tuple[float, float, int]]] = {way: [] for way in ways}
     for _ in range(rounds):
@@ -347,10 +286,10 @@ def _cost(runs: list[tuple[float, float, int]]) -> dict[str, float]:
 # --- all --------------------------------------------------------------------------------------------------------------
 
 
-def measure(number: int, steps: int, rounds: int) -> dict[str, Any]:
+def measure(particles: int, steps: int, rounds: int) -> dict[str, Any]:
     """Return everything as JSON-able data."""
     program = importlib.import_module("rebound")
-    box = Box(program, number)
+    box = ParticleBox(program, particles)
     with tempfile.TemporaryDirectory() as directory:
         files = Files(Path(directory), program)
         one, by_pair = (happened(files, box, files.compiled(which), steps) for which in (False, True))
@@ -364,7 +303,7 @@ def measure(number: int, steps: int, rounds: int) -> dict[str, Any]:
         }
         return {
             "rebound": program.__version__,
-            "particles": number,
+            "particles": particles,
             "steps": steps,
             "rounds": rounds,
             "kernel": ours.callback_kernel("1e-5").name,
@@ -375,8 +314,8 @@ def measure(number: int, steps: int, rounds: int) -> dict[str, Any]:
         }
 
 
-def tables(result: dict[str, Any]) -> list[Table]:
-    """Return what was measured, to be read."""
+def show(result: dict[str, Any]) -> None:
+    """Print the result for people."""
     accuracy = Table("", "callback (one beta)", "resolve (by pair)", title="what happened")
     both = [result["callback"], result["resolve"]]
     accuracy.add_row("collisions", *(f"{one['collisions']}" for one in both))
@@ -398,32 +337,17 @@ def tables(result: dict[str, Any]) -> list[Table]:
     for way, row in result["cost"].items():
         nanoseconds, seconds = f"{row['collision_ns']:.0f}", f"{row['run_s']:.3f}"
         cost.add_row(way, nanoseconds, f"{row['collisions']}", seconds, f"{row['share']:.3%}")
-    return [accuracy, kinetic, cost]
+    head = f"REBOUND {result['rebound']}, {result['particles']} particles, {result['steps']} steps of {STEP} s"
+    console().print(f"{head}; {result['kernel']} states {result['stated']:.3g}", accuracy, kinetic, cost, sep="\n")
 
 
 def _three(values: list[float], scale: float) -> str:
     return ", ".join(f"{value * scale:.3g}" for value in values)
 
 
-@click.command()
-@click.option("--particles", type=click.IntRange(10), default=1000, show_default=True)
-@click.option("--steps", type=click.IntRange(SAVED), default=500, show_default=True, help=f"Of {STEP} s.")
-@click.option("--rounds", type=click.IntRange(1), default=3, show_default=True, help="Runs of each way, in turn.")
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
-def main(particles: int, steps: int, rounds: int, style: str) -> None:
-    """Run the box of ice and print what was measured."""
-    need("rebound", "rebound_ice")
-    result = measure(particles, steps, rounds)
-    if style == "json":
-        click.echo(json.dumps(result))
-        return
-    console = Console()
-    console.print(
-        f"REBOUND {result['rebound']}, {result['particles']} particles, {result['steps']} steps of {STEP} s; "
-        f"{result['kernel']} states {result['stated']:.3g}"
-    )
-    for table in tables(result):
-        console.print(table)
+PARTICLES = click.option("--particles", type=click.IntRange(10), default=1000, show_default=True)
+STEPS = click.option("--steps", type=click.IntRange(SAVED), default=500, show_default=True, help=f"Of {STEP} s.")
+main = command(measure, show, PARTICLES, STEPS, rounds(3, "Runs of each way, in turn."), needs="rebound")
 
 
 if __name__ == "__main__":

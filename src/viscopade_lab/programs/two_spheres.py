@@ -5,18 +5,22 @@ Shared by `viscopade_lab.programs.liggghts_collisions` and `viscopade_lab.progra
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Sequence
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import click
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.script import command, console
 
 SPEED = 1.0
 RADIUS = 0.01
@@ -27,7 +31,7 @@ _REFINEMENT = STEPS[1] // STEPS[0]
 
 
 @dataclass(frozen=True)
-class Row:
+class CollisionRow:
     """Collisions at one speed with decreasing time step.
 
     Attributes
@@ -79,7 +83,7 @@ def time_step(case: Setup, speed: float, steps: int) -> float:
     return case.contacts[0].pair.contact_time(speed) / steps
 
 
-def duration(case: Setup, speed: float, steps: int) -> int:
+def steps_until_apart(case: Setup, speed: float, steps: int) -> int:
     """Return a number of time steps after which the balls have parted, whatever the law."""
     return steps * math.ceil(3 + 2 / case.contacts[0].pair.epsilon(speed))
 
@@ -112,26 +116,51 @@ def integrated(
     return float(-run.y[1, -1])
 
 
-def show(rows: Callable[[], Sequence[Row]], title: str, style: str) -> None:
-    """Print the rows."""
-    found = rows()
-    if style == "json":
-        fields = ("errors", "limit", "order")
-        table = [asdict(row) | {name: getattr(row, name) for name in fields} for row in found]
-        click.echo(json.dumps({"title": title, "steps": STEPS, "rows": table}))
-        return
-    table_ = Table(
-        "law", "parameter", "speed", "wanted", *(f"error, {n}" for n in STEPS), "limit", "order", title=title
-    )
-    for row in found:
-        errors = (f"{error:+.1e}" for error in row.errors)
-        table_.add_row(
-            row.law,
-            row.parameter,
-            f"{row.speed:g}",
-            f"{row.wanted:.6f}",
-            *errors,
-            f"{row.limit:.6f}",
-            f"{row.order:.2f}",
+def run_program(words: Sequence[str], files: Mapping[str, str]) -> str:
+    """Run a program where there are these files, and return what it prints as its last "RESULT".
+
+    Raises
+    ------
+    RuntimeError
+        If it fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            Path(folder, name).write_text(content)
+        done = subprocess.run(
+            words,
+            cwd=folder,
+            env={**os.environ, "HOME": folder},
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",  # a program's messages can contain anything
+            timeout=3600,
         )
-    Console(width=150).print(table_)
+    results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
+    if done.returncode or not results:
+        raise RuntimeError(f"{words[0]} failed: {(done.stdout + done.stderr)[-500:]}")
+    return results[-1].removeprefix("RESULT ")
+
+
+def validation(program: str, rows: Callable[[], Sequence[CollisionRow]]) -> click.Command:
+    """Return the command that runs all collisions in a program, which Debian has a package of."""
+
+    def measure() -> dict[str, Any]:
+        if shutil.which(program) is None:
+            raise click.ClickException(f"{program} is not installed: it is in Debian's package {program}")
+        fields = ("errors", "limit", "order")
+        found = [asdict(row) | {name: getattr(row, name) for name in fields} for row in rows()]
+        title = f"eps in {program.upper()}, relative error for so many time steps in a contact"
+        return {"title": title, "steps": STEPS, "rows": found}
+
+    return command(measure, show)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print wanted and measured eps."""
+    errors = (f"error, {n}" for n in STEPS)
+    table = Table("law", "parameter", "speed", "wanted", *errors, "limit", "order", title=result["title"])
+    for row in result["rows"]:
+        numbers = (*(f"{error:+.1e}" for error in row["errors"]), f"{row['limit']:.6f}", f"{row['order']:.2f}")
+        table.add_row(row["law"], row["parameter"], f"{row['speed']:g}", f"{row['wanted']:.6f}", *numbers)
+    console(150).print(table)

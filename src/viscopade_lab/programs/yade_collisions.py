@@ -8,19 +8,22 @@ has not, at three speeds; a constant eps with our `betan`; and with eps itself a
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Literal
-
-import click
 
 from viscopade.simulators import yade
 from viscopade.simulators.setup import Setup
-from viscopade_lab.programs.two_spheres import RESTITUTIONS, SPEED, STEPS, Row, duration, setup, show, time_step
+from viscopade_lab.programs.two_spheres import (
+    RESTITUTIONS,
+    SPEED,
+    STEPS,
+    CollisionRow,
+    run_program,
+    setup,
+    steps_until_apart,
+    time_step,
+    validation,
+)
 
 PROGRAM = "yade"
 COMMAND = "viscopade_lab.programs.yade_collisions"
@@ -66,7 +69,7 @@ def collide(case: Setup, text: str, law: Law, speed: float, steps: Sequence[int]
         "law": law,
         "speed": speed,
         "radius": case.bodies["ball"].radius,
-        "steps": [(time_step(case, speed, n), duration(case, speed, n)) for n in steps],
+        "steps": [(time_step(case, speed, n), steps_until_apart(case, speed, n)) for n in steps],
     }
     epsilon = case.contacts[0].pair.epsilon(case.contacts[0].typical)
     script = _SCRIPT.format().replace("case_en", f'{{("ball", "ball"): {epsilon!r}}}')
@@ -75,25 +78,11 @@ def collide(case: Setup, text: str, law: Law, speed: float, steps: Sequence[int]
 
 def run(script: str, files: Mapping[str, str]) -> tuple[float, ...]:
     """Return the numbers that a script prints as its result, run where there are these files."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name, content in {**files, "collision.py": script}.items():
-            Path(folder, name).write_text(content)
-        done = subprocess.run(
-            [PROGRAM, "-j1", "-x", "-n", "collision.py"],
-            cwd=folder,
-            env=os.environ | {"HOME": folder},
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=3600,
-        )
-    results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
-    if done.returncode or not results:
-        raise RuntimeError(f"{PROGRAM} failed: {(done.stdout + done.stderr)[-500:]}")
-    return tuple(json.loads(results[-1].removeprefix("RESULT ")))
+    words = [PROGRAM, "-j1", "-x", "-n", "collision.py"]
+    return tuple(json.loads(run_program(words, {**files, "collision.py": script})))
 
 
-def rows() -> list[Row]:
+def rows() -> list[CollisionRow]:
     """Return all rows."""
     found = []
     for epsilon in RESTITUTIONS:
@@ -103,24 +92,18 @@ def rows() -> list[Row]:
         for speed in (contact.slowest, contact.typical, contact.fastest):
             measured = collide(case, text, "viscoelastic", speed, STEPS)
             wanted = contact.pair.epsilon(speed)
-            found.append(Row("viscoelastic", f"A {contact.pair.A:.6g}", speed, wanted, measured))
+            found.append(CollisionRow("viscoelastic", f"A {contact.pair.A:.6g}", speed, wanted, measured))
     for epsilon in RESTITUTIONS:
         case = setup(epsilon)
         text = yade.render(case, COMMAND)
         betan = f"betan {yade.betan(epsilon):.6f}"
-        found.append(Row("constant", betan, SPEED, epsilon, collide(case, text, "constant", SPEED, STEPS)))
+        found.append(CollisionRow("constant", betan, SPEED, epsilon, collide(case, text, "constant", SPEED, STEPS)))
         naive = collide(case, text, "naive", SPEED, STEPS)
-        found.append(Row("constant", f"naive en {epsilon:g}", SPEED, epsilon, naive))
+        found.append(CollisionRow("constant", f"naive en {epsilon:g}", SPEED, epsilon, naive))
     return found
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(style: str) -> None:
-    """Print wanted and measured eps."""
-    if shutil.which(PROGRAM) is None:
-        raise click.ClickException(f"{PROGRAM} is not installed: it is in Debian's package yade")
-    show(rows, "eps in YADE, relative error for so many time steps in a contact", style)
+main = validation(PROGRAM, rows)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ _FAR = 60.0  # cost of a label alone from which on others are moved for it
 
 # What is wrong with a place, per occurrence; a point of distance counts 1.
 _OVERLAP, _OUTSIDE, _ON_MARK, _THROUGH_LABEL = 1e5, 1e5, 1e4, 3e3
-_THROUGH_MARK, _CROSSING, _AMBIGUOUS, _ON_LINE, _THROUGH_LINE = 400.0, 150.0, 40.0, 40.0, 4.0
+_ON_LINE, _THROUGH_MARK, _CROSSING, _AMBIGUOUS, _THROUGH_LINE = 600.0, 400.0, 150.0, 40.0, 4.0
 
 
 @dataclass(frozen=True)

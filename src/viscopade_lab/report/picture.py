@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FORMATS = ("svg", "png")
-
 # Each colour on paper, and the name that the page's style sheet gives it.
 INK, MUTED, GRID, PAPER, BAND = "#1b1b1f", "#5c5f66", "#e3e3e6", "#ffffff", "#f1f1f4"
 _GROUP_COLOR = {"ours": "#0068a8", "rival": "#bd4b00", "limit": "#00755a"}
@@ -388,7 +386,7 @@ def _legend(sheet: Sheet, panels: Sequence[PicturePanel], layout: SheetLayout) -
 
     entries = [entry(GROUP_NAMES[group], _GROUP_COLOR[group], _GROUP_MARKER[group]) for group in groups]
     entries += [entry("error proven", MUTED, "o"), entry("error sampled", MUTED, "o", False)]
-    entries.append(Line2D([], [], color=MUTED, linewidth=1.6, alpha=0.55, label="frontier: none better in both"))
+    entries.append(Line2D([], [], color=MUTED, linewidth=1.6, alpha=0.55, label="Pareto frontier"))
     left = _LEFT / layout.width if not layout.stacked else 0.02
     sheet.legend(
         handles=entries, loc="upper left", bbox_to_anchor=(left, 1), ncols=layout.columns, frameon=False,

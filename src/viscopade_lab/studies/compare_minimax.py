@@ -18,7 +18,6 @@ sources and not in Debian's package.
 from __future__ import annotations
 
 import importlib
-import json
 import math
 import shutil
 import statistics
@@ -27,7 +26,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib.resources import files
 from itertools import product
@@ -37,7 +36,6 @@ from typing import Any
 import click
 import numpy as np
 from flint import arb
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -48,6 +46,7 @@ from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
 from viscopade.theory.series import series
+from viscopade_lab.script import command, console
 
 DEGREES = ((1, 4), (3, 3), (2, 5), (3, 6), (5, 5))
 SPEEDS = (1.0, 3.0, 10.0, 50.0)
@@ -62,7 +61,7 @@ Evaluated = Callable[[FloatArray], FloatArray]
 
 
 @dataclass
-class Comparison:
+class RivalComparison:
     """One rival on one kind of problem."""
 
     rival: str
@@ -96,7 +95,7 @@ class Comparison:
         return statistics.median(errors or [math.nan]), statistics.median(b / a for a, b in self.seconds)
 
 
-def timed(run: Callable[[], Any]) -> tuple[Any, float]:
+def tried(run: Callable[[], Any]) -> tuple[Any, float]:
     """Return a result (None if there is none) and the seconds it took."""
     start = time.perf_counter()
     try:
@@ -129,7 +128,7 @@ def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, floa
         return 1 / target.epsilon(v) if relative else arb(1)
 
     problem = remez.Problem(m, n, target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
-    found, seconds = timed(lambda: remez.solve(problem))
+    found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
     return largest_error(approximant, v_max, relative), seconds
 
@@ -145,22 +144,26 @@ def module(name: str) -> Any:
 # --- the rivals -------------------------------------------------------------------------------------------------------
 
 
-def against_baryrat() -> Comparison:
+def against_baryrat() -> RivalComparison:
     """BRASIL, in doubles."""
-    result = Comparison("baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles")
+    result = RivalComparison(
+        "baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles"
+    )
     baryrat = module("baryrat")
     if baryrat is None:
         result.skipped = "baryrat is not installed (pip install baryrat)"
         return result
     for (m, n), v_max in CASES:
-        found, seconds = timed(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
+        found, seconds = tried(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
         result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
     return result
 
 
-def against_aaa() -> Comparison:
+def against_aaa() -> RivalComparison:
     """AAA on 2001 samples."""
-    result = Comparison("scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10)
+    result = RivalComparison(
+        "scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10
+    )
     interpolate = module("scipy.interpolate")
     if interpolate is None or not hasattr(interpolate, "AAA"):
         result.skipped = "SciPy is absent or older than 1.15"
@@ -168,7 +171,7 @@ def against_aaa() -> Comparison:
     for (m, n), v_max in DIAGONAL:
         v_star = v_max * (1 - np.cos(np.pi * np.arange(2001) / 2000)) / 2
         values = double.epsilon(v_star)
-        found, seconds = timed(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
+        found, seconds = tried(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
         poles = found.poles()
         if np.any((abs(poles.imag) < 1e-9) & (poles.real >= 0) & (poles.real <= v_max)):
             found = None
@@ -176,67 +179,12 @@ def against_aaa() -> Comparison:
     return result
 
 
-BOOST = r"""
-#include <boost/function.hpp>
-#include <boost/math/tools/remez.hpp>
-#include <boost/multiprecision/cpp_bin_float.hpp>
-#include <chrono>
-#include <fstream>
-#include <iostream>
-#include <sstream>
-using namespace boost::multiprecision;
-typedef number<cpp_bin_float<40>, et_off> T;
-struct Row { int e; std::vector<T> a; };
-static std::vector<Row> rows;
-static T epsilon(T const& v) {  // the rows of data/double.txt
-    int exponent, index = 0;
-    double mantissa = std::frexp((double)v, &exponent);
-    T centre = 0, half = std::ldexp(1.0, FIRST);
-    if (exponent - 1 >= FIRST && v > 0) {
-        int part = (int)((2 * mantissa - 1) * (1 << SPLIT));
-        index = 1 + ((exponent - 1 - FIRST) << SPLIT) + part;
-        half = std::ldexp(1.0, exponent - 2 - SPLIT);
-        centre = std::ldexp(1.0, exponent - 1) + half * (2 * part + 1);
-    }
-    T z = (v - centre) / half, total = 0;
-    for (int i = (int)rows[index].a.size() - 1; i >= 0; --i) total = total * z + rows[index].a[i];
-    return ldexp(total, rows[index].e);
-}
-int main(int, char** argv) {
-    std::ifstream file(argv[1]);
-    for (std::string line; std::getline(file, line);) {
-        std::istringstream words(line);
-        std::string name, number;
-        int index; Row row;
-        if (!(words >> name >> index >> row.e) || name != "epsilon") continue;
-        while (words >> number) row.a.push_back(T(number));
-        rows.push_back(row);
-    }
-    unsigned m, n; double v; int brake;
-    while (std::cin >> m >> n >> v >> brake) {
-        auto start = std::chrono::steady_clock::now();
-        std::ostringstream out;
-        out.precision(25);
-        try {
-            boost::math::tools::remez_minimax<T> remez(epsilon, m, n, T(0), T(v), false, true);
-            remez.set_brake(brake);
-            for (int i = 0; i < 60; ++i) {
-                remez.iterate();
-                if (fabs(remez.max_error()) - fabs(remez.error_term()) < 1e-6 * fabs(remez.max_error())) break;
-            }
-            for (unsigned i = 0; i <= m; ++i) out << " " << remez.numerator()[i];
-            for (unsigned i = 0; i <= n; ++i) out << " " << remez.denominator()[i];
-        } catch (std::exception const&) { out.str(""); }
-        std::cout << "@ " << std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()
-                  << out.str() << std::endl;
-    }
-}
-"""
+BOOST = Path(__file__).with_name("boost_remez.cpp")
 
 
-def against_boost(headers: Path | None) -> Comparison:
+def against_boost(headers: Path | None) -> RivalComparison:
     """remez_minimax in 40 digits, without and with a brake of 50 %: the better one counts."""
-    result = Comparison(
+    result = RivalComparison(
         "Boost remez_minimax", "free [m/n], relative", "no conditions but N(0) = 0, weights 1 and f only"
     )
     result.skipped = _why_no_boost(headers)
@@ -265,10 +213,9 @@ def _compiled(headers: Path, folder: Path) -> tuple[Path, str]:
     shim = folder / "boost/math/tools"
     shim.mkdir(parents=True)
     (shim / "assert.hpp").write_text("#include <boost/assert.hpp>\n#define BOOST_MATH_ASSERT(x) BOOST_ASSERT(x)\n")
-    source, program = folder / "remez.cpp", folder / "remez"
-    source.write_text(BOOST)
+    program = folder / "remez"
     flags = ["-O2", "-w", "-std=c++17", f"-DFIRST=({panels.FIRST})", f"-DSPLIT={panels.SPLIT}"]
-    command = ["g++", *flags, "-I", str(headers), "-I", str(folder), "-o", str(program), str(source)]
+    command = ["g++", *flags, "-I", str(headers), "-I", str(folder), "-o", str(program), str(BOOST)]
     run = subprocess.run(command, capture_output=True, text=True)
     return program, "" if run.returncode == 0 else f"does not compile: {run.stderr.splitlines()[0]}"
 
@@ -290,20 +237,20 @@ def _by_boost(program: Path, m: int, n: int, v_max: float, brake: int) -> tuple[
     return largest_error(approximant, v_max, True), seconds
 
 
-def against_sollya() -> tuple[Comparison, Comparison]:
+def against_sollya() -> tuple[RivalComparison, RivalComparison]:
     """Sollya's remez and fpminimax for (1 - eps)/v*^2, given as a Taylor polynomial."""
-    best = Comparison(
+    best = RivalComparison(
         "Sollya remez", "(1 - eps)/v*^2 by polynomials, relative", "polynomials only; eps is not known to it"
     )
-    machine = Comparison("Sollya fpminimax", "the same, float coefficients", "polynomials only")
+    machine = RivalComparison("Sollya fpminimax", "the same, float coefficients", "polynomials only")
     if shutil.which("sollya") is None:
         best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
         return best, machine
     for m, v_max in POLYNOMIALS:
-        fit, fitted = timed(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
+        fit, fitted = tried(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
-        ours, seconds = timed(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
+        ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]
         as_floats = [Fraction(FLOAT.nearest(c)) for c in rounded]
         machine.add((ours.error, seconds), (_error(fit, as_floats), second))
     return best, machine
@@ -333,7 +280,7 @@ def _by_sollya(m: int, v_max: str) -> tuple[tuple[list[Fraction], float], tuple[
     found = {}
     for name, code in runs.items():
         output = f"for i from 0 to {m - 2} do print(coeff(p,i));" if name else ""
-        found[name] = timed(lambda code=code + output + "quit;": _sollya(code))  # type: ignore[misc]
+        found[name] = tried(lambda code=code + output + "quit;": _sollya(code))  # type: ignore[misc]
     start = found[""][1]
     (real, first), (rounded, second) = (found[name] for name in ("remez", "fpminimax"))
     return (real or [], max(first - start, 1e-3)), (rounded or [], max(second - start, 1e-3))
@@ -353,14 +300,14 @@ def _dyadic(word: str) -> Fraction:
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-def measure(boost: Path | None) -> list[Comparison]:
+def measure(boost: Path | None) -> list[RivalComparison]:
     """Run everything."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return [against_baryrat(), against_aaa(), against_boost(boost), *against_sollya()]
 
 
-def show(results: list[Comparison]) -> None:
+def show(results: list[RivalComparison]) -> None:
     """Print the table."""
     table = Table(
         "rival",
@@ -381,16 +328,11 @@ def show(results: list[Comparison]) -> None:
         ours, other = result.converged
         numbers = (str(len(result.errors)), str(ours), str(other), f"{error:.3g}", f"{seconds:.3g}")
         table.add_row(result.rival, escape(result.problem), *numbers, result.cannot)
-    Console(width=150).print(table)
+    console(150).print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--boost", type=click.Path(path_type=Path), help="folder with boost/math/tools/remez.hpp")
-def main(style: str, boost: Path | None) -> None:
-    """Compare and print."""
-    results = measure(boost)
-    click.echo(json.dumps([asdict(result) for result in results])) if style == "json" else show(results)
+BOOST_FOLDER = click.option("--boost", type=click.Path(path_type=Path), help="Folder with boost/math/tools/remez.hpp.")
+main = command(measure, show, BOOST_FOLDER)
 
 
 if __name__ == "__main__":

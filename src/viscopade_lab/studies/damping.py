@@ -21,7 +21,7 @@ from viscopade.theory.paper import TABLE
 RESTITUTIONS = ("0.9", "0.5", "0.1", "0.01")
 
 
-def printed(m: int) -> Callable[[float], float]:
+def printed_approximant(m: int) -> Callable[[float], float]:
     """Return [m/m+3] with the coefficients as printed in the paper."""
     a, b = ([float(text) for text in coefficients] for coefficients in TABLE[m, m + 3])
 
@@ -40,7 +40,7 @@ def newton_on_3_6(epsilon: float) -> float:
     """Return v* by Newton's method on the printed [3/6], as DEM codes do."""
     from scipy.optimize import newton
 
-    approximant = printed(3)
+    approximant = printed_approximant(3)
     return float(newton(lambda v: approximant(v) - epsilon, 0.5, tol=1e-14, maxiter=200))
 
 
@@ -48,7 +48,7 @@ def brent_on_1_4(epsilon: float) -> float:
     """Return v* by Brent's method on the printed [1/4]."""
     from scipy.optimize import brentq
 
-    approximant = printed(1)
+    approximant = printed_approximant(1)
     return float(brentq(lambda v: approximant(v) - epsilon, 1e-6, 1e6, xtol=1e-14, rtol=1e-14))
 
 

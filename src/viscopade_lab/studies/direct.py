@@ -16,7 +16,7 @@ dtau = 2 s dtheta the motion becomes polynomial,
 so s, u and tau are analytic in theta through first contact and through x = 0 at the other end. There is one recursion
 for all of it, and a step's length follows from how fast its coefficients decay.
 
-Below it are two rivals, what one would type today: `odefun_epsilon` and `scipy_epsilon`.
+Below it is a rival, what one would type today: `odefun_epsilon`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 import mpmath
-import numpy as np
 from mpmath import mpf
 
 End = Literal["force", "position"]
@@ -281,22 +280,3 @@ def _shortly_after_contact(ctx: mpmath.MPContext, kappa: mpf) -> tuple[mpf, list
     x = tau - 4 * kappa / 15 * tau**2.5 - 4 * tau**3.5 / 35
     v = 1 - 2 * kappa / 3 * tau**1.5 - 2 * tau**2.5 / 5
     return tau, [x, v]
-
-
-def scipy_epsilon(v_star: float) -> float:
-    """Return epsilon from SciPy's DOP853 on (x, x') with an event, in double precision."""
-    from scipy.integrate import solve_ivp  # type: ignore[import-untyped,import-not-found,unused-ignore]
-
-    kappa = v_star * v_star
-
-    def motion(_: float, y: tuple[float, float]) -> tuple[float, float]:
-        x, v = y
-        return v, -math.sqrt(max(x, 0.0)) * (x + kappa * v)
-
-    def force(_: float, y: tuple[float, float]) -> float:
-        x, v = y
-        return x + kappa * v
-
-    force.terminal, force.direction = True, -1  # type: ignore[attr-defined]
-    solution = solve_ivp(motion, (0, 10), (0.0, 1.0), method="DOP853", rtol=1e-13, atol=1e-16, events=force)
-    return float(-np.asarray(solution.y_events[0])[0, 1])

@@ -7,44 +7,27 @@ leading term (3/2)^(2/3) v*^(-10/3), good at large v*, by np.power.
 
 from __future__ import annotations
 
-import json
 import math
-import sys
-import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
-from viscopade.theory.pade import pade
+from viscopade.theory.pade import horner, pade
+from viscopade_lab.script import command, console, in_turn, rounds, seconds
 
 POINTS = 1_000_000
 OURS = (*panels.NAMES, "slope", "v_star_from")
 
 
-def seconds(run: Callable[[FloatArray], object], values: FloatArray) -> float:
-    """Wall-clock time of one run."""
-    start = time.perf_counter()
-    run(values)
-    return time.perf_counter() - start
-
-
 def rational(m: int, n: int) -> Callable[[FloatArray], FloatArray]:
     """Return the Padé approximant [m/n] on arrays."""
-    numerator, denominator = ([float(c) for c in part] for part in pade(m, n).decimals(20))
-
-    def horner(coefficients: list[float], v_star: FloatArray) -> FloatArray:
-        total: FloatArray = np.full_like(v_star, coefficients[-1])
-        for c in coefficients[-2::-1]:
-            total = total * v_star + c
-        return total
-
-    return lambda v_star: horner(numerator, v_star) / horner(denominator, v_star)
+    a, b = (np.array([float(c) for c in part]) for part in pade(m, n).decimals(20))
+    return lambda v_star: horner(a, v_star) / horner(b, v_star)
 
 
 def power(v_star: FloatArray) -> FloatArray:
@@ -54,18 +37,12 @@ def power(v_star: FloatArray) -> FloatArray:
 
 def measure(rounds: int) -> dict[str, Any]:
     """Return values per second, and how long the table takes to load."""
-    start = time.perf_counter()
-    double.epsilon(1.0)  # loads the table
-    loading = time.perf_counter() - start
+    loading = seconds(lambda: double.epsilon(1.0))  # loads the table
     v_star = np.exp(np.random.default_rng(1).uniform(-7, 7, POINTS))
-    runs: dict[str, tuple[Callable[[FloatArray], FloatArray], FloatArray]] = {
-        name: (getattr(double, name), double.epsilon(v_star) if name == "v_star_from" else v_star) for name in OURS
-    }
-    runs |= {"[3/6]": (rational(3, 6), v_star), "power": (power, v_star)}
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(rounds):
-        for name, (run, values) in runs.items():
-            times[name].append(seconds(run, values))
+    epsilon = double.epsilon(v_star)
+    runs = {name: partial(getattr(double, name), epsilon if name == "v_star_from" else v_star) for name in OURS}
+    runs |= {"[3/6]": partial(rational(3, 6), v_star), "power": partial(power, v_star)}
+    times = in_turn({name: partial(seconds, run) for name, run in runs.items()}, rounds)
     return {
         "points": POINTS,
         "loading_s": loading,
@@ -80,21 +57,12 @@ def show(result: dict[str, Any]) -> None:
     for name, rate in rates.items():
         limit = f"{double.ULP[name]} ulp" if name in double.ULP else ""
         table.add_row(name, f"{rate / 1e6:.1f}", f"{rates['[3/6]'] / rate:.1f}", limit)
-    out = Console(width=None if sys.stdout.isatty() else 120)
+    out = console()
     out.print(table)
-    out.print(f"first call, which loads the table: {1e3 * result['loading_s']:.0f} ms", highlight=False)
+    out.print(f"first call, which loads the table: {1e3 * result['loading_s']:.0f} ms")
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=5, show_default=True)
-def main(style: str, rounds: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+main = command(measure, show, rounds(5))
 
 
 if __name__ == "__main__":

@@ -9,20 +9,17 @@ at v* = 1), and the Taylor integrator with event location that was written for t
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.collision import exact
+from viscopade_lab.script import command, console, in_turn, seconds
 from viscopade_lab.studies import direct
-from viscopade_lab.studies.series import seconds
 
 SPEEDS = ("1e-3", "1", "30", "1e4")
 DIGITS = (30, 100, 300)
@@ -31,10 +28,7 @@ GROWTH = (50, 100, 200, 400, 800)
 
 def interleaved(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
     """Return the median time of each run."""
-    times = {name: [0.0] * rounds for name in runs}
-    for i in range(rounds):
-        for name, run in runs.items():
-            times[name][i] = seconds(run)
+    times = in_turn({name: partial(seconds, run) for name, run in runs.items()}, rounds)
     return {name: statistics.median(values) for name, values in times.items()}
 
 
@@ -76,21 +70,16 @@ def show(result: dict[str, Any]) -> None:
     for row in result["direct"]:
         times = (f"{1e3 * row[name]:.3g}" for name in ("ours", "invert", "direct"))
         table.add_row(str(row["digits"]), row["v_star"], *times, f"{row['ratio']:.1f}")
-    console = Console()
-    console.print(table)
+    out = console()
+    out.print(table)
     for row in result["odefun"]:
-        console.print(
+        out.print(
             f"mpmath.odefun at v* = 1, {row['digits']} digits: {row['odefun']:.2f} s, {row['ratio']:.0f} times ours"
         )
-    console.print(f"time ~ digits^{result['growth']['exponent']:.1f} from {GROWTH[0]} to {GROWTH[-1]} digits")
+    out.print(f"time ~ digits^{result['growth']['exponent']:.1f} from {GROWTH[0]} to {GROWTH[-1]} digits")
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(style: str) -> None:
-    """Measure and print."""
-    result = measure()
-    click.echo(json.dumps(result)) if style == "json" else show(result)
+main = command(measure, show)
 
 
 if __name__ == "__main__":

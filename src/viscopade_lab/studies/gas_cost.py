@@ -11,8 +11,6 @@ Run as `python -m viscopade_lab.studies.gas_cost`, or with `--format json`.
 from __future__ import annotations
 
 import ctypes
-import json
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +19,6 @@ from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 import viscopade as vp
@@ -32,6 +29,7 @@ from viscopade.kernels.forms.speed_kernel import file_of
 from viscopade.kernels.names import FAST
 from viscopade.simulators import gas
 from viscopade_lab.figures import cooling as figure
+from viscopade_lab.script import command, console, rounds
 
 EXPORTS = Path(__file__).parents[3] / "exports"
 BETA = figure.BETA
@@ -64,11 +62,11 @@ void run_{i}(size_t n, const double *speed, double beta, double *out)
 def in_python() -> dict[str, gas.RestitutionFunction]:
     """Return the functions that NumPy evaluates, and viscopade's own."""
     return {
-        "constant": figure.constant(),
-        "[1/4], NumPy": figure.rational(1, 4),
-        "[3/6], NumPy": figure.rational(3, 6),
+        "constant": figure.constant_restitution(),
+        "[1/4], NumPy": figure.pade_restitution(1, 4),
+        "[3/6], NumPy": figure.pade_restitution(3, 6),
         "exact, vp.epsilon(v*)": lambda speed: vp.epsilon(v_star(speed, BETA)),
-        f"exact, vp.restitution ({vp.backend()})": figure.exact,
+        f"exact, vp.restitution ({vp.backend()})": figure.exact_restitution,
     }
 
 
@@ -127,7 +125,7 @@ class Watch:
 def measure(particles: int, rounds: int) -> dict[str, Any]:
     """Return nanoseconds per collision."""
     functions = in_python() | in_c()
-    speeds = gas.cool(figure.exact, particles=particles, time=TIME).impact_speeds
+    speeds = gas.cool(figure.exact_restitution, particles=particles, time=TIME).impact_speeds
     speeds = np.random.default_rng(1).choice(speeds, AT_ONCE)
     best = {name: {"run": np.inf, "eps_in_run": np.inf, "eps_at_once": np.inf} for name in functions}
     for _ in range(rounds):
@@ -160,20 +158,11 @@ def show(result: dict[str, Any]) -> None:
         share = row["eps_in_run"] / row["run"]
         numbers = (f"{row['run']:.0f}", f"{row['eps_in_run']:.0f}", f"{share:.1%}", f"{row['eps_at_once']:.1f}")
         table.add_row(row["name"], *numbers)
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    console().print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=5, show_default=True)
-@click.option("--particles", type=click.IntRange(gas.LEAST_PARTICLES), default=4000, show_default=True)
-def main(style: str, rounds: int, particles: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(particles, rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+PARTICLES = click.option("--particles", type=click.IntRange(gas.LEAST_PARTICLES), default=4000, show_default=True)
+main = command(measure, show, rounds(5), PARTICLES)
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ MOST = 12  # coefficients of full polynomials
 C = -double.one_minus_epsilon(1e-20) * -1e40
 
 
-class Row(NamedTuple):
+class FormRow(NamedTuple):
     """One line of the table."""
 
     kind: str
@@ -58,7 +58,7 @@ class Row(NamedTuple):
     method: str
 
 
-def points() -> FloatArray:
+def dense_v_star() -> FloatArray:
     """Return v* dense enough for rough fits on the half-line."""
     return half_line.half_line_sample("relative").y ** 3
 
@@ -77,21 +77,21 @@ def full(m: int, n: int) -> Powers:
 # --- full polynomials -------------------------------------------------------------------------------------------------
 
 
-def powers_of_quotients() -> Iterator[Row]:
+def powers_of_quotients() -> Iterator[FormRow]:
     """Eps = (N/D)^r."""
-    v_star = points()
+    v_star = dense_v_star()
     epsilon = double.epsilon(v_star)
     for r in (Fraction(1, 3), Fraction(2, 3), Fraction(5, 6), Fraction(10, 9), Fraction(5, 3), Fraction(10, 3)):
         more = int(Fraction(10, 3) / r)
         sample = Sample(v_star, epsilon ** float(1 / r), np.full_like(v_star, float(r)))
         for m in range((MOST - more) // 2 + 1):
             error = rough([full(m, m + more)], sample).error[0]
-            yield Row("power", f"(N/D)^({r})", f"[{m}/{m + more}]", 2 * m + more + 1, "relative", error, "rough")
+            yield FormRow("power", f"(N/D)^({r})", f"[{m}/{m + more}]", 2 * m + more + 1, "relative", error, "rough")
 
 
-def odds() -> Iterator[Row]:
+def odds() -> Iterator[FormRow]:
     """Eps = (1 + p c v*^2 (N/D)^r)^(-1/p)."""
-    v_star = points()
+    v_star = dense_v_star()
     epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
     cases = [("1", "1/3"), ("1", "2/3"), ("1", "4/3"), ("3/2", "1"), ("3/5", "1"), ("6/5", "1")]
     for p, r in ((Fraction(p), Fraction(r)) for p, r in cases):
@@ -104,10 +104,10 @@ def odds() -> Iterator[Row]:
             for n in range((MOST - more) // 2 + 1):
                 error = rough([full(n + more, n)], Sample(v_star, target, weight)).error[0]
                 form = f"(1 + {p} c v^2 (N/D)^({r}))^(-{1 / p})"
-                yield Row("odds", form, f"[{n + more}/{n}]", 2 * n + more + 1, measure, error, "rough")
+                yield FormRow("odds", form, f"[{n + more}/{n}]", 2 * n + more + 1, measure, error, "rough")
 
 
-def pieces() -> Iterator[Row]:
+def pieces() -> Iterator[FormRow]:
     """Two pieces that meet at V."""
     for border in (3.0, 5.0, 8.0):
         inner = np.linspace(0, border, 201)[1:]
@@ -117,7 +117,7 @@ def pieces() -> Iterator[Row]:
         for m, n, degree in ((1, 4, 2), (2, 5, 4), (3, 6, 5), (4, 7, 6)):
             error = max(rough([full(m, n)], near).error[0], rough([full(degree, 0)], far).error[0])
             label = f"[{m}/{n}] + {degree}, V = {border:g}"
-            yield Row("pieces", "two pieces", label, m + n + degree + 2, "relative", error, "rough")
+            yield FormRow("pieces", "two pieces", label, m + n + degree + 2, "relative", error, "rough")
 
 
 # --- gaps -------------------------------------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ def splits(coefficients: int) -> list[tuple[int, int]]:
     return [(coefficients - k, k) for k in range(1, coefficients // 2 + 1) if coefficients - k >= 2]
 
 
-def gaps(deep: float) -> Iterator[Row]:
+def gaps(deep: float) -> Iterator[FormRow]:
     """1/eps - 1 = c v*^2 N(y)/D(y), y = v*^(1/3)."""
     cases = [(k, a, b) for k in range(3, EXHAUSTIVE + 1) for a, b in splits(k)]
     for measure in half_line.BEST:
@@ -223,21 +223,23 @@ def gaps(deep: float) -> Iterator[Row]:
 
 def _rows(
     kind: str, form: str, coefficients: int, measure: str, found: list[tuple[float, Powers]], method: str
-) -> Iterator[Row]:
+) -> Iterator[FormRow]:
     for error, powers in found[:KEPT]:
-        yield Row(kind, form, powers.label, coefficients, measure, error, method)
+        yield FormRow(kind, form, powers.label, coefficients, measure, error, method)
 
 
-def levelled() -> Iterator[Row]:
+def levelled() -> Iterator[FormRow]:
     """Return what is recommended, by Remez's algorithm."""
     for measure, choices in half_line.BEST.items():
         for powers in choices:
             found = half_line.fit_half_line(powers, measure)
             form = "c v^2 N/D, y = v^(1/3)"
-            yield Row("gaps", form, powers.label, powers.coefficients, measure, found.error, "levelled")
+            yield FormRow("gaps", form, powers.label, powers.coefficients, measure, found.error, "levelled")
     for powers in inverse.WHOLE:
         error = inverse.fit_whole(powers).error
-        yield Row("inverse", "v*, q^(1/10), (0, 1]", powers.label, powers.coefficients, "relative", error, "levelled")
+        yield FormRow(
+            "inverse", "v*, q^(1/10), (0, 1]", powers.label, powers.coefficients, "relative", error, "levelled"
+        )
 
 
 # --- the inverse ------------------------------------------------------------------------------------------------------
@@ -249,7 +251,7 @@ VARIABLES: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
 }
 
 
-def intervals() -> Iterator[Row]:
+def intervals() -> Iterator[FormRow]:
     """v* on [eps_min, 1] in two variables."""
     for low in (0.5, 0.1, 0.01, 0.001):
         last = double.v_star_from(low)
@@ -262,10 +264,10 @@ def intervals() -> Iterator[Row]:
                 tried = [(m, k - 1 - m) for m in range(k) if abs(2 * m - k + 1) <= 2]
                 errors = [(float(rough([full(m, n)], sample).error[0]), m, n) for m, n in tried]
                 error, m, n = min(errors)
-                yield Row("inverse", f"v*, {name}, [{low:g}, 1]", f"[{m}/{n}]", k, "relative", error, "rough")
+                yield FormRow("inverse", f"v*, {name}, [{low:g}, 1]", f"[{m}/{n}]", k, "relative", error, "rough")
 
 
-def whole(deep: float) -> Iterator[Row]:
+def whole(deep: float) -> Iterator[FormRow]:
     """v* on (0, 1]."""
     form, sample = "v*, q^(1/10), (0, 1]", inverse.inverse_sample()
     for k in (4, *(DEEP if deep else ())):
@@ -281,7 +283,7 @@ def whole(deep: float) -> Iterator[Row]:
 def main(out: TextIO | None, deep: float) -> None:
     """Search, and write the table."""
     writer = csv.writer(out if out is not None else sys.stdout, lineterminator="\n")
-    writer.writerow(Row._fields)
+    writer.writerow(FormRow._fields)
     parts = (powers_of_quotients(), odds(), pieces(), gaps(deep), levelled(), intervals(), whole(deep))
     for row in (row for part in parts for row in part):
         writer.writerow([f"{value:.4g}" if isinstance(value, float) else value for value in row])

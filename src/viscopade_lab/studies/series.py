@@ -10,39 +10,29 @@ exponents much less.
 
 from __future__ import annotations
 
-import json
 import platform
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import click
 import flint
 import numpy as np
 from flint import arb, arb_mat
-from rich.console import Console
 from rich.table import Table
 
 from viscopade.theory.pade import _pade, _product_coefficient, order_system, pade
 from viscopade.theory.series import _derivations, _g_fixed_point, _series, end_series, series
+from viscopade_lab.script import command, console, rounds, seconds
 from viscopade_lab.studies import baseline
 
 ORDERS = (20, 40, 80, 160)
 DIGITS = (50, 100, 200, 400)
 PADE_DEGREES, PADE_DIGITS = range(26), 30
-
-
-def seconds(run: Callable[[], object]) -> float:
-    """Wall-clock time of one run."""
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
 
 
 def derive(order: int, digits: int) -> Callable[[], object]:
@@ -168,8 +158,8 @@ def _processor() -> str:
 
 def show(result: dict[str, Any]) -> None:
     """Print the result for people."""
-    out = Console(width=None if sys.stdout.isatty() else 120)
-    out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()), highlight=False)
+    out = console()
+    out.print("   ".join(f"{key} {value}" for key, value in result["machine"].items()))
     table = Table("what", "seconds (median)", "note")
     b = result["baseline"]
     what = f"h_0 … h_{b['order']}, {b['digits']} digits"
@@ -195,16 +185,7 @@ def show(result: dict[str, Any]) -> None:
     out.print(table)
 
 
-@click.command()
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-@click.option("--rounds", type=click.IntRange(1), default=3, show_default=True)
-def main(style: str, rounds: int) -> None:
-    """Measure, and print for people or as JSON."""
-    result = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(result, indent=1))
-    else:
-        show(result)
+main = command(measure, show, rounds(3))
 
 
 if __name__ == "__main__":

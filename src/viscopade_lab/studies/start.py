@@ -6,25 +6,25 @@ which all processes take turns; the times depend on the machine, the ratios much
 
 from __future__ import annotations
 
-import json
 import resource
 import statistics
 import subprocess
 import sys
+from functools import partial
 
 import click
-from rich.console import Console
 from rich.table import Table
 
-from viscopade.cli.main import command
+from viscopade.cli import main as command_line
+from viscopade_lab.script import command, console, in_turn, rounds
 
 YARDSTICK = "import numpy"
 
 
 def starts() -> dict[str, tuple[str, ...]]:
     """Return what is started, by name: the words that follow the interpreter."""
-    with click.Context(command) as context:
-        names = command.list_commands(context)
+    with click.Context(command_line.command) as context:
+        names = command_line.command.list_commands(context)
     helps = {f"viscopade {name} --help": ("-m", "viscopade", name, "--help") for name in names}
     return {
         YARDSTICK: ("-c", "import numpy"),
@@ -34,7 +34,7 @@ def starts() -> dict[str, tuple[str, ...]]:
     }
 
 
-def seconds(words: tuple[str, ...]) -> float:
+def processor_time(words: tuple[str, ...]) -> float:
     """Return the processor time of a process."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL)
@@ -44,28 +44,20 @@ def seconds(words: tuple[str, ...]) -> float:
 
 def measure(rounds: int) -> dict[str, dict[str, float]]:
     """Return for each start its median processor time, and the ratio to that of NumPy."""
-    found = starts()
-    times: dict[str, list[float]] = {name: [] for name in found}
-    for _ in range(rounds):
-        for name, words in found.items():
-            times[name].append(seconds(words))
+    times = in_turn({name: partial(processor_time, words) for name, words in starts().items()}, rounds)
     median = {name: statistics.median(values) for name, values in times.items()}
     return {name: {"seconds": value, "ratio": value / median[YARDSTICK]} for name, value in median.items()}
 
 
-@click.command()
-@click.option("--rounds", type=click.IntRange(1, 1000), default=9, show_default=True)
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text")
-def main(rounds: int, style: str) -> None:
+def show(found: dict[str, dict[str, float]]) -> None:
     """Print the times."""
-    found = measure(rounds)
-    if style == "json":
-        click.echo(json.dumps(found, indent=1))
-        return
-    table = Table("start", "processor time, s", f"of {YARDSTICK}", title=f"Medians of {rounds} rounds")
+    table = Table("start", "processor time, s", f"of {YARDSTICK}", title="Medians")
     for name, numbers in found.items():
         table.add_row(name, f"{numbers['seconds']:.3f}", f"{numbers['ratio']:.2f}")
-    Console().print(table)
+    console().print(table)
+
+
+main = command(measure, show, rounds(9))
 
 
 if __name__ == "__main__":

@@ -162,26 +162,26 @@ def test_a_function_that_rises_is_seen():
 @few
 @given(st.floats(1, 9.99), st.integers(-4, 8), st.integers(1, 9))
 def test_order_is_proven(mantissa, exponent, power):
-    assert always.order(f"{mantissa:.6f}e{exponent}", power).holds
+    assert always.monotone_pair(f"{mantissa:.6f}e{exponent}", power).holds
 
 
 @pytest.mark.slow
 @settings(moderate, max_examples=100)
 @given(st.floats(1, 9.99), st.integers(-8, 25), st.integers(1, 20))
 def test_order_is_proven_for_many(mantissa, exponent, power):
-    assert always.order(f"{mantissa:.6f}e{exponent}", power).holds
+    assert always.monotone_pair(f"{mantissa:.6f}e{exponent}", power).holds
 
 
 def test_an_order_that_is_not_proven_is_seen(monkeypatch):
     good = exact.collision
     monkeypatch.setattr(exact, "collision", lambda v, digits: good(v, 6))
-    assert not always.order("2.5", 9).holds
+    assert not always.monotone_pair("2.5", 9).holds
 
 
 @few
 @given(st.floats(1, 9.99), st.integers(-20, 6))
 def test_enclosures_are_nested(mantissa, exponent):
-    assert always.growth(f"{mantissa:.6f}e{exponent}", (6, 13, 27))[2:] == (0, 0)
+    assert always.nested_enclosures(f"{mantissa:.6f}e{exponent}", (6, 13, 27))[2:] == (0, 0)
 
 
 def test_enclosures_that_are_not_nested_are_seen(monkeypatch):
@@ -195,7 +195,7 @@ def test_enclosures_that_are_not_nested_are_seen(monkeypatch):
             return dataclasses.replace(found, x_max=found.x_max * (1 + arb("1e-11")))
 
     monkeypatch.setattr(exact, "collision", shifted)
-    found = always.growth("1.5", (10, 20, 30))
+    found = always.nested_enclosures("1.5", (10, 20, 30))
     assert found.not_nested == 1
     assert found.not_rounded <= 1
 
@@ -280,7 +280,7 @@ def test_the_expansion_in_mpmath():
 def test_a_coefficient_that_is_off_is_seen(monkeypatch):
     good = always.pade
 
-    class Wrong:
+    class WrongSteps:
         def __init__(self, approximant):
             self._approximant = approximant
 
@@ -291,7 +291,7 @@ def test_a_coefficient_that_is_off_is_seen(monkeypatch):
             a, b = self._approximant.decimals()
             return a, (*b[:-1], b[-1][:-10] + ("0" if b[-1][-10] != "0" else "1") + b[-1][-9:])
 
-    monkeypatch.setattr(always, "pade", lambda *arguments: Wrong(good(*arguments)))
+    monkeypatch.setattr(always, "pade", lambda *arguments: WrongSteps(good(*arguments)))
     assert always.expanded(3, 6, 40).outside > 0
 
 

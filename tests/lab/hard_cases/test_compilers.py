@@ -11,7 +11,7 @@ from viscopade.arrays import double
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases import compilers
-from viscopade_lab.hard_cases.compilers import Build, Stated
+from viscopade_lab.hard_cases.compilers import Build, StatedError
 
 NEEDS_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
 PADE = "viscopade_pade.h"
@@ -19,7 +19,7 @@ PADE = "viscopade_pade.h"
 
 @pytest.fixture(scope="module")
 def given():
-    return compilers.points(False)
+    return compilers.reference_points(False)
 
 
 def one_build(monkeypatch, flags=("-O2",), rules="bits", headers=(PADE,)):
@@ -30,7 +30,7 @@ def one_build(monkeypatch, flags=("-O2",), rules="bits", headers=(PADE,)):
 
 def failing(given, made):
     """Return the numbers of the checks that do not hold."""
-    return [i for i, check in enumerate(compilers.judge(given, made).checks) if not check.holds]
+    return [i for i, check in enumerate(compilers.outcome(given, made).checks) if not check.holds]
 
 
 def test_quick_run_passes():
@@ -54,7 +54,7 @@ def test_without_a_compiler_it_says_so(monkeypatch):
 def test_the_chart_sets_builds_with_fast_math_apart():
     """They are promised no bound, so the mark that stands above it must say why."""
     builds = [Build(("-O2",), "bits"), Build(("-O2", "-ffast-math"), "fast"), Build(("-O3",), "bits")]
-    made = [compilers.Made("gcc", build, (), (), "") for build in builds]
+    made = [compilers.BuildResult("gcc", build, (), (), "") for build in builds]
     errors = [compilers.BuildErrors(part, 0.0, 0, 0) for part in (0.5, 1.8, 0.6)]
     curves = {c.name: (c.x, c.y) for c in compilers._chart(list(zip(made, errors, strict=True))).curves}
     assert curves.pop("proven") == ((1, 3), (1, 1))
@@ -78,7 +78,7 @@ def test_truth_is_that_of_another_computation(given):
 def test_compiled_values_are_those_of_the_formula(given, monkeypatch):
     """[1/4] with Fractions, from the series: what is left is rounding."""
     one_build(monkeypatch)
-    given, (made,) = compilers.measure(False)
+    given, (made,) = compilers.run_builds(False)
     h = [Fraction(text) for text in series(5, 40).decimals()]
     index = next(i for i, f in enumerate(made.functions) if (f.name, f.form) == ("pade_1_4", "double"))
     assert (1, 4) in TABLE
@@ -118,35 +118,35 @@ def solved(matrix, right):
 def test_a_wrong_header_is_found(monkeypatch, header, old, new, check):
     one_build(monkeypatch, headers=(header,))
     assert old in compilers.header(header)
-    assert check in failing(*compilers.measure(False, lambda name: compilers.header(name).replace(old, new)))
+    assert check in failing(*compilers.run_builds(False, lambda name: compilers.header(name).replace(old, new)))
 
 
 @NEEDS_GCC
 def test_more_than_a_few_ulp_with_fast_math_are_found(monkeypatch):
     one_build(monkeypatch, ("-O2", "-ffast-math"), "fast", ("viscopade_full.h",))
-    assert failing(*compilers.measure(False)) == []
+    assert failing(*compilers.run_builds(False)) == []
     wrong = ("return head + (", "return head * (1 + 0x1p-48) + (")
-    assert failing(*compilers.measure(False, lambda name: compilers.header(name).replace(*wrong))) == [4, 5]
+    assert failing(*compilers.run_builds(False, lambda name: compilers.header(name).replace(*wrong))) == [4, 5]
 
 
 @NEEDS_GCC
 def test_builds_that_differ_in_a_bit_are_found(monkeypatch):
     one_build(monkeypatch)
-    given, (made,) = compilers.measure(False)
+    given, (made,) = compilers.run_builds(False)
     changed = [np.array(r) for r in made.results]
     changed[0][0] = np.nextafter(changed[0][0], 2)
     assert failing(given, [made, made._replace(results=tuple(changed))]) == [2]
 
 
 def test_flags_that_a_compiler_does_not_know_are_left_out():
-    made = compilers.Made("gcc", Build(("-m32",), "bits"), (), (), "gcc: unrecognized option '-mabc'")
+    made = compilers.BuildResult("gcc", Build(("-m32",), "bits"), (), (), "gcc: unrecognized option '-mabc'")
     assert compilers.missing(made)
     assert not compilers.missing(made._replace(reason="viscopade-check.c:3: error: unused variable 'x'"))
 
 
 def test_what_is_proven_is_taken_from_the_record():
-    assert compilers.stated("epsilon", "pade_3_6", "float") == Stated(
+    assert compilers.stated_error("epsilon", "pade_3_6", "float") == StatedError(
         ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064)), 1.4e-6, high=5.0
     )
     with pytest.raises(KeyError, match="nothing is recorded"):
-        compilers.stated("epsilon", "no_such_kernel", "double")
+        compilers.stated_error("epsilon", "no_such_kernel", "double")

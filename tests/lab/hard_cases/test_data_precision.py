@@ -17,13 +17,13 @@ from viscopade_lab.hard_cases.data_precision import (
     CASE,
     KEPT,
     V_STARS,
-    Data,
+    RoundedSeries,
     exact_data,
-    known,
     lasting,
     nearest,
-    rounded,
-    rounded_data,
+    pade_of_rounded,
+    rounded_series,
+    sensitive_pade,
     slope,
     trusted,
 )
@@ -43,7 +43,7 @@ def h():
 
 @pytest.fixture(scope="module")
 def data(h):
-    return rounded_data(h)
+    return rounded_series(h)
 
 
 def failing(found) -> list[int]:
@@ -80,14 +80,14 @@ def test_rounding_errors_are_within_the_unit_roundoff(h, data):
 
 @pytest.mark.parametrize("m", [3, 7, 10])
 def test_the_exact_approximant_is_that_of_pade(h, m):
-    ours, theirs = known(h, m).p, pade(m, m + 3, 25)
+    ours, theirs = sensitive_pade(h, m).p, pade(m, m + 3, 25)
     for one, other in ((ours.poles, theirs.poles), (ours.zeros, theirs.zeros)):
         assert [root.decimals(20) for root in one] == [root.decimals(20) for root in other]
 
 
 @pytest.mark.parametrize("m", [2, 5])
 def test_kappa_and_amplification_are_those_of_finite_differences(h, m):
-    exact = known(h, m)
+    exact = sensitive_pade(h, m)
     step = Fraction(1, 10**20)
     moved = [0.0] * len(exact.upper)
     changed = [0.0] * len(V_STARS)
@@ -111,7 +111,7 @@ def values_of(p) -> list[Fraction]:
 
 def test_errors_of_eps_against_lu_decomposition(h, data):
     """With the same rounded h_k, solved by mpmath with ample digits."""
-    m, n, exact = 7, 10, known(h, 7)
+    m, n, exact = 7, 10, sensitive_pade(h, 7)
     with mp.workdps(80):
         rough = [mpf(x.numerator) / x.denominator for x in data[0].h]
         matrix = mp.matrix([[rough[m + j - i] if m + j >= i else 0 for i in range(n)] for j in range(n)])
@@ -123,7 +123,7 @@ def test_errors_of_eps_against_lu_decomposition(h, data):
             float(abs(mp.polyval(a[::-1], v) / mp.polyval(b[::-1], v) / x - 1))
             for v, x in zip(points, true, strict=True)
         ]
-    assert rounded(data[0], exact).error == pytest.approx(errors, rel=1e-9, abs=0)
+    assert pade_of_rounded(data[0], exact).error == pytest.approx(errors, rel=1e-9, abs=0)
 
 
 def windings(p, centre: complex, radius: float, points: int = 400) -> int:
@@ -138,8 +138,8 @@ def windings(p, centre: complex, radius: float, points: int = 400) -> int:
 
 def test_the_argument_principle_finds_the_doublets_of_rounding(h, data):
     """Around each there is one pole of the approximant of rounded data, and none of the exact one."""
-    exact = known(h, LARGEST_M)
-    row = rounded(data[0], exact)
+    exact = sensitive_pade(h, LARGEST_M)
+    row = pade_of_rounded(data[0], exact)
     assert row.spurious
     for pair in row.spurious:
         place = complex(pair.pole.value)
@@ -149,25 +149,25 @@ def test_the_argument_principle_finds_the_doublets_of_rounding(h, data):
 
 def test_true_poles_stay(h, data):
     """The doublet that the exact series has in [7/10] is at its place with ten digits, by the argument principle."""
-    exact = known(h, 7)
-    row = rounded(data[1], exact)
+    exact = sensitive_pade(h, 7)
+    row = pade_of_rounded(data[1], exact)
     assert row.spurious == ()
     assert windings(row.p, 0.279952, 1e-3) == windings(exact.p, 0.279952, 1e-3) == 1
 
 
 def test_the_singularity_is_about_where_the_flow_has_it(h):
     there = cmath.rect(1.04702431222, 0.428884641576 * cmath.pi)  # as `viscopade.theory.singularity` finds it
-    found = {LARGEST_M: (known(h, LARGEST_M), ())}
+    found = {LARGEST_M: (sensitive_pade(h, LARGEST_M), ())}
     assert data_precision.singularity(found) == pytest.approx(there, rel=0.03)
 
 
 def test_the_fit_is_a_straight_line(h):
-    found = {m: (replace(known(h, m), kappa=(10.0 ** (0.5 * m + 1),) * 3), ()) for m in (3, 5, 7)}
+    found = {m: (replace(sensitive_pade(h, m), kappa=(10.0 ** (0.5 * m + 1),) * 3), ()) for m in (3, 5, 7)}
     assert slope(found) == pytest.approx((0.5, 1.0))
 
 
 def test_trust_ends_with_the_first_pole_that_left(h, data):
-    rows = {m: rounded(data[0], known(h, m)) for m in (1, 3, 5, 7)}
+    rows = {m: pade_of_rounded(data[0], sensitive_pade(h, m)) for m in (1, 3, 5, 7)}
     assert trusted(rows) == 5
     assert trusted({7: rows[7]}) == -1
 
@@ -177,15 +177,15 @@ def test_trust_ends_with_the_first_pole_that_left(h, data):
 
 def test_errors_larger_than_said_are_noticed(h, data):
     """Six digits taken for nine."""
-    exact = known(h, 10)
-    honest = tuple(rounded(one, exact) for one in data)
+    exact = sensitive_pade(h, 10)
+    honest = tuple(pade_of_rounded(one, exact) for one in data)
     assert failing({10: (exact, honest)}) == []
-    wrong = Data("9 digits", data[0].h, data[0].u / 1000)
-    assert {0, 1, 2} <= set(failing({10: (exact, (*honest, rounded(wrong, exact)))}))
+    wrong = RoundedSeries("9 digits", data[0].h, data[0].u / 1000)
+    assert {0, 1, 2} <= set(failing({10: (exact, (*honest, pade_of_rounded(wrong, exact)))}))
 
 
 def test_a_system_that_is_not_solved_is_noticed(monkeypatch, h, data):
-    exact = known(h, 5)
+    exact = sensitive_pade(h, 5)
 
     def careless(coefficients, m, n, digits):
         return rational_pade(
@@ -193,16 +193,16 @@ def test_a_system_that_is_not_solved_is_noticed(monkeypatch, h, data):
         )
 
     monkeypatch.setattr(data_precision, "rational_pade", careless)
-    assert {0, 1} <= set(failing({5: (exact, tuple(rounded(one, exact) for one in data))}))
+    assert {0, 1} <= set(failing({5: (exact, tuple(pade_of_rounded(one, exact) for one in data))}))
 
 
 def test_doublets_that_do_not_leave_are_noticed(h, data):
-    exact = known(h, LARGEST_M)
-    row = rounded(data[0], exact)
-    assert lasting((row, rounded(data[1], exact))) == 0
+    exact = sensitive_pade(h, LARGEST_M)
+    row = pade_of_rounded(data[0], exact)
+    assert lasting((row, pade_of_rounded(data[1], exact))) == 0
     assert lasting((row, replace(row, spurious=()))) == len(row.spurious) > 0
 
 
 def test_that_there_is_nothing_to_see_is_noticed(h, data):
-    exact = known(h, 1)
-    assert failing({1: (exact, tuple(rounded(one, exact) for one in data))}) == [3]
+    exact = sensitive_pade(h, 1)
+    assert failing({1: (exact, tuple(pade_of_rounded(one, exact) for one in data))}) == [3]

@@ -15,7 +15,7 @@ import pytest
 
 from viscopade.cli import main
 from viscopade_lab import hard_cases
-from viscopade_lab.hard_cases import Case, Chart, ChartCurve, Check, Finding, Outcome, Table, page, picture
+from viscopade_lab.hard_cases import Case, Chart, ChartCurve, Check, Finding, Outcome, ResultTable, page, picture
 from viscopade_lab.hard_cases.finding import curve
 
 REPORT = Path(__file__).parents[3] / "docs" / "hard-cases"
@@ -29,7 +29,7 @@ def result(*checks, **changes):
         "relative error",
         (curve("Horner", X, X * 1e-16), curve("bound", X, 2e-16 * X, "bound"), curve("found", X, X * 1e-17, "points")),
     )
-    table = Table("Sizes | of a*b_c", ("order", "v*"), ((20, 0.5), (40, "0.7 | <b>")))
+    table = ResultTable("Sizes | of a*b_c", ("order", "v*"), ((20, 0.5), (40, "0.7 | <b>")))
     whole = Outcome(
         "It went well: 1.5*.", (table,), (chart,), checks or (Check("error stays below", 1e-16, "<=", 2e-16),)
     )
@@ -93,7 +93,7 @@ def test_a_check_compares_what_was_measured(measured, relation, limit, holds):
         lambda: Check("so", 1, "<", 1),
         lambda: Check("so", 1, "<=", math.inf),
         lambda: Check("so", 1, "<=", math.nan),
-        lambda: Table("t", ("a", "b"), ((1,),)),
+        lambda: ResultTable("t", ("a", "b"), ((1,),)),
         lambda: ChartCurve("c", (1.0,), (1.0, 2.0)),
         lambda: ChartCurve("c", (), ()),
         lambda: ChartCurve("c", (1.0,), (math.nan,)),
@@ -123,7 +123,7 @@ def test_findings_go_to_json_and_back():
 
 
 def test_numbers_stand_on_one_line_and_text_stays_as_it_is():
-    table = Table("[ 1,  2 ]", ("a",), (("[  3 ]",), (4.5,)))
+    table = ResultTable("[ 1,  2 ]", ("a",), (("[  3 ]",), (4.5,)))
     whole = (finding(result=result(tables=(table,))),)
     text = page.numbers(whole)
     assert hard_cases.from_json(text, "x") == whole

@@ -262,7 +262,7 @@ def test_exact_values_by_the_programs(functions):
 
 def test_the_worst_error_found_by_fractions():
     (function,) = (f for f in exported.of_minimax(((3, 7),)) if (f.name, f.form) == ("epsilon", FLOAT))
-    w = case.worst(function, case.SEPARATE, 300, 4, generator())
+    w = case.largest_error(function, case.SEPARATE, 300, 4, generator())
     a, b = exported.minimax_coefficients(3, 7, FLOAT)
 
     def computed(c):
@@ -280,7 +280,7 @@ def test_the_worst_error_found_by_fractions():
 
 def test_the_search_is_better_than_chance():
     (function,) = (f for f in exported.of_minimax(((3, 7),)) if (f.name, f.form) == ("epsilon", DOUBLE))
-    found = [case.worst(function, case.SEPARATE, 200, rounds, generator()).ratio for rounds in (0, 12)]
+    found = [case.largest_error(function, case.SEPARATE, 200, rounds, generator()).ratio for rounds in (0, 12)]
     assert found[1] > 1.15 * found[0]
 
 
@@ -301,7 +301,7 @@ def of(functions, kernel, name, form):
 
 
 def ratio(function, way=case.SEPARATE, number=300):
-    return case.worst(function, way, number, 3, generator()).ratio
+    return case.largest_error(function, way, number, 3, generator()).ratio
 
 
 @pytest.mark.parametrize("way", [case.SEPARATE, case.FUSED], ids=lambda way: way.name)
@@ -325,7 +325,7 @@ def test_an_order_of_evaluation_that_cancels_is_noticed(functions):
 def test_a_root_that_is_too_bad_is_noticed(functions):
     function = of(functions, "inverse 1e-3", "v*(1 - eps)", FLOAT)
     assert ratio(function, case.OFF) < 1
-    assert ratio(function, case.Way("bad", steps=40)) > 1
+    assert ratio(function, case.ArithmeticVariant("bad", steps=40)) > 1
 
 
 def test_a_bound_that_is_too_small_is_noticed(functions):
@@ -337,7 +337,7 @@ def test_a_bound_that_is_too_small_is_noticed(functions):
 def test_a_search_in_another_precision_is_noticed(functions, monkeypatch):
     """If type float were computed in type double, the search would find less than the last rounding does."""
     function = of(functions, "best [3/7]", "epsilon", FLOAT)
-    assert case.worst(function, case.SEPARATE, 300, 2, generator()).roundings > 1
+    assert case.largest_error(function, case.SEPARATE, 300, 2, generator()).roundings > 1
 
     class InDouble:
         def __init__(self, given):
@@ -349,7 +349,7 @@ def test_a_search_in_another_precision_is_noticed(functions, monkeypatch):
 
         exact, allowed = exported.ExportedFunction.exact, exported.ExportedFunction.allowed
 
-    assert case.worst(InDouble(function), case.SEPARATE, 300, 2, generator()).roundings < 1
+    assert case.largest_error(InDouble(function), case.SEPARATE, 300, 2, generator()).roundings < 1
 
 
 def test_nan_is_infinitely_wrong(functions):
@@ -386,7 +386,7 @@ def test_bounds_for_one_argument_lie_between_the_error_and_the_bound_for_all(fun
 def test_a_root_whose_error_was_forgotten_is_noticed(functions, monkeypatch):
     """The bound for one argument, without what the root may be off."""
     function = of(functions, "inverse 1e-3", "v*(1 - eps)", FLOAT)
-    w = case.worst(function, case.OFF, 300, 3, generator())
+    w = case.largest_error(function, case.OFF, 300, 3, generator())
     assert w.local < 1
     monkeypatch.setattr(exported, "_of_root", lambda form: arb(0))
-    assert case.worst(function, case.OFF, 300, 3, generator()).local > 1
+    assert case.largest_error(function, case.OFF, 300, 3, generator()).local > 1

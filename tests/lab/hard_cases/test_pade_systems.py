@@ -21,7 +21,7 @@ from viscopade_lab.hard_cases.pade_systems import (
     condition_number,
     disagreements,
     euclid,
-    measured,
+    lost_digits,
     partial_quotients,
     quotient_difference,
     reciprocal,
@@ -134,7 +134,7 @@ def test_numpy_in_double_loses_no_more_either(m):
     b = np.linalg.solve(matrix, [-h[m + j + 1] for j in range(m + 3)])
     true = pade(m, m + 3, 30).decimals()[1][1:]
     digits_lost = math.log10(max(abs(x / float(y) - 1) for x, y in zip(b, true, strict=True)) * 2.0**53)
-    assert 0.5 < digits_lost < measured(m).condition + 1
+    assert 0.5 < digits_lost < lost_digits(m).condition + 1
 
 
 def test_rounding_keeps_sign_and_exponent():
@@ -150,12 +150,12 @@ def test_rounding_keeps_sign_and_exponent():
 
 def test_too_few_digits_are_noticed(monkeypatch):
     monkeypatch.setattr(pade_systems, "pade", lambda m, n, digits: pade(m, n, 8))
-    covered, seen, proven, printed, *_ = holding([measured(5)])
+    covered, seen, proven, printed, *_ = holding([lost_digits(5)])
     assert (covered, seen, proven, printed) == (False, False, True, False)
 
 
 def test_a_series_with_more_widths_than_digits_is_noticed():
-    good = measured(10)
+    good = lost_digits(10)
     assert all(holding([good]))
     bad = replace(good, chosen=good.chosen - 24)
     assert holding([bad])[:2] == [False, False]
@@ -164,19 +164,19 @@ def test_a_series_with_more_widths_than_digits_is_noticed():
 
 def test_a_condition_number_that_is_too_small_is_noticed(monkeypatch):
     monkeypatch.setattr(pade_systems, "condition_number", lambda *given: condition_number(*given) / 1000)
-    assert [i for i, holds in enumerate(holding([measured(5)])) if not holds] == [4]
+    assert [i for i, holds in enumerate(holding([lost_digits(5)])) if not holds] == [4]
 
 
 def test_balls_that_take_what_may_be_zero_for_zero_are_noticed(monkeypatch):
     monkeypatch.setattr(pade_systems, "_vanishes", lambda number: (number != 0) is False)
-    assert measured(16).missed > 0
+    assert lost_digits(16).missed > 0
 
 
 def test_a_wrong_recursion_is_noticed(monkeypatch):
     assert disagreements(3, rational_series(9)) == 0
     monkeypatch.setattr(pade_systems, "reciprocal", lambda h, one: [*reciprocal(h, one)[:-1], one])
     assert disagreements(3, rational_series(9)) == 1
-    assert not all(holding([measured(3)], 1))
+    assert not all(holding([lost_digits(3)], 1))
 
 
 def test_a_wrong_digit_is_noticed(monkeypatch):

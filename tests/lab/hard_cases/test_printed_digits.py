@@ -105,16 +105,16 @@ def test_own_error_at_small_speeds_is_the_next_term(found, label):
 
 
 def test_zero_of_two_five_by_the_quadratic_formula():
-    (moved,) = (m for m in case.moved(by_label("[2/5]")) if m.kind == "zero" and m.root.positive)
+    (moved_roots,) = (m for m in case.moved_roots(by_label("[2/5]")) if m.kind == "zero" and m.root.positive)
     _, b, c = map(float, by_label("[2/5]").a)
     printed = (-b - sqrt(b * b - 4 * c)) / (2 * c)
-    assert moved.by == near(abs(printed - float(moved.root.value.real.mid())), rel=1e-6)
+    assert moved_roots.by == near(abs(printed - float(moved_roots.root.value.real.mid())), rel=1e-6)
 
 
 def test_poles_of_zero_three_in_closed_form():
-    (moved,) = case.moved(by_label("[0/3]"))
+    (moved_roots,) = case.moved_roots(by_label("[0/3]"))
     lambda_1 = float(symbolic.lambda_1())
-    assert moved.by == near(1.15345**-0.5 * (1.15345 / lambda_1 - 1) / 2, rel=1e-4)
+    assert moved_roots.by == near(1.15345**-0.5 * (1.15345 / lambda_1 - 1) / 2, rel=1e-4)
 
 
 @pytest.mark.parametrize("label", LABELS)
@@ -143,8 +143,8 @@ def test_halves_are_of_the_last_digit_printed():
 
 def test_crossing_of_two_power_laws():
     v = [0.01, 0.1, 1.0, 10.0]
-    assert case.crossing(v, [1e-3] * 4, [x**2 for x in v]) == near(1e-3**0.5, rel=1e-12)
-    assert case.crossing(v, [1e-9] * 4, v) == v[0]
+    assert case.equal_errors_at(v, [1e-3] * 4, [x**2 for x in v]) == near(1e-3**0.5, rel=1e-12)
+    assert case.equal_errors_at(v, [1e-9] * 4, v) == v[0]
 
 
 # --- checks that fail -------------------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ def failing(monkeypatch, label, symbol, index, text):
     try:
         changed = table()
         found = {p.full.label: {v: case.errors(p, v) for v in ("0.01", "1", "10", "1000")} for p in changed}
-        checks = case._checks(found, [m for p in changed for m in case.moved(p)])
+        checks = case._checks(found, [m for p in changed for m in case.moved_roots(p)])
     finally:
         case.approximants.cache_clear()
     return [i for i, check in enumerate(checks) if not check.holds]

@@ -46,7 +46,7 @@ def few(monkeypatch):
 
 def failing(found):
     """Return the numbers of the checks that do not hold."""
-    return [i for i, check in enumerate(processors.judge(found).checks) if not check.holds]
+    return [i for i, check in enumerate(processors.outcome(found).checks) if not check.holds]
 
 
 @NEEDS_GCC
@@ -64,7 +64,7 @@ def test_without_a_compiler_it_says_so_with_the_same_checks(monkeypatch):
     assert_passes(result)
     assert result.summary.startswith("Not run")
     assert "apt-get install" in result.summary
-    assert_same_checks(processors.judge([]), result)
+    assert_same_checks(processors.outcome([]), result)
 
 
 def test_a_processor_without_its_emulator_is_left_out_and_named(monkeypatch):
@@ -81,25 +81,27 @@ def test_a_processor_without_its_emulator_is_left_out_and_named(monkeypatch):
     [("v_star", (1e-30, 2e-4, 0.07, 0.9, 6.5, 3e5, 1e25)), ("speed", (1e-250, 1e-20, 0.3, 70.0, 1e12, 1e80))],
 )
 def test_truth_is_that_of_the_exact_computation(over, arguments):
-    found = million.exact(over, np.array(arguments))
+    found = million.long_double_values(over, np.array(arguments))
     with mpmath.workdps(40):
         for i, x in enumerate(arguments):
             true = exact.collision(**({"v_star": x} if over == "v_star" else {"beta": 1, "speed": x}))
             for got, value in ((found.epsilon[i], true.epsilon), (found.loss[i], true.one_minus_epsilon)):
-                assert abs(exactly(got) / to_mpf(value) - 1) <= million.UNKNOWN
+                assert abs(exactly(got) / to_mpf(value) - 1) <= million.UNCERTAINTY
 
 
 @NEEDS_LONG_DOUBLE
 @pytest.mark.parametrize("of_loss", [False, True])
 def test_inverse_is_that_of_the_truth(of_loss):
     x = np.concatenate([10 ** np.random.default_rng(3).uniform(-300, 0, 200), np.linspace(0.01, 0.99, 99), [5e-324]])
-    found = million.exact_inverse(x, of_loss)
-    back = million.exact("v_star", found.v_star)
+    found = million.long_double_inverse(x, of_loss)
+    back = million.long_double_values("v_star", found.v_star)
     smaller = np.minimum(found.epsilon, found.loss)
-    assert np.all(np.abs(back.smaller / smaller - 1) <= 4 * million.UNKNOWN)
+    assert np.all(np.abs(back.smaller / smaller - 1) <= 4 * million.UNCERTAINTY)
     with mpmath.workdps(40):
         true = exact.invert(**{"one_minus_epsilon" if of_loss else "epsilon": 0.375}).v_star
-        assert abs(exactly(million.exact_inverse(np.array([0.375]), of_loss).v_star[0]) / to_mpf(true) - 1) < 1e-17
+        assert (
+            abs(exactly(million.long_double_inverse(np.array([0.375]), of_loss).v_star[0]) / to_mpf(true) - 1) < 1e-17
+        )
 
 
 def exactly(number):
@@ -114,17 +116,17 @@ def exactly(number):
 def test_derivative_is_the_slope_of_eps():
     x = np.array([1e-20, 1e-3, 0.3, 1.7, 4.9], dtype=np.longdouble)
     h = x * np.longdouble(2) ** -18
-    ends = [million.exact("v_star", x + sign * h).loss for sign in (1, -1)]
+    ends = [million.long_double_values("v_star", x + sign * h).loss for sign in (1, -1)]
     slope = -(ends[0] - ends[1]) / (2 * h)
-    assert np.all(np.abs(million.exact("v_star", x).of("epsilon_derivative") / slope - 1) < 1e-9)
+    assert np.all(np.abs(million.long_double_values("v_star", x).of("epsilon_derivative") / slope - 1) < 1e-9)
 
 
 @NEEDS_LONG_DOUBLE
 def test_every_header_states_its_functions_and_every_argument_of_the_speed_is_judged():
-    claims = million.claims({name: compilers.header(name) for name in HEADERS})
+    claims = million.stated_bounds({name: compilers.header(name) for name in HEADERS})
     assert set(claims) == set(HEADERS)
     assert all(claims.values())
-    truth = processors.Truth(processors.points(300))
+    truth = processors.ReferenceValues(processors.arguments(300))
     for name in HEADERS:
         for claim in claims[name]:
             limits = truth.limits(claim)
@@ -134,7 +136,7 @@ def test_every_header_states_its_functions_and_every_argument_of_the_speed_is_ju
 
 
 def test_arguments_are_of_all_sizes_and_at_ends_of_rows():
-    given = processors.points(40_000)
+    given = processors.arguments(40_000)
     for (over, form), x in given.arguments.items():
         tiny = np.finfo(TYPES[form]).tiny
         assert (x.dtype, len(x)) == (TYPES[form], 40_000)
@@ -163,7 +165,7 @@ def test_a_wrong_header_is_found(few, header, old, new, check):
     text = compilers.header(header)
     assert old in text
     texts = {header: text.replace(old, new)}
-    found = processors.measure(False, lambda name: texts.get(name) or compilers.header(name), [HERE])
+    found = processors.run_programs(False, lambda name: texts.get(name) or compilers.header(name), [HERE])
     assert check in failing(found)
 
 
@@ -175,7 +177,7 @@ def test_a_processor_that_computes_otherwise_is_found(few):
     other = replace(
         HERE, name="other", builds=(("-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math", "bits", "c99"),)
     )
-    found = processors.measure(False, targets=[HERE, other])
+    found = processors.run_programs(False, targets=[HERE, other])
     assert found[0].differ == 0 < found[1].differ_plain
     assert 4 in failing(found)
 
@@ -184,7 +186,7 @@ def test_a_processor_that_computes_otherwise_is_found(few):
 def test_numbers_of_a_big_endian_processor_are_read_as_such(few):
     few(SPEED)
     target = named("s390x")
-    right, wrong = processors.measure(False, targets=[target, replace(target, name="wrong", order="<")])
+    right, wrong = processors.run_programs(False, targets=[target, replace(target, name="wrong", order="<")])
     assert right.part <= 1 < wrong.part
 
 
@@ -196,4 +198,4 @@ def test_every_header_keeps_its_bounds(few, name, monkeypatch):
     few(*HEADERS, number=20_000)
     target = named(name)
     monkeypatch.setattr(processors, "NUMBER", {True: 20_000})
-    assert failing(processors.measure(True, targets=[HERE, *([target] if target != HERE else [])])) == []
+    assert failing(processors.run_programs(True, targets=[HERE, *([target] if target != HERE else [])])) == []

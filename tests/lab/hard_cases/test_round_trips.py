@@ -347,7 +347,7 @@ def test_a_header_that_computes_something_else_is_seen(old, new):
     assert old in header
     good, bad = (compiled_text.compiled(text)["epsilon_pade_3_6"] for text in (header, header.replace(old, new)))
     reference = compiled_text.python(request.render("python"))["epsilon_pade_3_6"]
-    x = compiled_text.speeds(np.random.default_rng(1), 500, DOUBLE)
+    x = compiled_text.v_star_samples(np.random.default_rng(1), 500, DOUBLE)
     assert compiled_text.same(good, reference, x) == (len(x), 0)
     assert compiled_text.same(bad, reference, x)[1] > 0
 
@@ -356,7 +356,7 @@ def test_a_rounding_error_beyond_the_bound_is_seen():
     (kernel,) = requests.Request(pade=[(3, 6)]).quotients()
     (record,) = json.loads(requests.Request(pade=[(3, 6)]).render("json"))["approximants"]
     function = compiled_text.python(requests.Request(pade=[(3, 6)]).render("python"))["epsilon_pade_3_6"]
-    found = compiled_text.Compared()
+    found = compiled_text.TextComparison()
     x = np.geomspace(1e-3, 1e20, 40)
     for factor in (1, 1 + 2.0**-48):
         values = np.array([function(v) * factor for v in x.tolist()])
@@ -369,14 +369,14 @@ def test_a_rounding_error_beyond_the_bound_is_seen():
 def test_an_export_that_gives_no_number_is_seen(value):
     request = requests.Request(pade=[(3, 6)])
     (kernel,), (record,) = request.quotients(), json.loads(request.render("json"))["approximants"]
-    found = compiled_text.Compared()
+    found = compiled_text.TextComparison()
     x = np.array([0.5, 1.0])
     compiled_text._compare_with_exact(kernel, record, DOUBLE, x, lambda _: np.array([value, value]), found)
     assert found.rows[0][3] == math.inf
 
 
 def test_a_changed_coefficient_in_a_table_is_seen():
-    module, found = {"A_K": (1.0, 0.5), "B_K": (1.0,)}, compiled_text.Compared()
+    module, found = {"A_K": (1.0, 0.5), "B_K": (1.0,)}, compiled_text.TextComparison()
     compiled_text._compare_coefficients(((Fraction(1), Fraction(1, 2)), (Fraction(1), Fraction(0))), module, "K", found)
     assert (found.coefficients, found.changed) == (4, 0)
     compiled_text._compare_coefficients(
@@ -390,7 +390,7 @@ def test_without_a_compiler_it_is_said(monkeypatch):
         raise toolchain.ToolchainError("there is no C compiler 'cc'")
 
     monkeypatch.setattr(toolchain, "find_compiler", none)
-    found = compiled_text.Compared()
+    found = compiled_text.TextComparison()
     compiled_text.compare_quotients(requests.Request(pade=[(3, 6)]), np.random.default_rng(1), 20, found)
     assert found.compared == 0
     assert found.rows[0][2] > 10  # Python against exact values

@@ -172,7 +172,7 @@ def test_an_order_that_never_leaves_is_refused():
 def hard(given):
     """Order 40 next to its zero and elsewhere."""
     (zero,) = case.zeros(given, 40)
-    return case.sums(given, 40, [0.5, 1.2, *case.near(zero, 4)])
+    return case.sums(given, 40, [0.5, 1.2, *case.approaching(zero, 4)])
 
 
 def test_zero_by_numpy(given):
@@ -218,7 +218,7 @@ def evaluated_with(monkeypatch, given, **changes):
     for name, function in changes.items():
         monkeypatch.setattr(case, name, function)
     (zero,) = case.zeros(given, 40)
-    return sums_failing(case.sums(given, 40, case.near(zero, 4)))
+    return sums_failing(case.sums(given, 40, case.approaching(zero, 4)))
 
 
 def test_all_checks_of_rounding_hold_before_anything_is_broken(hard):

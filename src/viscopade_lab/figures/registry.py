@@ -1,0 +1,76 @@
+"""All figures by name, and their files as SVG, PDF or PNG.
+
+The same versions of Matplotlib and of this package make the same bytes. Matplotlib is loaded only by drawing, its
+settings are left as they were, and no display is needed.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from viscopade.generated import marker_line
+from viscopade.progress import quietly, track
+from viscopade_lab.figures import FORMATS, cooling, paper
+from viscopade_lab.figures.paper import PNG_DPI, STYLE, Figure, metadata
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Sheet
+
+FIGURES: Mapping[str, Figure] = {**paper.FIGURES, **cooling.FIGURES}
+
+
+def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
+    """Return file name and content of figures.
+
+    Parameters
+    ----------
+    names : iterable of str, optional
+        Keys of `FIGURES`; all of them if left out.
+    formats : iterable of str
+        Some of `FORMATS`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name or format.
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    names, formats = list(FIGURES if names is None else names), list(formats)
+    _refuse_unknown("figure", names, FIGURES)
+    _refuse_unknown("format", formats, FORMATS)
+    files = {}
+    for i in track(range(len(names)), "figures"):
+        with quietly(), drawn(names[i]) as sheet:
+            for kind in formats:
+                files[f"{names[i]}.{kind}"] = content(sheet, names[i], kind)
+    return files
+
+
+@contextmanager
+def drawn(name: str) -> Iterator[Sheet]:
+    """Draw a figure, and keep Matplotlib's settings as they must be for saving it within a `with` block."""
+    from matplotlib import style
+
+    with style.context(["default", dict(STYLE)]):
+        sheet = FIGURES[name].draw()
+        sheet.draw_without_rendering()
+        sheet.set_layout_engine("none")  # what has been laid out stays so, the same for every format
+        yield sheet
+
+
+def _refuse_unknown(what: str, given: Iterable[str], known: Iterable[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise ValueError(f"{what} is {name!r}: accepted are {', '.join(known)}")
+
+
+def content(sheet: Sheet, name: str, kind: str) -> bytes:
+    """Return a drawn figure as a file's content; to be called within `drawn`."""
+    buffer = io.BytesIO()
+    made_by = marker_line(f"viscopade figures --only {name} --format {kind}")
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(FIGURES[name].description, made_by, kind))
+    return buffer.getvalue()
