@@ -8,7 +8,7 @@ from fractions import Fraction
 from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.measure import Measure
-from viscopade.approximation.minimax import MAX_M, MAX_N, Fit, _fit, _interval, _measure, _shown, cost
+from viscopade.approximation.minimax import MAX_M, MAX_N, Fit, _fit, _shown, cost, interval_of, measure_of
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
@@ -39,7 +39,7 @@ def cheapest_fit(
     TypeError, ValueError
         As for `fit`; or if no degrees up to [6/9] are accurate enough: one line that says what would do.
     """
-    interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
+    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
@@ -70,7 +70,7 @@ def cheapest_fit(
 
 def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    interval, measure = _interval(v_star_min, v_star_max), _measure(measure)
+    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
     found = (_fit_or_none(m, n, interval, measure) for m, n in _degrees(price))
     return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
 

@@ -171,14 +171,21 @@ def fit(
         If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
         line.
     """
+    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
+    return _fit(*degrees_of(m, n), interval, measure, arguments.digits(digits))
+
+
+def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
+    """Check the degrees; errors as for `fit`."""
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < 2:
         raise ValueError(f"the degrees are [{m}/{n}]: {_DEGREES}")
-    return _fit(m, n, _interval(v_star_min, v_star_max), _measure(measure), arguments.digits(digits))
+    return m, n
 
 
-def _interval(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]:
+def interval_of(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]:
+    """Check the ends of an interval, and return them exactly; errors as for `fit`."""
     low = arguments.exact_number("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
@@ -190,7 +197,8 @@ def _interval(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]
     return low, high
 
 
-def _measure(measure: str) -> Measure:
+def measure_of(measure: str) -> Measure:
+    """Check the name of a measure; errors as for `fit`."""
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
     return cast(Measure, measure)

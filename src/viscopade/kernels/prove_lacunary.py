@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache
 from typing import NamedTuple, TypeVar, get_args
 
 from viscopade import arguments
@@ -26,6 +26,7 @@ from viscopade.kernels.forms.lacunary_series import HalfLineFormula, LacunaryInv
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
+from viscopade.kernels.store import recorded
 
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
@@ -41,7 +42,6 @@ SOURCES = {
 }
 
 Choice = TypeVar("Choice")
-Found = TypeVar("Found", HalfLineKernel, InverseKernel)
 
 
 class _Formula(NamedTuple):
@@ -69,11 +69,16 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
     wanted = _accuracy(accuracy)
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
+    return of_half_line(_half_line_powers(wanted, measure), measure)
+
+
+@recorded
+def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
     candidates = ((half_line.fit_half_line(powers, measure).error, powers) for powers in BEST[measure])
     return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
 
 
-@lru_cache(maxsize=64)
+@recorded
 def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     fit = half_line.fit_half_line(powers, measure)
@@ -104,19 +109,27 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
     low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or _inside(e, *EPSILON_MIN)
     )
-    if low == 0:
-        fits = ((inverse.fit_whole(powers).error, powers) for powers in inverse.WHOLE)
-        return _first(wanted, fits, of_inverse)
-    return _first(wanted, _on_interval(wanted, low), lambda degrees: of_inverse_on(*degrees, low))
+    return of_inverse_on(*_inverse_degrees(wanted, low), low) if low else of_inverse(_inverse_powers(wanted))
 
 
-@lru_cache(maxsize=64)
+@recorded
+def _inverse_powers(wanted: Fraction) -> Powers:
+    fits = ((inverse.fit_whole(powers).error, powers) for powers in inverse.WHOLE)
+    return _first(wanted, fits, of_inverse)
+
+
+@recorded
+def _inverse_degrees(wanted: Fraction, epsilon_min: Fraction) -> tuple[int, int]:
+    return _first(wanted, _on_interval(wanted, epsilon_min), lambda degrees: of_inverse_on(*degrees, epsilon_min))
+
+
+@recorded
 def of_inverse(powers: Powers) -> InverseKernel:
     """Return the best kernel for 0 < eps <= 1 with given powers; errors as for `inverse.fit_whole`."""
     return _of_inverse(inverse.fit_whole(powers).quotient, Fraction(0))
 
 
-@lru_cache(maxsize=64)
+@recorded
 def of_inverse_on(m: int, n: int, epsilon_min: Fraction) -> InverseKernel:
     """Return the best kernel for epsilon_min <= eps <= 1 with given degrees; errors as for `inverse.fit_interval`."""
     return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min)).quotient, epsilon_min)
@@ -142,8 +155,12 @@ def _inside(number: Fraction, low: Fraction, high: Fraction) -> bool:
     return low <= number <= high
 
 
-def _first(wanted: Fraction, candidates: Iterable[tuple[float, Choice]], make: Callable[[Choice], Found]) -> Found:
-    """Return the first kernel that is proven to be accurate enough, rounding in type double included.
+def _first(
+    wanted: Fraction,
+    candidates: Iterable[tuple[float, Choice]],
+    make: Callable[[Choice], HalfLineKernel | InverseKernel],
+) -> Choice:
+    """Return the first choice whose kernel is proven to be accurate enough, rounding in type double included.
 
     Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
     """
@@ -155,7 +172,7 @@ def _first(wanted: Fraction, candidates: Iterable[tuple[float, Choice]], make: C
         kernel = make(choice)
         total = kernel.variant(DOUBLE).total(kernel.checked)
         if total <= wanted:
-            return kernel
+            return choice
         best = min(best, total)
     raise ValueError(
         f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"

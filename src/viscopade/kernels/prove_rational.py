@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache
 from typing import SupportsIndex
 
 from flint import arb
@@ -22,6 +21,7 @@ from viscopade.kernels import certificate, rounding
 from viscopade.kernels.certificate import Certificate, Rational, RationalDerivative
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
+from viscopade.kernels.store import recorded
 from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants
@@ -42,7 +42,7 @@ MINIMAX_SOURCE = {
 }
 
 
-@lru_cache(maxsize=32)
+@recorded
 def of_pade(m: int, n: int) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
@@ -98,26 +98,34 @@ def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKerne
     return replace(bare, bounds=bounds, rounding=tuple(sizes))
 
 
-@lru_cache(maxsize=64)
 def of_minimax(
     m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
 ) -> MinimaxKernel:
     """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
-    return _with_proofs(minimax.fit(m, n, v_star_max, v_star_min, measure))
+    interval, measure = minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure)
+    return _of_minimax(*minimax.degrees_of(m, n), *interval, measure)
 
 
-@lru_cache(maxsize=64)
+@recorded
+def _of_minimax(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
+    return _with_proofs(minimax.fit(m, n, high, low, measure))
+
+
 def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
     """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
     (The former is relative to what `measure` says, the latter to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    wanted = limit = arguments.exact_number(
-        "accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST
-    )
+    wanted = arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
+    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure))
+
+
+@recorded
+def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
+    limit = wanted
     for _ in range(ATTEMPTS):
-        chosen = cheapest.cheapest_fit(limit, v_star_max, v_star_min, measure=measure)
+        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure)
         kernel = _with_proofs(chosen.fit, wanted)
         error = _total(kernel.variants[0])
         if error <= wanted:

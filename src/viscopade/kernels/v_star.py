@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache
 from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
@@ -13,6 +12,7 @@ from viscopade.collision import panel_proof
 from viscopade.generated import WIDTH
 from viscopade.kernels.forms.lacunary_rounding import ULPS, of_speed
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.store import recorded
 
 _DECADES = 30
 USUAL = Fraction(10) ** _DECADES
@@ -20,7 +20,7 @@ USUAL = Fraction(10) ** _DECADES
 USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 
-@cache
+@recorded
 def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
     """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 

@@ -247,7 +247,7 @@ def against_sollya() -> tuple[RivalComparison, RivalComparison]:
         best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
         return best, machine
     for m, v_max in POLYNOMIALS:
-        fit, fitted = tried(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax._interval(0, v), "both", 17))  # type: ignore[misc]
+        fit, fitted = tried(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax.interval_of(0, v), "both", 17))  # type: ignore[misc]
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
         ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]

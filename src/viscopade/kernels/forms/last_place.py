@@ -35,6 +35,7 @@ from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PAN
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
+from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
@@ -409,7 +410,7 @@ class UlpBound(NamedTuple):
     ulp: Fraction
 
 
-@cache
+@recorded
 def ulp_bounds(form: str, function: str) -> tuple[UlpBound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 

@@ -33,6 +33,7 @@ from viscopade.arithmetic.formats import Format
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels.certificate import polynomial
+from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
 OCTAVES = 128
@@ -178,9 +179,10 @@ class Table(Layout):
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], ...]:
         """The coefficients c_0, c_1, …, numbers of the format, of every row."""
-        return tuple(self._row(i) for i in track(range(self.size), f"table of degree {self.degree}"))
+        return table_rows(self)
 
-    def _row(self, index: int) -> tuple[float, ...]:
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the coefficients of one row."""
         best = self.best(index, self.degree)
         p = best.p(fmpq_poly([-to_fmpq(best.centre / best.half), to_fmpq(1 / best.half)]))
         return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
@@ -217,7 +219,7 @@ class Table(Layout):
     @cached_property
     def proven(self) -> RowBounds:
         """Bounds for the whole table."""
-        return _worst([self.bounds(i) for i in track(range(self.size), "proof")])
+        return table_bounds(self)
 
     @cached_property
     def rise(self) -> Fraction:
@@ -236,6 +238,18 @@ class Table(Layout):
         the product and of the sum).
         """
         return product_bound(2 + 3 * (self.degree // 2), form) * self.proven.terms
+
+
+@recorded
+def table_rows(table: Table) -> tuple[tuple[float, ...], ...]:
+    """Return all rows of a table."""
+    return tuple(table.row(i) for i in track(range(table.size), f"table of degree {table.degree}"))
+
+
+@recorded
+def table_bounds(table: Table) -> RowBounds:
+    """Prove the bounds of a whole table."""
+    return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 
 def of_w(form: Format) -> Fraction:

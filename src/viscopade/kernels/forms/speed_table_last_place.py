@@ -20,6 +20,7 @@ from flint import fmpq_poly
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w, product_bound
+from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
 DEGREE = 10
@@ -54,9 +55,10 @@ class LastPlaceTable(Layout):
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], ...]:
         """All rows."""
-        return tuple(self._row(i) for i in track(range(self.size), "table of full accuracy"))
+        return last_place_rows(self)
 
-    def _row(self, index: int) -> tuple[float, ...]:
+    def row(self, index: int) -> tuple[float, ...]:
+        """Return the numbers of one row."""
         best = self.best(index, DEGREE)
         first, *others = (to_fraction(best.p[n]) / best.half**n for n in range(DEGREE + 1))
         high = DOUBLE.nearest(first)
@@ -94,8 +96,20 @@ class LastPlaceTable(Layout):
     @cached_property
     def proven(self) -> FullBounds:
         """Bounds for the whole table."""
-        found = [self.bounds(i) for i in track(range(self.size), "proof")]
-        return FullBounds(*(max(values) for values in zip(*found, strict=True)))
+        return last_place_bounds(self)
+
+
+@recorded
+def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:
+    """Return all rows of a table."""
+    return tuple(table.row(i) for i in track(range(table.size), "table of full accuracy"))
+
+
+@recorded
+def last_place_bounds(table: LastPlaceTable) -> FullBounds:
+    """Prove the bounds of a whole table."""
+    found = [table.bounds(i) for i in track(range(table.size), "proof")]
+    return FullBounds(*(max(values) for values in zip(*found, strict=True)))
 
 
 def ulp_of_w() -> Fraction:

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -44,6 +44,7 @@ from viscopade.kernels.expressions import (
     run_program,
 )
 from viscopade.kernels.forms.lacunary_rounding import BITS, DIGITS, ULPS, Part, Values, constants, largest
+from viscopade.kernels.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
 THIRTIETH = "thirtieth"
@@ -203,7 +204,7 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=256)
+@recorded
 def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
     """Bound each function's rounding error where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
 

@@ -1,0 +1,27 @@
+"""Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
+
+python -m tools.kernel_records
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from viscopade.kernels import requests, store
+
+TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
+
+
+def main() -> None:
+    """Replace the records in the folder of the package."""
+    with store.anew() as records:
+        requests.files()
+    TARGET.mkdir(exist_ok=True)
+    for old in TARGET.glob("*.json"):
+        old.unlink()
+    for name, text in records.items():
+        (TARGET / name).write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    main()
