@@ -117,7 +117,7 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
             f"{scene.source}: v* of {meeting.name} is from {float(low):.3g} to {float(high):.3g}: accepted is 1e-30 "
-            "to 1e30; the material or the speeds are not meant so"
+            "to 1e30 (are the units of the material and of the speeds right?)"
         )
     return found
 
