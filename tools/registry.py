@@ -179,9 +179,10 @@ def _of_compact(
         of_loss = max(of_loss, (Fraction(3, 2) * quotient + Fraction(7, 2) * unit) * _SECOND_ORDER)
     low, high = map(str, map(float, COMMON)) if variant.form == FLOAT else ("0", "inf")
     inside = common if variant.form == FLOAT else everywhere
-    errors = (at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss))
+    errors = [at_most(error, PLACES) for error in (inside, everywhere, of_epsilon, of_loss)]
+    texts = [*errors, given.bound.bound]
     name, form = name_of(given), variant.form.name
-    return Entry("compact", accuracy, FAST, name, place, form, 0, operations, low, high, *errors, given.bound.bound)
+    return Entry("compact", accuracy, FAST, name, place, form, 0, operations, low, high, *texts)
 
 
 def main() -> None:

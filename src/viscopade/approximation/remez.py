@@ -172,7 +172,7 @@ class Problem:
 
     @property
     def only_limits(self) -> bool:
-        """Whether the further conditions are on a_m and b_n only."""
+        """Return whether the further conditions bind a_m and b_n only."""
         tops = ((condition.a[: self.m], condition.b[: self.n]) for condition in self.conditions)
         return all(x == 0 for a, b in tops for x in (*a, *b))
 

@@ -42,7 +42,7 @@ class Compiler:
     words : tuple of str
         The command.
     version : str
-        What it says of itself, in one line.
+        The first line of its answer to --version.
     array_flags : tuple of str
     """
 

@@ -170,9 +170,9 @@ def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float
     speed = _required(known, "speed", "speed")
     names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
     if len(names) != 1:
-        given = "both" if names else "neither"
+        which = "both" if names else "neither"
         raise ValueError(
-            f"{node.source}: {known.key}: epsilon and one_minus_epsilon: {given} given, accepted is exactly one of them"
+            f"{node.source}: {known.key}: epsilon and one_minus_epsilon: {which} given, accepted is exactly one of them"
         )
     if names[0] == "epsilon":
         number = known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
