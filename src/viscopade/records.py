@@ -45,7 +45,7 @@ class Node:
         except RecursionError:
             raise ValueError(f"{source}: its JSON is nested too deeply") from None
         except ValueError as error:
-            raise ValueError(f"{source}: no JSON: {error}") from None
+            raise ValueError(f"{source}: the text is not JSON: {error}") from None
 
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that names the file, the key, the value and the accepted values."""

@@ -172,7 +172,7 @@ def test_control_characters_are_shown_and_not_sent_to_the_terminal(tmp_path, mon
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a\x1b[31m\u202e.toml").write_text("x = [")
     result = called("scene", "a\x1b[31m\u202e.toml")
-    assert result.stderr.startswith(r"viscopade: a\x1b[31m\u202e.toml: no TOML")
+    assert result.stderr.startswith(r"viscopade: a\x1b[31m\u202e.toml: the text is not TOML")
     assert result.stderr[:-1].isprintable()
 
 

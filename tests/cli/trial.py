@@ -32,13 +32,13 @@ MEMORY, FILE_SIZE = 8 << 30, 1 << 26  # bytes that an input may take
 # What a refusal says: what is accepted, or what is wrong with the words, in our own or in Click's words.
 SAID = re.compile(
     r"accepted (is|are|for|with|at)\b|No such (option|command)|is not one of|Missing (argument|option|command)|"
-    r"requires an argument|does not take a value|unexpected (extra )?argument|cannot (read|write)|"
-    r"will not replace|is missing|is not known|: no (TOML|JSON|text in UTF-8)|nested too deeply|does not exist|"
+    r"requires an argument|does not take a value|unexpected (extra )?argument|cannot (read|write)|will not replace|"
+    r"is missing|is not known|: the (file|text) is not (TOML|JSON|text in UTF-8)|nested too deeply|does not exist|"
     r"also needs|must be one printable line|is empty|repeats|Invalid value for|is required|does not pass|"
     r"for all v\* >= 0|ranges over|no curve|Option .* requires|is a directory|not a file|asked for twice|"
     r"which is not installed"
 )
-LACKS = re.compile(r"there is no C compiler|nothing is written, because of the disagreement")
+LACKS = re.compile(r"there is no C compiler|no file is written, because a printed number disagrees")
 LONGEST_LINE = 5100  # characters of a refusal: a list of all names fits, a whole file does not
 
 

@@ -852,7 +852,7 @@ def test_a_float_that_is_much_less_accurate_is_left_out():
         (lambda: prove_lacunary.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
         (lambda: prove_lacunary.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
         (lambda: prove_lacunary.inverse_kernel(1e-12), ValueError, "accuracy is 1e-12: accepted is a number >="),
-        (lambda: render_c([], COMMAND), ValueError, "there is no approximant to export"),
+        (lambda: render_c([], COMMAND), ValueError, "no kernel is asked for"),
         (lambda: render_python(kernels() * 2, COMMAND), ValueError, "is asked for twice"),
         (lambda: render_c(kernels(), "two\nlines"), ValueError, "command must be one printable line"),
     ],

@@ -833,7 +833,7 @@ def test_files_begin_with_what_they_are(render: Callable[[tuple[PadeKernel, ...]
 
 @each_target
 def test_bad_requests_are_refused(render: Callable[[tuple[PadeKernel, ...], str], str]) -> None:
-    with pytest.raises(ValueError, match="no approximant"):
+    with pytest.raises(ValueError, match="no kernel is asked for"):
         render((), COMMAND)
     with pytest.raises(ValueError, match="pade_3_6 is asked for twice"):
         render((PAPER[3], PAPER[3]), COMMAND)

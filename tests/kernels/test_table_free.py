@@ -223,7 +223,7 @@ def test_requests_that_are_refused():
         render("cobol", kernels(), COMMAND)
     with pytest.raises(ValueError, match="inverse"):
         render("cuda", [prove_lacunary.inverse_kernel("1e-3")], COMMAND)
-    with pytest.raises(ValueError, match="has type float only"):
+    with pytest.raises(ValueError, match="have type double only"):
         render("glsl", kernels()[2:], COMMAND)
     with pytest.raises(ValueError, match="twice"):
         render("rust", [kernels()[0], kernels()[0]], COMMAND)

@@ -32,7 +32,7 @@ def cheapest_fit(
     v_star_max, v_star_min, measure
         As for `fit`.
     form : Format
-        kernels.binary.DOUBLE or FLOAT.
+        `formats.DOUBLE` or `formats.FLOAT`.
 
     Raises
     ------

@@ -127,7 +127,7 @@ class HalfLine:
         return self.quotient.bottom
 
     def epsilon(self, v_star: Values) -> Values:
-        """Return eps(v*) in double precision; v_star is a number >= 0, infinity, or an array of such.
+        """Return eps(v*) in double precision; v_star is a number >= 0, infinity, or an array.
 
         Raises
         ------

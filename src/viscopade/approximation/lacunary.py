@@ -78,7 +78,8 @@ class LacunaryQuotient:
 
     def __post_init__(self) -> None:
         if (len(self.a), len(self.b)) != (len(self.powers.top), len(self.powers.bottom)):
-            raise ValueError(f"{self.powers.label} has other numbers of coefficients than {len(self.a)}, {len(self.b)}")
+            numbers = f"{len(self.a)} and {len(self.b)} coefficients"
+            raise ValueError(f"{self.powers.label} cannot have {numbers}: accepted is one for each power")
         if self.b[0] != 1:
             raise ValueError(f"the coefficient of y^0 in D is {self.b[0]}, it must be 1")
 

@@ -1,4 +1,8 @@
-"""Machine coefficients: doubles or floats as coefficients of an approximant, chosen together by lattice reduction."""
+"""Machine coefficients: doubles or floats as coefficients of an approximant, chosen together by lattice reduction.
+
+Not the nearest numbers are taken, but a combination whose error is small: a close point of a lattice, after fpminimax
+of Brisebarre and Chevillard.
+"""
 
 from __future__ import annotations
 
@@ -87,7 +91,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     ----------
     best : Fit
     form : Format
-        kernels.binary.DOUBLE or FLOAT.
+        `formats.DOUBLE` or `formats.FLOAT`.
 
     Raises
     ------
@@ -166,7 +170,7 @@ class _Grid:
         return a, b
 
     def holds(self, free: Sequence[Fraction]) -> bool:
-        """Whether all are numbers of the format: steps may lead out of a binade."""
+        """Return whether all coefficients are numbers of the format: steps may lead out of a binade."""
         try:
             return all(self.form.nearest(c) == c for c in free)
         except ValueError:

@@ -1,4 +1,4 @@
-r"""Best rational approximants of eps(v*) on an interval, and their coefficients in the machine's formats (section 2.7).
+r"""Best rational approximants of eps(v*) on an interval (section 2.7).
 
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, as eps = 1 - c v*^2 + … demands, `fit` finds the one whose largest error is
 least, with the error measured as
@@ -6,9 +6,8 @@ least, with the error measured as
     "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions come out right, or
     "relative"   |d eps|/eps.
 
-`machine` goes on to coefficients that are doubles or floats: not the nearest to those of the best approximant, but a
-combination whose error is small (a close point of a lattice, after fpminimax of Brisebarre and Chevillard). `choose`
-finds the cheapest degrees for an accuracy. Errors are sampled, and those of exact evaluation.
+`machine_coefficients` goes on to coefficients that are doubles or floats, and `cheapest` to the cheapest degrees for an
+accuracy. Errors are sampled, and those of exact evaluation.
 """
 
 from __future__ import annotations

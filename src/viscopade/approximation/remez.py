@@ -172,7 +172,7 @@ class Problem:
 
     @property
     def only_limits(self) -> bool:
-        """Whether the further conditions are on a_m and b_n only."""
+        """Return whether the further conditions bind a_m and b_n only."""
         tops = ((condition.a[: self.m], condition.b[: self.n]) for condition in self.conditions)
         return all(x == 0 for a, b in tops for x in (*a, *b))
 
@@ -334,7 +334,7 @@ def _refuse_if_not_attained(problem: Problem) -> Approximation:
     v + delta in D and nearly in N approach R for delta -> 0.
     """
     if problem.contact < 1 or not problem.only_limits or min(problem.m, problem.n) < 1 or problem.sees_zero:
-        raise NoBest("the condition at 0 has a hold")
+        raise NoBest("the condition at 0 holds the error up")
 
     def sharpness(v: arb) -> arb:
         return arb(0) if v == 0 else problem.sharpness(v) / v
@@ -350,7 +350,7 @@ def _refuse_if_not_attained(problem: Problem) -> Approximation:
     slope = float((found.a[k] if k <= relaxed.m else arb(0)) - (found.b[k] if k <= relaxed.n else arb(0)))
     if slope * found.deviations[0] < 0:
         raise NotAttained(found.error)
-    raise NoBest("a best approximant may exist")
+    raise NoBest("the search failed, though a best approximant may exist")
 
 
 def _first_of_starts(problem: Problem, values: _Values) -> Approximation:
@@ -381,7 +381,7 @@ def _from_lower_degrees(problem: Problem, values: _Values) -> Approximation:
     Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
     """
     if not problem.only_limits or min(problem.m, problem.n) < 1 or problem.number_of_points < 4:
-        raise NoBest("no lower degrees to start from")
+        raise NoBest("there are no lower degrees to start from")
     lower = problem.lower()
     for reference in _with_two_more(problem, _first_of_starts(lower, values).points):
         try:
@@ -512,7 +512,7 @@ def _exchanged(problem: Problem, values: _Values, reference: list[float] | None)
         reference = [v for v, _ in chosen]
         if min(sizes) >= (1 - tolerance) * largest:
             return _approximation(problem, rational, chosen, largest, step)
-    raise NoBest(f"not levelled after {MAX_EXCHANGES} exchanges")
+    raise NoBest(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
 
 
 def _approximation(
@@ -547,7 +547,7 @@ def _extrema(problem: Problem, values: _Values, rational: _Rational, grid: list[
     """Return the largest error between each two changes of sign, as points and values of alternating signs."""
     deviations = np.array([rational.deviation(v, values) for v in grid])
     if np.isnan(deviations).any():
-        raise NoBest(f"a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
+        raise NoBest(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
     starts = np.flatnonzero(np.diff(np.sign(deviations), prepend=0))
     t = problem.coordinate.t(np.array(grid))
     extrema: list[tuple[float, float]] = []

@@ -25,7 +25,7 @@ from viscopade.arithmetic.balls import working
 
 @dataclass(frozen=True)
 class FunctionBall:
-    """A ball of functions; `norm` is that of the polynomial, in the same units as `error` (2^-bits)."""
+    """A ball of functions; `norm` is the norm of the polynomial, in the same units as `error` (2^-bits)."""
 
     polynomial: fmpz_poly
     norm: int

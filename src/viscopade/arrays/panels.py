@@ -57,7 +57,7 @@ def rows() -> dict[tuple[str, int], Row]:
     lines = [line.split() for line in text.splitlines() if not line.startswith("#")]
     found = {(name, int(panel)): Row(int(e), tuple(map(int, a))) for name, panel, e, *a in lines}
     if len(found) != PANELS * len(NAMES):
-        raise OSError(f"{DATA} has {len(found)} rows of {PANELS * len(NAMES)}")
+        raise OSError(f"{DATA} has {len(found)} rows, not {PANELS * len(NAMES)}")
     return found
 
 

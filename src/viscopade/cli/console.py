@@ -87,7 +87,7 @@ class Degrees(_Pair):
         degrees = (int(match[1]), int(match[2])) if match else (arguments.MAX_DEGREE + 1, 0)
         if max(degrees) > arguments.MAX_DEGREE:
             accepted = f"M/N with 0 <= M, N <= {arguments.MAX_DEGREE}, such as 3/6"
-            self.fail(f"{value!r} are no degrees: accepted is {accepted}")
+            self.fail(f"degrees are {value!r}: accepted is {accepted}")
         return degrees
 
 
@@ -150,7 +150,7 @@ def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> P
     if missing:
         raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
     if len(radii) > 2 - wall:
-        raise click.UsageError("accepted is --radius once or twice, and once with --wall")
+        raise click.UsageError(f"--radius is given {len(radii)} times: accepted is once or twice, and once with --wall")
     values: dict[str, Any] = {"dissipative_constant": 0.0, **properties}
     spheres = [Sphere(radius=radius, **values) for radius in radii]
     values.pop("density")

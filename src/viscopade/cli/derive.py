@@ -59,7 +59,7 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
             say(f"{approximant.label} {approximant.verdict}")
     if agreeing < len(entries):
         if out is not None:
-            click.echo("viscopade: nothing is written, because of the disagreement", err=True)
+            click.echo("viscopade: no file is written, because a printed number disagrees", err=True)
         context.exit(1)
     if out is not None:
         texts = requests.files()
@@ -134,11 +134,15 @@ def epsilon(
     pair = pair_of(**options)
     if pair is not None:
         if v_star is not None or beta is not None or digits is not None or speed is None:
-            raise click.UsageError("with a material, accepted is --speed, and none of --v-star, --beta and --digits")
+            raise click.UsageError(
+                "a material is given: accepted with it is --speed, and none of --v-star, --beta and --digits"
+            )
         _show_numbers(_at_speed(pair, Real("speed").convert(speed, None, None)), {}, style)
         return
     if (v_star is None) == (beta is None and speed is None) or (beta is None) != (speed is None):
-        raise click.UsageError("accepted is either --v-star, or both --beta and --speed, or a material and --speed")
+        raise click.UsageError(
+            "the options do not give one v*: accepted is --v-star, --beta with --speed, or a material with --speed"
+        )
     collision = exact.collision(v_star, 30 if digits is None else digits, beta=beta, speed=speed)
     _show_numbers(collision.decimals(), {"digits": collision.digits}, style)
 
@@ -162,7 +166,8 @@ def invert(
     from viscopade.collision import exact
 
     if (epsilon is None) == (one_minus_epsilon is None):
-        raise click.UsageError("accepted is exactly one of --epsilon and --one-minus-epsilon")
+        given = "neither" if epsilon is None else "both"
+        raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, accepted is exactly one of them")
     pair = pair_of(**options)
     if pair is not None and speed is None:
         raise click.UsageError("a material also needs --speed")

@@ -205,10 +205,14 @@ def simulators_command(
         from viscopade.scene import units
 
         if epsilon is not None or speed is not None or pair_of(**options) is not None:
-            raise click.UsageError("accepted is either a scene or a material with --speed, not both")
+            raise click.UsageError(
+                "a scene and a material are given: accepted is either a scene or a material with --speed"
+            )
         setup, source = units.setup(read_scene(file)), f"viscopade simulators {target} {file.name}"
     if tier is not None and not target.startswith("rebound"):
-        raise click.UsageError("accepted is --tier for rebound-c and rebound-python only: the others compute the force")
+        raise click.UsageError(
+            f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
+        )
     source += "" if tier is None else f" --tier {tier}"
     text = render(target, setup, source, tier or "1e-5")
     if output is None:
@@ -223,8 +227,10 @@ def _setup_of_material(epsilon: float | None, speed: float | None, options: dict
 
     constant = options["dissipative_constant"]
     if (epsilon is None) == (constant is None):
+        given = "neither" if constant is None else "both"
         raise click.UsageError(
-            "accepted is a scene, or a material with --speed and either --epsilon or --dissipative-constant"
+            f"--epsilon and --dissipative-constant: {given} given, accepted is a scene, or a material with --speed and "
+            "exactly one of them"
         )
     options = options | {"dissipative_constant": 0.0 if constant is None else constant}
     pair = pair_of(**options)

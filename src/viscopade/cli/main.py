@@ -23,7 +23,7 @@ NO_ROOM = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF}  # f
 
 
 class Commands(click.Group):
-    """Group of commands: those of this package, and those of `EVIDENCE`, loaded when needed."""
+    """Group of commands: this package's own, and the commands of `EVIDENCE`, loaded when needed."""
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Return the names of all commands."""

@@ -324,7 +324,7 @@ def tail(v_star: arb) -> arb:
 
 @lru_cache(maxsize=1)
 def steepest() -> Fraction:
-    """Return a bound of |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| of all rows, and of what follows beyond them."""
+    """Return a bound of |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| of all rows, and beyond the last row."""
     with working(128):
         found = [_slope(index, name) for index in range(PANELS) for name in ("epsilon", "one_minus_epsilon")]
         return max(exact_middle(max(found)), Fraction(10, 3))

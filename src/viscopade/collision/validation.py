@@ -80,7 +80,7 @@ class _Functions(NamedTuple):
         return self.y(z) / (2 * self.h)
 
     def contraction(self, k: arb, eta: arb) -> arb:
-        """Bound by what an error shrinks in unloading while the piece lasts."""
+        """Bound the factor by which an error shrinks during a piece of unloading."""
         return (k * self.h * self.r(arb(1)) ** 2 * (1 - eta)).exp()  # r falls
 
     def time(self, z: arb) -> arb:

@@ -68,22 +68,27 @@ class Request:
 
     def __post_init__(self) -> None:
         if self.minimax and self.v_star_max is None:
-            raise ValueError("a best approximant needs an interval: accepted is also v_star_max (--v-star-max)")
+            raise ValueError("minimax is given without an interval: accepted is minimax with v_star_max (--v-star-max)")
         if not (self.minimax or self.accuracy) and (self.v_star_max, self.v_star_min) != (None, "0"):
             raise ValueError(
-                "an interval is for best approximants: accepted is also minimax or accuracy (--minimax, --accuracy)"
+                "v_star_min and v_star_max bound a best approximant: accepted is an interval with minimax or accuracy "
+                "(--minimax, --accuracy)"
             )
         if self.v_star_max is None and self.v_star_min != "0":
-            raise ValueError("the interval has no end: accepted is also v_star_max (--v-star-max)")
+            raise ValueError(
+                "v_star_min is given without v_star_max: accepted is an interval with both ends (--v-star-max)"
+            )
         if not self.inverse and self.epsilon_min != "0":
-            raise ValueError("epsilon_min is for inverse kernels: accepted is also inverse (--inverse)")
+            raise ValueError("epsilon_min bounds an inverse kernel: accepted is epsilon_min with inverse (--inverse)")
         if self.size != FAST and not self.from_speed:
-            raise ValueError("size is for kernels of speed: accepted is also from_speed (--from-speed)")
+            raise ValueError("size is that of a speed table: accepted is size with from_speed (--from-speed)")
         if len(self.from_speed) > 1:
-            raise ValueError(f"from_speed is {', '.join(self.from_speed)}: accepted is one kernel to a file")
+            raise ValueError(
+                f"from_speed is {', '.join(self.from_speed)}: accepted is one accuracy, as a file holds one kernel"
+            )
         if len(self._kinds) > 1:
             kinds = " and ".join(kind.name for kind in self._kinds)
-            raise ValueError(f"{kinds} are of different kinds: accepted is one kind to a file")
+            raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
 
     @property
     def _kinds(self) -> list[Kind]:

@@ -29,6 +29,7 @@ from typing import Any, TypeVar, cast, get_type_hints
 from viscopade.arithmetic.formats import FORMATS, Format
 
 FOLDER = "data/kernels"
+LONGEST_NAME = 80
 MOST_BYTES = 64 << 20
 """Of all records in the user's cache; the ones unused for longest are deleted first."""
 
@@ -60,7 +61,7 @@ def recorded(make: Function) -> Function:
 
 
 def _found(make: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    key = [make.__name__, *_converter().unstructure(arguments)]
+    key = [make.__name__.strip("_"), *_converter().unstructure(arguments)]
     text = _read(key) if _anew is None else None
     if text is not None:
         with suppress(ValueError, TypeError, LookupError):  # another file than ours
@@ -143,7 +144,14 @@ def _is_named_tuple(kind: Any) -> bool:
 
 
 def _file_name(key: list[Any]) -> str:
-    return re.sub(r"[^A-Za-z0-9_.]+", "-", json.dumps(key)).strip("-") + ".json"
+    """Return the name of a record among the package's own: readable, and with a digest where it would be long."""
+    text = json.dumps(key)
+    words = re.sub(r"[^A-Za-z0-9_.]+", "-", text).strip("-")
+    return f"{words if len(words) < LONGEST_NAME else f'{words[:LONGEST_NAME]}-{_digest(text)[:8]}'}.json"
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _text(record: dict[str, Any]) -> str:
@@ -190,8 +198,8 @@ def _shrink(folder: Path) -> None:
 def _cached(key: list[Any]) -> Path:
     from platformdirs import user_cache_path
 
-    digest = hashlib.sha256((_sources() + json.dumps(key)).encode()).hexdigest()[:32]
-    return user_cache_path("viscopade", appauthor=False) / "kernels" / f"{digest}.json"
+    name = _digest(_sources() + json.dumps(key))[:32]
+    return user_cache_path("viscopade", appauthor=False) / "kernels" / f"{name}.json"
 
 
 @lru_cache(maxsize=1)

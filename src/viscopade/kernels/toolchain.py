@@ -42,7 +42,7 @@ class Compiler:
     words : tuple of str
         The command.
     version : str
-        What it says of itself, in one line.
+        The first line of its answer to --version.
     array_flags : tuple of str
     """
 
@@ -120,7 +120,9 @@ def _library(compiler: Compiler, library: Library, sources: Sources, directory: 
     try:
         return ctypes.CDLL(str(shared))
     except OSError as error:
-        raise ToolchainError(f"what {compiler.words[0]} built cannot be loaded: {_short(str(error), here)}") from None
+        raise ToolchainError(
+            f"the library that {compiler.words[0]} built cannot be loaded: {_short(str(error), here)}"
+        ) from None
 
 
 def _compile(words: Sequence[str], directory: str) -> None:

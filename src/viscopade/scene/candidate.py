@@ -220,7 +220,7 @@ class BestApproximant(Candidate):
     kernel : MinimaxKernel
     code : Code
     wanted : Request
-        What it was asked for with.
+        The request to `viscopade export` for it.
     """
 
     kernel: MinimaxKernel
@@ -263,7 +263,7 @@ class BestApproximant(Candidate):
         return np.asarray(a(v_star) / b(v_star))
 
     def request(self) -> requests.Request:
-        """Return what `viscopade export` is to be asked for."""
+        """Return the request to `viscopade export` for this kernel."""
         return self.wanted
 
 
@@ -337,7 +337,7 @@ class RegistryKernel(Candidate):
         return registry_arrays.entry_epsilon(self.entry, v_star)
 
     def request(self) -> requests.Request:
-        """Return what `viscopade export` is to be asked for."""
+        """Return the request to `viscopade export` for this kernel."""
         if self.entry.kind == "speed":
             return requests.Request(from_speed=(self.entry.tier,), size=self.entry.size)
         if self.entry.kind == "full":

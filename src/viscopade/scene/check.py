@@ -80,13 +80,13 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
 
     Returns
     -------
-    Check
-        If the tool that it takes is not there, or the code cannot be run, it says so.
+    SceneCheck
+        With a reason if the tool is missing, or the code cannot be run.
 
     Raises
     ------
     ToolchainError
-        If the tool fails, or the code exceeds the tolerance.
+        If the tool fails, or the code's errors exceed the tolerance.
     """
     if choice.scene.code.language == "python":
         given = _collisions(choice)

@@ -117,7 +117,7 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(
             f"{scene.source}: v* of {meeting.name} is from {float(low):.3g} to {float(high):.3g}: accepted is 1e-30 "
-            "to 1e30; the material or the speeds are not meant so"
+            "to 1e30 (are the units of the material and of the speeds right?)"
         )
     return found
 
@@ -157,7 +157,7 @@ def _stationary(density_ratio: float) -> float:
 
 
 def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
-    """Return the mean free time in a gas of such spheres (Enskog), or None without a volume fraction or at a wall.
+    """Return the mean free time in a gas of these spheres (Enskog), or None without a volume fraction or at a wall.
 
     With the fastest impacts if the scene has a range of speeds: 1/(n pi d^2 g v); else with the granular temperature T,
     1/(4 n d^2 g sqrt(pi T)). g is Carnahan and Starling's pair correlation at contact.

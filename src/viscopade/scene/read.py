@@ -94,13 +94,13 @@ def _parsed(content: bytes | str, source: str) -> dict[str, object]:
     try:
         return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise ValueError(f"{source}: no text in UTF-8; accepted is a scene in TOML") from None
+        raise ValueError(f"{source}: the file is not text in UTF-8: accepted is a scene in TOML") from None
     except RecursionError:
-        raise ValueError(f"{source}: nested too deeply; accepted is a scene in TOML") from None
+        raise ValueError(f"{source}: its tables are nested too deeply: accepted is a scene in TOML") from None
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{source}: no TOML: {error}") from None
+        raise ValueError(f"{source}: the text is not TOML: {error}") from None
     except ValueError:
-        raise ValueError(f"{source}: no TOML: a number has too many digits") from None
+        raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None
 
 
 def _name(node: Node | None, source: str) -> str:
@@ -170,7 +170,10 @@ def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float
     speed = _required(known, "speed", "speed")
     names = [name for name in ("epsilon", "one_minus_epsilon") if known.has(name)]
     if len(names) != 1:
-        raise ValueError(f"{node.source}: {known.key}: accepted is exactly one of epsilon and one_minus_epsilon")
+        which = "both" if names else "neither"
+        raise ValueError(
+            f"{node.source}: {known.key}: epsilon and one_minus_epsilon: {which} given, accepted is exactly one of them"
+        )
     if names[0] == "epsilon":
         number = known["epsilon"].within("a number > 0 and <= 1", lambda e: 0 < e <= 1)
     else:
@@ -222,7 +225,7 @@ def _sizes(node: Node) -> Sizes:
         reach = quantity(node.need("deviation", words("length", zero=True)), "length", zero=True) * _quantile(node)
         if reach >= mean:
             raise node["deviation"].refuse(
-                "one so small that the least radius, mean - deviation times quantile, is > 0"
+                "a deviation so small that the least radius, mean - deviation times quantile, is > 0"
             )
         return Sizes(mean - reach, mean, mean + reach)
     if not node.has("median"):
@@ -322,7 +325,9 @@ def _meeting(
 ) -> Meeting:
     speeds = default if (part := node.get("speed")) is None else _speeds(part)
     if speeds is None:
-        raise ValueError(f"{node.source}: {node.key}.speed is missing, and there is no speed for all")
+        raise ValueError(
+            f"{node.source}: {node.key}.speed is missing: accepted is a speed here, or one for the whole scene"
+        )
     given = _optional(node, "dissipative_constant", "time", zero=True)
     known = node.get("restitution")
     known_at = None
@@ -341,8 +346,8 @@ def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:
             material = found.bodies[name].material
             if found.materials[material].dissipative_constant is None:
                 raise ValueError(
-                    f"{found.source}: material.{material}.dissipative_constant is missing: accepted is that, or "
-                    "restitution, there or for each contact"
+                    f"{found.source}: material.{material}.dissipative_constant is missing: accepted is "
+                    "dissipative_constant or restitution, for the material or for each contact"
                 )
     node = Node(found.source, place or f"body.{meeting.first}", None)
     pair = _checked(node, lambda: found.pair(meeting))

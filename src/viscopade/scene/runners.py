@@ -167,7 +167,7 @@ def run_driver(
         made = here / (OUTPUT if runner.start else _PROGRAM)
         found = made.read_bytes() if made.exists() else b""
     if runner.start and len(found) != size:
-        raise ToolchainError(f"the generated code's program writes {len(found)} bytes, not {size}")
+        raise ToolchainError(f"the program that runs the generated code writes {len(found)} bytes, not {size}")
     return found
 
 

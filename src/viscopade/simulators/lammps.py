@@ -165,7 +165,7 @@ def stepped_epsilon(pair: Pair, speed: float, timestep: float, phase: float = 0.
     if steps > _TOO_MANY_STEPS:
         least = contact / _TOO_MANY_STEPS
         raise ValueError(
-            f"timestep is {timestep!r}: accepted is at least {least:.3g}, {_TOO_MANY_STEPS:,} in a contact"
+            f"timestep is {timestep!r}: accepted is at least {least:.3g}, for {_TOO_MANY_STEPS:,} steps in a contact"
         )
     return _rebound(float(pair.v_star(v)) ** 2, h, phase, math.ceil(_PATIENCE * max(steps, min(STEPS))))
 

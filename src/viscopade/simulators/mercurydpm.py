@@ -119,5 +119,6 @@ def identifiers(names: list[str]) -> dict[str, str]:
     for name, identifier in found.items():
         others = [other for other in names if other != name and found[other] == identifier]
         if others:
-            raise ValueError(f"bodies {name!r} and {others[0]!r}: accepted are names that differ in letters or digits")
+            same = f"bodies {name!r} and {others[0]!r} get the same C++ name"
+            raise ValueError(f"{same}: accepted are names that differ in letters or digits")
     return found

@@ -67,7 +67,7 @@ class Contact:
                 "accepted are finite numbers > 0 in order"
             )
         if self.pair.first.is_wall:
-            raise ValueError(f"{self.first} is a wall: accepted is a wall as the second body")
+            raise ValueError(f"the first body, {self.first}, is a wall: accepted is a wall as the second body")
 
     @property
     def name(self) -> str:

@@ -208,7 +208,7 @@ class LacunaryKernel(ABC):
         }
 
     def certificates(self) -> list[dict[str, object]]:
-        """Return what is needed to check the proofs, as JSON-able data; coefficients as hexadecimal numbers."""
+        """Return the data for independent checks of the proofs, ready for JSON; coefficients are hexadecimal."""
         return [
             {
                 **self._head(),

@@ -89,7 +89,7 @@ class Quotient(Protocol):
         """Return the formula as JSON-able data."""
 
     def certificates(self) -> list[dict[str, object]]:
-        """Return what is needed to check the proofs, as JSON-able data."""
+        """Return the data for independent checks of the proofs, ready for JSON."""
 
     @property
     def bounds(self) -> tuple[Certificate, ...]:
@@ -207,7 +207,7 @@ class PadeKernel:
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """Sentences on what is proven."""
+        """Sentences on the proven errors."""
         return proven_errors(self.bounds, self.rounding)
 
     def derivative(self, form: Format) -> None:
@@ -234,7 +234,7 @@ class PadeKernel:
         return {"a": list(map(decimal_text, self.a)), "b": list(map(decimal_text, self.b))}
 
     def certificates(self) -> list[dict[str, object]]:
-        """Return what is needed to check the proofs, as JSON-able data."""
+        """Return the data for independent checks of the proofs, ready for JSON."""
         formula = {"name": self.name, "type": "exact", **self._texts}
         return [{**formula, **bound.record()} for bound in self.bounds]
 
@@ -326,7 +326,7 @@ def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Fo
 
 
 def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """Return sentences on what is proven of an error; none if nothing is."""
+    """Return the sentences on the proven error; none without a proof."""
     if not bounds:
         return ()
     relative_to = {"both": "min(eps, 1 - eps)", "relative": "eps"}[bounds[0].measure]

@@ -26,7 +26,7 @@ from viscopade.kernels.v_star import assumed, stated
 
 
 def render_c(kernels: Sequence[LacunaryKernel], command: str) -> str:
-    """Return a C header with the functions of all kernels, in type double and, where there are such, in type float.
+    """Return a C header with the functions of all kernels, in type double and, where proven, in type float.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
 
 
 def render_python(kernels: Sequence[LacunaryKernel], command: str) -> str:
-    """Return a Python module that computes what the C functions of type double compute.
+    """Return a Python module with the same results as the C functions of type double.
 
     Parameters and errors are those of `render_c`.
     """

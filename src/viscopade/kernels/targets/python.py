@@ -14,7 +14,7 @@ from viscopade.kernels.v_star import speed_note
 
 
 def render(kernels: Sequence[Quotient], command: str) -> str:
-    """Return the module's text, which computes what the C functions of type double compute.
+    """Return the module's text, with the same results as the C functions of type double.
 
     Parameters
     ----------

@@ -215,13 +215,15 @@ def render(
     if target not in TARGETS:
         raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
     if any(isinstance(kernel, InverseKernel) for kernel in kernels):
-        raise ValueError(f"an inverse kernel is asked for: accepted for {target} are kernels of eps for all v* >= 0")
+        raise ValueError(f"the request has an inverse kernel: accepted for {target} are kernels of eps for all v* >= 0")
     chosen = cast("tuple[HalfLineKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
     language = TARGETS[target]
     forms = [dialect.form for dialect in language.dialects]
     written = [kernel for kernel in chosen if any(variant.form in forms for variant in kernel.variants)]
     if not written:
-        raise ValueError(f"{', '.join(map(name_of, chosen))}: {target} has type float only, these kernels have not")
+        raise ValueError(
+            f"{', '.join(map(name_of, chosen))} have type double only: accepted for {target} are kernels of type float"
+        )
     left_out = [kernel for kernel in chosen if kernel not in written]
     head = _head(language, written, left_out, command)
     return template(__name__, language.template).render(

@@ -23,10 +23,10 @@ def distinct(kernels: Sequence[AnyQuotient]) -> tuple[AnyQuotient, ...]:
     """Return the kernels as a tuple; refuse an empty sequence and repeated names."""
     names = [kernel.name for kernel in kernels]
     if not names:
-        raise ValueError("there is no approximant to export")
+        raise ValueError("no kernel is asked for: accepted is at least one")
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"the approximant {name} is asked for twice")
+            raise ValueError(f"the kernel {name} is asked for twice: accepted is each kernel once")
     return tuple(kernels)
 
 
