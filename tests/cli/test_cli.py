@@ -24,7 +24,7 @@ from viscopade.collision import exact
 from viscopade.kernels import requests
 from viscopade.theory.paper import TABLE
 from viscopade_lab import bench, hard_cases
-from viscopade_lab.figures import paper
+from viscopade_lab.figures import registry as figures
 from viscopade_lab.report import render
 
 
@@ -326,7 +326,7 @@ def test_other_environments(environment):
 )
 def test_what_to_install_is_said_before_any_work(words, user, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # importing it fails, as if it were not there
-    for module, work in ((bench, "run"), (hard_cases, "check"), (paper, "render"), (render, "render")):
+    for module, work in ((bench, "run"), (hard_cases, "check"), (figures, "render"), (render, "render")):
         monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
     result = called(*words, "--out", tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")

@@ -16,7 +16,7 @@ from tests.kernels.speed_headers import Functions, header, named_compiler
 from viscopade.approximation import half_line
 from viscopade.collision.spheres import v_star
 from viscopade.simulators import gas
-from viscopade_lab.figures import cooling, paper
+from viscopade_lab.figures import cooling, registry
 
 BETA = 1.307
 
@@ -340,7 +340,7 @@ def test_errors_of_the_kernel_are_what_it_promises():
 
 @pytest.fixture(scope="module")
 def sheet():
-    with paper.drawn("cooling") as drawn:
+    with registry.drawn("cooling") as drawn:
         yield drawn
 
 

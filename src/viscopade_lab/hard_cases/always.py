@@ -32,6 +32,7 @@ from viscopade.theory.series import series
 from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, v_star_of_all_sizes
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, binned, curve
 from viscopade_lab.hard_cases.material_trips import proven_restitution
+from viscopade_lab.hard_cases.round_trips import rounding_interval
 
 SEED = 11
 Array = npt.NDArray[Any]
@@ -394,8 +395,8 @@ def _rounded(text: str, digits: int) -> arb:
     number = Decimal(text)
     if number == number.to_integral_value():
         return arb(text)
-    half = Fraction(10) ** (number.adjusted() - digits + 1) / 2
-    return ball_of(Fraction(number)) + arb(0, float(half) * (1 + 1e-9))
+    low, high = map(ball_of, rounding_interval(text, digits))
+    return low.union(high)
 
 
 def divided(a: Sequence[arb], b: Sequence[arb], order: int) -> list[arb]:

@@ -90,7 +90,7 @@ class BuildResult(NamedTuple):
 
 _PLAIN = (("-O0",), ("-O2",), ("-O3",), ("-Os",), ("-O2", "-fno-builtin"), ("-O3", "-ffp-contract=off"))
 _NATIVE = ("-O3", "-march=native")
-_FLAGS = (
+_FLAGS: tuple[tuple[tuple[str, ...], Rules], ...] = (
     *((flags, "bits") for flags in _PLAIN),
     (_NATIVE, "contracted"),
     ((*_NATIVE, "-ffp-contract=fast"), "contracted"),
@@ -99,13 +99,13 @@ _FLAGS = (
     ((*_NATIVE, "-ffast-math"), "fast"),
 )
 _C, _CPP = ("c99", "c11", "c17", "c2x"), ("gnu++11", "gnu++14", "c++17", "c++20")
-_FEW_FLAGS = ((("-O2",), "bits"), ((*_NATIVE, "-ffast-math"), "fast"))
+_FEW_FLAGS: tuple[tuple[tuple[str, ...], Rules], ...] = ((("-O2",), "bits"), ((*_NATIVE, "-ffast-math"), "fast"))
 
 
 def builds(thorough: bool, cpp: bool) -> list[Build]:
     """Return what is built with a compiler: few headers with all flags and standards, and all with some flags."""
     first = "c++17" if cpp else "c99"
-    wanted = [Build(flags, _rules(rules), first, FEW) for flags, rules in (_FLAGS if thorough else _FEW_FLAGS)]
+    wanted = [Build(flags, rules, first, FEW) for flags, rules in (_FLAGS if thorough else _FEW_FLAGS)]
     if not thorough:
         return wanted
     wanted += [Build(("-O2",), "bits", standard, FEW) for standard in (_CPP if cpp else _C) if standard != first]
@@ -113,12 +113,8 @@ def builds(thorough: bool, cpp: bool) -> list[Build]:
         wanted += [Build(("-O2",), "bits", standard, DECIMAL) for standard in ("c++11", "c++14")]
     else:
         wanted.append(Build(("-O2", "-m32", "-msse2", "-mfpmath=sse"), "bits", first, FEW))
-        wanted += [Build(flags, _rules(rules), first, HEADERS) for flags, rules in _FEW_FLAGS]
+        wanted += [Build(flags, rules, first, HEADERS) for flags, rules in _FEW_FLAGS]
     return wanted
-
-
-def _rules(word: str) -> Rules:
-    return "bits" if word == "bits" else "contracted" if word == "contracted" else "fast"
 
 
 def tools(thorough: bool) -> dict[str, tuple[str, bool]]:

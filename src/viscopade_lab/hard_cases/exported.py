@@ -317,20 +317,9 @@ def _derivative(
     def formula(x: arb) -> arb:
         return x * top(x) / bottom(x) ** 2
 
-    slope = tuple(map(Fraction, t))
-    return ExportedFunction(
-        f"best {label}",
-        "derivative",
-        form,
-        program,
-        result,
-        numbers,
-        _v_star,
-        *ends,
-        size,
-        formula,
-        local=lambda x: upper(rounding.derivative(slope, machine[1], form, *_around(x))),
-    )
+    slope, kernel = tuple(map(Fraction, t)), f"best {label}"
+    found = ExportedFunction(kernel, "derivative", form, program, result, numbers, _v_star, *ends, size, formula)
+    return replace(found, local=lambda x: upper(rounding.derivative(slope, machine[1], form, *_around(x))))
 
 
 def formats(name: str) -> tuple[Format, ...]:
@@ -357,24 +346,14 @@ def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFun
     numbers, formula = lacunary_rounding.constants(powers, a, b), half_line_formulas(powers, a, b)[name]
     kind = type_of(form)
     beyond = float(np.nextafter(kind(1), kind(2)))
+    kernel, ends = f"half-line {accuracy}", ((_LEAST, 1.0), (beyond, _LARGEST[form]))
     near, far = (
         ExportedFunction(
-            f"half-line {accuracy}",
-            name,
-            form,
-            branch.program,
-            branch.results[name],
-            numbers,
-            _v_star,
-            *ends,
-            Fraction(0),
-            formula,
+            kernel, name, form, branch.program, branch.results[name], numbers, _v_star, *end, Fraction(0), formula,
             roots=True,
         )
-        for branch, ends in zip(
-            lacunary_rounding.half_line(powers), ((_LEAST, 1.0), (beyond, _LARGEST[form])), strict=True
-        )
-    )
+        for branch, end in zip(lacunary_rounding.half_line(powers), ends, strict=True)
+    )  # fmt: skip
     return near, far
 
 

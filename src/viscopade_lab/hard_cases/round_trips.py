@@ -195,13 +195,8 @@ def _text_trips(kernel: InverseText, generator: np.random.Generator, number: int
 
 def _sizes(thorough: bool) -> dict[str, int]:
     names = "double", "exact", "text", "material", "quantity", "table", "compiled"
-    return dict(
-        zip(
-            names,
-            (2_000_000, 120, 20_000, 10_000, 2_000, 3_000, 2_000) if thorough else (60_000, 3, 1_500, 120, 10, 150, 80),
-            strict=True,
-        )
-    )
+    quick, full = (60_000, 3, 1_500, 120, 10, 150, 80), (2_000_000, 120, 20_000, 10_000, 2_000, 3_000, 2_000)
+    return dict(zip(names, full if thorough else quick, strict=True))
 
 
 def _inverse_request(thorough: bool) -> requests.Request:

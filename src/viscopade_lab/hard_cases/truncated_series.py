@@ -26,13 +26,13 @@ from flint import arb, arb_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most
-from viscopade.arrays import double, panels
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.collision import panel_proof
 from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
 from viscopade_lab import compensated
+from viscopade_lab.hard_cases.exported import true_value
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, ResultTable, curve
 
 TOLERANCE = 1e-3
@@ -139,16 +139,8 @@ def _bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatA
     return place
 
 
-def exact_epsilon(v_star: float) -> arb:
-    """Return eps with a relative error proven to be below 2^-60, at a double up to 2^20. To be called in `working`."""
-    place = panels.place_of(np.array([v_star]))
-    panel = int(place.panel[0])
-    z = (arb(v_star) - arb(float(panels.CENTRES[panel]))) / arb(float(panels.HALF_WIDTHS[panel]))
-    return panel_proof.panel_rows()["epsilon", panel].poly()(z) * arb(1, panel_proof.proven_error())
-
-
 def _off(polynomial: arb_poly, v_star: float) -> arb:
-    return abs(polynomial(arb(v_star)) / exact_epsilon(v_star) - 1)
+    return abs(polynomial(arb(v_star)) / true_value("epsilon", arb(v_star)) - 1)
 
 
 def _refined(h: tuple[arb, ...], start: float) -> float:
@@ -173,7 +165,7 @@ def _allowed(h: tuple[arb, ...], v_star: float) -> float:
     """
     n = len(h) - 1
     polynomial, v = arb_poly(list(h)), arb(v_star)
-    value, eps = polynomial(v), exact_epsilon(v_star)
+    value, eps = polynomial(v), true_value("epsilon", v)
     size = arb_poly([abs(h_k) for h_k in h])(v)
     unit = ball_of(compensated.UNIT)
     noise = (compensated.plain_bound(n, size) + unit * size) / eps + (2 * double.ULP["epsilon"] + 3) * unit
