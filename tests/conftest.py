@@ -6,6 +6,8 @@ another at the end; those of `TOGETHER`, which need the same proofs, go to one w
 """
 
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -68,6 +70,17 @@ def pytest_ignore_collect(collection_path, config):
     """Leave out what is not quick, before it is imported."""
     quick = not collection_path.name.startswith("test_") or file(collection_path) in QUICK
     return True if config.getoption("quick") and not quick else None
+
+
+def pytest_configure(config):
+    """Give the run a cache directory of its own, which its workers and processes share."""
+    if not hasattr(config, "workerinput"):
+        os.environ["VISCOPADE_CACHE"] = tempfile.mkdtemp(prefix="viscopade")
+
+
+def pytest_unconfigure(config):
+    if not hasattr(config, "workerinput"):
+        shutil.rmtree(os.environ["VISCOPADE_CACHE"], ignore_errors=True)
 
 
 def place(item):

@@ -9,3 +9,8 @@ DAY = int(os.environ.get("VISCOPADE_DAY", date.today().toordinal()))
 def place(number: int, parts: int) -> int:
     """Return the index of today's item among the `parts` ones from number * parts on."""
     return number * parts + DAY % parts
+
+
+def chosen(items):
+    """Return today's item."""
+    return items[DAY % len(items)]

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 
@@ -11,22 +12,15 @@ import pytest
 from click.testing import CliRunner
 from mpmath import mp, mpf
 
-from tests import compiled
+from tests import compiled, daily
 from tests.cli import called
 from viscopade import pade, series
 from viscopade.cli.main import command
-from viscopade.kernels import requests
+from viscopade.kernels import requests, store
 from viscopade.kernels.prove_rational import of_pade
 from viscopade.kernels.requests import NAMES, PAPER_DEGREES
 
 DIRECTORY = Path(__file__).parents[2] / "exports"
-
-
-@pytest.fixture(scope="module")
-def reproduced(tmp_path_factory):
-    """What `viscopade reproduce` says, in the process that keeps its proofs for the tests below, and the folder."""
-    folder = tmp_path_factory.mktemp("reproduced") / "new" / "exports"
-    return called("reproduce", "--out", folder), folder
 
 
 @cache
@@ -34,12 +28,50 @@ def made(name: str) -> str:
     return requests.file(name)
 
 
-def test_reproduce_writes_everything(reproduced):
-    result, folder = reproduced
+@pytest.fixture
+def from_records(monkeypatch):
+    """`reproduce` takes the package's records, so that it takes no minute; `make reproduce` makes all kernels anew."""
+    monkeypatch.setattr(store, "anew", lambda: nullcontext({}))
+
+
+def test_reproduce_writes_everything(from_records, tmp_path):
+    folder = tmp_path / "new" / "exports"
+    result = called("reproduce", "--out", folder)
     assert result.returncode == 0
     assert "32 of 32 printed numbers agree" in result.stdout
     made = {p.name: p.read_text() for p in folder.iterdir()}
     assert made == {p.name: p.read_text() for p in DIRECTORY.iterdir()}
+
+
+def test_a_record_that_is_not_what_is_made_is_refused(monkeypatch, tmp_path):
+    name = "of_pade-0-3.json"
+    monkeypatch.setattr(store, "anew", lambda: nullcontext({name: store.of_package(name).replace("0x", "0x0", 1)}))
+    result = called("reproduce", "--out", tmp_path / "new")
+    assert result.returncode == 1
+    assert result.stderr.startswith(
+        "viscopade: nothing is written: 1 of 1 records of kernels are not those of the pack"
+    )
+    assert name in result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def makes_its_records(name):
+    with store.anew() as records:
+        assert requests.file(name) == (DIRECTORY / name).read_text()
+    assert records == {record: store.of_package(record) for record in records}
+    return records
+
+
+@pytest.mark.parametrize("name", [daily.chosen(NAMES)])
+def test_a_file_whose_kernels_are_made_anew(name):
+    """Another one every day."""
+    makes_its_records(name)
+
+
+@pytest.mark.slow
+def test_all_records_are_what_is_made():
+    used = set().union(*(makes_its_records(name) for name in NAMES))
+    assert used == {path.name for path in (Path(store.__file__).parents[1] / store.FOLDER).iterdir()}
 
 
 def test_the_directory_holds_these_files_and_no_others():

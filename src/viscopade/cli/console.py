@@ -107,6 +107,22 @@ STYLE = click.option(
 )
 # 30 unless a material is given: those numbers are double precision.
 DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
+
+
+def _leave_cache_alone(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        from viscopade.kernels import store
+
+        context.with_resource(store.without_cache())
+
+
+NO_CACHE = click.option(
+    "--no-cache",
+    is_flag=True,
+    expose_value=False,
+    callback=_leave_cache_alone,
+    help="Neither read nor write kernels in the user's cache directory.",
+)
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 

@@ -39,10 +39,10 @@ COMPARED_DIGITS = 20
 def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     """Derive the paper's table and compare every printed entry.
 
-    With --out, also write all exported files (C headers, tables, modules). If an entry disagrees, the exit status is
-    1 and nothing is written.
+    With --out, also write all exported files (C headers, tables, modules): every kernel is fitted and proven anew, and
+    compared with the package's record of it. If anything disagrees, the exit status is 1 and nothing is written.
     """
-    from viscopade.kernels import requests
+    from viscopade.kernels import requests, store
     from viscopade.theory.paper import CITATION, approximants, compare
 
     if out is not None:
@@ -62,7 +62,16 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
             click.echo("viscopade: no file is written, because a printed number disagrees", err=True)
         context.exit(1)
     if out is not None:
-        texts = requests.files()
+        with store.anew() as records:
+            texts = requests.files()
+        others = [name for name, record in records.items() if store.of_package(name) != record]
+        if others:
+            click.echo(
+                f"viscopade: nothing is written: {len(others)} of {len(records)} records of kernels are not those of the "
+                f"package, the first is {others[0]}; `python -m tools.kernel_records` makes them",
+                err=True,
+            )
+            context.exit(1)
         write_all({out / name: text for name, text in texts.items()}, parents=True)
         if style == "text":
             say(f"wrote {', '.join(texts)} to {out}")

@@ -11,6 +11,7 @@ from viscopade import simulators
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
     DIGITS,
+    NO_CACHE,
     ORDER,
     STYLE,
     Degrees,
@@ -92,6 +93,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Significant digits, for series-csv and series-json.",
 )
+@NO_CACHE
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
 def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
@@ -131,6 +133,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     "with the exact eps.",
 )
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
+@NO_CACHE
 @STYLE
 def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
     """Find the cheapest kernel within a scene's tolerance.

@@ -30,6 +30,8 @@ from viscopade.arithmetic.formats import FORMATS, Format
 
 FOLDER = "data/kernels"
 LONGEST_NAME = 80
+VARIABLE = "VISCOPADE_CACHE"
+"""The environment variable that names another cache directory."""
 MOST_BYTES = 64 << 20
 """Of all records in the user's cache; the ones unused for longest are deleted first."""
 
@@ -118,21 +120,23 @@ def _converter() -> Any:
     from cattrs import Converter  # imported when it is used: `import viscopade` stays cheap
 
     converter = Converter(detailed_validation=False)
-    for kind, write, read in (
+    for kind, write, read_text in (
         (float, float.hex, float.fromhex),
         (Fraction, str, Fraction),
         (Decimal, str, Decimal),
     ):
         converter.register_unstructure_hook(kind, write)
-        converter.register_structure_hook(kind, lambda text, _, read=read: read(text))
+        converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))
     converter.register_unstructure_hook(Format, lambda form: form.name)
     converter.register_structure_hook(Format, lambda name, _: FORMATS[name])
+
+    hints = lru_cache(get_type_hints)
 
     def written(value: Any) -> dict[str, Any]:
         return {name: converter.unstructure(part) for name, part in value._asdict().items()}
 
     def read(parts: dict[str, Any], kind: Any) -> Any:
-        return kind(**{name: converter.structure(parts[name], hint) for name, hint in get_type_hints(kind).items()})
+        return kind(**{name: converter.structure(parts[name], hint) for name, hint in hints(kind).items()})
 
     converter.register_unstructure_hook_func(_is_named_tuple, written)
     converter.register_structure_hook_func(_is_named_tuple, read)
@@ -198,8 +202,9 @@ def _shrink(folder: Path) -> None:
 def _cached(key: list[Any]) -> Path:
     from platformdirs import user_cache_path
 
-    name = _digest(_sources() + json.dumps(key))[:32]
-    return user_cache_path("viscopade", appauthor=False) / "kernels" / f"{name}.json"
+    folder = os.environ.get(VARIABLE)
+    parent = Path(folder) if folder else user_cache_path("viscopade", appauthor=False)
+    return parent / "kernels" / f"{_digest(_sources() + json.dumps(key))[:32]}.json"
 
 
 @lru_cache(maxsize=1)

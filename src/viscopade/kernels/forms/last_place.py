@@ -173,7 +173,7 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
     return float(round(number / unit) * unit)
 
 
-@lru_cache(maxsize=1)
+@recorded
 def double_rows() -> tuple[DoubleRow, ...]:
     """Return the table of type double: a row for [0, NEAR], which only eps uses, then one for each panel."""
     return (_double_row_near(), *(_double_row(panel) for panel in smaller_panels()))
@@ -200,7 +200,7 @@ def _step(panel: SmallerOnPanel) -> Fraction:
     return Fraction(2) ** (exponent(panel.centre) - 52 + CLEARED)
 
 
-@lru_cache(maxsize=1)
+@recorded
 def float_rows() -> tuple[tuple[float, ...], ...]:
     """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
     return tuple(map(_float_row, smaller_panels()))

@@ -224,9 +224,10 @@ class Table(Layout):
     @cached_property
     def rise(self) -> Fraction:
         """The largest increase of eps from one row to the next, relative to the smaller of eps and 1 - eps, exactly."""
-        return max(max(self._rise_after(i) for i in range(self.size - 1)), Fraction(0))
+        return table_rise(self)
 
-    def _rise_after(self, index: int) -> Fraction:
+    def rise_after(self, index: int) -> Fraction:
+        """Return the increase of eps, likewise, from a row to the next."""
         before = value(self.rows[index], self.interval(index)[2])
         after = value(self.rows[index + 1], self.interval(index + 1)[1]) + self.base(index + 1) - self.base(index)
         return (after - before) / min(abs(before), 1 - abs(before))
@@ -247,11 +248,18 @@ def table_rows(table: Table) -> tuple[tuple[float, ...], ...]:
 
 
 @recorded
+def table_rise(table: Table) -> Fraction:
+    """Return the largest increase of eps from one row to the next, or 0."""
+    return max(max(table.rise_after(i) for i in range(table.size - 1)), Fraction(0))
+
+
+@recorded
 def table_bounds(table: Table) -> RowBounds:
     """Prove the bounds of a whole table."""
     return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 
+@recorded
 def of_w(form: Format) -> Fraction:
     """Return a bound of the relative errors of eps and of 1 - eps by the rounding of w = beta^5 v.
 
