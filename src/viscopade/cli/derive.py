@@ -67,8 +67,8 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
         others = [name for name, record in records.items() if store.of_package(name) != record]
         if others:
             click.echo(
-                f"viscopade: nothing is written: {len(others)} of {len(records)} records of kernels are not those of the "
-                f"package, the first is {others[0]}; `python -m tools.kernel_records` makes them",
+                f"viscopade: nothing is written: {len(others)} of {len(records)} records of kernels are not those of "
+                f"the package, the first is {others[0]}; `python -m tools.kernel_records` makes them",
                 err=True,
             )
             context.exit(1)
