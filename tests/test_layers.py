@@ -20,10 +20,11 @@ WINGS = (
     *("arithmetic", "arrays", "theory", "collision", "approximation", "kernels", "simulators", "scene", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
-# What hands sources to compilers does so in temporary directories.
+# Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory.
 TOUCH_FILES = {
     "viscopade.cli.writer",
     "viscopade.cli.console",
+    "viscopade.kernels.store",
     "viscopade.kernels.toolchain",
     "viscopade.scene.runners",
 }

@@ -1,7 +1,4 @@
-"""What is proven of the errors of the exported kernels, as numbers: headers say the same in words.
-
-To prove the kernels takes a minute; the record of their fields is made by
-python -m tools.proven_errors > src/viscopade_lab/data/proven.csv .
+"""Proven errors of the exported kernels as numbers: headers say the same in words.
 
 The quantities of a kernel in a type:
 
@@ -28,26 +25,38 @@ A type without quantities of its own is computed in type double, and then rounde
 
 from __future__ import annotations
 
-import csv
-import pkgutil
+from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
-DATA = "data/proven.csv"
+from viscopade.arithmetic.decimals import at_most, below
+from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.kernels import requests
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
+from viscopade.kernels.forms.speed_kernel import SpeedKernel
+from viscopade.kernels.forms.speed_table import OCTAVES, of_w
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels.names import FAST, TIERS
+from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.targets.speed import rounding_of
+from viscopade.kernels.v_star import of_v_star
+
+_UNIT = Fraction(1, 1 << DOUBLE.precision)
 
 
 class ProvenNumber(NamedTuple):
-    """A line of the record."""
+    """A quantity of a kernel in a type, perhaps up to an end in v*."""
 
     kernel: str
     format: str
     quantity: str
     end: str
     value: str
-
-
-COLUMNS = ProvenNumber._fields
 
 
 @dataclass(frozen=True)
@@ -68,7 +77,7 @@ class Proven:
         """Return a quantity as it is written; one of several ends is the last."""
         found = [number.value for number in self.numbers if number.quantity == quantity]
         if not found:
-            raise KeyError(f"{self.kernel}: nothing is recorded of {quantity!r}")
+            raise KeyError(f"{self.kernel}: nothing is proven of {quantity!r}")
         return found[-1]
 
     def number(self, quantity: str) -> float:
@@ -81,16 +90,89 @@ class Proven:
         return tuple((float(n.end), float(n.value)) for n in self.numbers if n.quantity == "formula")
 
 
-@lru_cache(maxsize=1)
-def recorded() -> tuple[ProvenNumber, ...]:
-    """Return all of the record."""
-    text = cast(bytes, pkgutil.get_data(__name__, DATA)).decode()
-    rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
-    if tuple(next(rows)) != COLUMNS:
-        raise OSError(f"{DATA} has not the columns {', '.join(COLUMNS)}")
-    return tuple(ProvenNumber(*row) for row in rows)
-
-
 def of(kernel: str, form: str) -> Proven:
     """Return what is proven of a kernel, by the end of its functions' names, in type "double" or "float"."""
-    return Proven(kernel, tuple(n for n in recorded() if (n.kernel, n.format) == (kernel, form)))
+    return Proven(kernel, tuple(n for n in numbers() if (n.kernel, n.format) == (kernel, form)))
+
+
+@lru_cache(maxsize=1)
+def numbers() -> tuple[ProvenNumber, ...]:
+    """Return the proven numbers of all exported kernels."""
+    return tuple(_numbers())
+
+
+def _numbers() -> Iterator[ProvenNumber]:
+    for quotient in [*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()]:
+        yield from _of_quotient(quotient)
+    for request in (requests.HALF_LINE, requests.INVERSE):
+        for kernel in request.in_powers_of_a_root():
+            yield from _in_powers_of_a_root(kernel)
+    yield from _of_full()
+    for tier in TIERS:
+        yield from _of_speed(speed_kernel(tier, FAST))
+
+
+def _of_quotient(kernel: Quotient) -> Iterator[ProvenNumber]:
+    if isinstance(kernel, PadeKernel):
+        for form, rounding in kernel.rounding:
+            for bound in kernel.bounds:
+                yield ProvenNumber(kernel.name, form, "formula", below(bound.high or Fraction(0)), bound.bound)
+            yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", rounding)
+    if isinstance(kernel, MinimaxKernel):
+        for variant in kernel.variants:
+            form, proof, slope = variant.form.name, variant.certificate, variant.derivative
+            yield ProvenNumber(kernel.name, form, "formula", below(proof.high or Fraction(0)), proof.bound)
+            yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", variant.rounding)
+            if slope is not None:
+                yield ProvenNumber(kernel.name, form, "derivative", "", slope.certificate.bound)
+                yield ProvenNumber(kernel.name, form, "rounding of derivative", "", slope.rounding)
+
+
+def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[ProvenNumber]:
+    for variant in kernel.variants:
+        yield ProvenNumber(kernel.name, variant.form.name, "formula", "", variant.certificate.bound)
+        for function in kernel.checked:
+            yield ProvenNumber(
+                kernel.name, variant.form.name, f"rounding of {function}", "", variant.rounding(function)
+            )
+        if isinstance(kernel, HalfLineKernel):
+            underflow = max((size.underflow for _, size in variant.sizes), key=Fraction)
+            yield ProvenNumber(kernel.name, variant.form.name, "underflow", "", underflow)
+
+
+def _of_full() -> Iterator[ProvenNumber]:
+    for form in FORMATS:
+        proofs = {function: last_place.certificate(form, function) for function in last_place.FUNCTIONS}
+        for function, proof in proofs.items():
+            yield ProvenNumber("full", form, f"ulps of {function}", "", _shown(proof["maximum"]))
+        if form == DOUBLE.name:
+            yield ProvenNumber(
+                "full", form, "underflow", "", _shown(max(proof["underflow"] for proof in proofs.values()))
+            )
+
+
+def _shown(ulps: float) -> str:
+    """Return a number of units in the last place so that its distance from 1/2 is seen: two digits of that."""
+    more = Fraction(at_most(Fraction(ulps) - Fraction(1, 2), 2))
+    return below(Fraction(1, 2) + more)
+
+
+def _of_speed(kernel: SpeedKernel) -> Iterator[ProvenNumber]:
+    table, name = kernel.table, kernel.name
+    double = DOUBLE.name
+    for quantity, exponent in (("low", table.first), ("high", table.first + OCTAVES)):
+        yield ProvenNumber(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
+    if isinstance(table, LastPlaceTable):
+        bounds = table.proven
+        worst = max(Fraction(last_place.certificate(double, of)["maximum"]) for of in last_place.FUNCTIONS)
+        yield ProvenNumber(name, double, "ulps", "", at_most(bounds.ulp))
+        yield ProvenNumber(name, double, "ulps of w", "", at_most(ulp_of_w()))
+        yield ProvenNumber(name, double, "ulps elsewhere", "", at_most(worst + of_v_star() / _UNIT))
+        yield ProvenNumber(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
+        yield ProvenNumber(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
+        return
+    yield ProvenNumber(name, double, "elsewhere", "", "full" if kernel.slow is None else kernel.slow.name)
+    yield ProvenNumber(name, double, "of v*", "", at_most(of_v_star()))
+    for form in kernel.formats:
+        yield ProvenNumber(name, form.name, "formula", "", at_most(table.proven.error))
+        yield ProvenNumber(name, form.name, "rounding", "", at_most(rounding_of(table, form), 2))

@@ -1,4 +1,4 @@
-"""The record of what is proven of the exported kernels: what the headers say in words, and what the kernels hold."""
+"""Proven numbers of the exported kernels: what the headers say in words is what the kernels hold."""
 
 import re
 from functools import cache
@@ -7,14 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from tools import proven_errors
 from viscopade.kernels import requests
 from viscopade_lab import proven
-from viscopade_lab.proven import ProvenNumber, recorded
+from viscopade_lab.proven import numbers
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 HEADERS = [name for name in requests.NAMES if name.endswith(".h")]
-KERNELS = sorted({number.kernel for number in recorded()})
+KERNELS = sorted({number.kernel for number in numbers()})
 
 
 @cache
@@ -51,11 +50,11 @@ def stands(value, text):
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_headers_say_what_is_recorded(kernel):
+def test_headers_say_what_is_proven(kernel):
     """Where a header says one number for both types, it is the larger one."""
     text = passage(kernel)
-    numbers = sorted((n for n in recorded() if n.kernel == kernel), key=lambda n: (n.quantity, n.end))
-    for _, of_types in groupby(numbers, lambda n: (n.quantity, n.end)):
+    of_kernel = sorted((n for n in numbers() if n.kernel == kernel), key=lambda n: (n.quantity, n.end))
+    for _, of_types in groupby(of_kernel, lambda n: (n.quantity, n.end)):
         given = list(of_types)
         for number in given:
             if number.quantity == "elsewhere":
@@ -65,7 +64,7 @@ def test_headers_say_what_is_recorded(kernel):
             assert not number.end or f"v* <= {number.end}" in text
 
 
-def test_every_header_has_its_kernels_recorded():
+def test_every_header_has_its_kernels_numbers():
     assert {file_of(kernel) for kernel in KERNELS} == set(HEADERS)
 
 
@@ -76,21 +75,10 @@ def test_kernels_of_speed_say_what_underflow_does():
 
 
 def test_a_number_that_is_not_recorded_is_refused():
-    with pytest.raises(KeyError, match="full: nothing is recorded of 'formula'"):
+    with pytest.raises(KeyError, match="full: nothing is proven of 'formula'"):
         proven.of("full", "double").number("formula")
     assert not proven.of("no_such_kernel", "double")
 
 
 def test_quotients_have_an_error_for_each_end():
     assert proven.of("pade_3_6", "float").up_to == ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064))
-
-
-@pytest.mark.slow
-def test_the_record_is_what_the_kernels_hold():
-    assert tuple(proven_errors.computed()) == recorded()
-
-
-def test_a_cheap_part_of_the_record_is_made_again():
-    made = [n for kernel in requests.PAPER.quotients() for n in proven_errors._of_quotient(kernel)]
-    assert made == [n for n in recorded() if n.kernel.startswith("pade")]
-    assert all(isinstance(n, ProvenNumber) for n in made)

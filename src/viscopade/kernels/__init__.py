@@ -10,6 +10,7 @@ __all__ = [
     "registry_arrays",
     "requests",
     "rounding",
+    "store",
     "toolchain",
     "v_star",
 ]

@@ -1,6 +1,7 @@
 """Forms of kernels: for each form, its coefficients and its proven bounds."""
 
 __all__ = [
+    "lacunary_kernels",
     "lacunary_rounding",
     "last_place",
     "minimax",
