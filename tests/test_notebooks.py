@@ -57,6 +57,7 @@ def executed(path: Path, **environment: str):
         here = Path(folder)
         for name in ("work", "ipython", "jupyter"):
             (here / name).mkdir()
+        (here / "docs").symlink_to(FOLDER.parent / "docs")  # records that notebooks read
         shutil.copy(path, here / "work")
         notebook = nbformat.read(here / "work" / path.name, as_version=4)
         for cell in notebook.cells:

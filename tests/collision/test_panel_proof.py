@@ -229,7 +229,8 @@ def test_a_record_of_another_table_is_refused(files, name):
 
 
 def test_what_the_command_writes_is_what_is_read(files, monkeypatch):
-    monkeypatch.setattr(panel_bounds, "prove", lambda index: PanelBounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100))
+    proven = PanelBounds(arb(2) ** -62, arb(2) ** -61 + arb(2) ** -100)
+    monkeypatch.setattr(panel_bounds, "prove_panel", lambda index: proven)
     files[panel_proof.RECORD] = "of another table"
     files[panel_proof.RECORD] = "\n".join(panel_bounds.record())
     assert set(map(tuple, panel_proof.proven().values())) == {(2**18, 2**19 + 1)}

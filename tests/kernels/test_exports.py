@@ -101,7 +101,7 @@ for m, n, form in {quotients}:
     fit = machine_coefficients.machine(minimax.fit(m, n, {end!r}), FORMATS[form])
     print((fit.a, fit.b))
 for powers, form in {half_lines}:
-    fit = half_line.fit(powers, {measure!r}).quotient
+    fit = half_line.fit_half_line(powers, {measure!r}).quotient
     print(tuple(tuple(map(FORMATS[form].nearest, values)) for values in (fit.a, fit.b)))
 """
 

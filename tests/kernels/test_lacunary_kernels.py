@@ -24,7 +24,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels import expressions, prove_lacunary, store
 from viscopade.kernels.expressions import (
     PYTHON,
     Literal,
@@ -719,9 +719,9 @@ def test_header_and_module_say_what_they_hold():
 
 def test_the_same_text_again():
     assert render_c(kernels(), COMMAND) == header()
-    prove_lacunary.of_half_line.cache_clear()
     lacunary_rounding.half_line_sizes.cache_clear()
-    assert render_c([prove_lacunary.of_half_line(MIXED_SIGNS, "both")], COMMAND) == render_c(kernels()[:1], COMMAND)
+    with store.anew():
+        assert render_c([prove_lacunary.of_half_line(MIXED_SIGNS, "both")], COMMAND) == render_c(kernels()[:1], COMMAND)
 
 
 def test_one_kind_alone(tmp_path):

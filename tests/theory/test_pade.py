@@ -25,7 +25,7 @@ from viscopade.theory.pade import (
     solution,
 )
 from viscopade.theory.paper import TABLE
-from viscopade.theory.series import _derived, series
+from viscopade.theory.series import derived, series
 
 PAPER_RANGE = range(26)
 MPMATH_PADE = MPContext.pade
@@ -397,7 +397,7 @@ def test_a_root_of_unknown_sign_is_not_positive():
 @pytest.mark.parametrize(("m", "n"), [(3, 6), (3, 0), (0, 4)])
 def test_too_short_a_series_is_noticed(m, n):
     with working(300), pytest.raises(_TooWideError) as shortage:
-        _solved(_derived(16, 8).h, m, n, 30)
+        _solved(derived(16, 8).h, m, n, 30)
     assert 10 <= shortage.value.digits <= 30  # a series of 8 digits holds some more
 
 
@@ -406,7 +406,7 @@ def test_coefficients_are_checked_even_without_roots(monkeypatch, m, n, order):
     module = sys.modules["viscopade.theory.pade"]
     monkeypatch.setattr(module, "_roots", lambda coefficients, digits: ())
     with working(300), pytest.raises(_TooWideError):
-        _solved(_derived(order, 12).h, m, n, 30)
+        _solved(derived(order, 12).h, m, n, 30)
 
 
 @pytest.mark.parametrize("digits", [10, 310])

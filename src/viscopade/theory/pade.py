@@ -33,7 +33,7 @@ from viscopade.arithmetic.balls import (
     to_mpf,
     working,
 )
-from viscopade.theory.series import _series
+from viscopade.theory.series import derived
 
 DOUBLET_TOLERANCE = 0.01
 # Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.
@@ -261,7 +261,7 @@ def _pade(m: int, n: int, digits: int) -> Pade:
     series_digits = digits + 8 + int(0.7 * (m + n))
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
-        h = _series(m + n + LOOK_AHEAD, series_digits).h
+        h = derived(m + n + LOOK_AHEAD, series_digits).h
         with working(bits_for(series_digits) + 64):
             try:
                 return _solved(h, m, n, digits)

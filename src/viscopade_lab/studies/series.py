@@ -26,7 +26,7 @@ from flint import arb, arb_mat
 from rich.table import Table
 
 from viscopade.theory.pade import _pade, _product_coefficient, order_system, pade
-from viscopade.theory.series import _derivations, _g_fixed_point, _series, end_series, series
+from viscopade.theory.series import _derivations, _g_fixed_point, _series, derived, end_series, series
 from viscopade_lab.script import command, console, rounds, seconds
 from viscopade_lab.studies import baseline
 
@@ -48,7 +48,7 @@ def derive(order: int, digits: int) -> Callable[[], object]:
 def forget_series() -> None:
     """Clear all caches of the series."""
     _derivations.clear()
-    for cached in (_series, _g_fixed_point, end_series):
+    for cached in (_series, derived, _g_fixed_point, end_series):
         cached.cache_clear()
 
 

@@ -291,9 +291,9 @@ def test_the_reader_of_latex_does_what_latex_does():
 
 @pytest.mark.parametrize("without", ["{}", "\\&", "\\textbackslash{}", "\\_"])
 def test_a_missing_escape_is_seen(monkeypatch, without):
-    good = console.latex
+    good = console.latex_cell
     plain = {"{}": "", "\\&": "&", "\\textbackslash{}": "\\", "\\_": "_"}[without]
-    monkeypatch.setattr(console, "latex", lambda cell: good(cell).replace(without, plain, 1))
+    monkeypatch.setattr(console, "latex_cell", lambda cell: good(cell).replace(without, plain, 1))
     found = list(tables_read_back.hostile(np.random.default_rng(1), 60))
     assert next(one for one in found if one.form == "latex").changed > 0
 
