@@ -39,6 +39,15 @@
  * and nothing is promised for NaN, infinities and negative numbers but that no table is read out of
  * its range.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+
 #ifndef VISCOPADE_FULL_DOUBLE
 #define VISCOPADE_FULL_DOUBLE
 
@@ -1116,5 +1125,7 @@ static inline float viscopade_one_minus_epsilon_fullf(float v_star)
     }
     return (float)viscopade_full_panelf(bits < largest ? bits : largest, 1);
 }
+
+#endif
 
 #endif

@@ -57,6 +57,10 @@
  * assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
  * units in the last place (the largest errors known of glibc's are not larger).
  *
+ * NAME may also be halfline_1em3 (now halfline_2p09em4), halfline_1em5 (now halfline_3p4em6),
+ * halfline_1em7 (now halfline_2p79em8): a name that stays when a better kernel takes the place of
+ * today's.
+ *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *
  *     viscopade_epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
@@ -90,6 +94,11 @@
  * underflow. With -ffast-math the bounds are not promised: subnormal numbers may be set to 0, sums be
  * reordered, and nothing is promised for the rows above that contain NaN, an infinity or a negative number.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 
@@ -448,4 +457,31 @@ static inline double viscopade_restitution_halfline_2p79em8(double speed, double
     return viscopade_epsilon_halfline_2p79em8(viscopade_v_star(speed, beta));
 }
 
+#endif
+
+#ifndef VISCOPADE_LASTING_HALFLINE_1EM3
+#define VISCOPADE_LASTING_HALFLINE_1EM3
+#define viscopade_epsilon_halfline_1em3 viscopade_epsilon_halfline_2p09em4
+#define viscopade_one_minus_epsilon_halfline_1em3 viscopade_one_minus_epsilon_halfline_2p09em4
+#define viscopade_restitution_halfline_1em3 viscopade_restitution_halfline_2p09em4
+#define viscopade_epsilon_halfline_1em3f viscopade_epsilon_halfline_2p09em4f
+#define viscopade_one_minus_epsilon_halfline_1em3f viscopade_one_minus_epsilon_halfline_2p09em4f
+#define viscopade_restitution_halfline_1em3f viscopade_restitution_halfline_2p09em4f
+#endif
+
+#ifndef VISCOPADE_LASTING_HALFLINE_1EM5
+#define VISCOPADE_LASTING_HALFLINE_1EM5
+#define viscopade_epsilon_halfline_1em5 viscopade_epsilon_halfline_3p4em6
+#define viscopade_one_minus_epsilon_halfline_1em5 viscopade_one_minus_epsilon_halfline_3p4em6
+#define viscopade_restitution_halfline_1em5 viscopade_restitution_halfline_3p4em6
+#define viscopade_epsilon_halfline_1em5f viscopade_epsilon_halfline_3p4em6f
+#define viscopade_one_minus_epsilon_halfline_1em5f viscopade_one_minus_epsilon_halfline_3p4em6f
+#define viscopade_restitution_halfline_1em5f viscopade_restitution_halfline_3p4em6f
+#endif
+
+#ifndef VISCOPADE_LASTING_HALFLINE_1EM7
+#define VISCOPADE_LASTING_HALFLINE_1EM7
+#define viscopade_epsilon_halfline_1em7 viscopade_epsilon_halfline_2p79em8
+#define viscopade_one_minus_epsilon_halfline_1em7 viscopade_one_minus_epsilon_halfline_2p79em8
+#define viscopade_restitution_halfline_1em7 viscopade_restitution_halfline_2p79em8
 #endif

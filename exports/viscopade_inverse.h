@@ -35,6 +35,9 @@
  * assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
  * units in the last place (the largest errors known of glibc's are not larger).
  *
+ * NAME may also be inverse_1em3 (now inverse_5p77em4), inverse_1em5 (now inverse_3p55em6): a name that
+ * stays when a better kernel takes the place of today's.
+ *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *
  *     viscopade_v_star_NAME(epsilon)                        v* at which eps is epsilon
@@ -62,6 +65,11 @@
  * underflow. With -ffast-math the bounds are not promised: subnormal numbers may be set to 0, sums be
  * reordered, and nothing is promised for the rows above that contain NaN, an infinity or a negative number.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 
@@ -360,4 +368,24 @@ static inline float viscopade_beta_inverse_3p55em6f(float epsilon, float speed)
     return speed > 0.0f ? v_star * v_star / powf(speed, 0.2f) : nanf("");
 }
 
+#endif
+
+#ifndef VISCOPADE_LASTING_INVERSE_1EM3
+#define VISCOPADE_LASTING_INVERSE_1EM3
+#define viscopade_v_star_inverse_1em3 viscopade_v_star_inverse_5p77em4
+#define viscopade_v_star_from_loss_inverse_1em3 viscopade_v_star_from_loss_inverse_5p77em4
+#define viscopade_beta_inverse_1em3 viscopade_beta_inverse_5p77em4
+#define viscopade_v_star_inverse_1em3f viscopade_v_star_inverse_5p77em4f
+#define viscopade_v_star_from_loss_inverse_1em3f viscopade_v_star_from_loss_inverse_5p77em4f
+#define viscopade_beta_inverse_1em3f viscopade_beta_inverse_5p77em4f
+#endif
+
+#ifndef VISCOPADE_LASTING_INVERSE_1EM5
+#define VISCOPADE_LASTING_INVERSE_1EM5
+#define viscopade_v_star_inverse_1em5 viscopade_v_star_inverse_3p55em6
+#define viscopade_v_star_from_loss_inverse_1em5 viscopade_v_star_from_loss_inverse_3p55em6
+#define viscopade_beta_inverse_1em5 viscopade_beta_inverse_3p55em6
+#define viscopade_v_star_inverse_1em5f viscopade_v_star_inverse_3p55em6f
+#define viscopade_v_star_from_loss_inverse_1em5f viscopade_v_star_from_loss_inverse_3p55em6f
+#define viscopade_beta_inverse_1em5f viscopade_beta_inverse_3p55em6f
 #endif

@@ -46,6 +46,10 @@
  * assumed: sqrt rounds correctly; the results of pow, in type float as well, are within 4 units in the
  * last place (the largest errors known of glibc's are not larger).
  *
+ * NAME may also be minimax_v5_1em3 (now minimax_1_4_v5_9p87em4), minimax_v5_1em5 (now
+ * minimax_3_7_v5_2p84em6), minimax_v5_1em8 (now minimax_6_9_v5_3p06em9): a name that stays when a
+ * better kernel takes the place of today's.
+ *
  * For each approximant, in double and (names that end in f) in float:
  *
  *     viscopade_epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
@@ -79,6 +83,11 @@
  * -ffinite-math-only the compiler may assume that there are no NaN and no infinities: then nothing
  * is promised for the rows above that contain one, or a negative number.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 
@@ -526,4 +535,31 @@ static inline double viscopade_restitution_minimax_6_9_v5_3p06em9(double speed, 
     return viscopade_epsilon_minimax_6_9_v5_3p06em9(viscopade_v_star(speed, beta));
 }
 
+#endif
+
+#ifndef VISCOPADE_LASTING_MINIMAX_V5_1EM3
+#define VISCOPADE_LASTING_MINIMAX_V5_1EM3
+#define viscopade_epsilon_minimax_v5_1em3 viscopade_epsilon_minimax_1_4_v5_9p87em4
+#define viscopade_epsilon_derivative_minimax_v5_1em3 viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4
+#define viscopade_restitution_minimax_v5_1em3 viscopade_restitution_minimax_1_4_v5_9p87em4
+#define viscopade_epsilon_minimax_v5_1em3f viscopade_epsilon_minimax_1_4_v5_9p87em4f
+#define viscopade_epsilon_derivative_minimax_v5_1em3f viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4f
+#define viscopade_restitution_minimax_v5_1em3f viscopade_restitution_minimax_1_4_v5_9p87em4f
+#endif
+
+#ifndef VISCOPADE_LASTING_MINIMAX_V5_1EM5
+#define VISCOPADE_LASTING_MINIMAX_V5_1EM5
+#define viscopade_epsilon_minimax_v5_1em5 viscopade_epsilon_minimax_3_7_v5_2p84em6
+#define viscopade_epsilon_derivative_minimax_v5_1em5 viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6
+#define viscopade_restitution_minimax_v5_1em5 viscopade_restitution_minimax_3_7_v5_2p84em6
+#define viscopade_epsilon_minimax_v5_1em5f viscopade_epsilon_minimax_3_7_v5_2p84em6f
+#define viscopade_epsilon_derivative_minimax_v5_1em5f viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6f
+#define viscopade_restitution_minimax_v5_1em5f viscopade_restitution_minimax_3_7_v5_2p84em6f
+#endif
+
+#ifndef VISCOPADE_LASTING_MINIMAX_V5_1EM8
+#define VISCOPADE_LASTING_MINIMAX_V5_1EM8
+#define viscopade_epsilon_minimax_v5_1em8 viscopade_epsilon_minimax_6_9_v5_3p06em9
+#define viscopade_epsilon_derivative_minimax_v5_1em8 viscopade_epsilon_derivative_minimax_6_9_v5_3p06em9
+#define viscopade_restitution_minimax_v5_1em8 viscopade_restitution_minimax_6_9_v5_3p06em9
 #endif

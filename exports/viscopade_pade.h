@@ -85,6 +85,11 @@
  * -ffinite-math-only the compiler may assume that there are no NaN and no infinities: then nothing
  * is promised for the rows above that contain one, or a negative number.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 

@@ -59,7 +59,19 @@
  * numbers are set to 0, a subnormal speed or beta counts as 0, and a subnormal result may be 0. Fused
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
+ *
+ * NAME may also be 1em3 (now lookup_1_8_4p08em4): a name that stays when a better kernel takes the
+ * place of today's.
  */
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 
@@ -1749,5 +1761,35 @@ static inline void viscopade_dissipation_each_lookup_1_8_4p08em4f(size_t n, cons
     viscopade_many_lookup_1_8_4p08em4f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
+
+#endif
+
+#ifndef VISCOPADE_LASTING_1EM3
+#define VISCOPADE_LASTING_1EM3
+#define viscopade_restitution_1em3 viscopade_restitution_lookup_1_8_4p08em4
+#define viscopade_restitution_array_1em3 viscopade_restitution_array_lookup_1_8_4p08em4
+#define viscopade_restitution_by_pair_1em3 viscopade_restitution_by_pair_lookup_1_8_4p08em4
+#define viscopade_restitution_each_1em3 viscopade_restitution_each_lookup_1_8_4p08em4
+#define viscopade_rebound_1em3 viscopade_rebound_lookup_1_8_4p08em4
+#define viscopade_rebound_array_1em3 viscopade_rebound_array_lookup_1_8_4p08em4
+#define viscopade_rebound_by_pair_1em3 viscopade_rebound_by_pair_lookup_1_8_4p08em4
+#define viscopade_rebound_each_1em3 viscopade_rebound_each_lookup_1_8_4p08em4
+#define viscopade_dissipation_1em3 viscopade_dissipation_lookup_1_8_4p08em4
+#define viscopade_dissipation_array_1em3 viscopade_dissipation_array_lookup_1_8_4p08em4
+#define viscopade_dissipation_by_pair_1em3 viscopade_dissipation_by_pair_lookup_1_8_4p08em4
+#define viscopade_dissipation_each_1em3 viscopade_dissipation_each_lookup_1_8_4p08em4
+#define viscopade_restitution_1em3f viscopade_restitution_lookup_1_8_4p08em4f
+#define viscopade_restitution_array_1em3f viscopade_restitution_array_lookup_1_8_4p08em4f
+#define viscopade_restitution_by_pair_1em3f viscopade_restitution_by_pair_lookup_1_8_4p08em4f
+#define viscopade_restitution_each_1em3f viscopade_restitution_each_lookup_1_8_4p08em4f
+#define viscopade_rebound_1em3f viscopade_rebound_lookup_1_8_4p08em4f
+#define viscopade_rebound_array_1em3f viscopade_rebound_array_lookup_1_8_4p08em4f
+#define viscopade_rebound_by_pair_1em3f viscopade_rebound_by_pair_lookup_1_8_4p08em4f
+#define viscopade_rebound_each_1em3f viscopade_rebound_each_lookup_1_8_4p08em4f
+#define viscopade_dissipation_1em3f viscopade_dissipation_lookup_1_8_4p08em4f
+#define viscopade_dissipation_array_1em3f viscopade_dissipation_array_lookup_1_8_4p08em4f
+#define viscopade_dissipation_by_pair_1em3f viscopade_dissipation_by_pair_lookup_1_8_4p08em4f
+#define viscopade_dissipation_each_1em3f viscopade_dissipation_each_lookup_1_8_4p08em4f
+#endif
 
 #endif

@@ -55,7 +55,19 @@
  * numbers are set to 0, a subnormal speed or beta counts as 0, and a subnormal result may be 0. Fused
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
+ *
+ * NAME may also be full (now lookup_full): a name that stays when a better kernel takes the place of
+ * today's.
  */
+#if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
+#error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
+#else
+
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "0.1.0"
+#define VISCOPADE_VERSION_NUMBER 100 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMMON
 #define VISCOPADE_COMMON
 
@@ -2059,5 +2071,35 @@ static inline void viscopade_dissipation_each_lookup_fullf(size_t n, const float
     viscopade_many_lookup_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
+
+#endif
+
+#ifndef VISCOPADE_LASTING_FULL
+#define VISCOPADE_LASTING_FULL
+#define viscopade_restitution_full viscopade_restitution_lookup_full
+#define viscopade_restitution_array_full viscopade_restitution_array_lookup_full
+#define viscopade_restitution_by_pair_full viscopade_restitution_by_pair_lookup_full
+#define viscopade_restitution_each_full viscopade_restitution_each_lookup_full
+#define viscopade_rebound_full viscopade_rebound_lookup_full
+#define viscopade_rebound_array_full viscopade_rebound_array_lookup_full
+#define viscopade_rebound_by_pair_full viscopade_rebound_by_pair_lookup_full
+#define viscopade_rebound_each_full viscopade_rebound_each_lookup_full
+#define viscopade_dissipation_full viscopade_dissipation_lookup_full
+#define viscopade_dissipation_array_full viscopade_dissipation_array_lookup_full
+#define viscopade_dissipation_by_pair_full viscopade_dissipation_by_pair_lookup_full
+#define viscopade_dissipation_each_full viscopade_dissipation_each_lookup_full
+#define viscopade_restitution_fullf viscopade_restitution_lookup_fullf
+#define viscopade_restitution_array_fullf viscopade_restitution_array_lookup_fullf
+#define viscopade_restitution_by_pair_fullf viscopade_restitution_by_pair_lookup_fullf
+#define viscopade_restitution_each_fullf viscopade_restitution_each_lookup_fullf
+#define viscopade_rebound_fullf viscopade_rebound_lookup_fullf
+#define viscopade_rebound_array_fullf viscopade_rebound_array_lookup_fullf
+#define viscopade_rebound_by_pair_fullf viscopade_rebound_by_pair_lookup_fullf
+#define viscopade_rebound_each_fullf viscopade_rebound_each_lookup_fullf
+#define viscopade_dissipation_fullf viscopade_dissipation_lookup_fullf
+#define viscopade_dissipation_array_fullf viscopade_dissipation_array_lookup_fullf
+#define viscopade_dissipation_by_pair_fullf viscopade_dissipation_by_pair_lookup_fullf
+#define viscopade_dissipation_each_fullf viscopade_dissipation_each_lookup_fullf
+#endif
 
 #endif

@@ -41,7 +41,7 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
     """Return the Jinja environment for the folder templates/ beside a module (its `__name__`)."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    made = Environment(
         loader=PackageLoader(module.rpartition(".")[0]),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -49,6 +49,10 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
         keep_trailing_newline=True,
         autoescape=autoescape,
     )
+    number = version("viscopade")
+    major, minor, patch = map(int, number.split("."))
+    made.globals |= {"version": number, "version_number": 10000 * major + 100 * minor + patch}
+    return made
 
 
 def template(module: str, name: str) -> Template:

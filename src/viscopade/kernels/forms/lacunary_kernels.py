@@ -11,7 +11,7 @@ from fractions import Fraction
 from viscopade.approximation import half_line
 from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.approximation.lacunary import Powers
-from viscopade.arithmetic.decimals import above, at_most, identifier
+from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -112,6 +112,20 @@ class LacunaryKernel(ABC):
     @abstractmethod
     def name(self) -> str:
         """The end of the functions' names."""
+
+    @property
+    @abstractmethod
+    def checked(self) -> tuple[str, ...]:
+        """The functions whose relative error the certificate bounds."""
+
+    @abstractmethod
+    def _name(self, error: str) -> str:
+        """Return the name with an error as its part."""
+
+    @property
+    def lasting_name(self) -> str:
+        """The name with a power of ten in place of the bound: "halfline_1em5" is within 1e-5, rounding included."""
+        return self._name(power_of_ten(self.variants[0].total(self.checked)))
 
     @property
     @abstractmethod
@@ -251,8 +265,10 @@ class HalfLineKernel(LacunaryKernel):
     @property
     def name(self) -> str:
         """The name with the proven bound: "halfline_1p57em3"; "_relative" is appended in that measure."""
-        end = "" if self.bound.measure == "both" else "_relative"
-        return f"{HALF_LINE}_{scientific(self.bound.bound)}{end}"
+        return self._name(scientific(self.bound.bound))
+
+    def _name(self, error: str) -> str:
+        return f"{HALF_LINE}_{error}{'' if self.bound.measure == 'both' else '_relative'}"
 
     @property
     def root(self) -> Fraction:
@@ -333,8 +349,11 @@ class InverseKernel(LacunaryKernel):
     @property
     def name(self) -> str:
         """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
+        return self._name(scientific(self.bound.bound))
+
+    def _name(self, error: str) -> str:
         interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
-        return f"{INVERSE}_{interval}{scientific(self.bound.bound)}"
+        return f"{INVERSE}_{interval}{error}"
 
     @property
     def root(self) -> Fraction:

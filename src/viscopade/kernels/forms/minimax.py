@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.arithmetic.decimals import above, below, identifier
+from viscopade.arithmetic.decimals import above, below, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -120,6 +120,15 @@ class MinimaxKernel:
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
         kind = "" if self.bounds[0].measure == "both" else "_relative"
         return f"minimax_{self.m}_{self.n}_v{identifier(ends)}_{identifier(self.bounds[0].bound)}{kind}"
+
+    @property
+    def lasting_name(self) -> str:
+        """The name with a power of ten in place of the bound: "minimax_v5_1em3" is within 1e-3, rounding included."""
+        low, high = self.interval
+        ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
+        total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)
+        kind = "" if self.bounds[0].measure == "both" else "_relative"
+        return f"minimax_v{identifier(ends)}_{power_of_ten(total)}{kind}"
 
     @property
     def pattern(self) -> str:

@@ -38,6 +38,10 @@ class Quotient(Protocol):
         """The end of the functions' names."""
 
     @property
+    def lasting_name(self) -> str:
+        """The end of the functions' names that does not change when a better kernel takes this one's place."""
+
+    @property
     def pattern(self) -> str:
         """The pattern of the names, as a header explains it."""
 
@@ -184,6 +188,11 @@ class PadeKernel:
     def name(self) -> str:
         """The name with type and degree, "pade_3_6"."""
         return f"pade_{self.m}_{self.n}"
+
+    @property
+    def lasting_name(self) -> str:
+        """The name itself: there is no better Padé approximant of these degrees."""
+        return self.name
 
     @property
     def pattern(self) -> str:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from types import MappingProxyType
 
-from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, scientific
 from viscopade.kernels.forms.speed_table import Table
@@ -69,6 +69,11 @@ class SpeedKernel:
         if isinstance(self.table, LastPlaceTable):
             return "lookup_full"
         return f"lookup_{self.table.degree}_{1 << self.table.split}_{scientific(self.bound)}"
+
+    @property
+    def lasting_name(self) -> str:
+        """The end of names that do not change when a better table takes this one's place: "1em5", "full"."""
+        return identifier(self.tier)
 
     @property
     def file(self) -> str:

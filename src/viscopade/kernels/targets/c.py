@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, horner_text, preamble
+from viscopade.kernels.targets.wording import distinct, horner_text, lasting, lasting_lines, preamble
 from viscopade.kernels.v_star import speed_note
 
 NAMES = {
@@ -40,14 +40,24 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     """
     blocks = [_block(kernel) for kernel in distinct(kernels)]
     types = {variant["type"] for block in blocks for variant in block["variants"]}
-    lines = [*preamble(kernels, command), *speed_note(kernels, [f for f in FORMATS.values() if f.name in types])]
+    note = speed_note(kernels, [f for f in FORMATS.values() if f.name in types])
+    lines = [*preamble(kernels, command), *note, *lasting_lines(kernels)]
     head = "\n".join(f" * {line}".rstrip() for line in lines)
     has_derivative = any(kernel.derivative(DOUBLE) for kernel in kernels)
     patterns = {kernel.pattern for kernel in kernels}
     names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
     return template(__name__, "quotient.h.jinja").render(
-        head=head, blocks=blocks, names=names, has_derivative=has_derivative
+        head=head, blocks=blocks, names=names, has_derivative=has_derivative, lasting=lasting(map(_functions, blocks))
     )
+
+
+def _functions(block: Mapping[str, Any]) -> tuple[Quotient, list[str]]:
+    """Return a kernel and its functions, with {} for its name."""
+    return block["kernel"], [
+        f"{function}_{{}}{variant['suffix']}"
+        for variant in block["variants"]
+        for function in ("epsilon", *(["epsilon_derivative"] if variant["derivative"] else []), "restitution")
+    ]
 
 
 def _block(kernel: Quotient) -> dict[str, Any]:

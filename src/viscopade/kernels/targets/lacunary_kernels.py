@@ -12,6 +12,7 @@ from viscopade.kernels.expressions import PYTHON, Language, c_language, text
 from viscopade.kernels.forms import lacunary_rounding
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
+    INVERSE,
     NAMES,
     SPELLING,
     InverseKernel,
@@ -19,8 +20,13 @@ from viscopade.kernels.forms.lacunary_kernels import (
     LacunaryVariant,
 )
 from viscopade.kernels.forms.lacunary_rounding import CodeBranch
-from viscopade.kernels.targets.wording import PROVEN, distinct
+from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
 from viscopade.kernels.v_star import assumed, stated
+
+_FUNCTIONS = {
+    HALF_LINE: ("epsilon", "one_minus_epsilon", "restitution"),
+    INVERSE: ("v_star", "v_star_from_loss", "beta"),
+}
 
 # --- text -------------------------------------------------------------------------------------------------------------
 
@@ -43,11 +49,21 @@ def render_c(kernels: Sequence[LacunaryKernel], command: str) -> str:
     chosen = _distinct(kernels)
     types = {variant.form.name for kernel in chosen for variant in kernel.variants}
     forms = [form for form in FORMATS.values() if form.name in types]
-    head = "\n".join(f" * {line}".rstrip() for line in _preamble(chosen, command, forms))
+    lines = [*_preamble(chosen, command, forms), *lasting_lines(chosen)]
+    head = "\n".join(f" * {line}".rstrip() for line in lines)
     blocks = [_c_block(kernel) for kernel in chosen]
     return template(__name__, "lacunary.h.jinja").render(
-        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
+        head=head,
+        blocks=blocks,
+        kinds=_kinds(chosen),
+        names=_names(chosen),
+        lasting=lasting(map(_functions, chosen)),
     )
+
+
+def _functions(kernel: LacunaryKernel) -> tuple[LacunaryKernel, list[str]]:
+    """Return a kernel and its functions, with {} for its name."""
+    return kernel, [f"{name}_{{}}{v.form.suffix}" for v in kernel.variants for name in _FUNCTIONS[kernel.kind]]
 
 
 def render_functions(kernels: Sequence[LacunaryKernel]) -> str:

@@ -17,11 +17,18 @@ from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets import lacunary_kernels
 from viscopade.kernels.targets import last_place as full_text
+from viscopade.kernels.targets.wording import lasting, lasting_lines
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
 AHEAD = 256  # elements by which memory is asked for in advance
 CACHE_LINE = 64  # bytes
+_LASTING = [
+    f"{function}{many}_{{}}{suffix}"
+    for suffix in ("", "f")
+    for function in ("restitution", "rebound", "dissipation")
+    for many in ("", "_array", "_by_pair", "_each")
+]
 FUNCTIONS = (("restitution", "EPSILON"), ("rebound", "REBOUND"), ("dissipation", "DISSIPATION"))
 
 
@@ -68,6 +75,7 @@ def render(given: SpeedKernel, command: str) -> str:
         functions=FUNCTIONS,
         block=BLOCK,
         ahead=AHEAD,
+        lasting=lasting([(given, _LASTING)]),
     )
 
 
@@ -190,6 +198,7 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
         given.name,
         *(line for lines in facts for line in lines),
         *_FUNCTIONS.format(name=given.name).splitlines(),
+        *lasting_lines([given]),
     ]
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from textwrap import wrap
-from typing import TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
 from viscopade.kernels.forms.quotient import Quotient
@@ -46,6 +46,45 @@ def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
         "",
         *wrap(bound_text(kernels), WIDTH),
     ]
+
+
+class Named(Protocol):
+    """A kernel whose functions have a name that may change, and one that lasts."""
+
+    @property
+    def name(self) -> str:
+        """The end of the functions' names."""
+
+    @property
+    def lasting_name(self) -> str:
+        """The end of the names that do not change when a better kernel takes this one's place."""
+
+
+class Lasting(NamedTuple):
+    """The lasting names of a header's functions: a guard, and pairs of a lasting name and today's."""
+
+    guard: str
+    pairs: list[tuple[str, str]]
+
+
+def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[Lasting]:
+    """Return the lasting names of kernels, given the beginnings (with {} for the kernel's name) of their functions."""
+    found: dict[str, Lasting] = {}
+    for kernel, patterns in functions:
+        if kernel.lasting_name != kernel.name:
+            pairs = [(pattern.format(kernel.lasting_name), pattern.format(kernel.name)) for pattern in patterns]
+            found.setdefault(kernel.lasting_name, Lasting(f"VISCOPADE_LASTING_{kernel.lasting_name.upper()}", pairs))
+    return list(found.values())
+
+
+def lasting_lines(kernels: Sequence[Named]) -> list[str]:
+    """Return the sentence on lasting names for the head of a file, wrapped; none if all names last."""
+    pairs = {kernel.lasting_name: kernel.name for kernel in reversed(kernels) if kernel.lasting_name != kernel.name}
+    if not pairs:
+        return []
+    names = ", ".join(f"{lasting_name} (now {name})" for lasting_name, name in reversed(pairs.items()))
+    text = f"NAME may also be {names}: a name that stays when a better kernel takes the place of today's."
+    return ["", *wrap(text, WIDTH, break_on_hyphens=False)]
 
 
 def bound_text(kernels: Sequence[Quotient]) -> str:
