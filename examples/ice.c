@@ -7,6 +7,6 @@ int main(void)
     double beta = 1.307; /* (s/cm)^(1/5) */
     double speed = 0.1;  /* cm/s */
 
-    printf("eps = %.6f\n", viscopade_restitution_lookup_1_64_6p69em6(speed, beta));
+    printf("eps = %.6f\n", viscopade_restitution_1em5(speed, beta));
     return 0;
 }
