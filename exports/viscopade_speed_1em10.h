@@ -3082,8 +3082,6 @@ static inline void viscopade_dissipation_each_lookup_5_16_3p79em12f(size_t n, co
 
 #endif
 
-#ifndef VISCOPADE_LASTING_1EM10
-#define VISCOPADE_LASTING_1EM10
 #define viscopade_restitution_1em10 viscopade_restitution_lookup_5_16_3p79em12
 #define viscopade_restitution_array_1em10 viscopade_restitution_array_lookup_5_16_3p79em12
 #define viscopade_restitution_by_pair_1em10 viscopade_restitution_by_pair_lookup_5_16_3p79em12
@@ -3108,6 +3106,5 @@ static inline void viscopade_dissipation_each_lookup_5_16_3p79em12f(size_t n, co
 #define viscopade_dissipation_array_1em10f viscopade_dissipation_array_lookup_5_16_3p79em12f
 #define viscopade_dissipation_by_pair_1em10f viscopade_dissipation_by_pair_lookup_5_16_3p79em12f
 #define viscopade_dissipation_each_1em10f viscopade_dissipation_each_lookup_5_16_3p79em12f
-#endif
 
 #endif

@@ -1764,8 +1764,6 @@ static inline void viscopade_dissipation_each_lookup_1_8_4p08em4f(size_t n, cons
 
 #endif
 
-#ifndef VISCOPADE_LASTING_1EM3
-#define VISCOPADE_LASTING_1EM3
 #define viscopade_restitution_1em3 viscopade_restitution_lookup_1_8_4p08em4
 #define viscopade_restitution_array_1em3 viscopade_restitution_array_lookup_1_8_4p08em4
 #define viscopade_restitution_by_pair_1em3 viscopade_restitution_by_pair_lookup_1_8_4p08em4
@@ -1790,6 +1788,5 @@ static inline void viscopade_dissipation_each_lookup_1_8_4p08em4f(size_t n, cons
 #define viscopade_dissipation_array_1em3f viscopade_dissipation_array_lookup_1_8_4p08em4f
 #define viscopade_dissipation_by_pair_1em3f viscopade_dissipation_by_pair_lookup_1_8_4p08em4f
 #define viscopade_dissipation_each_1em3f viscopade_dissipation_each_lookup_1_8_4p08em4f
-#endif
 
 #endif

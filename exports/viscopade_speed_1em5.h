@@ -8938,8 +8938,6 @@ static inline void viscopade_dissipation_each_lookup_1_64_6p69em6f(size_t n, con
 
 #endif
 
-#ifndef VISCOPADE_LASTING_1EM5
-#define VISCOPADE_LASTING_1EM5
 #define viscopade_restitution_1em5 viscopade_restitution_lookup_1_64_6p69em6
 #define viscopade_restitution_array_1em5 viscopade_restitution_array_lookup_1_64_6p69em6
 #define viscopade_restitution_by_pair_1em5 viscopade_restitution_by_pair_lookup_1_64_6p69em6
@@ -8964,6 +8962,5 @@ static inline void viscopade_dissipation_each_lookup_1_64_6p69em6f(size_t n, con
 #define viscopade_dissipation_array_1em5f viscopade_dissipation_array_lookup_1_64_6p69em6f
 #define viscopade_dissipation_by_pair_1em5f viscopade_dissipation_by_pair_lookup_1_64_6p69em6f
 #define viscopade_dissipation_each_1em5f viscopade_dissipation_each_lookup_1_64_6p69em6f
-#endif
 
 #endif

@@ -2610,8 +2610,6 @@ static inline void viscopade_dissipation_each_lookup_3_16_2p79em8f(size_t n, con
 
 #endif
 
-#ifndef VISCOPADE_LASTING_1EM7
-#define VISCOPADE_LASTING_1EM7
 #define viscopade_restitution_1em7 viscopade_restitution_lookup_3_16_2p79em8
 #define viscopade_restitution_array_1em7 viscopade_restitution_array_lookup_3_16_2p79em8
 #define viscopade_restitution_by_pair_1em7 viscopade_restitution_by_pair_lookup_3_16_2p79em8
@@ -2636,6 +2634,5 @@ static inline void viscopade_dissipation_each_lookup_3_16_2p79em8f(size_t n, con
 #define viscopade_dissipation_array_1em7f viscopade_dissipation_array_lookup_3_16_2p79em8f
 #define viscopade_dissipation_by_pair_1em7f viscopade_dissipation_by_pair_lookup_3_16_2p79em8f
 #define viscopade_dissipation_each_1em7f viscopade_dissipation_each_lookup_3_16_2p79em8f
-#endif
 
 #endif

@@ -2074,8 +2074,6 @@ static inline void viscopade_dissipation_each_lookup_fullf(size_t n, const float
 
 #endif
 
-#ifndef VISCOPADE_LASTING_FULL
-#define VISCOPADE_LASTING_FULL
 #define viscopade_restitution_full viscopade_restitution_lookup_full
 #define viscopade_restitution_array_full viscopade_restitution_array_lookup_full
 #define viscopade_restitution_by_pair_full viscopade_restitution_by_pair_lookup_full
@@ -2100,6 +2098,5 @@ static inline void viscopade_dissipation_each_lookup_fullf(size_t n, const float
 #define viscopade_dissipation_array_fullf viscopade_dissipation_array_lookup_fullf
 #define viscopade_dissipation_by_pair_fullf viscopade_dissipation_by_pair_lookup_fullf
 #define viscopade_dissipation_each_fullf viscopade_dissipation_each_lookup_fullf
-#endif
 
 #endif

@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -64,16 +66,21 @@ def test_defaults_and_names_of_arguments_make_no_difference(cache):
     assert len(calls) == 2
 
 
-@pytest.mark.parametrize("spoil", ["", "{", "[]", '{"value": 7}', '{"value": [{}, {}, null]}', "\x00" * 100])
+@pytest.mark.parametrize(
+    "spoil",
+    [b"", b"{", b"[]", b"\xff\xfebroken", b"[" * 10**5, b"0" * 64 + b"\n{}", lambda text: text.replace(b"2/3", b"0/0")],
+)
 def test_a_broken_file_is_made_again(cache, spoil):
     counted()[0](Fraction(2), DOUBLE)
     (file,) = records(cache)
-    good = file.read_text()
-    file.write_text(spoil)
+    good = file.read_bytes()
+    broken = spoil if isinstance(spoil, bytes) else spoil(good)
+    assert broken != good
+    file.write_bytes(broken)
     found, calls = counted()
     assert found(Fraction(2), DOUBLE)[0].error == 2
     assert len(calls) == 1
-    assert file.read_text() == good
+    assert file.read_bytes() == good
 
 
 @pytest.mark.parametrize("place", ["/proc/viscopade", "/dev/null/x"])
@@ -133,7 +140,8 @@ def test_several_runs_at_once(cache):
 
     with ThreadPoolExecutor(3) as pool:
         assert len(set(pool.map(run, range(3)))) == 1
-    assert all(json.loads(file.read_text())["key"] for file in records(cache))  # whole, and no leftovers
+    assert records(cache)
+    assert all(file.suffix == ".json" and store._checked(file) for file in records(cache))  # whole, and no leftovers
 
 
 def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch, cache):
@@ -156,16 +164,60 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch, cache):
     assert records(cache) == []
 
 
-def test_a_record_whose_numbers_contradict_each_other_is_refused(cache, monkeypatch):
-    """The constructors check what is read."""
+def test_a_record_of_another_key_is_no_hit(monkeypatch, cache):
+    """The names of files are shorter than keys."""
+    with pytest.raises(ValueError, match="m is -3"):
+        prove_rational.of_pade(-3, 6)
     name = "of_pade-3-6.json"
-    text = store.of_package(name)
-    wrong = text.replace('"m": 3', '"m": 4')
-    assert wrong != text
-    read = store.of_package
-    monkeypatch.setattr(store, "of_package", lambda asked: wrong if asked == name else read(asked))
+    other, read = store.of_package("of_pade-2-5.json"), store.of_package
+    monkeypatch.setattr(store, "of_package", lambda asked: other if asked == name else read(asked))
     store._clear()
     assert prove_rational.of_pade(3, 6).m == 3  # made
+
+
+def test_files_of_another_kind_are_left_alone(cache, monkeypatch):
+    cache.mkdir(parents=True)
+    mine = cache / "notes.bin"
+    mine.write_bytes(bytes(1000))
+    os.utime(mine, (1, 1))
+    monkeypatch.setattr(store, "MOST_BYTES", 10)
+    counted()[0](Fraction(2), DOUBLE)
+    assert mine.exists()
+    assert [path.name for path in records(cache)] == ["notes.bin"]
+
+
+def test_a_pipe_in_the_cache_is_no_record(cache):
+    counted()[0](Fraction(2), DOUBLE)
+    (file,) = records(cache)
+    file.unlink()
+    os.mkfifo(file)
+    assert counted()[0](Fraction(2), DOUBLE)[0].error == 2
+
+
+def test_changed_sources_have_another_digest(monkeypatch, tmp_path):
+    def digest():
+        store._sources.cache_clear()
+        return store._sources()
+
+    package = tmp_path / "viscopade"
+    shutil.copytree(FOLDER.parents[1], package, ignore=shutil.ignore_patterns("__pycache__", "*.so"))
+    monkeypatch.setattr(store, "__file__", str(package / "kernels" / "store.py"))
+    found = [digest()]
+    for name in ("arguments.py", "collision/flow.py", "data/double.txt"):
+        (package / name).write_text((package / name).read_text() + "# changed\n")
+        found.append(digest())
+    assert len(set(found)) == 4
+    shutil.rmtree(package)
+    assert digest() is None  # nothing is cached then
+    monkeypatch.undo()
+    store._sources.cache_clear()
+
+
+def test_no_two_recorded_functions_share_a_name():
+    """The name is part of the key, and the module is not."""
+    sources = (path.read_text("utf-8") for path in Path(store.__file__).parents[1].rglob("*.py"))
+    names = [name.strip("_") for text in sources for name in re.findall(r"@recorded\ndef (\w+)", text)]
+    assert len(names) == len(set(names)) >= 10
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.iterdir()), ids=lambda path: path.stem)

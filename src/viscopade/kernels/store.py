@@ -4,9 +4,9 @@
 for in this process, among the package's own (data/kernels, made by `tools.kernel_records`), and in the user's cache
 directory. A record that is found nowhere is made, and stored in the cache.
 
-A record is JSON: doubles are hexadecimal, fractions "p/q". The constructors of what is read check it again. A file in
-the cache is named by a digest of the package's own sources and of the record's key, so that another version of the code
-finds nothing of this one's.
+A record is JSON: doubles are hexadecimal, fractions "p/q". A file in the cache begins with a checksum; a record that it
+does not fit is made anew. The file's name is a digest of the package's sources and of the record's key, so that another
+version of the code finds nothing of this one's.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from contextlib import contextmanager, suppress
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache, wraps
+from importlib.metadata import version
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_type_hints
@@ -35,6 +36,7 @@ VARIABLE = "VISCOPADE_CACHE"
 MOST_BYTES = 64 << 20
 """Of all records in the user's cache; the ones unused for longest are deleted first."""
 
+_OURS = re.compile(r"[0-9a-f]{32}\.json")
 _INNERMOST = re.compile(r"\[[^][{}]*\]")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -64,10 +66,9 @@ def recorded(make: Function) -> Function:
 
 def _found(make: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
     key = [make.__name__.strip("_"), *_converter().unstructure(arguments)]
-    text = _read(key) if _anew is None else None
-    if text is not None:
-        with suppress(ValueError, TypeError, LookupError):  # another file than ours
-            return _converter().structure(json.loads(text)["value"], get_type_hints(make)["return"])
+    known = _read(key) if _anew is None else None
+    if known is not None:
+        return _converter().structure(known["value"], get_type_hints(make)["return"])
     made = make(*arguments)
     record = _text({"key": key, "value": _converter().unstructure(made)})
     if _anew is None:
@@ -163,57 +164,79 @@ def _text(record: dict[str, Any]) -> str:
     return _INNERMOST.sub(lambda found: " ".join(found[0].split()), json.dumps(record, indent=1)) + "\n"
 
 
-def _read(key: list[Any]) -> str | None:
+def _read(key: list[Any]) -> Any:
+    """Return the record of a key, or None: of the package, or of the cache if its checksum holds."""
     found = of_package(_file_name(key))
-    if found is not None or not _use_cache:
-        return found
-    path = _cached(key)
-    try:
-        os.utime(path)
-        return path.read_text("utf-8")
-    except OSError:
+    path = None if found else _cached(key)
+    if path is not None:
+        with suppress(OSError):
+            found = _checked(path)
+    record = json.loads(found) if found else None
+    return record if record is not None and record["key"] == key else None
+
+
+def _checked(path: Path) -> str | None:
+    """Return the record in a file of the cache; None for another content than `_keep` wrote."""
+    if not path.is_file() or path.stat().st_size > MOST_BYTES:
         return None
+    digest, _, text = path.read_bytes().partition(b"\n")
+    if digest != hashlib.sha256(text).hexdigest().encode():
+        return None
+    with suppress(OSError):  # of another user
+        os.utime(path)
+    return text.decode()
 
 
 def _keep(key: list[Any], record: str) -> None:
-    """Store a record in the cache; where that is impossible, nothing happens."""
-    if not _use_cache:
-        return
+    """Store a record in the cache, after its checksum; where that is impossible, nothing happens."""
     path = _cached(key)
+    if path is None:
+        return
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, new = tempfile.mkstemp(dir=path.parent, suffix=".new")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(record)
-        Path(new).replace(path)  # at once: a run beside this one reads a whole file or none
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(f"{_digest(record)}\n{record}".encode())
+            Path(new).replace(path)  # at once: a run beside this one reads a whole file or none
+        except OSError:
+            Path(new).unlink(missing_ok=True)
         _shrink(path.parent)
 
 
 def _shrink(folder: Path) -> None:
-    files = sorted((entry.stat().st_mtime, entry.stat().st_size, entry.path) for entry in os.scandir(folder))
+    """Delete the records that are unused for longest, and no file of another kind."""
+    ours = [path for path in folder.iterdir() if _OURS.fullmatch(path.name) and path.is_file()]
+    files = sorted((path.stat().st_mtime, path.stat().st_size, path) for path in ours)
     excess = sum(size for _, size, _ in files) - MOST_BYTES
     for _, size, path in files:
         if excess <= 0:
             break
-        Path(path).unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
         excess -= size
 
 
-def _cached(key: list[Any]) -> Path:
+def _cached(key: list[Any]) -> Path | None:
+    """Return the file of a record in the cache; None where no cache is wanted, or the code's version is not known."""
     from platformdirs import user_cache_path
 
+    sources = _sources()
+    if not _use_cache or sources is None:
+        return None
     folder = os.environ.get(VARIABLE)
-    parent = Path(folder) if folder else user_cache_path("viscopade", appauthor=False)
-    return parent / "kernels" / f"{_digest(_sources() + json.dumps(key))[:32]}.json"
+    parent = Path(folder).expanduser() if folder else user_cache_path("viscopade", appauthor=False)
+    return parent / "kernels" / f"{_digest(sources + json.dumps(key))[:32]}.json"
 
 
 @lru_cache(maxsize=1)
-def _sources() -> str:
-    """Return a digest of everything that records depend on."""
+def _sources() -> str | None:
+    """Return a digest of everything that records depend on; None if the sources are not files (in an archive)."""
     root = Path(__file__).parents[1]
     wings = ("arithmetic", "arrays", "theory", "collision", "approximation", "kernels")
-    files = [path for wing in wings for path in (root / wing).rglob("*.py")] + list((root / "data").glob("*.*"))
-    digest = hashlib.sha256()
-    for path in sorted(files):
+    files = [path for wing in wings for path in (root / wing).rglob("*.py")]
+    if not files:
+        return None
+    digest = hashlib.sha256("".join(version(package) for package in ("numpy", "python-flint")).encode())
+    for path in sorted([*files, *root.glob("*.py"), *(root / "data").glob("*.*")]):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()

@@ -124,7 +124,7 @@ class LacunaryKernel(ABC):
 
     @property
     def lasting_name(self) -> str:
-        """The name with a power of ten in place of the bound: "halfline_1em5" is within 1e-5, rounding included."""
+        """The name with a power of ten in place of the bound: "halfline_1em5" keeps it, in double with rounding."""
         return self._name(power_of_ten(self.variants[0].total(self.checked)))
 
     @property

@@ -123,7 +123,7 @@ class MinimaxKernel:
 
     @property
     def lasting_name(self) -> str:
-        """The name with a power of ten in place of the bound: "minimax_v5_1em3" is within 1e-3, rounding included."""
+        """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
         low, high = self.interval
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
         total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
 from viscopade.kernels.forms.quotient import Quotient
@@ -60,20 +60,13 @@ class Named(Protocol):
         """The end of the names that do not change when a better kernel takes this one's place."""
 
 
-class Lasting(NamedTuple):
-    """The lasting names of a header's functions: a guard, and pairs of a lasting name and today's."""
-
-    guard: str
-    pairs: list[tuple[str, str]]
-
-
-def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[Lasting]:
-    """Return the lasting names of kernels, given the beginnings (with {} for the kernel's name) of their functions."""
-    found: dict[str, Lasting] = {}
+def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[list[tuple[str, str]]]:
+    """Return pairs of a lasting name and today's by kernel, given its functions with {} in place of its name."""
+    found: dict[str, list[tuple[str, str]]] = {}
     for kernel, patterns in functions:
         if kernel.lasting_name != kernel.name:
             pairs = [(pattern.format(kernel.lasting_name), pattern.format(kernel.name)) for pattern in patterns]
-            found.setdefault(kernel.lasting_name, Lasting(f"VISCOPADE_LASTING_{kernel.lasting_name.upper()}", pairs))
+            found.setdefault(kernel.lasting_name, pairs)
     return list(found.values())
 
 
