@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -50,7 +51,7 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
         autoescape=autoescape,
     )
     number = version("viscopade")
-    major, minor, patch = map(int, number.split("."))
+    major, minor, patch = map(int, re.findall(r"\d+", number)[:3])  # of "0.2.0rc1", too
     made.globals |= {"version": number, "version_number": 10000 * major + 100 * minor + patch}
     return made
 

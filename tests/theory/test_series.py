@@ -1,6 +1,7 @@
 """h_k, lambda_k and G_n: two independent routes, the proven bounds, and what is refused."""
 
 import sys
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -235,6 +236,16 @@ def test_threads_take_turns():
     with ThreadPoolExecutor(6) as pool:
         together = list(pool.map(lambda task: (task, derived.__wrapped__(*task).decimals()), tasks * 12))
     assert all(decimals == alone[task] for task, decimals in together)
+
+
+def test_another_thread_s_series_is_not_returned(monkeypatch):
+    class Busy(deque):
+        def append(self, found):
+            super().append(found)
+            super().append(series(2, 5))  # as another thread may do at any time
+
+    monkeypatch.setattr(sys.modules["viscopade.theory.series"], "_derivations", Busy())
+    assert derived.__wrapped__(6, 10).order == 6
 
 
 @pytest.mark.parametrize("step", ["_g", "_k_times"])

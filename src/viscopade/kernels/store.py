@@ -92,10 +92,10 @@ def anew() -> Iterator[dict[str, str]]:
 
 
 @contextmanager
-def without_cache(wanted: bool = True) -> Iterator[None]:
+def without_cache() -> Iterator[None]:
     """Leave the user's cache alone in a `with` block."""
     global _use_cache
-    before, _use_cache = _use_cache, _use_cache and not wanted
+    before, _use_cache = _use_cache, False
     try:
         yield
     finally:

@@ -127,7 +127,7 @@ _derivations: deque[Series] = deque(maxlen=16)  # the latest ones
 @lru_cache(maxsize=64)
 def _series(order: int, digits: int) -> Series:
     """Return h_0 … h_order out of a longer and more accurate series, if one was derived: its balls may be narrower."""
-    for known in _derivations:
+    for known in tuple(_derivations):  # another thread may append
         h = known.h[: order + 1]
         if known.order >= order and known.digits >= digits and all(_determined(h_k, digits) for h_k in h):
             return Series(order, digits, h)
@@ -137,8 +137,9 @@ def _series(order: int, digits: int) -> Series:
 @lru_cache(maxsize=16)
 def derived(order: int, digits: int) -> Series:
     """Return h_0 … h_order, derived to just these digits: the balls are the same whatever was derived before."""
-    _derivations.append(Series(order, digits, _enclosed(lambda effort: _h(order, effort), order // 2, digits)))
-    return _derivations[-1]
+    found = Series(order, digits, _enclosed(lambda effort: _h(order, effort), order // 2, digits))
+    _derivations.append(found)
+    return found
 
 
 def lambda_coefficients(count: SupportsIndex, digits: SupportsIndex = 30) -> tuple[arb, ...]:

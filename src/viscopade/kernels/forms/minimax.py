@@ -116,19 +116,19 @@ class MinimaxKernel:
     @property
     def name(self) -> str:
         """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
-        low, high = self.interval
-        ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
-        kind = "" if self.bounds[0].measure == "both" else "_relative"
-        return f"minimax_{self.m}_{self.n}_v{identifier(ends)}_{identifier(self.bounds[0].bound)}{kind}"
+        return f"minimax_{self.m}_{self.n}_{self._name(identifier(self.bounds[0].bound))}"
 
     @property
     def lasting_name(self) -> str:
         """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
+        total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)
+        return f"minimax_{self._name(power_of_ten(total))}"
+
+    def _name(self, error: str) -> str:
+        """Return the part of the names with interval, error and measure."""
         low, high = self.interval
         ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
-        total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)
-        kind = "" if self.bounds[0].measure == "both" else "_relative"
-        return f"minimax_v{identifier(ends)}_{power_of_ten(total)}{kind}"
+        return f"v{identifier(ends)}_{error}{'' if self.bounds[0].measure == 'both' else '_relative'}"
 
     @property
     def pattern(self) -> str:
