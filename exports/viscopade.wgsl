@@ -18,9 +18,9 @@
 //         y^19, D = 1 + b6 y^6 + b15 y^15
 //     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 //     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-//     rounding of restitution: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of restitution: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to eps (proven)
-//     rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+//     rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
@@ -31,9 +31,9 @@
 //         + a19 y^19, D = 1 + b4 y^4 + b6 y^6 + b8 y^8 + b15 y^15
 //     proven: |formula - eps| / min(eps, 1 - eps) <= 3.4e-6
 //     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-//     rounding of restitution: adds at most 3.6e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of restitution: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to eps (proven)
-//     rounding of rebound: adds at most 3.6e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+//     rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
@@ -80,9 +80,9 @@ fn viscopade_root(speed: f32, beta: f32) -> f32 {
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-// rounding of restitution: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of restitution: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to eps (proven)
-// rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative to
+// rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
 // rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)
@@ -132,9 +132,9 @@ fn viscopade_dissipation_compact_2p09em4(speed: f32, beta: f32) -> f32 {
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.4e-6
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-// rounding of restitution: adds at most 3.6e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of restitution: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to eps (proven)
-// rounding of rebound: adds at most 3.6e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative to
+// rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
 // rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)

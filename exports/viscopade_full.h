@@ -589,7 +589,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
     const double tt = v_star * v_star;
     const double q = (a0 + v_star * a1) + tt * ((a2 + v_star * a3) + tt * ((a4 + v_star * a5) + tt *
         ((a6 + v_star * a7) + tt * a8)));
-    const double rest = c_high * ((w - high) * (w + high)) + (w * w) * (c_low + tt * q);
+    const double rest = c_high * ((w - high) * (w + high)) + w * w * (c_low + tt * q);
 
     return (c_high * high * high + rest) * (tiny ? 0x1p-400 /* 3.8725919148493183e-121 */ : 1.0);
 }

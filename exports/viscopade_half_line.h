@@ -15,11 +15,11 @@
  *         y^15
  *     domain: all v* >= 0
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
- *     rounding of epsilon: adds at most 7.5e-15 eps in type double and 4.1e-6 eps in type float
+ *     rounding of epsilon: adds at most 6.8e-15 eps in type double and 3.7e-6 eps in type float
  *         (proven)
- *     rounding of one_minus_epsilon: adds at most 6.6e-15 (1 - eps) in type double and 3.6e-6 (1 -
+ *     rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 -
  *         eps) in type float (proven)
- *     underflow: adds at most 32 of the type's smallest numbers (proven); that is felt where results
+ *     underflow: adds at most 17 of the type's smallest numbers (proven); that is felt where results
  *         are subnormal
  * halfline_3p4em6
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -28,10 +28,10 @@
  *         y^4 + b6 y^6 + b8 y^8 + b15 y^15
  *     domain: all v* >= 0
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
- *     rounding of epsilon: adds at most 7e-15 eps in type double and 3.8e-6 eps in type float (proven)
- *     rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 -
+ *     rounding of epsilon: adds at most 6e-15 eps in type double and 3.3e-6 eps in type float (proven)
+ *     rounding of one_minus_epsilon: adds at most 5.1e-15 (1 - eps) in type double and 2.8e-6 (1 -
  *         eps) in type float (proven)
- *     underflow: adds at most 16 of the type's smallest numbers (proven); that is felt where results
+ *     underflow: adds at most 13 of the type's smallest numbers (proven); that is felt where results
  *         are subnormal
  * halfline_2p79em8
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -40,9 +40,9 @@
  *         a18 y^18 + a26 y^26, D = 1 + b6 y^6 + b8 y^8 + b9 y^9 + b10 y^10 + b22 y^22
  *     domain: all v* >= 0
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
- *     rounding of epsilon: adds at most 8.2e-15 eps in type double (proven)
- *     rounding of one_minus_epsilon: adds at most 7.5e-15 (1 - eps) in type double (proven)
- *     underflow: adds at most 38 of the type's smallest numbers (proven); that is felt where results
+ *     rounding of epsilon: adds at most 7e-15 eps in type double (proven)
+ *     rounding of one_minus_epsilon: adds at most 6.4e-15 (1 - eps) in type double (proven)
+ *     underflow: adds at most 36 of the type's smallest numbers (proven); that is felt where results
  *         are subnormal
  *
  * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
@@ -131,10 +131,10 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_2p09em4 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
- * rounding of epsilon: adds at most 7.5e-15 eps in type double and 4.1e-6 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 6.6e-15 (1 - eps) in type double and 3.6e-6 (1 - eps) in
+ * rounding of epsilon: adds at most 6.8e-15 eps in type double and 3.7e-6 eps in type float (proven)
+ * rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 - eps) in
  * type float (proven)
- * underflow: adds at most 32 of the type's smallest numbers (proven); that is felt where results are
+ * underflow: adds at most 17 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  */
 
@@ -255,10 +255,10 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
  * halfline_3p4em6 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
- * rounding of epsilon: adds at most 7e-15 eps in type double and 3.8e-6 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 - eps) in
+ * rounding of epsilon: adds at most 6e-15 eps in type double and 3.3e-6 eps in type float (proven)
+ * rounding of one_minus_epsilon: adds at most 5.1e-15 (1 - eps) in type double and 2.8e-6 (1 - eps) in
  * type float (proven)
- * underflow: adds at most 16 of the type's smallest numbers (proven); that is felt where results are
+ * underflow: adds at most 13 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  */
 
@@ -385,9 +385,9 @@ static inline float viscopade_restitution_halfline_3p4em6f(float speed, float be
  * halfline_2p79em8 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
- * rounding of epsilon: adds at most 8.2e-15 eps in type double (proven)
- * rounding of one_minus_epsilon: adds at most 7.5e-15 (1 - eps) in type double (proven)
- * underflow: adds at most 38 of the type's smallest numbers (proven); that is felt where results are
+ * rounding of epsilon: adds at most 7e-15 eps in type double (proven)
+ * rounding of one_minus_epsilon: adds at most 6.4e-15 (1 - eps) in type double (proven)
+ * underflow: adds at most 36 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  *
  * There are no functions of type float: with coefficients of that type the error would be 7.52e-8.

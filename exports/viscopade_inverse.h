@@ -14,8 +14,8 @@
  *         y^18
  *     domain: 0 < eps <= 1
  *     proven: |formula - v*| / v* <= 5.77e-4; |formula - beta| / beta <= 0.00116
- *     rounding of v_star: adds at most 2.8e-14 v* in type double and 4.2e-6 v* in type float (proven)
- *     rounding of beta: adds at most 6.3e-14 beta in type double and 9.1e-6 beta in type float
+ *     rounding of v_star: adds at most 2.8e-14 v* in type double and 3.9e-6 v* in type float (proven)
+ *     rounding of beta: adds at most 6.3e-14 beta in type double and 8.5e-6 beta in type float
  *         (proven)
  * inverse_3p55em6
  *     source: best N/D in the relative error of v*
@@ -24,8 +24,8 @@
  *     domain: 0 < eps <= 1
  *     proven: |formula - v*| / v* <= 3.54e-6 in type double and 3.55e-6 in type float; |formula -
  *         beta| / beta <= 7.11e-6
- *     rounding of v_star: adds at most 2.8e-14 v* in type double and 6.2e-6 v* in type float (proven)
- *     rounding of beta: adds at most 6.3e-14 beta in type double and 1.4e-5 beta in type float
+ *     rounding of v_star: adds at most 2.8e-14 v* in type double and 5.6e-6 v* in type float (proven)
+ *     rounding of beta: adds at most 6.3e-14 beta in type double and 1.3e-5 beta in type float
  *         (proven)
  *
  * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
@@ -102,8 +102,8 @@ static inline float viscopade_v_starf(float speed, float beta)
  * inverse_5p77em4 for 0 < eps <= 1
  *
  * proven: |formula - v*| / v* <= 5.77e-4; |formula - beta| / beta <= 0.00116
- * rounding of v_star: adds at most 2.8e-14 v* in type double and 4.2e-6 v* in type float (proven)
- * rounding of beta: adds at most 6.3e-14 beta in type double and 9.1e-6 beta in type float (proven)
+ * rounding of v_star: adds at most 2.8e-14 v* in type double and 3.9e-6 v* in type float (proven)
+ * rounding of beta: adds at most 6.3e-14 beta in type double and 8.5e-6 beta in type float (proven)
  */
 
 /* Returns v* for epsilon + loss = 1. */
@@ -234,8 +234,8 @@ static inline float viscopade_beta_inverse_5p77em4f(float epsilon, float speed)
  *
  * proven: |formula - v*| / v* <= 3.54e-6 in type double and 3.55e-6 in type float; |formula - beta| /
  * beta <= 7.11e-6
- * rounding of v_star: adds at most 2.8e-14 v* in type double and 6.2e-6 v* in type float (proven)
- * rounding of beta: adds at most 6.3e-14 beta in type double and 1.4e-5 beta in type float (proven)
+ * rounding of v_star: adds at most 2.8e-14 v* in type double and 5.6e-6 v* in type float (proven)
+ * rounding of beta: adds at most 6.3e-14 beta in type double and 1.3e-5 beta in type float (proven)
  */
 
 /* Returns v* for epsilon + loss = 1. */

@@ -14,24 +14,24 @@
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
- *     rounding: adds at most 1.3e-15 eps in type double and 6.5e-7 eps in type float (proven)
- *     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.9e-15 in type double and
- *         1.6e-6 in type float (proven, where nothing is subnormal)
+ *     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+ *     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
+ *         1.2e-6 in type float (proven, where nothing is subnormal)
  * [3/7]
  *     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
- *     rounding: adds at most 2.3e-15 eps in type double and 1.3e-6 eps in type float (proven)
- *     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 5.2e-15 in type double and
- *         2.8e-6 in type float (proven, where nothing is subnormal)
+ *     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+ *     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
+ *         2e-6 in type float (proven, where nothing is subnormal)
  * [6/9]
  *     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
- *     rounding: adds at most 3.6e-15 eps in type double (proven)
- *     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 8e-15 in type double
+ *     rounding: adds at most 2.5e-15 eps in type double (proven)
+ *     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
  *         (proven, where nothing is subnormal)
  *
  * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
@@ -119,9 +119,9 @@ static inline float viscopade_v_starf(float speed, float beta)
 /*
  * [1/4] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
- * rounding: adds at most 1.3e-15 eps in type double and 6.5e-7 eps in type float (proven)
- * derivative: relative error <= 0.00322 (proven); rounding adds at most 2.9e-15 in type double and
- * 1.6e-6 in type float (proven, where nothing is subnormal)
+ * rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+ * derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
+ * 1.2e-6 in type float (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
@@ -255,9 +255,9 @@ static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, f
 /*
  * [3/7] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
- * rounding: adds at most 2.3e-15 eps in type double and 1.3e-6 eps in type float (proven)
- * derivative: relative error <= 4.07e-5 (proven); rounding adds at most 5.2e-15 in type double and
- * 2.8e-6 in type float (proven, where nothing is subnormal)
+ * rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+ * derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
+ * 2e-6 in type float (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
@@ -429,13 +429,13 @@ static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, f
 /*
  * [6/9] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
- * rounding: adds at most 3.6e-15 eps in type double (proven)
- * derivative: relative error <= 1.23e-7 (proven); rounding adds at most 8e-15 in type double (proven,
- * where nothing is subnormal)
+ * rounding: adds at most 2.5e-15 eps in type double (proven)
+ * derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
+ * (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  *
- * There are no functions of type float: the error would be 1.93e-06.
+ * There are no functions of type float: the error would be 1.43e-06.
  */
 static inline double viscopade_epsilon_minimax_6_9_v5_3p06em9(double v_star)
 {

@@ -13,24 +13,24 @@
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
-#     rounding: adds at most 1.3e-15 eps in type double and 6.5e-7 eps in type float (proven)
-#     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.9e-15 in type double and
-#         1.6e-6 in type float (proven, where nothing is subnormal)
+#     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+#     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
+#         1.2e-6 in type float (proven, where nothing is subnormal)
 # [3/7]
 #     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
-#     rounding: adds at most 2.3e-15 eps in type double and 1.3e-6 eps in type float (proven)
-#     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 5.2e-15 in type double and
-#         2.8e-6 in type float (proven, where nothing is subnormal)
+#     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+#     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
+#         2e-6 in type float (proven, where nothing is subnormal)
 # [6/9]
 #     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
-#     rounding: adds at most 3.6e-15 eps in type double (proven)
-#     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 8e-15 in type double
+#     rounding: adds at most 2.5e-15 eps in type double (proven)
+#     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
 #         (proven, where nothing is subnormal)
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the

@@ -14,7 +14,7 @@
  *         viscopade_full.h of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.79e-12 in the table, that of viscopade_full.h
  *         elsewhere
- *     rounding of restitution: adds at most 9.8e-15 min(eps, 1 - eps) in type double, and half a unit
+ *     rounding of restitution: adds at most 1.5e-15 min(eps, 1 - eps) in type double, and half a unit
  *         in the last place of eps (proven; in the table, beta^5 speed included); elsewhere 5.04e-15
  *         min(eps, 1 - eps) for 1e-30 <= speed <= 1e30 and 1.77e-14 min(eps, 1 - eps) for every other
  *         speed, besides that of viscopade_full.h
@@ -639,7 +639,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
     const double tt = v_star * v_star;
     const double q = (a0 + v_star * a1) + tt * ((a2 + v_star * a3) + tt * ((a4 + v_star * a5) + tt *
         ((a6 + v_star * a7) + tt * a8)));
-    const double rest = c_high * ((w - high) * (w + high)) + (w * w) * (c_low + tt * q);
+    const double rest = c_high * ((w - high) * (w + high)) + w * w * (c_low + tt * q);
 
     return (c_high * high * high + rest) * (tiny ? 0x1p-400 /* 3.8725919148493183e-121 */ : 1.0);
 }

@@ -13,10 +13,10 @@
  *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere
  *         halfline_3p4em6 of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table, 3.36e-6 elsewhere
- *     rounding of restitution: adds at most 5.7e-16 min(eps, 1 - eps) in type double and 3e-7 min(eps,
- *         1 - eps) in type float, and half a unit in the last place of eps (proven; in the table,
- *         beta^5 speed included); elsewhere 5.04e-15 min(eps, 1 - eps) for 1e-30 <= speed <= 1e30 and
- *         1.77e-14 min(eps, 1 - eps) for every other speed, besides that of halfline_3p4em6
+ *     rounding of restitution: adds at most 3.3e-16 min(eps, 1 - eps) in type double and 1.8e-7
+ *         min(eps, 1 - eps) in type float, and half a unit in the last place of eps (proven; in the
+ *         table, beta^5 speed included); elsewhere 5.04e-15 min(eps, 1 - eps) for 1e-30 <= speed <=
+ *         1e30 and 1.77e-14 min(eps, 1 - eps) for every other speed, besides that of halfline_3p4em6
  *     rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three
  *         units in the last place; elsewhere, for dissipation, the sum of what halfline_3p4em6 states
  *         for epsilon and one_minus_epsilon
@@ -104,10 +104,10 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_3p4em6 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
- * rounding of epsilon: adds at most 7e-15 eps in type double and 3.8e-6 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 5.9e-15 (1 - eps) in type double and 3.3e-6 (1 - eps) in
+ * rounding of epsilon: adds at most 6e-15 eps in type double and 3.3e-6 eps in type float (proven)
+ * rounding of one_minus_epsilon: adds at most 5.1e-15 (1 - eps) in type double and 2.8e-6 (1 - eps) in
  * type float (proven)
- * underflow: adds at most 16 of the type's smallest numbers (proven); that is felt where results are
+ * underflow: adds at most 13 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  */
 

@@ -13,7 +13,7 @@
  *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere
  *         halfline_2p79em8 of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 1.6e-8 in the table, 2.79e-8 elsewhere
- *     rounding of restitution: adds at most 2.5e-15 min(eps, 1 - eps) in type double, and half a unit
+ *     rounding of restitution: adds at most 6.5e-16 min(eps, 1 - eps) in type double, and half a unit
  *         in the last place of eps (proven; in the table, beta^5 speed included); elsewhere 5.04e-15
  *         min(eps, 1 - eps) for 1e-30 <= speed <= 1e30 and 1.77e-14 min(eps, 1 - eps) for every other
  *         speed, besides that of halfline_2p79em8
@@ -104,9 +104,9 @@ static inline float viscopade_v_starf(float speed, float beta)
  * halfline_2p79em8 for all v* >= 0
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
- * rounding of epsilon: adds at most 8.2e-15 eps in type double (proven)
- * rounding of one_minus_epsilon: adds at most 7.5e-15 (1 - eps) in type double (proven)
- * underflow: adds at most 38 of the type's smallest numbers (proven); that is felt where results are
+ * rounding of epsilon: adds at most 7e-15 eps in type double (proven)
+ * rounding of one_minus_epsilon: adds at most 6.4e-15 (1 - eps) in type double (proven)
+ * underflow: adds at most 36 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  *
  * There are no functions of type float: with coefficients of that type the error would be 7.52e-8.

@@ -17,9 +17,12 @@ from flint import fmpz
 
 from tests.compiled import WARNINGS, compiler
 from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import panels
 from viscopade.generated import END_CONDITION
+from viscopade.kernels.expressions import Arithmetic, Name, Run, Statement, evaluate, in_pairs
 from viscopade.kernels.forms import last_place
+from viscopade.kernels.rounding import arithmetic
 from viscopade.kernels.targets import last_place as header
 from viscopade.theory.series import series
 from viscopade_lab import exhaustive
@@ -336,14 +339,14 @@ def test_bounds_of_rounding_errors_hold():
         t = generator.uniform(-1, 1)
         low, high = sorted((Fraction(t), Fraction(t) * Fraction(9, 8)))
         exactly = sum(Fraction(c) * Fraction(t) ** n for n, c in enumerate(a))
+        names = [f"a{n}" for n in range(len(a))]
+        program, total = (Statement("tt", Name("t") * Name("t")),), in_pairs("t", "tt", names)
         with working(128):
-            rounded = (
-                last_place._pairs(a, x := last_place.RoundedDouble.between(low, high), x * x)
-                if len(a) > 1
-                else last_place.RoundedDouble(a[0])
-            )
-            error = Fraction(last_place.exact_middle(last_place._above(rounded.error)))
-        found = abs(Fraction(last_place._pairs(a, t, t * t)) - exactly)
+            rounding, numbers = arithmetic(DOUBLE), last_place._numbers(names, a)
+            rounded = evaluate(total, Run(program, numbers | {"t": last_place._between(low, high)}, rounding), rounding)
+            error = Fraction(last_place.exact_middle(rounded.absolute))
+        values = Run(program, dict(zip(names, a, strict=True)) | {"t": t}, Arithmetic(float))
+        found = abs(Fraction(evaluate(total, values, Arithmetic(float))) - exactly)
         assert found <= error
         largest = max(largest, float(found / error) if error else 0.0)
     assert largest > 0.1

@@ -16,8 +16,9 @@ from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels import prove_rational, rounding
-from viscopade.kernels.certificate import Rational, prove
+from viscopade.kernels import prove_rational
+from viscopade.kernels.certificate import prove
+from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.quotient import span
 from viscopade.kernels.targets import c, python
 from viscopade.theory.pade import pade
@@ -132,7 +133,7 @@ def test_pade_bounds_are_those_of_the_exact_formula():
     assert [bound.high for bound in kernel.bounds] == [Fraction(1, 2), 1, 2, 5]
     assert all((bound.low, bound.measure) == (0, "both") for bound in kernel.bounds)
     a, b = kernel.exact
-    assert kernel.bounds[1].bound == prove(Rational(a, b), Fraction(0), Fraction(1)).bound
+    assert kernel.bounds[1].bound == prove(exact_formulas.quotient(a, b), Fraction(0), Fraction(1)).bound
     bounds = [Fraction(bound.bound) for bound in kernel.bounds]
     assert bounds == sorted(bounds)
     assert Fraction("1e-6") < bounds[0] < Fraction("1e-5")
@@ -143,8 +144,8 @@ def test_pade_rounding_covers_that_of_the_coefficients():
     assert [name for name, _ in kernel.rounding] == ["double", "float"]
     a, b = kernel.exact
     for form, (_, size) in zip((DOUBLE, FLOAT), kernel.rounding, strict=True):
-        without = float(rounding.quotient_rounding(a, b, form, Fraction(0), Fraction(5)))
-        with_them = float(rounding.quotient_rounding(a, b, form, Fraction(0), Fraction(5), coefficients=True))
+        without = float(rounding_bounds.quotient_rounding(a, b, form, Fraction(0), Fraction(5)))
+        with_them = float(rounding_bounds.quotient_rounding(a, b, form, Fraction(0), Fraction(5), coefficients=True))
         assert with_them <= float(size) <= 1.2 * with_them
         assert with_them > 1.05 * without
 
@@ -198,9 +199,9 @@ def test_minimax_variants_are_proven_with_their_own_coefficients():
     assert [v.form for v in kernel.variants] == [DOUBLE, FLOAT]
     for variant in kernel.variants:
         a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
-        found = prove(Rational(a, b), Fraction(0), Fraction(5))
+        found = prove(exact_formulas.quotient(a, b), Fraction(0), Fraction(5))
         assert variant.certificate.bound == found.bound
-        relative = rounding.quotient_rounding(a, b, variant.form, Fraction(0), Fraction(5))
+        relative = rounding_bounds.quotient_rounding(a, b, variant.form, Fraction(0), Fraction(5))
         # Relative to eps, not to the formula, and rounded up to two digits.
         assert float(relative) * (1 + float(found.bound)) <= float(variant.rounding) <= 1.11 * float(relative)
 
@@ -209,7 +210,7 @@ def test_rounding_is_relative_to_eps_and_not_to_the_formula():
     kernel = prove_rational.of_minimax(0, 3, 1000)
     (variant, *_) = kernel.variants
     a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
-    relative = float(rounding.quotient_rounding(a, b, DOUBLE, Fraction(0), Fraction(1000)))
+    relative = float(rounding_bounds.quotient_rounding(a, b, DOUBLE, Fraction(0), Fraction(1000)))
     assert float(variant.certificate.bound) > 0.5
     assert float(variant.rounding) >= relative * (1 + float(variant.certificate.bound))
 

@@ -31,9 +31,10 @@ from tests import compiled
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, decimal_value
 from viscopade.generated import END_CONDITION, MARKER
+from viscopade.kernels.expressions import by_horner, c_language, text
+from viscopade.kernels.forms.formulas import named
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.targets import c, python, tables
-from viscopade.kernels.targets.wording import horner_text
 from viscopade.theory.pade import exact_roots
 
 COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
@@ -383,9 +384,10 @@ def test_literals_of_floats_read_back(x: float) -> None:
 
 
 def test_horner() -> None:
-    assert horner_text(["a0"], "x") == "a0"
-    assert horner_text(["a0", "a1", "a2"], "x") == "a0 + x * (a1 + x * a2)"
-    assert horner_text(["a0", None, None, "a3"], "x") == "a0 + x * (x * (x * a3))"
+    for powers, written in (
+        ((0,), "a0"), ((0, 1, 2), "a0 + x * (a1 + x * a2)"), ((0, 3), "a0 + x * (x * (x * a3))"), ((1,), "x * a1")
+    ):  # fmt: skip
+        assert text(by_horner("x", named("a", powers)), c_language(DOUBLE)) == written
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from flint import arb
 
+from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels import prove_rational, rounding
+from viscopade.kernels import prove_rational
+from viscopade.kernels.expressions import Name
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.rounding_bounds import derivative_rounding, quotient_rounding
+from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
 A, B = (Fraction(1), Fraction(1, 4)), (Fraction(1), Fraction(1, 4), Fraction(23, 20), Fraction(1, 8), Fraction(1, 5))
@@ -74,7 +80,7 @@ def largest_error(a, b, kind, low, high, number, exact_pair=None):
 def test_the_bound_holds_and_is_not_vacuous(name, number, low, high):
     form, kind = FORMS[name]
     a, b = machine(name)
-    bound = float(rounding.quotient_rounding(a, b, form, Fraction(low), Fraction(high)))
+    bound = float(quotient_rounding(a, b, form, Fraction(low), Fraction(high)))
     error = largest_error(a, b, kind, Fraction(low), Fraction(high), number)
     assert error <= bound <= LOOSE * error
 
@@ -84,8 +90,8 @@ def test_rounded_coefficients_are_in_the_bound(name):
     form, kind = FORMS[name]
     a, b = machine(name)
     low, high = Fraction(0), Fraction(5)
-    bound = rounding.quotient_rounding(A, B, form, low, high, coefficients=True)
-    assert bound > rounding.quotient_rounding(a, b, form, low, high)
+    bound = quotient_rounding(A, B, form, low, high, coefficients=True)
+    assert bound > quotient_rounding(a, b, form, low, high)
     error = largest_error(a, b, kind, low, high, 3000, (A, B))
     assert error <= float(bound) <= LOOSE * error
 
@@ -96,7 +102,7 @@ def test_wrong_last_bits_of_the_coefficients_are_in_the_bound(name):
     form, _ = FORMS[name]
     half = Fraction(1, 2**form.precision)
     low, high = Fraction(1), Fraction(5)
-    bound = Fraction(float(rounding.quotient_rounding(A, B, form, low, high, coefficients=True)))
+    bound = Fraction(float(quotient_rounding(A, B, form, low, high, coefficients=True)))
     up, down = (tuple(c * (1 + s * half) for c in values) for s, values in ((1, A), (-1, B)))
     for v_star in (low, Fraction(2), high):
         ratio = value(up, v_star) / value(down, v_star) / (value(A, v_star) / value(B, v_star)) - 1
@@ -107,61 +113,82 @@ def test_wrong_last_bits_of_the_coefficients_are_in_the_bound(name):
 def test_fused_multiply_adds_are_covered(name):
     form, _ = FORMS[name]
     a, b = machine(name)
-    bound = Fraction(float(rounding.quotient_rounding(a, b, form, Fraction(0), Fraction(5))))
+    bound = Fraction(float(quotient_rounding(a, b, form, Fraction(0), Fraction(5))))
     draw = random.Random(11)
     for _ in range(500):
         v_star = nearest(Fraction(draw.uniform(1e-3, 5)), form)
         assert abs(fused(a, b, form, v_star) * value(b, v_star) / value(a, v_star) - 1) <= bound
 
 
-def test_horner_follows_the_running_error_exactly():
-    """One step by hand: c_0 + v c_1 in [1, 2], product and sum rounded."""
-    from flint import arb
+def numerator(coefficients, form, v_star, coefficients_rounded=False):
+    """Return the sum by Horner's rule at one v*; to be called within `working`."""
+    given = formulas.dense(a=coefficients, b=(Fraction(1),))
+    own = arb(2) ** -form.precision if coefficients_rounded else 0
+    numbers = {name: Rounded(ball_of(c), form, own) for name, c in given.items()} | {"v_star": Rounded(v_star, form)}
+    branch, _ = formulas.epsilon(given)
+    return of_branch(branch._replace(results={"sum": Name("numerator")}), ["sum"], numbers, form)["sum"]
 
-    from viscopade.arithmetic.balls import working
 
+def test_the_absolute_bound_counts_units_in_the_last_place():
+    """3 + 2 * 5: the product is below 16, so rounding moves it by half a unit of 8 at most; so it is with the sum."""
+    with working(200):
+        half = arb(2) ** (3 - 24)
+        total = numerator([Fraction(3), Fraction(2)], FLOAT, arb(5))
+        assert total.value == 13
+        assert total.absolute == 2 * half
+        assert abs(total.relative - 2 * half / 13) < 1e-50
+        assert total.underflow == 0
+
+
+def test_the_relative_bound_counts_roundings():
+    """(1 + theta)^2 for a product of products, where the size is not known, and theta^2 is counted."""
+    with working(200):
+        u = arb(2) ** -4
+        short = Format("short", "", 4, 127, 2)
+        x = Rounded(arb(3, 3), short)
+        once, twice = x * x, x * x * x
+        assert once.relative == u
+        assert abs(twice.relative - (2 * u + u**2)) < 1e-30
+        assert once.underflow == arb(2) ** (1 - 127 - 4)
+
+
+def test_either_bound_helps_the_other():
+    """A sum of positive numbers has the larger relative error, and what it is small against has the absolute one."""
+    with working(200):
+        u = arb(2) ** -53
+        x = Rounded(arb(1), DOUBLE, 100 * u)
+        total = x + Rounded(arb(2), DOUBLE)
+        assert abs(total.relative - 102 * u / 3) < 1e-30
+        product = Rounded(arb(0, 1), DOUBLE, 100 * u) * x
+        assert 200 * u < product.relative < 202 * u
+        assert 200 * u < product.absolute < 202 * u
+
+
+def test_coefficients_that_are_rounded_count():
     with working(200):
         u = arb(2) ** -24
-        total, error = rounding.horner_with_error([Fraction(3), Fraction(2)], FLOAT, arb(5))
-        assert total == 13
-        # product: 10 u, then the sum: 13 u, of second order 10 u^2
-        assert error >= 23 * u + 10 * u**2
-        assert error < 23 * u + 11 * u**2 + arb(2) ** -140
-        _, more = rounding.horner_with_error([Fraction(3), Fraction(2)], FLOAT, arb(5), True)
-        assert more >= (10 + 3 + 10 + 13) * u
-        assert more < (10 + 3 + 10 + 13) * u * (1 + 10 * u)
-
-
-def test_horner_counts_errors_of_errors():
-    """Two steps by hand with a precision of 4 bits, where products of errors are seen: 3 + 5 (2 + 5 1)."""
-    from flint import arb
-
-    from viscopade.arithmetic.balls import working
-
-    u = Fraction(1, 16)
-    first = u * 5 + u * (7 + 5 * u)
-    product = 5 * first + u * 5 * (7 + first)
-    with working(200):
-        _, error = rounding.horner_with_error(
-            [Fraction(3), Fraction(2), Fraction(1)], Format("short", "", 4, 127, 2), arb(5)
-        )
-        assert float(error) == pytest.approx(float(product + u * (38 + product)), rel=1e-12)
+        exact, rounded = (numerator([Fraction(3), Fraction(2)], FLOAT, arb(5), own) for own in (False, True))
+        assert abs(rounded.absolute - exact.absolute - 13 * u) < u**2 * 100
 
 
 @pytest.mark.parametrize("name", FORMS)
 def test_underflow_is_in_the_bound(name):
     """Denormal products: half the smallest denormal number is added, and the relative error stays about one unit."""
-    from flint import arb
-
-    from viscopade.arithmetic.balls import working
-
     form, kind = FORMS[name]
     tiny = float(np.finfo(kind).smallest_subnormal)
     with working(2200):
-        _, error = rounding.horner_with_error([Fraction(0), Fraction(1, 2)], form, arb(tiny))
-        # Half of it for the product and as much for the sum, and no more: nothing else is rounded here.
-        assert arb(tiny) <= error < arb(tiny) * (1 + arb(2) ** -20)
+        product = Rounded(arb(tiny), form) * Rounded(arb(0.5), form)
+        assert product.absolute == arb(tiny) / 2
+        assert numerator([Fraction(0), Fraction(1, 2)], form, arb(tiny)).absolute == arb(tiny) / 2
     assert kind(0.5) * kind(tiny) == 0  # an error of half of it
+
+
+def test_what_is_exact_adds_no_error():
+    with working(200):
+        x, y = Rounded(arb(3), DOUBLE), Rounded(arb(7), DOUBLE)
+        assert (x.plus(y).absolute, x.times(y).absolute, x.over(y).absolute) == (0, 0, 0)
+        assert min((x + y).absolute, (x * y).absolute, (x / y).absolute) > 0
+        assert ((x - y).value, (x - y).absolute) == (-4, arb(2) ** -51)
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -170,9 +197,9 @@ def test_denominators_that_nearly_vanish_are_refused(name):
     root = Fraction(3)
     for b in ((Fraction(1), -1 / root), (Fraction(9), Fraction(-6), Fraction(1))):
         with pytest.raises(ArithmeticError, match="vanish"):
-            rounding.quotient_rounding((Fraction(1),), b, form, Fraction(2), Fraction(4))
+            quotient_rounding((Fraction(1),), b, form, Fraction(2), Fraction(4))
         with pytest.raises(ArithmeticError, match="vanish"):
-            rounding.quotient_rounding(b, (Fraction(1),), form, Fraction(2), Fraction(4))
+            quotient_rounding(b, (Fraction(1),), form, Fraction(2), Fraction(4))
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -180,7 +207,7 @@ def test_the_division_is_in_the_bound(name):
     """1/3: nothing else is rounded."""
     form, _ = FORMS[name]
     error = abs(nearest(Fraction(1, 3), form) * 3 - 1)
-    bound = rounding.quotient_rounding((Fraction(1),), (Fraction(3),), form, Fraction(0), Fraction(1))
+    bound = quotient_rounding((Fraction(1),), (Fraction(3),), form, Fraction(0), Fraction(1))
     assert 0 < error <= Fraction(float(bound)) <= 3 * error
 
 
@@ -188,13 +215,13 @@ def test_the_bound_of_derivatives_holds_and_is_not_vacuous():
     """v* T/(D D), as exported: in type float against exact numbers."""
     a, b = machine("float")
     low, high = Fraction(1, 10), Fraction(5)
-    bound = rounding.derivative(a, b, FLOAT, low, high)
+    bound = derivative_rounding(a, b, FLOAT, low, high)
     v_star = np.random.default_rng(3).uniform(float(low), float(high), 4000).astype(np.float32)
     top, bottom = (sum_of(values, np.float32, v_star) for values in (a, b))
     found = zip(map(Fraction, v_star.tolist()), map(Fraction, (v_star * top / (bottom * bottom)).tolist()), strict=True)
     error = max(abs(y * value(b, x) ** 2 / (x * value(a, x)) - 1) for x, y in found)
     assert error <= Fraction(float(bound)) <= LOOSE * error
-    parts = [rounding.derivative(a, b, FLOAT, *ends) for ends in ((low, low * 2), (high / 2, high))]
+    parts = [derivative_rounding(a, b, FLOAT, *ends) for ends in ((low, low * 2), (high / 2, high))]
     assert bound >= max(parts) > min(parts)
 
 
@@ -202,49 +229,41 @@ def test_the_bound_of_derivatives_holds_and_is_not_vacuous():
 def test_two_products_and_a_quotient_are_in_the_bound_of_derivatives(name):
     """v* 1/(1 1): the sums are exact."""
     form, _ = FORMS[name]
-    bound = Fraction(float(rounding.derivative((Fraction(1),), (Fraction(1),), form, Fraction(0), Fraction(1))))
+    bound = Fraction(float(derivative_rounding((Fraction(1),), (Fraction(1),), form, Fraction(0), Fraction(1))))
     assert 3 <= bound * 2**form.precision < 3 + Fraction(1, 1000)
 
 
 @pytest.mark.parametrize(("top", "bottom"), [(B, (Fraction(1),)), ((Fraction(1),), B), (A, B)])
 def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
     """Where v* is one number: those of N or T once, that of D once in quotients and twice in derivatives."""
-    from flint import arb
-
-    from viscopade.arithmetic.balls import working
-
     low, u = Fraction(2), 2.0**-24
     ends = low, low + Fraction(1, 2**40)
     with working(200):
-        first, second = (
-            float(error / total)
-            for total, error in (rounding.horner_with_error(c, FLOAT, arb(2)) for c in (top, bottom))
-        )
+        first, second = (float(numerator(c, FLOAT, arb(2)).relative) for c in (top, bottom))
+        size = float(value(top, low) / value(bottom, low))
     assert first + second > 2 * u
-    assert float(rounding.quotient_rounding(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + u, rel=1e-4)
-    assert float(rounding.derivative(top, bottom, FLOAT, *ends)) == pytest.approx(first + 2 * second + 3 * u, rel=1e-4)
+    half_unit = 2.0 ** (np.floor(np.log2(size)) - 24) / size
+    assert float(quotient_rounding(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + half_unit, rel=1e-4)
+    of_derivative = float(derivative_rounding(top, bottom, FLOAT, *ends))
+    assert first + 2 * second + 1.5 * u <= of_derivative <= (first + 2 * second + 3 * u) * 1.0001
 
 
 def test_a_derivative_that_may_vanish_is_refused():
-    with pytest.raises(ArithmeticError, match="the derivative may vanish"):
-        rounding.derivative((Fraction(-1), Fraction(1)), (Fraction(1),), FLOAT, Fraction(0), Fraction(2))
+    with pytest.raises(ArithmeticError, match="derivative: numerator or denominator may vanish"):
+        derivative_rounding((Fraction(-1), Fraction(1)), (Fraction(1),), FLOAT, Fraction(0), Fraction(2))
 
 
 def test_cancellation_makes_the_bound_large():
     near = (Fraction(1), Fraction(-1, 3))
-    bounds = [
-        float(rounding.quotient_rounding((Fraction(1),), near, FLOAT, Fraction(0), v)) for v in map(Fraction, (1, 2))
-    ]
+    bounds = [float(quotient_rounding((Fraction(1),), near, FLOAT, Fraction(0), v)) for v in map(Fraction, (1, 2))]
     assert bounds[1] > 1.5 * bounds[0]
 
 
 def test_more_operations_and_fewer_bits_make_it_larger():
     low, high = Fraction(0), Fraction(2)
-    short = rounding.quotient_rounding(A, B[:3], FLOAT, low, high)
-    assert short < rounding.quotient_rounding(A, (*B, *B), FLOAT, low, high)
-    ratio = float(
-        rounding.quotient_rounding(A, B, FLOAT, low, high) / rounding.quotient_rounding(A, B, DOUBLE, low, high)
-    )
+    short = quotient_rounding(A, B[:3], FLOAT, low, high)
+    assert short < quotient_rounding(A, (*B, *B), FLOAT, low, high)
+    ratio = float(quotient_rounding(A, B, FLOAT, low, high) / quotient_rounding(A, B, DOUBLE, low, high))
     assert ratio == pytest.approx(2.0**29, rel=1e-4)
 
 

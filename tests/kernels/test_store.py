@@ -38,7 +38,11 @@ def counted():
         number: Fraction, form: Format, also: int = 3
     ) -> tuple[RowBounds, dict[str, tuple[float, ...]], Decimal | None]:
         calls.append((number, form, also))
-        return RowBounds(number, number / 3, True), {"rows": (0.1, -0.0, 5e-324, float("inf"))}, Decimal("0.10")
+        return (
+            RowBounds(number, (("float", number / 3),), True),
+            {"rows": (0.1, -0.0, 5e-324, float("inf"))},
+            Decimal("0.10"),
+        )
 
     return made_for_the_test, calls
 

@@ -76,13 +76,15 @@ def test_the_program_is_the_formula():
         eps = d / (d + y**6 * n)
         own = table_free.table_free_program(kernel.powers)
         given = {k: Fraction(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, DOUBLE).items()}
-        values = expressions.run_program((*own.common, own.inverse), given | {"y": y, "speed": speed}, Fraction)
-        found = {name: expressions.evaluate(e, values, Fraction) for name, e in own.results.items()}
+        exactly = expressions.Arithmetic(Fraction)
+        values = expressions.Run((*own.common, own.inverse), given | {"y": y, "speed": speed}, exactly)
+        found = {name: expressions.evaluate(e, values, exactly) for name, e in own.results.items()}
         assert found == {"restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps**2}
 
 
 def test_w():
-    values = expressions.run_program(table_free.w_program(), {"beta": Fraction(3), "speed": Fraction(5, 2)}, Fraction)
+    given = {"beta": Fraction(3), "speed": Fraction(5, 2)}
+    values = expressions.Run(table_free.w_program(), given, expressions.Arithmetic(Fraction))
     assert values["w"] == 3**5 * Fraction(5, 2)
 
 
@@ -116,8 +118,9 @@ def emulated(kernel, machine, generator, w):
     own = table_free.table_free_program(kernel.powers, table_free.called)
     given = {k: f32(c) for k, c in table_free.numbers(kernel.powers, variant.a, variant.b, FLOAT).items()}
     given |= {"w": w, "speed": np.ones(len(w), f32)}
-    values = expressions.run_program((*own.common, own.inverse), given, f32, functions)
-    return {name: expressions.evaluate(e, values, f32, functions) for name, e in own.results.items()}
+    machine_numbers = expressions.Arithmetic(f32, functions)
+    values = expressions.Run((*own.common, own.inverse), given, machine_numbers)
+    return {name: expressions.evaluate(e, values, machine_numbers) for name, e in own.results.items()}
 
 
 def formula(kernel, form, w):

@@ -2,6 +2,7 @@
 
 __all__ = [
     "certificate",
+    "enclosure",
     "expressions",
     "names",
     "prove_lacunary",

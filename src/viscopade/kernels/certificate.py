@@ -5,19 +5,19 @@ parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last
 part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the bound is as
 small as wanted. Beyond the panels the kernel's limit is compared with that of eps.
 
-A kernel is anything that can be evaluated on power series (`Formula`): FLINT refuses to divide by a series that may
-vanish, or to take its root, so a bound is also a proof that there is no pole.
+What is bounded is the kernel's formula (`enclosure.Formula`), evaluated on power series. There is no quotient by a
+series that may vanish, nor a root of one, so a bound is also a proof that there is no pole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Literal, Protocol, cast
+from typing import Literal
 
-from flint import arb, arb_poly, arb_series
+from flint import arb, arb_series
 
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.balls import ball_of, working
@@ -25,6 +25,7 @@ from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
+from viscopade.kernels.enclosure import Formula, polynomial
 from viscopade.progress import track
 
 AnyMeasure = Literal["both", "relative", "speed", "derivative"]
@@ -34,55 +35,6 @@ ORDER = 12  # of the Taylor polynomials on a part
 FEWEST_PARTS = 4
 MOST_PARTS = 1 << 9
 TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
-
-
-class Formula(Hashable, Protocol):
-    """A formula to prove: R(v*) in power-series arithmetic, with exact coefficients."""
-
-    @property
-    def power(self) -> int:
-        """The r for which R is a smooth function of y = v*^(1/r)."""
-
-    def epsilon(self, y: arb_series) -> arb_series:
-        """Return R(v*)."""
-
-    def loss_ratio(self, y: arb_series) -> arb_series:
-        """Return (1 - R(v*))/v*^2, also around v* = 0."""
-
-
-class FormulaToInfinity(Formula, Protocol):
-    """A formula to prove for all v* >= 0."""
-
-    def limit(self, u: arb) -> arb:
-        """Return R v*^(10/3) for all v* >= 1/u."""
-
-
-class InverseFormula(Hashable, Protocol):
-    """A formula V for v*(eps) in power-series arithmetic."""
-
-    @property
-    def power(self) -> int:
-        """The r for which V/v* is a smooth function of y = v*^(1/r)."""
-
-    def ratio(self, y: arb_series, odds_ratio: arb_series) -> arb_series:
-        """Return V/v*, given ((1 - eps)/eps)/v*^2."""
-
-    def limit(self, odds: arb) -> arb:
-        """Return V ((1 - eps)/eps)^(-3/10) for all eps with eps/(1 - eps) <= odds."""
-
-
-class DerivativeFormula(Hashable, Protocol):
-    """A formula R' for d eps/d v* in power-series arithmetic."""
-
-    @property
-    def power(self) -> int:
-        """The r of `Formula.power`, 1: R'/v* is a smooth function of v*."""
-
-    def slope_ratio(self, v_star: arb_series) -> arb_series:
-        """Return R'/v*, also around v* = 0."""
-
-
-AnyFormula = Formula | InverseFormula | DerivativeFormula
 
 
 @dataclass(frozen=True)
@@ -96,71 +48,6 @@ class Part:
 
 def _v_star(panel: int, z: Fraction) -> Fraction:
     return Fraction(float(CENTRES[panel])) + Fraction(float(HALF_WIDTHS[panel])) * z
-
-
-@dataclass(frozen=True)
-class Rational:
-    """A quotient of two polynomials, with exact coefficients in ascending order."""
-
-    a: tuple[Fraction, ...]
-    b: tuple[Fraction, ...]
-
-    @property
-    def power(self) -> int:
-        """The r of `Formula.power`, 1: the quotient is a smooth function of v*."""
-        return 1
-
-    def loss_ratio(self, y: arb_series) -> arb_series:
-        """Return (1 - N/D)/v*^2.
-
-        Raises
-        ------
-        ValueError
-            Unless a_0 = b_0 and a_1 = b_1.
-        """
-        size = max(len(self.a), len(self.b))
-        a, b = ([*values, *[Fraction(0)] * (size - len(values))] for values in (self.a, self.b))
-        if a[:2] != b[:2]:
-            raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
-        difference = [ball_of(d - c) for c, d in zip(a[2:], b[2:], strict=True)]
-        return quotient(polynomial(difference, y), polynomial([ball_of(c) for c in b], y))
-
-    def epsilon(self, y: arb_series) -> arb_series:
-        """Return the quotient."""
-        a, b = ([ball_of(c) for c in values] for values in (self.a, self.b))
-        return quotient(polynomial(a, y), polynomial(b, y))
-
-
-@dataclass(frozen=True)
-class RationalDerivative:
-    """The derivative v* T/D^2 of a quotient; T and D are polynomials with exact coefficients in ascending order."""
-
-    t: tuple[Fraction, ...]
-    b: tuple[Fraction, ...]
-
-    @classmethod
-    def of(cls, formula: Rational) -> RationalDerivative:
-        """Return the derivative of N/D: T = (N' D - N D')/v*, a_0 = b_0 and a_1 = b_1."""
-        a, b = formula.a, formula.b
-        t = [Fraction(0)] * (len(a) + len(b) - 2)
-        for i, top in enumerate(a):
-            for j, bottom in enumerate(b):
-                if i != j:
-                    t[i + j - 1] += (i - j) * top * bottom
-        if t and t[0]:
-            raise ValueError("1 - N/D must vanish like v*^2")
-        return cls(tuple(t[1:]), b)
-
-    @property
-    def power(self) -> int:
-        """The r of `Formula.power`, 1: the derivative is a smooth function of v*."""
-        return 1
-
-    def slope_ratio(self, v_star: arb_series) -> arb_series:
-        """Return T/D^2."""
-        t, b = ([ball_of(c) for c in values] for values in (self.t, self.b))
-        denominator = polynomial(b, v_star)
-        return quotient(polynomial(t, v_star), denominator * denominator)
 
 
 @dataclass(frozen=True)
@@ -212,13 +99,12 @@ def prove(formula: Formula, low: Fraction, high: Fraction, measure: Measure = "b
     ArithmeticError
         If there is no bound: the formula has a pole in the interval, or comes too close to one.
     """
-    if measure == "both" and low == 0:
-        with working(BITS, ORDER + 1):
-            formula.loss_ratio(arb_series([arb(0), arb(1)]))  # a formula without these limits is refused here
+    if measure == "both" and low == 0 and not formula.has("loss_ratio"):
+        raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
     return _prove(formula, low, high, measure)
 
 
-def _prove(formula: AnyFormula, low: Fraction, high: Fraction, measure: AnyMeasure) -> Certificate:
+def _prove(formula: Formula, low: Fraction, high: Fraction, measure: AnyMeasure) -> Certificate:
     limits = list(panels_of(low, high))
     number = [FEWEST_PARTS] * len(limits)
     bounds = [_on_panel(formula, limits[i], FEWEST_PARTS, measure) for i in track(range(len(limits)), "proof")]
@@ -237,16 +123,17 @@ def _prove(formula: AnyFormula, low: Fraction, high: Fraction, measure: AnyMeasu
     return Certificate(measure, low, high, max((rounded_up(bound) for bound in bounds), key=Fraction), parts)
 
 
-def prove_to_infinity(formula: FormulaToInfinity, measure: Measure = "both") -> Certificate:
+def prove_to_infinity(formula: Formula, measure: Measure = "both") -> Certificate:
     """Prove a bound of the deviation for all v* >= 0; errors as for `prove`."""
     on_panels = prove(formula, Fraction(0), panel_proof.END, measure)
     with working(BITS):
         end = ball_of(panel_proof.END)
-        ratio = formula.limit(1 / end) / panel_proof.asymptotic_factor()
+        u = _from_zero((1 / end).root(formula.power))
+        ratio = formula.limit(u=u, w=u**formula.power) / panel_proof.asymptotic_factor()
         return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
 
 
-def prove_inverse(formula: InverseFormula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
+def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
     """Prove a bound of the relative error of v*(eps) for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
 
     Errors as for `prove`. The certificate's interval is one of v*, which covers that of eps.
@@ -260,11 +147,12 @@ def prove_inverse(formula: InverseFormula, epsilon_min: Fraction = Fraction(0)) 
             2 * panel_proof.asymptotic_factor() / (end**10).root(3)
         ).abs_upper()  # of eps, as `tail` is below ln 2
         survives = 1 - arb(largest / 2, (largest / 2).abs_upper())
-        ratio = formula.limit(largest / (1 - largest)) * (survives / panel_proof.asymptotic_factor()) ** (arb(3) / 10)
+        u = _from_zero((largest / (1 - largest)).root(2 * formula.power))
+        ratio = formula.limit(u=u) * (survives / panel_proof.asymptotic_factor()) ** (arb(3) / 10)
         return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
 
 
-def prove_derivative(formula: DerivativeFormula, low: Fraction, high: Fraction) -> Certificate:
+def prove_derivative(formula: Formula, low: Fraction, high: Fraction) -> Certificate:
     """Prove a bound of the relative error of d eps/d v* on low <= v* <= high; errors as for `prove`."""
     return _prove(formula, low, high, "derivative")
 
@@ -287,7 +175,7 @@ def _and_beyond(on_panels: Certificate, ratio: arb) -> Certificate:
 
 
 @lru_cache(maxsize=1 << 14)  # intervals share panels
-def _on_panel(formula: AnyFormula, limit: tuple[int, Fraction, Fraction], number: int, measure: AnyMeasure) -> arb:
+def _on_panel(formula: Formula, limit: tuple[int, Fraction, Fraction], number: int, measure: AnyMeasure) -> arb:
     """Bound the deviation on the panel's part of the interval; infinity if FLINT finds that R may be infinite."""
     try:
         return max(deviation(formula, part, measure) for part in parts_of(*limit, number))
@@ -328,7 +216,7 @@ def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:
             yield arb((start + end) / 2, ((end - start) / 2).abs_upper())
 
 
-def deviation(formula: AnyFormula, part: Part, measure: AnyMeasure) -> arb:
+def deviation(formula: Formula, part: Part, measure: AnyMeasure) -> arb:
     """Bound the deviation on a part: relative to eps, in measure "both" to the smaller of eps and 1 - eps, or to v*."""
     with working(BITS, ORDER + 1):
         bounds = [_sum(_taylor(function, part, formula.power)) for function in _functions(formula, part.panel, measure)]
@@ -340,22 +228,40 @@ def deviation(formula: AnyFormula, part: Part, measure: AnyMeasure) -> arb:
         return ((max(bounds) + error) / (1 - error)).abs_upper()
 
 
-def _functions(formula: AnyFormula, panel: int, measure: AnyMeasure) -> Iterator[Callable[[arb_series], arb_series]]:
+def _functions(formula: Formula, panel: int, measure: AnyMeasure) -> Iterator[Callable[[arb_series], arb_series]]:
     """Yield the deviations to be bounded on a panel, as functions of y = v*^(1/power)."""
+    power = formula.power
+
+    def of(result: str) -> Callable[[arb_series], arb_series]:
+        return lambda y: formula.at(result, y=y, v_star=y**power)
+
     if measure == "speed":
-        yield lambda y: cast(InverseFormula, formula).ratio(y, _odds_ratio(panel, y**formula.power)) - 1
-        return
-    if measure == "derivative":
-        yield lambda v: cast(DerivativeFormula, formula).slope_ratio(v) / _slope_ratio(panel, v) - 1
-        return
-    given = cast(Formula, formula)
-    if measure == "both" and panel == 0:
-        yield lambda y: given.loss_ratio(y) / _loss_ratio(0, y**given.power) - 1
-        return
-    if measure == "relative" or _may_be(panel, "epsilon"):
-        yield lambda y: given.epsilon(y) / _row("epsilon", panel, y**given.power) - 1
-    if measure == "both" and _may_be(panel, "one_minus_epsilon"):
-        yield lambda y: (1 - given.epsilon(y)) / _row("one_minus_epsilon", panel, y**given.power) - 1
+        yield lambda y: _inverse_ratio(formula, y, _odds_ratio(panel, y**power)) - 1
+    elif measure == "derivative":
+        yield lambda v: of("slope_ratio")(v) / _slope_ratio(panel, v) - 1
+    elif measure == "both" and panel == 0:
+        yield lambda y: of("loss_ratio")(y) / _loss_ratio(0, y**power) - 1
+    else:
+        if measure == "relative" or _may_be(panel, "epsilon"):
+            yield lambda y: of("epsilon")(y) / _row("epsilon", panel, y**power) - 1
+        if measure == "both" and _may_be(panel, "one_minus_epsilon"):
+            yield lambda y: (1 - of("epsilon")(y)) / _row("one_minus_epsilon", panel, y**power) - 1
+
+
+def _inverse_ratio(formula: Formula, y: arb_series, odds_ratio: arb_series) -> arb_series:
+    """Return the formula's v* over the true one, y^power, given ((1 - eps)/eps)/v*^2; its own y is a root of the odds.
+
+    The root's exponent is 1/(2 power), so that the own y is y times a smooth function.
+    """
+    log_odds = odds_ratio.log()
+    own = y * (log_odds / (2 * formula.power)).exp()
+    return (log_odds / 2).exp() * formula.at("ratio", y=own)
+
+
+def _from_zero(upper: arb) -> arb:
+    """Return a ball that contains [0, upper]."""
+    half = upper.abs_upper() / 2
+    return arb(half.mid(), half.abs_upper())
 
 
 def _may_be(panel: int, name: str) -> bool:
@@ -431,14 +337,6 @@ def _place(panel: int, v_star: arb_series) -> arb_series:
     return (v_star - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
 
 
-def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
-    """Return the polynomial of a series: shifted to z's constant term, by its middle first so that balls grow least."""
-    constant, *rest = z.coeffs()
-    middle = constant.mid()
-    shifted = arb_poly(list(coefficients))(arb_poly([middle, 1]))(arb_poly([constant - middle, 1]))
-    return arb_series(shifted.coeffs())(arb_series([arb(0), *rest]))
-
-
 def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int) -> list[arb]:
     """Return coefficients c_0 … c_ORDER with function = sum c_j t^j on the part; the last one is a ball for all t."""
     ends = (_v_star(part.panel, z) for z in (part.centre - part.half, part.centre + part.half))
@@ -451,13 +349,6 @@ def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int
         raise TypeError("the formula loses coefficients of a series")
     first = at_centre.coeffs()[:ORDER]
     return [*first, *[arb(0)] * (ORDER - len(first)), *whole.coeffs()[ORDER:]]
-
-
-def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
-    """Return the quotient of two series; a denominator that may vanish is refused, also for a numerator 0."""
-    if not denominator.coeffs() or denominator.coeffs()[0].contains(0):
-        raise ZeroDivisionError("the denominator may vanish")
-    return numerator / denominator
 
 
 def _sum(coefficients: list[arb]) -> arb:

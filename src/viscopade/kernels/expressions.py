@@ -1,28 +1,20 @@
-r"""Straight-line programs: one source for the text of exported code and for the bound of its rounding errors.
+"""Formulas as expressions: one description, which proof, rounding bound, NumPy, cost and every language read.
 
-A program is a sequence of assignments. `text` writes an expression in the syntax that C and Python share; `run_program`
-evaluates the program with any numbers that can be added, multiplied and divided. Run with `Rounded` numbers, the same
-sequence of operations gives a bound of what rounding does to the result:
-
-    computed = exact (1 + theta) + alpha,    |theta| <= relative,    |alpha| <= absolute,
-
-where alpha comes from results that underflow and is a few of the smallest numbers of the type. The relative part does
-not depend on the size of the numbers, so that it holds down to 0 (other than in `last_place`, where errors are counted
-in units of the last place of the largest number). Powers of y and lacunary polynomials are made here, too.
+A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
+results. `run_program` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
+(`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers, fractions; `text` writes it in
+a language, and `operations` counts. Nothing here needs FLINT.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 from itertools import count, pairwise
+from operator import add, mul, sub, truediv
 from typing import Any, NamedTuple
 
-from flint import arb
-
-from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.formats import Format
 
 # --- expressions ------------------------------------------------------------------------------------------------------
@@ -31,13 +23,16 @@ from viscopade.arithmetic.formats import Format
 class Expression:
     """An expression, the right-hand side of an assignment."""
 
-    def __add__(self, other: Expression) -> Expression:
+    def __add__(self, other: Expression) -> Operation:
         return Operation("+", self, other)
 
-    def __mul__(self, other: Expression) -> Expression:
+    def __sub__(self, other: Expression) -> Operation:
+        return Operation("-", self, other)
+
+    def __mul__(self, other: Expression) -> Operation:
         return Operation("*", self, other)
 
-    def __truediv__(self, other: Expression) -> Expression:
+    def __truediv__(self, other: Expression) -> Operation:
         return Operation("/", self, other)
 
 
@@ -65,11 +60,37 @@ class Operation(Expression):
 
 
 @dataclass(frozen=True)
+class Exact(Expression):
+    """One operation that does not round; the reason says why."""
+
+    operation: Operation
+    reason: str
+
+
+@dataclass(frozen=True)
 class Call(Expression):
     """A call of a function of math.h."""
 
     function: str
     arguments: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Polynomial(Expression):
+    """A polynomial, and how it is summed.
+
+    Attributes
+    ----------
+    variable : str
+    terms : tuple of (int, str)
+        Exponents, ascending, and names of coefficients.
+    summed : Expression
+        The same by sums and products.
+    """
+
+    variable: str
+    terms: Terms
+    summed: Expression
 
 
 class Statement(NamedTuple):
@@ -80,6 +101,32 @@ class Statement(NamedTuple):
 
 
 Program = tuple[Statement, ...]
+Terms = tuple[tuple[int, str], ...]
+"""A polynomial: exponents, ascending, and names of coefficients."""
+
+
+class Guard(NamedTuple):
+    """A condition, left <= right."""
+
+    left: Expression
+    right: Expression
+
+
+class Branch(NamedTuple):
+    """A part of a formula: a program for the arguments that its guard lets pass, and the expressions of its results.
+
+    Attributes
+    ----------
+    guard : Guard or None
+        None: for all arguments that earlier branches leave.
+    program : Program
+    results : dict
+        Expressions by name.
+    """
+
+    guard: Guard | None
+    program: Program
+    results: Mapping[str, Expression]
 
 
 class Language(NamedTuple):
@@ -97,7 +144,7 @@ def c_language(form: Format) -> Language:
     return Language(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
 
 
-_BINDING = {"+": 1, "*": 2, "/": 2}
+_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
 
 
 def text(expression: Expression, language: Language) -> str:
@@ -109,6 +156,10 @@ def text(expression: Expression, language: Language) -> str:
             return language.literal(number)
         case Call(function, arguments):
             return f"{language.function(function)}({', '.join(text(part, language) for part in arguments)})"
+        case Polynomial():
+            return text(expression.summed, language)
+        case Exact(operation):
+            return text(operation, language)
         case Operation(symbol, left, right):
             return f"{_operand(left, symbol, 0, language)} {symbol} {_operand(right, symbol, 1, language)}"
     raise TypeError(f"{expression!r} is no expression")
@@ -116,53 +167,83 @@ def text(expression: Expression, language: Language) -> str:
 
 def _operand(expression: Expression, symbol: str, side: int, language: Language) -> str:
     written = text(expression, language)
-    loose = isinstance(expression, Operation) and _BINDING[expression.symbol] < _BINDING[symbol] + side
+    expression = _bare(expression)
+    # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
+    own = isinstance(expression, Operation) and _BINDING[expression.symbol]
+    loose = own and own < _BINDING[symbol] + (side or own == 1)
     return f"({written})" if loose else written
 
 
-def run_program(
-    program: Program,
-    given: Mapping[str, Any],
-    literal: Callable[[str], Any],
-    functions: Mapping[str, Callable[..., Any]] | None = None,
-) -> dict[str, Any]:
-    """Evaluate a program with any kind of numbers and return all values by name.
+def _bare(expression: Expression) -> Expression:
+    """Return the operations of an expression, without what is known of them."""
+    match expression:
+        case Polynomial():
+            return expression.summed
+        case Exact(operation):
+            return operation
+    return expression
 
-    Parameters
+
+# --- readings ---------------------------------------------------------------------------------------------------------
+
+
+class Arithmetic(NamedTuple):
+    """How a program is read with numbers of some kind, which can be added, subtracted, multiplied and divided.
+
+    Attributes
     ----------
-    program : Program
-    given : mapping
-        Inputs and constants, and those of the assigned names that shall not be computed.
     literal : callable
         From a literal's text to a number.
-    functions : mapping, optional
+    functions : mapping
         The functions called, by name.
+    polynomial : callable or None
+        From coefficients by ascending exponents, and the variable, to the polynomial's value; None: as it is summed.
+    operations, exactly : mapping
+        By symbol, operations other than Python's; those that do not round.
     """
-    values = dict(given)
-    for name, expression in program:
-        if name not in given:
-            values[name] = evaluate(expression, values, literal, functions)
-    return values
+
+    literal: Callable[[str], Any]
+    functions: Mapping[str, Callable[..., Any]] = {}
+    polynomial: Callable[[Sequence[tuple[int, Any]], Any], Any] | None = None
+    operations: Mapping[str, Callable[[Any, Any], Any]] = {}
+    exactly: Mapping[str, Callable[[Any, Any], Any]] = {}
 
 
-def evaluate(
-    expression: Expression,
-    values: Mapping[str, Any],
-    literal: Callable[[str], Any],
-    functions: Mapping[str, Callable[..., Any]] | None = None,
-) -> Any:
-    """Evaluate an expression; parameters as for `run_program`."""
+class Run(dict[str, Any]):
+    """The values of a program by name, each computed when it is first asked for."""
+
+    def __init__(self, program: Program, given: Mapping[str, Any], arithmetic: Arithmetic) -> None:
+        super().__init__(given)
+        self.program, self.arithmetic = {s.name: s.expression for s in program}, arithmetic
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = value = evaluate(self.program[name], self, self.arithmetic)
+        return value
+
+
+_OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {"+": add, "-": sub, "*": mul, "/": truediv}
+
+
+def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
+    """Return the value of an expression, given those of its names."""
     match expression:
         case Name(name):
             return values[name]
         case Literal(number):
-            return literal(number)
+            return arithmetic.literal(number)
         case Call(function, arguments):
-            return (functions or {})[function](*(evaluate(part, values, literal, functions) for part in arguments))
+            return arithmetic.functions[function](*(evaluate(part, values, arithmetic) for part in arguments))
+        case Polynomial(variable, terms, summed):
+            if arithmetic.polynomial is None:
+                return evaluate(summed, values, arithmetic)
+            return arithmetic.polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
+        case Exact(Operation(symbol, left, right)):
+            operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
         case Operation(symbol, left, right):
-            x, y = (evaluate(part, values, literal, functions) for part in (left, right))
-            return x + y if symbol == "+" else x * y if symbol == "*" else x / y
-    raise TypeError(f"{expression!r} is no expression")
+            operate = arithmetic.operations.get(symbol, _OPERATIONS[symbol])
+        case _:
+            raise TypeError(f"{expression!r} is no expression")
+    return operate(evaluate(left, values, arithmetic), evaluate(right, values, arithmetic))
 
 
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------
@@ -224,149 +305,40 @@ def gaps(exponents: Sequence[int]) -> set[int]:
     return {high - low for low, high in pairwise(exponents)}
 
 
-def horner_expression(exponents: Sequence[int], names: Sequence[str], variable: str) -> Expression:
-    """Return a lacunary polynomial by Horner's rule as an expression: a0 + y4 * (a4 + y4 * a8).
-
-    Parameters
-    ----------
-    exponents : sequence of int
-        Ascending, beginning with 0.
-    names : sequence of str
-        Those of the coefficients.
-    variable : str
-    """
-    total: Expression = Name(names[-1])
-    for i in range(len(exponents) - 2, -1, -1):
-        total = Name(names[i]) + power(variable, exponents[i + 1] - exponents[i]) * total
-    return total
+def mirrored(terms: Terms) -> Terms:
+    """Return u^degree times the polynomial of 1/u."""
+    degree = terms[-1][0]
+    return tuple((degree - exponent, name) for exponent, name in reversed(terms))
 
 
-# --- bounds of rounding errors ----------------------------------------------------------------------------------------
+def by_powers(variable: str, terms: Terms) -> Polynomial:
+    """Return a lacunary polynomial, whose exponents begin with 0, by Horner's rule: a0 + y4 * (a4 + y4 * a8)."""
+    total: Expression = Name(terms[-1][1])
+    for (low, name), (high, _) in reversed(list(pairwise(terms))):
+        total = Name(name) + power(variable, high - low) * total
+    return Polynomial(variable, terms, total)
 
 
-_WIDE = 4  # where a sum varies by more, its error is not brought into relation to it: the least size says too little
-
-
-def smallest_number(form: Format) -> Fraction:
-    """Return the smallest positive number of a type, which is subnormal."""
-    return Fraction(2) ** (2 - form.largest - form.precision)
-
-
-class Rounded:
-    """A rounded number of a type: an enclosure of its exact value, bounds of its error, and its slope.
-
-    An operation rounds to nearest, with a relative error of at most 2^-precision or, where a product or a quotient
-    underflows, an absolute one of half the smallest number. That holds all the more where a product and a sum are
-    fused. To be used within `balls.working`.
-
-    Attributes
-    ----------
-    value : flint.arb
-        Encloses the exact values.
-    form : Format
-    relative, underflow : flint.arb
-        Bounds of the error: relative, and absolute where it comes from results that underflow.
-    spread : flint.arb
-        A bound of the absolute error that a sum has which may vanish, or nearly; 0 again in sums that cannot.
-    change, slope : flint.arb
-        Enclose d value/d ln y and d ln|value|/d ln y, where y is the number whose slope was given as 1. The slope is
-        infinite where it is not known.
-    """
-
-    def __init__(self, value: arb, form: Format, relative: arb | int = 0, slope: arb | int = 0) -> None:
-        self.value, self.form = value, form
-        self.relative, self.underflow, self.spread = arb(relative), arb(0), arb(0)
-        self.slope = arb(slope)
-        self.change = self.value * self.slope
-
-    def __add__(self, other: Rounded) -> Rounded:
-        """Return the sum, whose error is in relation to it unless it may vanish, or nearly."""
-        value, change = self.value + other.value, self.change + other.change
-        spread, of_parts = self.spread + other.spread, self._error() + other._error()
-        least, relative, slope = arb(value.abs_lower()), arb.pos_inf(), arb.pos_inf()
-        if least > 0:
-            of_self, of_other = _portion(self.value, other.value), _portion(other.value, self.value)
-            relative = min(_above(of_self) * self.relative + _above(of_other) * other.relative, of_parts / least)
-            if self.value >= 0 and other.value >= 0:
-                relative = min(relative, max(self.relative, other.relative))
-            relative += spread / least
-            slope = _narrower(self.slope + (other.slope - self.slope) * of_other, change / value)
-        spread += of_parts
-        if relative * _above(value) <= _WIDE * spread:
-            spread = arb(0)
+def by_horner(variable: str, terms: Terms) -> Polynomial:
+    """Return a polynomial by Horner's rule with products by the variable alone: a0 + v * (a1 + v * (v * a3))."""
+    total: Expression | None = None
+    names = dict(terms)
+    for exponent in range(terms[-1][0], -1, -1):
+        product = None if total is None else Name(variable) * total
+        if exponent in names:
+            total = Name(names[exponent]) if product is None else Name(names[exponent]) + product
         else:
-            relative, slope = arb(0), arb.pos_inf()
-        result = self._with(value, relative, spread, change, slope)
-        return result._rounded(self.underflow + other.underflow, arb(0))
-
-    def __mul__(self, other: Rounded) -> Rounded:
-        value, change = self.value * other.value, self.change * other.value + self.value * other.change
-        slope = self.slope + other.slope
-        if not slope.is_finite() and not value.contains(0):
-            slope = change / value
-        relative = (1 + self.relative) * (1 + other.relative) - 1
-        of_self, of_other = (_above(x.value) * (1 + x.relative) + x.spread for x in (self, other))
-        spread = self.spread * of_other + other.spread * of_self
-        underflow = self.underflow * of_other + other.underflow * (of_self + self.underflow)
-        return self._with(value, relative, spread, change, slope)._rounded(underflow, _half(self.form))
-
-    def __truediv__(self, other: Rounded) -> Rounded:
-        least = arb(other.value.abs_lower())
-        left = 1 - other.relative - (other.spread + other.underflow) / least if least > 0 else arb(0)
-        if not left > 0:
-            raise ArithmeticError("a denominator may vanish within its rounding error")
-        value = self.value / other.value
-        change = (self.change - value * other.change) / other.value
-        relative, spread = (1 + self.relative) / left - 1, self.spread / (least * left)
-        result = self._with(value, relative, spread, change, self.slope - other.slope)
-        return result._rounded(self.underflow / (least * left), _half(self.form))
-
-    def _error(self) -> arb:
-        return _above(self.value) * self.relative
-
-    def _with(self, value: arb, relative: arb, spread: arb, change: arb, slope: arb) -> Rounded:
-        result = Rounded(value, self.form)
-        result.relative, result.spread, result.change, result.slope = relative, spread, change, slope
-        return result
-
-    def _rounded(self, underflow: arb, half: arb) -> Rounded:
-        """Add the rounding of the operation whose result this is, and what underflow did before and does now."""
-        unit = arb(2) ** -self.form.precision
-        self.relative = _above((1 + self.relative) * (1 + unit) - 1)
-        self.spread, self.underflow = _above(self.spread * (1 + unit)), _above(underflow * (1 + unit) + half)
-        return self
-
-    def with_error_of_y(self, error: arb) -> Rounded:
-        """Return the number with the further error, by its slope, of an error of at most `error` in ln y.
-
-        Raises
-        ------
-        ArithmeticError
-            If the number is the result of a sum that may vanish.
-        """
-        if self.spread > 0 or not self.slope.is_finite():
-            raise ArithmeticError("a sum may vanish")
-        relative = (1 + self.relative) * (_above(self.slope) * error).exp() - 1
-        result = self._with(self.value, _above(relative), self.spread, self.change, self.slope)
-        result.underflow = self.underflow
-        return result
+            total = product
+    return Polynomial(variable, terms, total or Name(terms[-1][1]))
 
 
-def _portion(part: arb, rest: arb) -> arb:
-    """Enclose part/(part + rest), and closely where one of the two is much smaller than the other."""
-    found = 1 / (1 + rest / part)
-    return found if found.is_finite() else part / (part + rest)
-
-
-def _narrower(one: arb, other: arb) -> arb:
-    return one if one.is_finite() and one.rad() < other.rad() else other
-
-
-@lru_cache(maxsize=16)
-def _half(form: Format) -> arb:
-    return ball_of(smallest_number(form)) / 2
-
-
-def _above(ball: arb) -> arb:
-    """Return an upper bound of the absolute value, exactly."""
-    return arb(ball.abs_upper())
+def in_pairs(variable: str, square: str, names: Sequence[str]) -> Polynomial:
+    """Return a polynomial in pairs, (c0 + m * c1) + mm * ((c2 + m * c3) + mm * (…)); an odd one out comes last."""
+    groups = [names[n : n + 2] for n in range(0, len(names), 2)]
+    sums: list[Expression] = [
+        Name(group[0]) + Name(variable) * Name(group[1]) if len(group) == 2 else Name(group[0]) for group in groups
+    ]
+    total = sums.pop()
+    for pair in reversed(sums):
+        total = pair + Name(square) * total
+    return Polynomial(variable, tuple(enumerate(names)), total)

@@ -19,10 +19,9 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
-from viscopade.kernels.forms.lacunary_rounding import Size
-from viscopade.kernels.forms.lacunary_series import HalfLineFormula, LacunaryInverse
+from viscopade.kernels.forms.rounding_bounds import Size
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
@@ -83,8 +82,8 @@ def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     fit = half_line.fit_half_line(powers, measure)
     formula = _Formula(
-        lambda q: certificate.prove_to_infinity(HalfLineFormula(q.top, q.bottom), measure),
-        lambda a, b, form: lacunary_rounding.half_line_sizes(powers, a, b, form),
+        lambda q: certificate.prove_to_infinity(exact_formulas.half_line(q), measure),
+        lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
     return HalfLineKernel(powers, *_variants(fit.quotient, formula), SOURCES[measure])
 
@@ -139,8 +138,8 @@ def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKer
     low = interval_start(epsilon_min)
     root = INTERVAL_ROOT if low else WHOLE_ROOT
     formula = _Formula(
-        lambda q: certificate.prove_inverse(LacunaryInverse(q.top, q.bottom, root), low),
-        lambda a, b, form: lacunary_rounding.inverse_sizes(quotient.powers, root, low, a, b, form),
+        lambda q: certificate.prove_inverse(exact_formulas.inverse(q, root), low),
+        lambda a, b, form: rounding_bounds.inverse_sizes(quotient.powers, root, low, a, b, form),
     )
     return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)
 

@@ -17,8 +17,9 @@ from viscopade.arithmetic.balls import known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate, rounding
-from viscopade.kernels.certificate import Certificate, Rational, RationalDerivative
+from viscopade.kernels import certificate
+from viscopade.kernels.certificate import Certificate
+from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
 from viscopade.kernels.store import recorded
@@ -51,10 +52,10 @@ def of_pade(m: int, n: int) -> PadeKernel:
     approximant = pade(m, n, DIGITS)
     bare = without_proof(approximant)
     ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
-    bounds: list[Certificate] = []
+    formula, bounds = exact_formulas.quotient(*bare.exact), list[Certificate]()
     for end in ends:
         try:
-            bounds.append(certificate.prove(Rational(*bare.exact), Fraction(0), end))
+            bounds.append(certificate.prove(formula, Fraction(0), end))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
@@ -93,7 +94,7 @@ def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKerne
             _require_horner(bare.label, *bare.exact, form, end)
         except ValueError:
             continue
-        size = rounding.quotient_rounding(*bare.exact, form, Fraction(0), end, coefficients=True)
+        size = rounding_bounds.quotient_rounding(*bare.exact, form, Fraction(0), end, coefficients=True)
         sizes.append((form.name, _relative_to_eps(size, max(Fraction(bound.bound) for bound in bounds))))
     return replace(bare, bounds=bounds, rounding=tuple(sizes))
 
@@ -157,8 +158,8 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
     _require_horner(fit.label, *machine.exact, form, fit.interval[1])
-    bound = certificate.prove(Rational(*machine.exact), *fit.interval, fit.measure)
-    size = rounding.quotient_rounding(*machine.exact, form, *fit.interval)
+    bound = certificate.prove(exact_formulas.quotient(*machine.exact), *fit.interval, fit.measure)
+    size = rounding_bounds.quotient_rounding(*machine.exact, form, *fit.interval)
     slope = _derivative(machine, form, fit.interval)
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
 
@@ -167,12 +168,12 @@ def _derivative(
     machine: machine_coefficients.MachineFit, form: Format, interval: tuple[Fraction, Fraction]
 ) -> Derivative | None:
     """Return the derivative with its proof; None if it cannot be proven, or not be held by the format."""
-    exact = RationalDerivative.of(Rational(*machine.exact))
+    _, b = machine.exact
     try:
-        t = tuple(form.nearest(c) for c in exact.t)
-        rounded = RationalDerivative(tuple(map(Fraction, t)), exact.b)
-        bound = certificate.prove_derivative(rounded, *interval)
-        size = rounding.derivative(rounded.t, rounded.b, form, *interval)
+        t = tuple(form.nearest(c) for c in exact_formulas.slope(*machine.exact))
+        rounded = tuple(map(Fraction, t))
+        bound = certificate.prove_derivative(exact_formulas.derivative(rounded, b), *interval)
+        size = rounding_bounds.derivative_rounding(rounded, b, form, *interval)
     except (ArithmeticError, ValueError):
         return None
     return Derivative(t, bound, _relative_to_eps(size, Fraction(bound.bound)))

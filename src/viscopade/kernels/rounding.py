@@ -1,115 +1,251 @@
-r"""Rounding bounds of quotients: running error bounds for the exported code, in ball arithmetic.
+r"""The rounding analysis of all kernels: numbers that carry bounds of their own rounding errors, in ball arithmetic.
 
-The code evaluates numerator and denominator by Horner's rule and divides once, rounding to nearest:
+Run with `Rounded` numbers, a program (`expressions`) encloses its results and bounds their errors:
 
-    s_i = fl(c_i + fl(v* s_{i+1})),    |fl(x) - x| <= u |x| + eta,
+    computed = exact (1 + theta) + alpha,    |theta| <= relative,    |alpha| <= underflow,
+    |computed - exact| <= absolute.
 
-u = 2^-precision; eta is half the smallest subnormal number. Where a compiler contracts a product and a sum to one
-operation (FMA), one of the two roundings is gone, and the bound holds as well. So it does in any wider format.
+Both hold; each operation carries both on and takes the smaller where one follows from the other. The relative bound is
+good for quotients and products, and holds down to 0, where alpha comes from results that underflow. The absolute one is
+good for sums that nearly vanish, and counts in units in the last place: half of the unit of the largest number that an
+operation's result can be. Operations round to nearest. That a product and a sum may be fused to one operation only
+makes errors smaller, and so does a wider format.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 from flint import arb
 
-from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.formats import Format
-from viscopade.kernels.certificate import speeds
+from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
 
-BITS = 128
-PARTS = 4  # of a panel
-MORE_PARTS = (PARTS, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
+_NOTHING, _INFINITE = arb(0), arb.pos_inf()
 
 
-def quotient_rounding(
-    a: Sequence[Fraction],
-    b: Sequence[Fraction],
-    form: Format,
-    low: Fraction,
-    high: Fraction,
-    coefficients: bool = False,
-) -> arb:
-    """Bound the relative rounding error of the computed quotient for low <= v* <= high.
+def smallest_number(form: Format) -> Fraction:
+    """Return the smallest positive number of a type, which is subnormal."""
+    return Fraction(2) ** (2 - form.largest - form.precision)
 
-    Parameters
+
+class Rounded:
+    """A rounded number of a type: an enclosure of its exact value, bounds of its error, and its slope.
+
+    To be used within `balls.working`.
+
+    Attributes
     ----------
-    a, b : sequence of Fraction
-        Coefficients in ascending order, numbers of the format.
+    value : flint.arb
+        Encloses the exact values.
     form : Format
-    low, high : Fraction
-        Interval of v*, of which every number of the format is meant.
-    coefficients : bool
-        Whether the coefficients are rounded to the format, too.
-
-    Raises
-    ------
-    ArithmeticError
-        If numerator or denominator may vanish.
+    relative, underflow : flint.arb
+        Bounds of the error: relative, and absolute where it comes from results that underflow. `relative` is infinite
+        where the value may vanish.
+    absolute : flint.arb
+        A bound of the whole error.
+    change, slope : flint.arb
+        Enclose d value/d ln y and d ln|value|/d ln y, where y is the number whose slope was given as 1. The slope is
+        infinite where it is not known.
     """
-    with working(BITS):
-        bounds = [_on_part(a, b, form, v_star, coefficients) for v_star in speeds(low, high, PARTS)]
-        return max(bounds).abs_upper()
+
+    def __init__(self, value: arb, form: Format, relative: arb | int = 0, slope: arb | int = 0) -> None:
+        self.value, self.form = value, form
+        self.relative, self.underflow = arb(relative), arb(0)
+        self.absolute = _above(value) * self.relative
+        self.slope = arb(slope)
+        self.change = value * self.slope
+
+    def __add__(self, other: Rounded) -> Rounded:
+        return self.plus(other)._rounded(_NOTHING)
+
+    def __sub__(self, other: Rounded) -> Rounded:
+        return self + -other
+
+    def __neg__(self) -> Rounded:
+        return self._with(-self.value, self.relative, self.underflow, self.absolute, -self.change, self.slope)
+
+    def __mul__(self, other: Rounded) -> Rounded:
+        return self.times(other)._rounded(_half(self.form))
+
+    def __truediv__(self, other: Rounded) -> Rounded:
+        return self.over(other)._rounded(_half(self.form))
+
+    # Operations that are exact, so that only the errors of their operands count.
+
+    def plus(self, other: Rounded) -> Rounded:
+        """Return the sum if it is exact."""
+        value, change = self.value + other.value, self.change + other.change
+        absolute = self.absolute + other.absolute
+        least = arb(value.abs_lower())
+        if not least > 0:
+            return self._with(value, _INFINITE, _NOTHING, absolute, change, _INFINITE)
+        of_self, of_other = _portion(self.value, other.value), _portion(other.value, self.value)
+        relative, underflow = self._in_sum(of_self, least)
+        more, more_underflow = other._in_sum(of_other, least)
+        relative, underflow = relative + more, underflow + more_underflow
+        if self.value >= 0 and other.value >= 0:
+            larger, of_both = max(self.relative, other.relative), self.underflow + other.underflow
+            if larger < relative:
+                relative, underflow = larger, of_both
+        slope = _narrower(self.slope + (other.slope - self.slope) * of_other, change / value)
+        return self._with(value, relative, underflow, absolute, change, slope)
+
+    def times(self, other: Rounded) -> Rounded:
+        """Return the product if it is exact."""
+        value, change = self.value * other.value, self.change * other.value + self.value * other.change
+        slope = self.slope + other.slope
+        if not slope.is_finite() and not value.contains(0):
+            slope = change / value
+        size, other_size = _above(self.value), _above(other.value)
+        absolute = size * other.absolute + other_size * self.absolute + self.absolute * other.absolute
+        if not (self.relative.is_finite() and other.relative.is_finite()):
+            return self._with(value, _INFINITE, _NOTHING, absolute, change, slope)
+        relative = (1 + self.relative) * (1 + other.relative) - 1
+        of_self, of_other = size * (1 + self.relative), other_size * (1 + other.relative)
+        underflow = self.underflow * of_other + other.underflow * (of_self + self.underflow)
+        return self._with(value, relative, underflow, absolute, change, slope)
+
+    def over(self, other: Rounded) -> Rounded:
+        """Return the quotient if it is exact.
+
+        Raises
+        ------
+        ArithmeticError
+            If the denominator may vanish within its rounding error.
+        """
+        least = arb(other.value.abs_lower())
+        if not least > 0:
+            raise ArithmeticError("a denominator may vanish within its rounding error")
+        # What is left of the least denominator: of the two bounds, the one that leaves more.
+        by_size = 1 - other.absolute / least
+        by_ratio = 1 - other.relative - other.underflow / least
+        left = arb(max(by_size.lower(), by_ratio.lower()) if by_ratio.is_finite() else by_size.lower())
+        if not left > 0:
+            raise ArithmeticError("a denominator may vanish within its rounding error")
+        value = self.value / other.value
+        change = (self.change - value * other.change) / other.value
+        absolute = (self.absolute + _above(value) * other.absolute) / (least * left)
+        slope = self.slope - other.slope
+        if not self.relative.is_finite():
+            return self._with(value, _INFINITE, _NOTHING, absolute, change, slope)
+        relative, underflow = (1 + self.relative) / left - 1, self.underflow / (least * left)
+        return self._with(value, relative, underflow, absolute, change, slope)
+
+    def _in_sum(self, portion: arb, least: arb) -> tuple[arb, arb]:
+        """Return what the number's error is in relation to a sum: a relative error and one by underflow."""
+        by_size = self.absolute / least
+        if self.relative.is_finite():
+            by_ratio = _above(portion) * self.relative
+            if by_ratio <= by_size:
+                return by_ratio, self.underflow
+        return by_size, _NOTHING
+
+    def _with(self, value: arb, relative: arb, underflow: arb, absolute: arb, change: arb, slope: arb) -> Rounded:
+        result = object.__new__(Rounded)
+        result.value, result.form, result.change, result.slope = value, self.form, change, slope
+        result.relative, result.underflow, result.absolute = map(_above, (relative, underflow, absolute))
+        return result._settled()
+
+    def _settled(self) -> Rounded:
+        """Make each of the two bounds at most what follows from the other."""
+        least = arb(self.value.abs_lower())
+        if least > 0 and (by_size := self.absolute / least) < self.relative:
+            self.relative, self.underflow = _above(by_size), _NOTHING
+        if self.relative.is_finite():
+            self.absolute = _above(min(self.absolute, _above(self.value) * self.relative + self.underflow))
+        return self
+
+    def _rounded(self, half: arb) -> Rounded:
+        """Add the rounding of an operation; `half` is what it may lose to underflow."""
+        unit = _power_of_two(-self.form.precision)
+        most = half_unit(_above(self.value) + self.absolute, self.form)
+        least = arb(self.value.abs_lower())
+        self.absolute = _above(self.absolute + most)
+        if self.relative.is_finite():
+            by_ratio = unit * (1 + self.relative)
+            if least > 0 and most < by_ratio * least:
+                self.relative = _above(self.relative + most / least)
+            else:
+                self.relative = _above(self.relative + by_ratio)
+                self.underflow = _above(self.underflow * (1 + unit) + half)
+        return self._settled()
+
+    def with_error(self, relative: arb) -> Rounded:
+        """Return the exact result of an operation with the error of that operation instead of a rounding's."""
+        more = (1 + self.relative) * (1 + relative) - 1
+        underflow = self.underflow * (1 + relative) + _half(self.form)
+        absolute = self.absolute * (1 + relative) + _above(self.value) * relative + _half(self.form)
+        return self._with(self.value, more, underflow, absolute, self.change, self.slope)
+
+    def with_error_of_y(self, error: arb) -> Rounded:
+        """Return the number with the further error, by its slope, of an error of at most `error` in ln y.
+
+        Raises
+        ------
+        ArithmeticError
+            If the number is the result of a sum that may vanish.
+        """
+        if not (self.relative.is_finite() and self.slope.is_finite()):
+            raise ArithmeticError("a sum may vanish")
+        moved = (_above(self.slope) * error).exp()
+        relative = (1 + self.relative) * moved - 1
+        absolute = self.absolute + _above(self.value) * (moved - 1)
+        return self._with(self.value, relative, self.underflow, absolute, self.change, self.slope)
 
 
-def derivative(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction) -> arb:
-    """Bound the relative rounding error of the computed v* T/(D D), where nothing underflows.
-
-    Arguments and errors as for `quotient_rounding`.
-    """
-    with working(BITS):
-        for parts in MORE_PARTS:
-            try:
-                bounds = [_derivative_on_part(t, b, form, v_star) for v_star in speeds(low, high, parts)]
-            except ArithmeticError:
-                continue
-            return max(bounds).abs_upper()
-    raise ArithmeticError("the derivative may vanish within its rounding error")
+def half_unit(largest: arb, form: Format) -> arb:
+    """Return half a unit in the last place of numbers up to `largest`, which bounds the rounding of an operation."""
+    if largest == 0:
+        return _NOTHING
+    mantissa, exponent = _above(largest).man_exp()
+    place = int(exponent) + int(mantissa).bit_length() - 1 - form.precision
+    return _power_of_two(max(place, 1 - form.largest - form.precision))
 
 
-def _derivative_on_part(t: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb) -> arb:
-    unit = arb(2) ** -form.precision
-    above, below = _relative(t, form, v_star), _relative(b, form, v_star)
-    # v* T, D D and their quotient are rounded once each.
-    return ((1 + above) * (1 + unit) ** 2 / ((1 - below) ** 2 * (1 - unit)) - 1).abs_upper()
+def _portion(part: arb, rest: arb) -> arb:
+    """Enclose part/(part + rest), and closely where one of the two is much smaller than the other."""
+    found = 1 / (1 + rest / part)
+    return found if found.is_finite() else part / (part + rest)
 
 
-def _relative(coefficients: Sequence[Fraction], form: Format, v_star: arb) -> arb:
-    """Bound the relative error of Horner's rule."""
-    value, error = horner_with_error(coefficients, form, v_star)
-    if not abs(value) > 2 * error:
-        raise ArithmeticError("the polynomial may vanish within its rounding error")
-    return (error / abs(value)).abs_upper()
+def _narrower(one: arb, other: arb) -> arb:
+    return one if one.is_finite() and one.rad() < other.rad() else other
 
 
-def _on_part(a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: arb, rounded: bool) -> arb:
-    unit = arb(2) ** -form.precision
-    (numerator, numerator_error), (denominator, denominator_error) = (
-        horner_with_error(c, form, v_star, rounded) for c in (a, b)
-    )
-    for value, error in ((numerator, numerator_error), (denominator, denominator_error)):
-        if not abs(value) > 2 * error:
-            raise ArithmeticError("numerator or denominator may vanish within its rounding error")
-    above = 1 + numerator_error / abs(numerator)
-    below = 1 - denominator_error / abs(denominator)
-    return (above / below * (1 + unit) - 1).abs_upper()
+@lru_cache(maxsize=16)
+def _half(form: Format) -> arb:
+    return ball_of(smallest_number(form)) / 2
 
 
-def horner_with_error(
-    coefficients: Sequence[Fraction], form: Format, v_star: arb, rounded: bool = False
-) -> tuple[arb, arb]:
-    """Return an enclosure of the polynomial, and a bound of the rounding error of Horner's rule and coefficients."""
-    unit, eta = arb(2) ** -form.precision, arb(2) ** (1 - form.largest - form.precision)
-    speed = abs(v_star).abs_upper()
-    own = unit if rounded else arb(0)
-    total = ball_of(coefficients[-1])
-    error = own * abs(total)
-    for c in reversed(coefficients[:-1]):
-        product = speed * (abs(total).abs_upper() + error)
-        exact = v_star * total + ball_of(c)
-        error = speed * error + unit * product + eta + own * abs(ball_of(c))
-        error += unit * (abs(exact).abs_upper() + error) + eta
-        total = exact
-    return total, error.abs_upper()
+@lru_cache(maxsize=1 << 12)
+def _power_of_two(exponent: int) -> arb:
+    return arb(2) ** exponent
+
+
+def _above(ball: arb) -> arb:
+    """Return an upper bound of the absolute value, exactly."""
+    return arb(ball.abs_upper())
+
+
+# --- programs ---------------------------------------------------------------------------------------------------------
+
+
+def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Arithmetic:
+    """Return how programs are read with rounded numbers of a type; `functions` are those that they call."""
+
+    def literal(text: str) -> Rounded:
+        return Rounded(arb(form.nearest(Fraction(text))), form)
+
+    exactly = {"+": Rounded.plus, "*": Rounded.times, "/": Rounded.over}
+    return Arithmetic(literal, functions, exactly=exactly)
+
+
+def of_branch(branch: Branch, results: Sequence[str], given: Mapping[str, Rounded], form: Format) -> dict[str, Rounded]:
+    """Return results of a program that calls no function, given its inputs, constants and roots."""
+    rounded = arithmetic(form)
+    values = Run(branch.program, given, rounded)
+    return {name: evaluate(branch.results[name], values, rounded) for name in results}

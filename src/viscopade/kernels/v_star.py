@@ -10,8 +10,8 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
 from viscopade.generated import WIDTH
-from viscopade.kernels.forms.lacunary_rounding import ULPS, of_speed
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.rounding_bounds import ULPS, of_speed
 from viscopade.kernels.store import recorded
 
 _DECADES = 30

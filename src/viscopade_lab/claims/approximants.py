@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb, arb_series
+from flint import arb
 from numpy.typing import NDArray
 
 from viscopade.arithmetic.balls import working
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels.certificate import polynomial, prove, quotient
+from viscopade.kernels.certificate import prove
+from viscopade.kernels.enclosure import Formula
+from viscopade.kernels.forms import formulas
 from viscopade.progress import track
 from viscopade.theory.pade import Pade, horner, pade
 from viscopade.theory.series import Series, series
@@ -100,30 +101,11 @@ def enclosed_error(m: int, v_star: int) -> arb:
         return a / b / truth - 1
 
 
-@dataclass(frozen=True, eq=False)
-class Enclosed:
-    """[m/n] with the enclosures of its coefficients: a formula that `certificate` proves a bound of."""
-
-    p: Pade
-
-    @property
-    def power(self) -> int:
-        """The quotient is a smooth function of v*."""
-        return 1
-
-    def epsilon(self, y: arb_series) -> arb_series:
-        """Return the quotient."""
-        return quotient(polynomial(self.p.a, y), polynomial(self.p.b, y))
-
-    def loss_ratio(self, y: arb_series) -> arb_series:
-        """Return (1 - [m/n])/v*^2; a_0 = b_0 and a_1 = b_1, as h_1 = 0."""
-        a = (*self.p.a, *[arb(0)] * len(self.p.b))
-        return quotient(polynomial([b - a[i] for i, b in enumerate(self.p.b)][2:], y), polynomial(self.p.b, y))
-
-
 def proven_error(m: int, up_to: int) -> float:
     """Return a proven bound of |[m/m+3]/eps - 1| on 0 <= v* <= up_to."""
-    formula = Enclosed(pade(m, m + 3, 2 * PADE_DIGITS))
+    p = pade(m, m + 3, 2 * PADE_DIGITS)
+    enclosed = formulas.dense(a=p.a, b=p.b)
+    formula = Formula(1, *formulas.epsilon(enclosed), enclosed)
     return float(prove(formula, Fraction(0), Fraction(up_to), "relative").bound)
 
 

@@ -16,9 +16,11 @@ import numpy.typing as npt
 
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels import requests, rounding, toolchain
+from viscopade.kernels import requests, toolchain
+from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.requests import Request
+from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.theory.pade import DegenerateError
 from viscopade_lab.hard_cases.finding import Cell, Chart, Check, ResultTable, curve
 
@@ -102,35 +104,21 @@ class ExactQuotient(NamedTuple):
 def allowed(
     a: Sequence[Fraction], b: Sequence[Fraction], form: Format, v_star: Fraction, threshold: int
 ) -> ExactQuotient | None:
-    """Return what the running error bound of Horner's rule (`rounding`) says; None if a sum may vanish.
+    """Return what the rounding analysis says of the code for one v*; None if a sum may vanish.
 
-    Beyond 2^threshold the polynomials are those in u = 1/v*, which is rounded; so are the products with its powers.
+    Beyond 2^threshold the polynomials are those in u = 1/v*.
     """
-    far = v_star > Fraction(2) ** threshold
-    x = 1 / v_star if far else v_star
-    parts = [c[::-1] if far else c for c in (a, b)]
-    exact = [exact_polynomial(c, x) for c in parts]
-    factors = len(b) - len(a) if far else 0
-    unit = 2.0**-form.precision
-    with working(rounding.BITS):
-        errors = [float(rounding.horner_with_error(c, form, ball_of(x))[1].abs_upper()) for c in parts]
-    shares = [float(error / abs(value)) if value else math.inf for error, value in zip(errors, exact, strict=True)]
-    if far:
-        shares = [s + _moved(c, x, v) * 2 * unit for s, c, v in zip(shares, parts, exact, strict=True)]
-    if max(shares) > 0.5:
-        return None
-    quotient = exact[0] / exact[1]
-    value = quotient * x**factors
-    roundings = 1 + (2 * abs(factors) + 1 if far else 0)
-    relative = math.expm1(math.log1p(shares[0]) - math.log1p(-shares[1]) + roundings * math.log1p(unit))
-    smallest = 2.0 ** (1 - form.largest - form.precision + 1)
-    below = smallest * (abs(factors) + 2) * (1 + abs(float(quotient))) if far else smallest
-    return ExactQuotient(value, float(abs(value)) * relative * (1 + 2**-40) + below)
-
-
-def _moved(ascending: Sequence[Fraction], x: Fraction, value: Fraction) -> float:
-    """Return by how much a polynomial may change, relatively, in terms of the change of x."""
-    return float(sum(i * abs(c) * x**i for i, c in enumerate(ascending)) / abs(value))
+    given = formulas.dense(a=a, b=b)
+    branch = formulas.epsilon(given)[v_star > Fraction(2) ** threshold]
+    with working(rounding_bounds.BITS):
+        numbers = {name: Rounded(ball_of(c), form) for name, c in {**given, "v_star": v_star}.items()}
+        try:
+            found = of_branch(branch, ["epsilon"], numbers, form)["epsilon"]
+        except ArithmeticError:
+            return None
+        error = float(found.absolute.abs_upper())
+    value = exact_polynomial(a, v_star) / exact_polynomial(b, v_star)
+    return ExactQuotient(value, error) if error <= abs(value) / 2 else None
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------------

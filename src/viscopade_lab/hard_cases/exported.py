@@ -7,14 +7,14 @@ relative to the formula's own value; what the headers print is these numbers, br
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_poly
+from flint import arb
 
 from viscopade.approximation import half_line, inverse, machine_coefficients, minimax
 from viscopade.approximation.inverse import WHOLE_ROOT
@@ -25,23 +25,18 @@ from viscopade.arrays import panels
 from viscopade.arrays.fallback import restitution as native_restitution
 from viscopade.collision import panel_proof
 from viscopade.kernels import names, prove_rational, rounding
-from viscopade.kernels.certificate import Rational, RationalDerivative
 from viscopade.kernels.expressions import (
+    Arithmetic,
+    Branch,
     Expression,
-    Name,
-    Operation,
     Program,
-    Rounded,
-    Statement,
+    Run,
     evaluate,
-    horner_expression,
-    run_program,
-    smallest_number,
 )
-from viscopade.kernels.forms import lacunary_rounding, last_place, speed_kernel, table_free
-from viscopade.kernels.forms.lacunary_rounding import Size
+from viscopade.kernels.forms import exact_formulas, formulas, last_place, rounding_bounds, speed_kernel, table_free
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.forms.speed_table import Table, product_bound
+from viscopade.kernels.forms.rounding_bounds import ULPS, Size
+from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
@@ -89,10 +84,10 @@ class ExportedFunction:
         Proven bound of what rounding does, relative to the formula's value.
     underflow : Fraction
         What underflow adds, absolutely.
-    formula : callable
-        From x to the formula's value in ball arithmetic: written down apart from the program.
+    exactly : mapping
+        By name, constants that the formula has in place of machine numbers.
     roots : bool
-        Whether it takes a root that the header assumes to be within `lacunary_rounding.ULPS` units in the last place.
+        Whether it takes a root that the header assumes to be within `rounding_bounds.ULPS` units in the last place.
     local : callable or None
         From x to what `relative` would be for this x alone, by the same proof.
     """
@@ -107,8 +102,8 @@ class ExportedFunction:
     low: float
     high: float
     relative: Fraction
-    formula: Callable[[arb], arb]
     underflow: Fraction = Fraction(0)
+    exactly: Mapping[str, Fraction] = field(default_factory=dict)
     roots: bool = False
     local: Callable[[float], Fraction] | None = None
 
@@ -132,18 +127,25 @@ class ExportedFunction:
         inputs = {name: wrap(value) for name, value in self.given(x).items()}
         numbers = {name: wrap(kind(c)) for name, c in self.constants.items()}
         with np.errstate(all="ignore"):
-            values = run_program(self.program, {**numbers, **inputs}, literal, functions)
-            found = evaluate(self.result, values, literal, functions)
+            found = read(self.program, self.result, {**numbers, **inputs}, Arithmetic(literal, functions))
         result: Array = np.asarray(found.value if contracted else found)
         return np.broadcast_to(result, x.shape)
 
     def exact(self, x: float) -> arb:
-        """Enclose the formula's value; to be called within `balls.working`."""
-        return self.formula(arb(x))
+        """Enclose the formula's value: the program in ball arithmetic; to be called within `balls.working`."""
+        constants = {name: ball_of(Fraction(c)) for name, c in self.constants.items()}
+        constants |= {name: ball_of(c) for name, c in self.exactly.items()}
+        found: arb = read(self.program, self.result, {**constants, **self.given(arb(x))}, _EXACTLY)
+        return found
 
     def allowed(self, exact: float) -> float:
         """Return the proven bound of the error, as a number, where the value is nearly `exact`."""
         return float(self.relative) * abs(exact) + float(self.underflow)
+
+
+def read(program: Program, result: Expression, given: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
+    """Return the result of a program, given its inputs and constants."""
+    return evaluate(result, Run(program, given, arithmetic), arithmetic)
 
 
 def _unchanged(value: Any) -> Any:
@@ -159,6 +161,18 @@ _ROOTS: Mapping[str, Callable[..., Any]] = {
 }
 
 
+_EXACTLY = Arithmetic(
+    lambda text: ball_of(Fraction(text)),
+    {
+        "sqrt": arb.sqrt,
+        "cbrt": lambda x: x.root(3),
+        "pow": lambda x, y: (x.log() * y).exp(),
+        "log2": lambda x: x.log() / arb.const_log2(),
+        "exp2": lambda x: (x * arb.const_log2()).exp(),
+    },
+)
+
+
 def _root(name: str, steps: Array, *arguments: Array) -> Array:
     """Return the function's value, but for sqrt moved by steps; in type float it is rounded once, from type double."""
     kind = arguments[0].dtype
@@ -171,52 +185,12 @@ def _root(name: str, steps: Array, *arguments: Array) -> Array:
     return shifted
 
 
-def ball_polynomial(exponents: Sequence[int], coefficients: Iterable[float | Fraction]) -> arb_poly:
-    """Return a polynomial with gaps, its coefficients exact or to `BITS` bits."""
-    places = dict(zip(exponents, coefficients, strict=True))
-    with working(BITS):
-        return arb_poly([ball_of(Fraction(places.get(k, 0))) for k in range(max(exponents) + 1)])
-
-
-def quotient(a: Sequence[float | Fraction], b: Sequence[float | Fraction]) -> Callable[[arb], arb]:
-    """Return N(x)/D(x)."""
-    top, bottom = (ball_polynomial(range(len(c)), c) for c in (a, b))
-    return lambda x: top(x) / bottom(x)
-
-
 def upper(ball: arb) -> Fraction:
     """Return an upper bound as a fraction."""
     return exact_middle(arb(ball.abs_upper()))
 
 
 # --- quotients of polynomials -----------------------------------------------------------------------------------------
-
-
-def _polynomials(a: Sequence[float], b: Sequence[float]) -> tuple[Program, dict[str, float]]:
-    """Return Horner's rule for numerator and denominator, as headers have it, and the constants."""
-    program = tuple(
-        Statement(name, horner_expression(range(len(c)), [f"{letter}{i}" for i in range(len(c))], "v_star"))
-        for name, letter, c in (("numerator", "a", a), ("denominator", "b", b))
-    )
-    return program, {f"{letter}{i}": x for letter, c in (("a", a), ("b", b)) for i, x in enumerate(c)}
-
-
-def mirrored(a: Sequence[float], b: Sequence[float]) -> tuple[Program, Any]:
-    """Return the program in powers of u = 1/v* that headers use for large v*, and its result."""
-    program, _ = _polynomials(a[::-1], b[::-1])
-    names = {
-        f"{letter}{i}": Name(f"{letter}{len(c) - 1 - i}") for letter, c in (("a", a), ("b", b)) for i in range(len(c))
-    }
-    result: Any = Name("numerator") / Name("denominator")
-    for _ in range(abs(len(a) - len(b))):
-        result = result * (Name("v_star") if len(a) > len(b) else Name("u"))
-    return tuple(Statement(s.name, _renamed(s.expression, names)) for s in program), result
-
-
-def _renamed(expression: Any, names: Mapping[str, Name]) -> Any:
-    if isinstance(expression, Operation):
-        return Operation(expression.symbol, _renamed(expression.left, names), _renamed(expression.right, names))
-    return names.get(expression.name, Name("u") if expression.name == "v_star" else expression)
 
 
 def _v_star(x: Any) -> dict[str, Any]:
@@ -244,16 +218,17 @@ def of_pade() -> Iterator[ExportedFunction]:
             a, b = kernel.rounded(form)
             machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
             for name, of in (("epsilon", machine), ("epsilon, coefficients too", digits)):
-                size = upper(rounding.quotient_rounding(*of, form, Fraction(0), end, coefficients=of is digits))
-                function = of_quotient(f"Padé {kernel.label}", name, form, a, b, end, size, quotient(*of))
-                yield replace(function, local=_of_quotient_at(*of, form, of is digits))
+                size = rounding_bounds.quotient_rounding(*of, form, Fraction(0), end, coefficients=of is digits)
+                function = of_quotient(f"Padé {kernel.label}", name, form, a, b, end, upper(size))
+                given = formulas.dense(a=of[0], b=of[1])
+                yield replace(function, exactly=given, local=_of_quotient_at(*of, form, of is digits))
 
 
 def _of_quotient_at(
     a: Sequence[Fraction], b: Sequence[Fraction], form: Format, coefficients: bool = False
 ) -> Callable[[float], Fraction]:
-    """Return the bound of `rounding.quotient_rounding` for one v*."""
-    return lambda x: upper(rounding.quotient_rounding(a, b, form, *_around(x), coefficients=coefficients))
+    """Return the bound of `rounding_bounds.quotient_rounding` for one v*."""
+    return lambda x: upper(rounding_bounds.quotient_rounding(a, b, form, *_around(x), coefficients=coefficients))
 
 
 def _around(x: float) -> tuple[Fraction, Fraction]:
@@ -269,13 +244,12 @@ def of_quotient(
     b: Sequence[float],
     end: Fraction,
     relative: Fraction,
-    formula: Callable[[arb], arb],
 ) -> ExportedFunction:
-    """Return a quotient of polynomials with machine numbers a and b, compared with a formula up to v* = end."""
-    program, numbers = _polynomials(a, b)
-    result = Name("numerator") / Name("denominator")
-    ends = _LEAST, float(end)
-    return ExportedFunction(kernel, name, form, program, result, numbers, _v_star, *ends, relative, formula)
+    """Return a quotient of polynomials with machine numbers a and b, up to v* = end."""
+    numbers = formulas.dense(a=a, b=b)
+    near, _ = formulas.epsilon(numbers)
+    result, ends = near.results["epsilon"], (_LEAST, float(end))
+    return ExportedFunction(kernel, name, form, near.program, result, numbers, _v_star, *ends, relative)
 
 
 @lru_cache(maxsize=8)
@@ -297,8 +271,8 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Exporte
         for form in formats(label):
             a, b = minimax_coefficients(m, n, form)
             machine = tuple(map(Fraction, a)), tuple(map(Fraction, b))
-            size = upper(rounding.quotient_rounding(*machine, form, Fraction(0), MINIMAX_END))
-            function = of_quotient(f"best {label}", "epsilon", form, a, b, MINIMAX_END, size, quotient(a, b))
+            size = upper(rounding_bounds.quotient_rounding(*machine, form, Fraction(0), MINIMAX_END))
+            function = of_quotient(f"best {label}", "epsilon", form, a, b, MINIMAX_END, size)
             yield replace(function, local=_of_quotient_at(*machine, form))
             yield _derivative(label, form, machine)
 
@@ -306,20 +280,15 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Exporte
 def _derivative(
     label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
 ) -> ExportedFunction:
-    t = tuple(form.nearest(c) for c in RationalDerivative.of(Rational(*machine)).t)
-    program, numbers = _polynomials(t, tuple(map(float, machine[1])))
-    size = upper(rounding.derivative(tuple(map(Fraction, t)), machine[1], form, Fraction(0), MINIMAX_END))
-    below = Name("denominator") * Name("denominator")
-    result = Name("v_star") * Name("numerator") / below
-    ends = _NEAREST_ZERO, float(MINIMAX_END)
-    top, bottom = ball_polynomial(range(len(t)), t), ball_polynomial(range(len(machine[1])), machine[1])
-
-    def formula(x: arb) -> arb:
-        return x * top(x) / bottom(x) ** 2
-
-    slope, kernel = tuple(map(Fraction, t)), f"best {label}"
-    found = ExportedFunction(kernel, "derivative", form, program, result, numbers, _v_star, *ends, size, formula)
-    return replace(found, local=lambda x: upper(rounding.derivative(slope, machine[1], form, *_around(x))))
+    t, b = tuple(form.nearest(c) for c in exact_formulas.slope(*machine)), machine[1]
+    slope = tuple(map(Fraction, t))
+    size = upper(rounding_bounds.derivative_rounding(slope, b, form, Fraction(0), MINIMAX_END))
+    numbers, ends = formulas.dense(t=t, b=tuple(map(float, b))), (_NEAREST_ZERO, float(MINIMAX_END))
+    near, _ = formulas.derivative(numbers)
+    found = ExportedFunction(
+        f"best {label}", "derivative", form, near.program, near.results["derivative"], numbers, _v_star, *ends, size
+    )
+    return replace(found, local=lambda x: upper(rounding_bounds.derivative_rounding(slope, b, form, *_around(x))))
 
 
 def formats(name: str) -> tuple[Format, ...]:
@@ -343,17 +312,16 @@ def half_line_numbers(accuracy: str, form: Format) -> tuple[Powers, tuple[float,
 def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFunction, ExportedFunction]:
     """Return eps or 1 - eps of a half-line kernel for v* <= 1 and beyond, without bounds."""
     powers, a, b = half_line_numbers(accuracy, form)
-    numbers, formula = lacunary_rounding.constants(powers, a, b), half_line_formulas(powers, a, b)[name]
+    numbers, branches = formulas.constants(powers, a, b), formulas.half_line(powers)
     kind = type_of(form)
     beyond = float(np.nextafter(kind(1), kind(2)))
     kernel, ends = f"half-line {accuracy}", ((_LEAST, 1.0), (beyond, _LARGEST[form]))
     near, far = (
         ExportedFunction(
-            kernel, name, form, branch.program, branch.results[name], numbers, _v_star, *end, Fraction(0), formula,
-            roots=True,
+            kernel, name, form, branch.program, branch.results[name], numbers, _v_star, *end, Fraction(0), roots=True
         )
-        for branch, end in zip(lacunary_rounding.half_line(powers), ends, strict=True)
-    )  # fmt: skip
+        for branch, end in zip(branches, ends, strict=True)
+    )
     return near, far
 
 
@@ -361,7 +329,7 @@ def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Expor
     """Yield eps and 1 - eps of the half-line kernels, on both sides of v* = 1."""
     for accuracy in accuracies:
         for form in formats(accuracy):
-            sizes = lacunary_rounding.half_line_sizes(*half_line_numbers(accuracy, form), form)
+            sizes = rounding_bounds.half_line_sizes(*half_line_numbers(accuracy, form), form)
             for name, size in sizes.items():
                 near, far = half_line_parts(accuracy, form, name)
                 yield _bounded(near, size, "y", _half_line_near_at)
@@ -369,26 +337,23 @@ def of_half_line(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Expor
 
 
 # From x and a type to the inputs of a branch, its root, and a bound of the error of the root's logarithm.
-RootAt = Callable[[arb, Format], tuple[dict[str, Rounded], arb, arb]]
+RootAt = Callable[[arb, Format], tuple[dict[str, rounding.Rounded], arb, arb]]
 
 
 def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) -> ExportedFunction:
-    """Return the function with its bounds, and that for one argument: the program run with `expressions.Rounded`."""
+    """Return the function with its bounds, and that for one argument: the program run with `rounding.Rounded`."""
     form = function.form
-
-    def literal(text: str) -> Rounded:
-        return Rounded(arb(form.nearest(Fraction(text))), form)
+    branch = Branch(None, function.program, {function.name: function.result})
 
     def local(x: float) -> Fraction:
         with working(BITS):
             inputs, root, error = at(arb(x), form)
-            numbers = {name: Rounded(arb(c), form) for name, c in function.constants.items()}
-            given = {**numbers, **inputs, variable: Rounded(root, form, slope=1)}
-            values = run_program(function.program, given, literal)
-            found: Rounded = evaluate(function.result, values, literal).with_error_of_y(error)
+            numbers = {name: rounding.Rounded(arb(c), form) for name, c in function.constants.items()}
+            given = {**numbers, **inputs, variable: rounding.Rounded(root, form, slope=1)}
+            found = rounding.of_branch(branch, [function.name], given, form)[function.name].with_error_of_y(error)
             return upper(found.relative + found.underflow / arb(found.value.abs_lower()))
 
-    underflow = Fraction(size.underflow) * smallest_number(form)
+    underflow = Fraction(size.underflow) * rounding.smallest_number(form)
     return replace(function, relative=Fraction(size.relative), underflow=underflow, local=local)
 
 
@@ -398,36 +363,17 @@ def _log_error(relative: arb) -> arb:
 
 
 def _of_root(form: Format) -> arb:
-    """Bound the error of the logarithm of a root that is within `lacunary_rounding.ULPS` units in the last place."""
-    return _log_error(2 * lacunary_rounding.ULPS * arb(2) ** -form.precision)
+    """Bound the error of the logarithm of a root that is within `ULPS` units in the last place."""
+    return _log_error(2 * ULPS * arb(2) ** -form.precision)
 
 
-def _half_line_near_at(x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
-    return {"v_star": Rounded(x, form)}, x.root(3), _of_root(form)
+def _half_line_near_at(x: arb, form: Format) -> tuple[dict[str, rounding.Rounded], arb, arb]:
+    return {"v_star": rounding.Rounded(x, form)}, x.root(3), _of_root(form)
 
 
-def _half_line_far_at(x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
+def _half_line_far_at(x: arb, form: Format) -> tuple[dict[str, rounding.Rounded], arb, arb]:
     unit = arb(2) ** -form.precision
-    return {"w": Rounded(1 / x, form, relative=unit)}, (1 / x).root(3), _of_root(form) + _log_error(unit) / 3
-
-
-def half_line_formulas(powers: Powers, a: Sequence[float], b: Sequence[float]) -> dict[str, Callable[[arb], arb]]:
-    """Return eps = D/(D + v*^2 N) and 1 - eps as functions of v*."""
-    top, bottom = ball_polynomial(powers.top, a), ball_polynomial(powers.bottom, b)
-
-    def parts(v_star: arb) -> tuple[arb, arb]:
-        y = v_star.root(3)
-        return bottom(y), v_star**2 * top(y)
-
-    def epsilon(v_star: arb) -> arb:
-        elastic, lost = parts(v_star)
-        return elastic / (elastic + lost)
-
-    def one_minus_epsilon(v_star: arb) -> arb:
-        elastic, lost = parts(v_star)
-        return lost / (elastic + lost)
-
-    return {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
+    return {"w": rounding.Rounded(1 / x, form, relative=unit)}, (1 / x).root(3), _of_root(form) + _log_error(unit) / 3
 
 
 def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedFunction]:
@@ -437,39 +383,26 @@ def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedF
         quotient = inverse.fit_whole(powers).quotient
         for form in formats(accuracy):
             a, b = _machine(quotient, form)
-            size = lacunary_rounding.inverse_sizes(powers, WHOLE_ROOT, Fraction(0), a, b, form)["v_star"]
-            numbers = lacunary_rounding.constants(powers, a, b)
-            near, far = lacunary_rounding.inverse(powers, WHOLE_ROOT)
+            size = rounding_bounds.inverse_sizes(powers, WHOLE_ROOT, Fraction(0), a, b, form)["v_star"]
+            numbers = formulas.constants(powers, a, b)
+            near, far = formulas.inverse(powers, WHOLE_ROOT)
             kind = type_of(form)
             below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
             parts = (
-                ("v*(eps)", _of_epsilon, near, 0.5, one),
-                ("v*(eps)", _of_epsilon, far, _LEAST, below),
-                ("v*(1 - eps)", _of_loss, near, _LEAST, 0.5),
-                ("v*(1 - eps)", _of_loss, far, above, one),
+                ("v*(eps)", _of_epsilon, "y", near, 0.5, one),
+                ("v*(eps)", _of_epsilon, "u", far, _LEAST, below),
+                ("v*(1 - eps)", _of_loss, "y", near, _LEAST, 0.5),
+                ("v*(1 - eps)", _of_loss, "u", far, above, one),
             )
-            for name, given, branch, low, high in parts:
-                exact, result = _inverse_formula(powers, a, b, given), branch.results["v_star"]
-                kernel, none = f"inverse {accuracy}", Fraction(0)
+            for name, given, variable, branch, low, high in parts:
+                kernel, result, none = f"inverse {accuracy}", branch.results["v_star"], Fraction(0)
                 part = ExportedFunction(
-                    kernel, name, form, branch.program, result, numbers, given, low, high, none, exact, roots=True
+                    kernel, name, form, branch.program, result, numbers, given, low, high, none, roots=True
                 )
-                yield _bounded(part, size, branch.variable, partial(_inverse_at, given, branch.variable))
+                yield _bounded(part, size, variable, partial(_inverse_at, given, variable))
 
 
-def _inverse_formula(powers: Powers, a: Sequence[float], b: Sequence[float], given: Given) -> Callable[[arb], arb]:
-    """Return v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10)."""
-    top, bottom = ball_polynomial(powers.top, a), ball_polynomial(powers.bottom, b)
-
-    def formula(x: arb) -> arb:
-        portions = given(x)
-        y: arb = (portions["loss"] / portions["epsilon"]).root(10)
-        return y**5 * top(y) / bottom(y)
-
-    return formula
-
-
-def _inverse_at(given: Given, variable: str, x: arb, form: Format) -> tuple[dict[str, Rounded], arb, arb]:
+def _inverse_at(given: Given, variable: str, x: arb, form: Format) -> tuple[dict[str, rounding.Rounded], arb, arb]:
     """Return y or u; rounded are the quotient and what is given (eps or 1 - eps), and the exponent 0.1."""
     portions = given(x)
     ratio = portions["loss"] / portions["epsilon"]
@@ -496,14 +429,15 @@ def of_compact(accuracies: Sequence[str] = tuple(HALF_LINE)) -> Iterator[Exporte
             bounds = table_free.rounding_bounds(powers, a, b, machine)
             beta = form.nearest(Fraction(str(BETA)))
             program, results, numbers = compact_parts(accuracy, form)
-            formulas = _compact_formulas(half_line_formulas(powers, a, b), beta)
+            exactly = {table_free.THIRTIETH: Fraction(1, table_free.ROOT)}
             for name, result in results.items():
                 # Where w and beta^5 are normal, w is not cut off, and rebound does not overflow.
                 ends = 2.0 ** (10 - form.largest), 2.0 ** (table_free.LARGEST[form.name] - 2)
-                given, size, exact = numbers | {"beta": beta}, Fraction(bounds[name].everywhere), formulas[name]
-                yield ExportedFunction(
-                    f"compact {accuracy}", name, form, program, result, given, _speed, *ends, size, exact, roots=True
+                given, size = numbers | {"beta": beta}, Fraction(bounds[name].everywhere)
+                found = ExportedFunction(
+                    f"compact {accuracy}", name, form, program, result, given, _speed, *ends, size, roots=True
                 )
+                yield replace(found, exactly=exactly)
 
 
 def compact_parts(accuracy: str, form: Format) -> tuple[Program, Mapping[str, Expression], dict[str, float]]:
@@ -512,21 +446,6 @@ def compact_parts(accuracy: str, form: Format) -> tuple[Program, Mapping[str, Ex
     kernel = table_free.table_free_program(powers)
     program = (*table_free.w_program(), *kernel.common, kernel.inverse)
     return program, kernel.results, table_free.numbers(powers, a, b, form)
-
-
-def _compact_formulas(of_v_star: Mapping[str, Callable[[arb], arb]], beta: float) -> dict[str, Callable[[arb], arb]]:
-    """Return eps, eps speed and 1 - eps^2 as functions of the speed."""
-
-    def v_star(speed: arb) -> arb:
-        return (arb(beta) ** 5 * speed).root(10)
-
-    def restitution(speed: arb) -> arb:
-        return of_v_star["epsilon"](v_star(speed))
-
-    def dissipation(speed: arb) -> arb:
-        return of_v_star["one_minus_epsilon"](v_star(speed)) * (1 + restitution(speed))
-
-    return {"restitution": restitution, "rebound": lambda x: restitution(x) * x, "dissipation": dissipation}
 
 
 def _speed(x: Any) -> dict[str, Any]:
@@ -553,48 +472,18 @@ def of_tables(tiers: Sequence[str], rows: int) -> Iterator[ExportedFunction]:
 def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[ExportedFunction]:
     base, (_, low, high) = table.base(index), table.interval(index)
     bound = table.bounds(index)
-    # |dp| <= gamma terms min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
-    size = product_bound(2 + 3 * (table.degree // 2), form) * bound.terms * (1 + bound.error)
-    unit = Fraction(1, 2**form.precision)
-    p = Name("p")
-    numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {
-        "base": float(base),
-        "rest": float(1 - base),
-        "minus": -1.0,
-    }
-    program = (Statement("mm", Name("m") * Name("m")), Statement("p", _in_pairs(table.degree)))
+    # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
+    size, unit = dict(bound.rounding)[form.name] * (1 + bound.error), Fraction(1, 2**form.precision)
+    numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {"base": float(base), "rest": float(1 - base)}
+    row = formulas.table_row([f"c{n}" for n in range(table.degree + 1)])
     ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
-    loss = Name("rest") + Name("minus") * p * (Name("base") + Name("base") + p)
-    row = ball_polynomial(range(table.degree + 1), table.rows[index])
-
-    def restitution(m: arb) -> arb:
-        return base + row(m)
-
-    def dissipation(m: arb) -> arb:
-        return (1 - base) - row(m) * (2 * base + row(m))
-
-    results = (
-        ("restitution", Name("base") + p, size + unit, restitution),
-        ("dissipation", loss, size + 6 * unit, dissipation),
-    )
-    for name, result, relative, formula in results:
-        name = f"{name}, row {index}"
-        yield ExportedFunction(
-            f"table {tier}", name, form, program, result, numbers, _mantissa, *ends, relative, formula
-        )
+    for name, relative in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
+        label, result = f"{name}, row {index}", row.results[name]
+        yield ExportedFunction(f"table {tier}", label, form, row.program, result, numbers, _mantissa, *ends, relative)
 
 
 def _mantissa(x: Any) -> dict[str, Any]:
     return {"m": x}
-
-
-def _in_pairs(degree: int) -> Expression:
-    """Return (c0 + m c1) + m^2 ((c2 + m c3) + m^2 (…))."""
-    pairs: list[Expression] = [Name(f"c{n}") + Name("m") * Name(f"c{n + 1}") for n in range(0, degree, 2)]
-    total = pairs.pop()
-    for pair in reversed(pairs):
-        total = pair + Name("mm") * total
-    return total
 
 
 # --- full accuracy ----------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ import numpy as np
 
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.forms.lacunary_rounding import ULPS
+from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.progress import track
 from viscopade_lab.hard_cases import exported

@@ -61,6 +61,10 @@ class Contracted:
             return Contracted(fused(*self.factors, other.value))
         return Contracted(self.value + other.value)
 
+    def __sub__(self, other: Contracted) -> Contracted:
+        minus = Contracted(-other.value, None if other.factors is None else (-other.factors[0], other.factors[1]))
+        return self + minus
+
     def __mul__(self, other: Contracted) -> Contracted:
         return Contracted(self.value * other.value, (self.value, other.value))
 

@@ -14,14 +14,14 @@ import numpy as np
 from viscopade.arrays import native
 from viscopade.collision import spheres
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.registry import entries
 from viscopade.records import Node
 from viscopade.scene.quantity import DIMENSIONS, quantity
 from viscopade.scene.units import Scale
 from viscopade_lab.hard_cases.double_trips import UNIT, change_of_portion, ulp_of
 
-POW = 2 * lacunary_rounding.ULPS * UNIT  # what is assumed of pow
+POW = 2 * ULPS * UNIT  # what is assumed of pow
 # The doubles 0.1, 0.2 and 0.4 exceed 1/10, 1/5 and 2/5 by this factor, less 1.
 EXPONENT_OFF = float(Fraction(0.1) * 10 - 1)
 _SMALL_SHARE = 1e-9  # of the counted roundings, for their products

@@ -20,10 +20,10 @@ from viscopade.arithmetic.formats import decimal_value as fraction
 from viscopade.arrays import double
 from viscopade.collision import exact, spheres
 from viscopade.kernels import names, registry
-from viscopade.kernels.expressions import smallest_number
 from viscopade.kernels.forms import last_place, speed_kernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.registry import Entry
+from viscopade.kernels.rounding import smallest_number
 from viscopade.theory.paper import TABLE, last_digit
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import ExportedFunction, formats, minimax_coefficients
@@ -199,7 +199,7 @@ def naive(form: Format) -> dict[str, Callable[[Array], Array]]:
         return np.array([last_place.evaluated_in(form.name, "epsilon", v) for v in v_star.tolist()], kind)
 
     a, b = minimax_coefficients(3, 7, form)
-    best = exported.of_quotient("best [3/7]", "epsilon", form, a, b, Fraction(5), Fraction(0), exported.quotient(a, b))
+    best = exported.of_quotient("best [3/7]", "epsilon", form, a, b, Fraction(5), Fraction(0))
     near = exported.half_line_parts("1e-5", form, "epsilon")[0]
     return {"full": accurate, "half-line 1e-5": near.computed, "best [3/7]": best.computed}
 

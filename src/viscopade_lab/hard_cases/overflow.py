@@ -17,10 +17,11 @@ import numpy as np
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.fallback import restitution
-from viscopade.kernels.expressions import smallest_number
-from viscopade.kernels.forms import lacunary_rounding, last_place
+from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.quotient import threshold
+from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.speed_table import product_bound
+from viscopade.kernels.rounding import smallest_number
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
@@ -82,9 +83,9 @@ def quotients(degrees: Sequence[tuple[int, int]]) -> Iterator[FormulaPair]:
 
 
 def _quotient(name: str, form: Format, a: Sequence[float], b: Sequence[float]) -> FormulaPair:
-    near = exported.of_quotient(name, "epsilon", form, a, b, Fraction(1), Fraction(0), exported.quotient(a, b))
-    program, result = exported.mirrored(a, b)
-    far = replace(near, program=program, result=result, given=_with_inverse)
+    near = exported.of_quotient(name, "epsilon", form, a, b, Fraction(1), Fraction(0))
+    _, branch = formulas.epsilon(near.constants)
+    far = replace(near, program=branch.program, result=branch.results["epsilon"], given=_with_inverse)
     change = threshold(name, tuple(map(Fraction, a)), tuple(map(Fraction, b)), form)
     return FormulaPair(name, form, near, far, 2.0**change, (len(a) - 1, len(b) - 1))
 
@@ -186,10 +187,10 @@ def allowed_far(kernel: FormulaPair) -> float:
     """Bound the relative error far out, where polynomials in 1/v* are their first terms, but for less than u/2 each.
 
     Rounded are 1/v*, which counts for each of the powers, products with it, two sums (by 3/2 u each) and the quotient;
-    a half-line kernel has a cube root instead, which with w^3 u is counted by `lacunary_rounding.ULPS`.
+    a half-line kernel has a cube root instead, which with w^3 u is counted by `ULPS`.
     """
     power = math.ceil(abs(kernel.degrees[0] - kernel.degrees[1]))
-    roots = 2 * lacunary_rounding.ULPS if kernel.near.roots else 0
+    roots = 2 * ULPS if kernel.near.roots else 0
     return float(product_bound(2 * power + 8 + roots, kernel.form))
 
 

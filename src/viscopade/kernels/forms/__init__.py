@@ -1,11 +1,13 @@
 """Forms of kernels: for each form, its coefficients and its proven bounds."""
 
 __all__ = [
+    "exact_formulas",
+    "formulas",
     "lacunary_kernels",
-    "lacunary_rounding",
     "last_place",
     "minimax",
     "quotient",
+    "rounding_bounds",
     "speed_kernel",
     "speed_table",
     "speed_table_last_place",

@@ -23,7 +23,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, fmpq, fmpq_poly
@@ -35,6 +35,9 @@ from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PAN
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
+from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
 from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
@@ -61,8 +64,6 @@ NEAR_DEGREES = {"double": 8, "float": 7}  # of the polynomial that v*^4 is multi
 _BITS = 128  # of ball arithmetic
 _PARTS = 4  # a panel is cut into, where errors are bounded
 _U = Fraction(1, 2**53)
-
-Number = TypeVar("Number", float, "RoundedDouble")
 
 
 # --- the functions to approximate -------------------------------------------------------------------------------------
@@ -227,45 +228,44 @@ def near(form: str) -> Near:
 
 
 # --- the sequence of operations ---------------------------------------------------------------------------------------
-# For floats it gives the result of the code in C without FMA contraction; for `Rounded`, a bound of its errors.
+
+DOUBLE_NAMES = tuple(f"a[{n}]" for n in range(DEGREES["double"] + 4))
+FLOAT_NAMES = tuple(f"a[{n}]" for n in range(DEGREES["float"] + 1))
 
 
-def _pairs(a: Sequence[float], t: Number, square: Number) -> Number:
-    """Return a_0 + a_1 t + …, as (a_0 + a_1 t) + t^2 ((a_2 + a_3 t) + t^2 (…))."""
-    groups = [a[n : n + 2] for n in range(0, len(a), 2)]
-    last = groups.pop()
-    total: Any = last[0] + last[1] * t if len(last) == 2 else last[0]
-    for low, high in reversed(groups):
-        total = (low + high * t) + square * total
-    return cast(Number, total)
+def panel_branch(form: str) -> Branch:
+    """Return what the code of a type computes on a panel."""
+    return formulas.full_panel(DOUBLE_NAMES) if form == "double" else formulas.full_panel_float(FLOAT_NAMES)
 
 
-def _double_rest(row: DoubleRow, t: Number, t_2: Number) -> Number:
-    return (row.a0_low + row.a1_high * t_2) + t * (row.a1_low + t * _pairs(row.a, t, t * t))
+def near_branch(form: str) -> Branch:
+    """Return what the code of a type computes of 1 - eps below `NEAR`."""
+    names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
+    return formulas.full_near(names) if form == "double" else formulas.full_near_float(names)
 
 
-def _float_value(a: Sequence[float], t: Number) -> Number:
-    return a[0] + t * _pairs(a[1:], t, t * t)
+def near_constants(form: str) -> dict[str, float]:
+    """Return the constants of `near_branch` by name."""
+    at = near(form)
+    leading = {"c_high": at.c_high, "c_low": at.c_low} if form == "double" else {"c": at.c_high}
+    return leading | {f"a{n}": c for n, c in enumerate(at.a)}
 
 
-def _near_rest(at: Near, x: Number) -> Number:
-    """Return what v*^2 is multiplied by besides c_high (type double), or at all (type float, with c_low = c)."""
-    square = x * x
-    return at.c_low + square * _pairs(at.a, x, square)
+_FLOATS = Arithmetic(float)
+
+
+def _in_double(branch: Branch, result: str, **given: Any) -> float:
+    """Return what a branch gives in type double, without FMA contraction."""
+    found: float = evaluate(branch.results[result], Run(branch.program, given, _FLOATS), _FLOATS)
+    return found
 
 
 def _near_double(v_star: float) -> float:
-    at = near("double")
     tiny = v_star < 2.0**TINY
     w = v_star * (2.0**LIFT if tiny else 1.0)
-    high = _cleared(w, 53 - CENTRE_BITS)
-    rest = at.c_high * ((w - high) * (w + high)) + (w * w) * _near_rest(at, v_star)
-    return (at.c_high * high * high + rest) * (2.0 ** (-2 * LIFT) if tiny else 1.0)
-
-
-def _near_float(v_star: float) -> float:
-    c, _, a = near("float")
-    return (v_star * v_star) * _near_rest(Near(0.0, c, a), v_star)
+    inputs = {"v_star": v_star, "w": w, "high": _cleared(w, 53 - CENTRE_BITS)}
+    value = _in_double(near_branch("double"), "result", **inputs, **near_constants("double"))
+    return value * (2.0 ** (-2 * LIFT) if tiny else 1.0)
 
 
 def _cleared(x: float, bits: int) -> float:
@@ -303,23 +303,23 @@ def _double(loss: bool, x: float) -> float:
     if loss and x < NEAR:
         return _near_double(x)
     index = 1 + _panel(x) if x >= NEAR else 0
-    row = double_rows()[index]
-    base = 1.0 if index <= switch() else 0.0
-    t, t_1, t_2 = x - row.centre, _cleared(x, CLEARED) - row.centre, x - _cleared(x, CLEARED)
-    s, rest = row.a0_high + row.a1_high * t_1, _double_rest(row, t, t_2)
-    if loss:
-        base, s, rest = 1.0 - base, -s, -rest
-    head = base + s
-    return head + (((base - head) + s) + rest)
+    row, first = double_rows()[index], _cleared(x, CLEARED)
+    inputs = dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
+    inputs |= {"t": x - row.centre, "t1": first - row.centre, "t2": x - first}
+    values = Run(panel_branch("double").program, inputs, _FLOATS)
+    sign, base = (-1.0 if loss else 1.0), float((index <= switch()) != loss)
+    signed = {"base": base, "sum": sign * values["exact"], "rest": sign * values["rest"]}
+    return _in_double(panel_branch("double"), "result", **signed)
 
 
 def _float(loss: bool, x: float) -> float:
     if x < NEAR:
-        p, elastic = _near_float(x), True
+        p, elastic = _in_double(near_branch("float"), "result", t=x, **near_constants("float")), True
     else:
         index = _panel(x)
         elastic = index < switch()
-        p = _float_value(float_rows()[index], x - float(smaller_panels()[index].centre))
+        inputs = dict(zip(FLOAT_NAMES, float_rows()[index], strict=True))
+        p = _in_double(panel_branch("float"), "p", t=x - float(smaller_panels()[index].centre), **inputs)
     return p if loss == elastic else 1.0 - p
 
 
@@ -339,41 +339,17 @@ def _check(form: str, function: str) -> None:
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
-class RoundedDouble:
-    """A rounded number of type double: an enclosure of its exact value, and a bound of its error.
-
-    An operation adds at most half a unit in the last place of the largest number that it can be applied to. That
-    covers results that underflow, and holds all the more where a product and a sum are fused.
-    """
-
-    def __init__(self, value: arb, error: arb | int = 0) -> None:
-        self.value = value
-        self.error = arb(error)
-
-    @classmethod
-    def between(cls, low: Fraction, high: Fraction) -> RoundedDouble:
-        """Return an exact number between two bounds."""
-        return cls(_arb(low).union(_arb(high)))
-
-    def _after(self, value: arb, error: arb) -> RoundedDouble:
-        error = _above(error)
-        return RoundedDouble(value, error + _half_ulp(_magnitude(value) + error))
-
-    def __add__(self, other: RoundedDouble | float) -> RoundedDouble:
-        other = _as_rounded(other)
-        return self._after(self.value + other.value, self.error + other.error)
-
-    def __mul__(self, other: RoundedDouble | float) -> RoundedDouble:
-        other = _as_rounded(other)
-        error = _magnitude(self.value) * other.error + _magnitude(other.value) * self.error + self.error * other.error
-        return self._after(self.value * other.value, error)
-
-    __radd__ = __add__
-    __rmul__ = __mul__
+def _between(low: Fraction, high: Fraction) -> Rounded:
+    """Return an exact number of type double between two bounds."""
+    return Rounded(_arb(low).union(_arb(high)), DOUBLE)
 
 
-def _as_rounded(number: RoundedDouble | float) -> RoundedDouble:
-    return number if isinstance(number, RoundedDouble) else RoundedDouble(arb(number))
+def _numbers(names: Sequence[str], values: Sequence[float]) -> dict[str, Rounded]:
+    return {name: Rounded(arb(c), DOUBLE) for name, c in zip(names, values, strict=True)}
+
+
+def _run(branch: Branch, given: dict[str, Rounded]) -> Run:
+    return Run(branch.program, given, arithmetic(DOUBLE))
 
 
 def _arb(number: Fraction) -> arb:
@@ -388,13 +364,6 @@ def _above(ball: arb) -> arb:
 
 def _magnitude(ball: arb) -> arb:
     return arb(ball.abs_upper())
-
-
-def _half_ulp(largest: arb, precision: int = 53) -> arb:
-    """Return half a unit in the last place of numbers up to `largest`."""
-    if largest == 0:
-        return arb(0)
-    return arb(2) ** max(exponent(exact_middle(_above(largest))) - precision, -1075)
 
 
 def _ulp(least: arb, form: Format) -> arb:
@@ -443,7 +412,7 @@ def _parts(panel: SmallerOnPanel) -> Iterator[tuple[Fraction, Fraction]]:
 
 def _values(panel: SmallerOnPanel, low: Fraction, high: Fraction) -> arb:
     """Enclose p for t between two bounds."""
-    z = RoundedDouble.between(low / panel.half, high / panel.half).value
+    z = _arb(low / panel.half).union(_arb(high / panel.half))
     total = arb(0)
     for c in reversed(panel.p.coeffs()):
         total = total * z + arb(c)
@@ -482,15 +451,18 @@ def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
 def _double_part(
     panel: SmallerOnPanel, row: DoubleRow, difference: Fraction, loss: bool, low: Fraction, high: Fraction
 ) -> Fraction:
-    rest = _double_rest(row, RoundedDouble.between(low, high), RoundedDouble.between(Fraction(0), _step(panel)))
     values = _values(panel, low, high)
-    complement = loss != panel.elastic
     given = _given_error(panel, difference, values)
-    if not complement:
-        return _in_ulp(rest.error + given, values, DOUBLE)
+    numbers = _numbers(DOUBLE_NAMES, row.numbers) | {
+        "t": _between(low, high),
+        "t2": _between(Fraction(0), _step(panel)),
+    }
+    if loss == panel.elastic:
+        return _in_ulp(_run(panel_branch("double"), numbers)["rest"].absolute + given, values, DOUBLE)
     # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
-    left = RoundedDouble(arb(0, _half_ulp(arb(1))))
-    return _in_ulp((left + rest).error + given, 1 - values, DOUBLE)
+    numbers["lost"] = Rounded(arb(0, half_unit(arb(1), DOUBLE)), DOUBLE)
+    added = _run(panel_branch("double"), numbers)
+    return _in_ulp((added["lost"] + added["rest"]).absolute + given, 1 - values, DOUBLE)
 
 
 def _float_bound(index: int, loss: bool) -> Fraction:
@@ -502,12 +474,13 @@ def _float_bound(index: int, loss: bool) -> Fraction:
 def _float_part(
     panel: SmallerOnPanel, a: Sequence[float], difference: Fraction, loss: bool, low: Fraction, high: Fraction
 ) -> Fraction:
-    p = _float_value(a, RoundedDouble.between(low, high))
+    branch, numbers = panel_branch("float"), _numbers(FLOAT_NAMES, a) | {"t": _between(low, high)}
+    p = evaluate(branch.results["p"], _run(branch, numbers), arithmetic(DOUBLE))
     values = _values(panel, low, high)
-    error = p.error + _given_error(panel, difference, values)
+    error = p.absolute + _given_error(panel, difference, values)
     if loss == panel.elastic:
         return _in_ulp(error, values, FLOAT)
-    return _in_ulp(error + _half_ulp(arb(1)), 1 - values, FLOAT)
+    return _in_ulp(error + half_unit(arb(1), DOUBLE), 1 - values, FLOAT)
 
 
 def _near_bound(form: str, loss: bool) -> Fraction:
@@ -522,15 +495,17 @@ def _near_bound(form: str, loss: bool) -> Fraction:
     c = Fraction(at.c_high) + Fraction(at.c_low)
     machine = fmpq_poly([to_fmpq(c), 0, *(_scaled(at.a, NEAR) * to_fmpq(NEAR**2)).coeffs()])
     given += _arb_above(greatest((machine - ratio)(_UNIT)))
-    x = RoundedDouble.between(Fraction(0), NEAR)
+    x, constants = _between(Fraction(0), NEAR), near_constants(form)
+    variable = "v_star" if form == "double" else "t"
+    numbers = _numbers(list(constants), list(constants.values())) | {variable: x}
+    branch = near_branch(form)
+    factor = evaluate(branch.results["factor"], _run(branch, numbers), arithmetic(DOUBLE))
     if form == "double":
-        error = _product_error(at, _near_rest(at, x)) + given
-        return _relative_in_ulp(error, least, DOUBLE)
-    factor = _near_rest(Near(0.0, at.c_high, at.a), x)
-    error = factor.error + _arb(_U) * (_magnitude(factor.value) + factor.error) + given  # v*^2 has 48 bits
+        return _relative_in_ulp(_product_error(at, factor) + given, least, DOUBLE)
+    error = factor.absolute + _arb(_U) * (_magnitude(factor.value) + factor.absolute) + given  # v*^2 has 48 bits
     if loss:
         return _relative_in_ulp(error, least, FLOAT)
-    absolute = error * _arb(NEAR**2) + _half_ulp(arb(1))
+    absolute = error * _arb(NEAR**2) + half_unit(arb(1), DOUBLE)
     return _in_ulp(absolute, 1 - most * _arb(NEAR**2), FLOAT)
 
 
@@ -541,12 +516,12 @@ def _relative_in_ulp(error: arb, least: arb, form: Format) -> Fraction:
     return Fraction(1, 2) + lost + Fraction(1, 2**60)
 
 
-def _product_error(at: Near, rest: RoundedDouble) -> arb:
+def _product_error(at: Near, rest: Rounded) -> arb:
     """Bound the error of c_high (w^2 - high^2) + w^2 rest, with the rounding of this sum, in units of w^2."""
     u = _arb(_U)
     tail = _arb(Fraction(at.c_high)) * arb(2) ** (2 - CENTRE_BITS)
-    other = _magnitude(rest.value) + rest.error
-    error = tail * ((1 + u) ** 3 - 1) + rest.error + other * ((1 + u) ** 2 - 1)
+    other = _magnitude(rest.value) + rest.absolute
+    error = tail * ((1 + u) ** 3 - 1) + rest.absolute + other * ((1 + u) ** 2 - 1)
     return error + u * (tail + other + error)
 
 
@@ -555,9 +530,10 @@ def _double_bound_near_one(given: arb) -> Fraction:
     row = double_rows()[0]
     machine = fmpq_poly([to_fmpq(-Fraction(c) * NEAR**n) for n, c in enumerate(row.a)])
     given = (given + _arb_above(greatest((machine - _ratio())(_UNIT)))) * _arb(NEAR**2)
-    x = RoundedDouble.between(Fraction(0), NEAR)
-    rest = _double_rest(row, x, x)
-    return _in_ulp(rest.error + given, 1 - _magnitude(rest.value) * 2, DOUBLE)
+    x = _between(Fraction(0), NEAR)
+    numbers = _numbers(DOUBLE_NAMES, row.numbers) | {"t": x, "t2": x}
+    rest = _run(panel_branch("double"), numbers)["rest"]
+    return _in_ulp(rest.absolute + given, 1 - _magnitude(rest.value) * 2, DOUBLE)
 
 
 def certificate(form: str, function: str) -> dict[str, Any]:

@@ -83,7 +83,7 @@ class SpeedKernel:
     @property
     def formats(self) -> tuple[Format, ...]:
         """The types in which the sums are computed."""
-        return (DOUBLE, FLOAT) if isinstance(self.table, Table) and self.table.form == FLOAT else (DOUBLE,)
+        return self.table.types if isinstance(self.table, Table) else (DOUBLE,)
 
 
 def file_of(tier: str) -> str:

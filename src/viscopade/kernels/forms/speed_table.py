@@ -29,10 +29,13 @@ from flint import arb, arb_series, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, interpolated, nodes, to_fmpq, to_fraction
-from viscopade.arithmetic.formats import Format
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
-from viscopade.kernels.certificate import polynomial
+from viscopade.kernels.enclosure import polynomial
+from viscopade.kernels.expressions import Run
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
@@ -60,6 +63,10 @@ class MantissaPiece(NamedTuple):
     p: fmpq_poly
     error: Fraction
 
+    def values(self, s: arb) -> arb:
+        """Return m for a ball of s."""
+        return ball_of(self.centre) + ball_of(self.half) * s
+
     @property
     def least(self) -> Fraction:
         """A lower bound of |p|."""
@@ -84,8 +91,8 @@ class RowBounds(NamedTuple):
     """Bounds on a row, relative to the smaller of eps and 1 - eps."""
 
     error: Fraction
-    terms: Fraction
-    """Of the sum of all |c_k| m^k."""
+    rounding: tuple[tuple[str, Fraction], ...]
+    """Of what rounding does to p for an exact w, by name of the type."""
     falling: bool
     """Whether eps certainly decreases with w on the row."""
 
@@ -172,6 +179,11 @@ class Table(Layout):
             raise ValueError(f"degree is {self.degree}: accepted are odd numbers from 1 to {MOST_DEGREE}")
 
     @property
+    def types(self) -> tuple[Format, ...]:
+        """The types in which the sums are computed."""
+        return (DOUBLE, FLOAT) if self.form == FLOAT else (DOUBLE,)
+
+    @property
     def bytes(self) -> int:
         """Size in memory."""
         return self.size * (self.degree + 1) * bytes_of(self.form)
@@ -210,11 +222,18 @@ class Table(Layout):
         if not smallest > 0:
             raise ArithmeticError(f"p may vanish in row {index}")
         error = greatest(machine - piece.p, parts) + piece.error
-        high = piece.centre + piece.half
-        terms = value([abs(c) for c in self.rows[index]], high)
+        rounding = tuple((form.name, self._rounding_on(index, piece, form) / smallest) for form in self.types)
         rise = machine.derivative()
         falling = to_fraction(rise[0]) + greatest(rise - rise[0]) < 0
-        return RowBounds(error / smallest, terms / smallest, falling)
+        return RowBounds(error / smallest, rounding, falling)
+
+    def _rounding_on(self, index: int, piece: MantissaPiece, form: Format) -> Fraction:
+        """Bound the rounding error of p."""
+        names = [f"c{n}" for n in range(self.degree + 1)]
+        with working(_BITS):
+            given = {name: Rounded(arb(c), form) for name, c in zip(names, self.rows[index], strict=True)}
+            given["m"] = Rounded(piece.values(arb(0, 1)), form)
+            return exact_middle(Run(formulas.table_row(names).program, given, arithmetic(form))["p"].absolute)
 
     @cached_property
     def proven(self) -> RowBounds:
@@ -233,12 +252,8 @@ class Table(Layout):
         return (after - before) / min(abs(before), 1 - abs(before))
 
     def rounding(self, form: Format) -> Fraction:
-        """Return a bound of the rounding error of p for exact w, relative to the smaller of eps and 1 - eps.
-
-        A coefficient c_k goes through at most two roundings in its pair, and three more for each m^2 (that of m^2, of
-        the product and of the sum).
-        """
-        return product_bound(2 + 3 * (self.degree // 2), form) * self.proven.terms
+        """Return a bound of the rounding error of p for exact w, relative to the smaller of eps and 1 - eps."""
+        return dict(self.proven.rounding)[form.name]
 
 
 @recorded
@@ -278,7 +293,7 @@ def bytes_of(form: Format) -> int:
 def _worst(found: Sequence[RowBounds]) -> RowBounds:
     return RowBounds(
         max(b.error for b in found),
-        max(b.terms for b in found),
+        tuple((name, max(dict(b.rounding)[name] for b in found)) for name, _ in found[0].rounding),
         all(b.falling for b in found),
     )
 

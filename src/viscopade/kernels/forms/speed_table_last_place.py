@@ -15,11 +15,15 @@ from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
-from flint import fmpq_poly
+from flint import arb, arb_poly, fmpq_poly
 
+from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w, product_bound
+from viscopade.kernels.expressions import Run
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w
+from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
 from viscopade.kernels.store import recorded
 from viscopade.progress import track
 
@@ -28,6 +32,7 @@ SPLIT = 3
 FIRST = -64
 """The table ends at w = 2^64, v* = 84."""
 
+_BITS = 160
 _U = Fraction(1, 2**53)
 
 
@@ -81,17 +86,24 @@ class LastPlaceTable(Layout):
         least, most, base = piece.least, piece.most, self.base(index)
         if not 0 < least <= most < 1:
             raise ArithmeticError(f"p may vanish in row {index}")
-        terms = sum((abs(c) * half ** (n + 1) for n, c in enumerate(a)), Fraction(0))
-        # The pairs: two roundings, three for each t^2; then the product with t and the sum with low.
-        rest = product_bound(4 + 3 * ((DEGREE - 1) // 2), DOUBLE) * terms + _U * abs(low)
-        lost = _half_ulp(base + abs(head)) if base else Fraction(0)
-        # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
-        error = given + rest + _U * (lost + abs(low) + terms) * (1 + 32 * _U)
+        rest, added = self._rounding_on(index, t)
         least_epsilon = 1 - most if base else least
         return FullBounds(
-            Fraction(1, 2) + error / _ulp(least_epsilon),
+            Fraction(1, 2) + (given + added) / _ulp(least_epsilon),
             ((given + rest) / least + _U) * (1 + _U),
         )
+
+    def _rounding_on(self, index: int, t: fmpq_poly) -> tuple[Fraction, Fraction]:
+        """Bound the rounding errors of `rest`, and of what is added to the leading sum."""
+        names = [f"c{n}" for n in range(DEGREE + 2)]
+        with working(_BITS):
+            given = {name: Rounded(arb(c), DOUBLE) for name, c in zip(names, self.rows[index], strict=True)}
+            given["t"] = Rounded(arb_poly(t)(arb(0, 1)), DOUBLE)
+            # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
+            lost = half_unit(1 + given["c0"].value, DOUBLE) if self.base(index) else arb(0)
+            given["lost"] = Rounded(arb(0, lost), DOUBLE)
+            values = Run(formulas.full_row(names).program, given, arithmetic(DOUBLE))
+            return exact_middle(values["rest"].absolute), exact_middle((values["lost"] + values["rest"]).absolute)
 
     @cached_property
     def proven(self) -> FullBounds:
@@ -121,7 +133,3 @@ def _ulp(number: Fraction) -> Fraction:
     """Return the unit in the last place of numbers from this one on."""
     exponent = number.numerator.bit_length() - number.denominator.bit_length()
     return Fraction(2) ** ((exponent if number >= Fraction(2) ** exponent else exponent - 1) - 52)
-
-
-def _half_ulp(number: Fraction) -> Fraction:
-    return _ulp(number) / 2

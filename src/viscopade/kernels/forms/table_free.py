@@ -9,7 +9,7 @@ the last without cancellation. There are no branches: w is cut off at 2^120 in t
 no power of y overflows, and eps is below 2e-12 and 2e-90.
 
 A `MachineArithmetic` says what is assumed. An error delta of ln y changes ln eps by d ln eps/d ln y times delta, which
-`expressions.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an
+`rounding.Rounded` encloses. As ln y = ln(w)/30, errors of log2(w) are divided by 30: even a log2 that is good to an
 absolute 2^-21 only, as shaders have it near w = 1, costs 1e-8.
 """
 
@@ -35,15 +35,16 @@ from viscopade.kernels.expressions import (
     Literal,
     Name,
     Program,
-    Rounded,
+    Run,
     Statement,
+    by_powers,
     evaluate,
     gaps,
-    horner_expression,
     powers,
-    run_program,
 )
-from viscopade.kernels.forms.lacunary_rounding import BITS, DIGITS, ULPS, Part, Values, constants, largest
+from viscopade.kernels.forms.formulas import constants, named
+from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest
+from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.kernels.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
@@ -177,10 +178,7 @@ def table_free_program(
     """
     require_half_line_degrees(form)
     elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
-    top, bottom = (
-        horner_expression(exponents, [f"{letter}{k}" for k in exponents], "y")
-        for letter, exponents in (("a", form.top), ("b", form.bottom))
-    )
+    top, bottom = by_powers("y", named("a", form.top)), by_powers("y", named("b", form.bottom))
     common = (
         Statement("y", Call(exp, (Call(log, (Name("w"),)) * Name(THIRTIETH),))),
         *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
@@ -238,19 +236,14 @@ def _on_part(
     # The speed is exact, and the slope of rebound that at constant speed.
     given |= {"y": Rounded(y, model, slope=1), "speed": Rounded(arb(1), model)}
 
-    def literal(text: str) -> Rounded:
-        return Rounded(ball_of(Fraction(text)), model)
-
     def divide(top: Rounded, bottom: Rounded) -> Rounded:
-        result = top / bottom
-        more = ball_of(machine.quotient * machine.ulp)
-        result.relative = arb(((1 + result.relative) * (1 + more) - 1).abs_upper())
-        return result
+        return top.over(bottom).with_error(ball_of(machine.quotient * machine.ulp))
 
     program = table_free_program(form, called)
-    values = run_program((*program.common, program.inverse), given, literal, {"divide": divide})
+    rounded = arithmetic(model, divide=divide)
+    values = Run((*program.common, program.inverse), given, rounded)
     found = {
-        name: evaluate(expression, values, literal, {"divide": divide}).with_error_of_y(error)
+        name: evaluate(expression, values, rounded).with_error_of_y(error)
         for name, expression in program.results.items()
     }
     return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in found.items()}

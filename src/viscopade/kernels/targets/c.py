@@ -8,8 +8,10 @@ from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
+from viscopade.kernels.expressions import Branch, c_language, text
+from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, horner_text, lasting, lasting_lines, preamble
+from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble
 from viscopade.kernels.v_star import speed_note
 
 NAMES = {
@@ -82,13 +84,14 @@ def _block(kernel: Quotient) -> dict[str, Any]:
 def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
     """Return what the template needs of one kernel's functions in one type."""
     a, b = kernel.rounded(form)
+    given = formulas.dense(a=a, b=b)
     return {
         "type": form.name,
         "suffix": form.suffix,
         "zero": form.decimal(0.0),
         "one": form.decimal(1.0),
         "nan": f'nan{form.suffix}("")',
-        **_sums(("a", a), ("b", b), len(a) - len(b), kernel.threshold(form), form),
+        **_branches(given, formulas.epsilon(given), "epsilon", kernel.threshold(form), form),
         "is_constant": len(a) == len(b) == 1,
         "derivative": _derivative(kernel, form),
     }
@@ -100,30 +103,25 @@ def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
     if found is None:
         return None
     (t, b), threshold = found
-    return _sums(("t", t), ("b", b), len(t) - 2 * (len(b) - 1), threshold, form)
+    given = formulas.dense(t=t, b=b)
+    return _branches(given, formulas.derivative(given), "derivative", threshold, form)
 
 
-def _sums(
-    top: tuple[str, Sequence[float]], bottom: tuple[str, Sequence[float]], power: int, threshold: int, form: Format
+def _branches(
+    given: Mapping[str, float], branches: tuple[Branch, Branch], result: str, threshold: int, form: Format
 ) -> dict[str, object]:
-    """Return the constants and sums of two polynomials; in u = 1/v* a power of u or of v* is left over."""
-    numerator, denominator = _names(*top), _names(*bottom)
+    """Return the constants, and the statements and result of the programs in v_star and in u = 1/v_star."""
     return {
-        "constants": [
-            (name, _constant(value, form))
-            for name, value in zip(numerator + denominator, (*top[1], *bottom[1]), strict=True)
-            if name is not None
-        ],
-        "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
-        "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
-        "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
+        "constants": [(name, _constant(value, form)) for name, value in given.items()],
+        "branches": [_branch(branch, result, form, 4 * (i + 1)) for i, branch in enumerate(branches)],
         "far_threshold": _constant(2.0**threshold, form),
     }
 
 
-def _names(letter: str, values: Sequence[float]) -> list[str | None]:
-    """Return the coefficients' names, None for those that are zero."""
-    return [f"{letter}{i}" if value else None for i, value in enumerate(values)]
+def _branch(branch: Branch, result: str, form: Format, indent: int) -> dict[str, object]:
+    language = c_language(form)
+    statements = [(name, _wrapped(text(expression, language), indent)) for name, expression in branch.program]
+    return {"statements": statements, "result": _wrapped(text(branch.results[result], language), indent)}
 
 
 def _constant(value: float, form: Format) -> str:

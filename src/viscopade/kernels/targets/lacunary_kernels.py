@@ -8,8 +8,8 @@ from typing import Any, cast
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import PYTHON, Language, c_language, text
-from viscopade.kernels.forms import lacunary_rounding
+from viscopade.kernels.expressions import PYTHON, Branch, Language, c_language, text
+from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     INVERSE,
@@ -19,7 +19,6 @@ from viscopade.kernels.forms.lacunary_kernels import (
     LacunaryKernel,
     LacunaryVariant,
 )
-from viscopade.kernels.forms.lacunary_rounding import CodeBranch
 from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
 from viscopade.kernels.v_star import assumed, stated
 
@@ -173,10 +172,10 @@ def _ends(kernel: LacunaryKernel) -> tuple[float, float] | None:
 
 
 def _constants(kernel: LacunaryKernel, variant: LacunaryVariant) -> list[tuple[str, float]]:
-    return list(lacunary_rounding.constants(kernel.powers, variant.a, variant.b).items())
+    return list(formulas.constants(kernel.powers, variant.a, variant.b).items())
 
 
-def _branch(branch: CodeBranch, language: Language, indent: int) -> dict[str, object]:
+def _branch(branch: Branch, language: Language, indent: int) -> dict[str, object]:
     """Return a program as names and lines, those for C wrapped."""
     written = [(name, text(expression, language)) for name, expression in branch.program]
     results = {name: text(expression, language) for name, expression in branch.results.items()}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
 from fractions import Fraction
 from textwrap import wrap
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.expressions import Branch, c_language, text
 from viscopade.kernels.forms import last_place
 
 _FRACTION_BITS = {"double": 52, "float": 23}
@@ -120,34 +120,30 @@ def _double_rows() -> list[tuple[float, ...]]:
 
 
 def _double() -> dict[str, object]:
-    near = last_place.near("double")
-    rows = _double_rows()
     return {
         "degree": last_place.DEGREES["double"],
-        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _double_rows()],
         "switch": last_place.switch(),
         "cleared": _mask(last_place.CLEARED),
         "near_cleared": _mask(53 - last_place.CENTRE_BITS),
-        "near": [("c_high", _constant(near.c_high)), ("c_low", _constant(near.c_low)), *_named(near.a)],
+        "near": _near("double"),
         "tiny": _constant(2.0**last_place.TINY),
         "lift": _constant(2.0**last_place.LIFT),
         "lower": _constant(2.0 ** (-2 * last_place.LIFT)),
-        "pairs": _pairs([f"a[{n}]" for n in range(5, len(rows[0]))]),
-        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))], "v_star"),
+        "panel": _lines(last_place.panel_branch("double")),
+        "near_sums": _lines(last_place.near_branch("double")),
         **_layout("double", -1),
     }
 
 
 def _float() -> dict[str, object]:
-    near = last_place.near("float")
-    rows = last_place.float_rows()
     return {
         "degree": last_place.DEGREES["float"],
-        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in rows],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in last_place.float_rows()],
         "switch": last_place.switch(),
-        "near": [("c", _constant(near.c_high)), *_named(near.a)],
-        "pairs": _pairs([f"a[{n}]" for n in range(1, len(rows[0]))]),
-        "near_pairs": _pairs([f"a{n}" for n in range(len(near.a))]),
+        "near": _near("float"),
+        "panel": _lines(last_place.panel_branch("float")),
+        "near_sums": _lines(last_place.near_branch("float")),
         "half": f"0x{1 << (_FRACTION_BITS['float'] - last_place.SPLIT - 1):x}",
         **_layout("float", 0),
     }
@@ -182,15 +178,12 @@ def _constant(value: float) -> str:
     return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
 
 
-def _named(values: Sequence[float]) -> list[tuple[str, str]]:
-    return [(f"a{n}", _constant(value)) for n, value in enumerate(values)]
+def _near(form: str) -> list[tuple[str, str]]:
+    return [(name, _constant(value)) for name, value in last_place.near_constants(form).items()]
 
 
-def _pairs(names: Sequence[str], variable: str = "t") -> str:
-    """Return the sum that `forms.last_place` evaluates in pairs, in C, on lines of a function's body."""
-    groups = [names[n : n + 2] for n in range(0, len(names), 2)]
-    pairs = [f"({group[0]} + {variable} * {group[1]})" if len(group) == 2 else group[0] for group in groups]
-    total = pairs.pop()
-    for pair in reversed(pairs):
-        total = f"{pair} + tt * ({total})" if " + tt" in total else f"{pair} + tt * {total}"
-    return f"\n{' ' * 8}".join(wrap(total, WIDTH - 20))
+def _lines(branch: Branch) -> dict[str, str]:
+    """Return a branch's statements and results in C by name, on lines of a function's body."""
+    language = c_language(DOUBLE)
+    written = {**dict(branch.program), **branch.results}
+    return {name: f"\n{' ' * 8}".join(wrap(text(e, language), WIDTH - 20)) for name, e in written.items()}

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.forms import last_place
+from viscopade.kernels.expressions import c_language, text
+from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable, ulp_of_w
@@ -71,7 +71,7 @@ def render(given: SpeedKernel, command: str) -> str:
         rows=[", ".join(number.hexadecimal(c) for c in row) for row in table.rows],
         parts=[f"c{n}" for n in range(0, width, _part(width))],
         part_width=_part(width),
-        types=[_type(table, form, width) for form in given.formats],
+        types=[_type(given.name, table, form, width) for form in given.formats],
         functions=FUNCTIONS,
         block=BLOCK,
         ahead=AHEAD,
@@ -79,7 +79,7 @@ def render(given: SpeedKernel, command: str) -> str:
     )
 
 
-def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
+def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
     fraction = form.precision - 1
     size = 8 * bytes_of(form)
@@ -89,11 +89,14 @@ def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
 
     one = form.largest << fraction
     lead = ((1 << table.split) - 1) << (fraction - table.split)
-    first = 2 if isinstance(table, LastPlaceTable) else 0
-    variable, square = ("t", "tt") if first else ("m", "mm")
-    scalar = [f"c[{n}]" for n in range(first, width)]
-    part = _part(width)
-    array = [f"c{n - n % part}[i][{n % part}]" for n in range(first, width)]
+    part, language = _part(width), c_language(form)
+    scalar = [f"c[{n}]" for n in range(width)]
+    array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
+    rest = f"viscopade_rest_{name}{form.suffix}(base)"
+    row = formulas.full_row if isinstance(table, LastPlaceTable) else formulas.table_row
+    of_scalar, of_array = (dict(row(names).program) for names in (scalar, array))
+    of_result = row(scalar, rest)
+    result = {**dict(of_result.program), **of_result.results}
     return {
         "name": form.name,
         "suffix": form.suffix,
@@ -114,25 +117,16 @@ def _type(table: Layout, form: Format, width: int) -> dict[str, object]:
         "sign": size - 1,
         "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
         "one_literal": form.decimal(1.0),
-        "two_literal": form.decimal(2.0),
         "line": CACHE_LINE // bytes_of(form),
-        "scalar_polynomial": _in_pairs(scalar, variable, square),
-        "array_polynomial": _in_pairs(array, variable, square),
+        "scalar": {name: text(e, language) for name, e in of_scalar.items()},
+        "array": {name: text(e, language) for name, e in of_array.items()},
+        "result": {name: text(e, language) for name, e in result.items()},
     }
 
 
 def _part(width: int) -> int:
     """Return how many numbers of a row are copied together: what was fastest for arrays with GCC and with Clang."""
     return 4 if width == 4 else 2
-
-
-def _in_pairs(names: Sequence[str], variable: str, square: str) -> str:
-    """Return (c0 + m * c1) + mm * ((c2 + m * c3) + mm * (…))."""
-    pairs = [f"({names[n]} + {variable} * {names[n + 1]})" for n in range(0, len(names), 2)]
-    total = pairs.pop()
-    for n, pair in enumerate(reversed(pairs)):
-        total = f"{pair} + {square} * {f'({total})' if n else total}"
-    return total[1:-1] if total.count("(") == 1 else total
 
 
 def _slow_text(given: SpeedKernel) -> str:

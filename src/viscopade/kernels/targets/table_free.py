@@ -19,7 +19,7 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Language, Program, c_language, text
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
-from viscopade.kernels.forms.lacunary_rounding import ULPS
+from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import (
     DEVICE,
     FUNCTIONS,

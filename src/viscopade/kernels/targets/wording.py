@@ -1,4 +1,4 @@
-"""Common text of all languages: the sentences at the head of a file, Horner's rule."""
+"""Common text of all languages: the sentences at the head of a file."""
 
 from __future__ import annotations
 
@@ -90,20 +90,3 @@ def _summary(kernel: Quotient) -> list[str]:
     indent = " " * 4
     lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
     return [kernel.label, *(line for part in lines for line in part)]
-
-
-def horner_text(names: Sequence[str | None], variable: str) -> str:
-    """Return Horner's rule in the syntax that C and Python share.
-
-    Parameters
-    ----------
-    names : sequence of str or None
-        Names of the coefficients in ascending order; None for one that is zero, but not the last.
-    variable : str
-        Name of the variable.
-    """
-    expression = str(names[-1])
-    for name in reversed(names[:-1]):
-        product = f"{variable} * ({expression})" if " " in expression else f"{variable} * {expression}"
-        expression = product if name is None else f"{name} + {product}"
-    return expression

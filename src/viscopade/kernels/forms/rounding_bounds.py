@@ -1,13 +1,4 @@
-r"""Straight-line programs of lacunary quotients, as exported code evaluates them, and their rounding bounds.
-
-Half-line kernels (`half_line`), with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
-
-    v* <= 1:    eps = D(y)/(D(y) + v*^2 N(y)),           1 - eps = v*^2 N(y)/(…)
-    v* > 1:     eps = w^3 u D^(u)/(w^3 u D^(u) + N^(u)),  1 - eps = N^(u)/(…)
-
-so that no power overflows. Inverse kernels (`inverse`), with y = ((1 - eps)/eps)^root, u = 1/y:
-
-    v* = y^k N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = k + deg N - deg D.
+"""Rounding bounds of kernels: their programs (`formulas`), run with `rounding.Rounded` all over the domain.
 
 The roots are taken by sqrt, cbrt and pow of math.h. sqrt rounds correctly by IEEE 754; of the others it is assumed that
 they are within `ULPS` units in the last place, of type float as well. (The largest errors that glibc's manual knows of
@@ -17,40 +8,30 @@ for cbrt, and for pow, are no larger.) The error of y = x^root goes into the bou
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from flint import arb
 
-from viscopade.approximation.inverse import HALF, INTERVAL_ROOT
+from viscopade.approximation.inverse import INTERVAL_ROOT
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, Format
-from viscopade.kernels.expressions import (
-    Call,
-    Expression,
-    Literal,
-    Name,
-    Program,
-    Rounded,
-    Statement,
-    evaluate,
-    gaps,
-    horner_expression,
-    power,
-    powers,
-    run_program,
-    smallest_number,
-)
+from viscopade.kernels.certificate import speeds
+from viscopade.kernels.expressions import Branch
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
 
 ULPS = 4
 """Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
 
 BITS = 128
 PARTS = 32  # of the values of y, at first
+PARTS_OF_PANEL = (4, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
@@ -58,27 +39,12 @@ _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its
 _NEAR = Fraction(1, 2**8)
 _STEP = Fraction(5, 4)  # (1 + 1/9)^5 < 2: powers of a ball of this width do not contain 0
 
+HALF_LINE = ("epsilon", "one_minus_epsilon")
+
 Values = tuple[float, ...]
 Part = tuple[Fraction, Fraction]
 Found = Mapping[str, Rounded]
 Result = TypeVar("Result")
-
-
-class CodeBranch(NamedTuple):
-    """A branch of the code: a program for a part of the arguments, and the expressions of its results.
-
-    Attributes
-    ----------
-    variable : str
-        The root, "y" or "u", in whose powers polynomials are; the program assigns it once.
-    program : Program
-    results : dict
-        Expressions by name.
-    """
-
-    variable: str
-    program: Program
-    results: dict[str, Expression]
 
 
 class Size(NamedTuple):
@@ -88,92 +54,71 @@ class Size(NamedTuple):
     underflow: str
 
 
-# --- programs ---------------------------------------------------------------------------------------------------------
-
-
-def constants(form: Powers, a: Values, b: Values) -> dict[str, float]:
-    """Return the coefficients by their names in programs: a4 is the coefficient of y^4 in N, b4 the one in D."""
-    tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
-    return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
-
-
-def half_line(form: Powers) -> tuple[CodeBranch, CodeBranch]:
-    """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon."""
-    v_star, w = Name("v_star"), Name("w")
-    top, bottom = _polynomials(form, "y", mirror=False)
-    near = (
-        Statement("y", Call("cbrt", (v_star,))),
-        *powers("y", _needed(form)),
-        Statement("elastic", bottom),
-        Statement("lost", v_star * v_star * top),
-    )
-    top, bottom = _polynomials(form, "u", mirror=True)
-    far = (
-        Statement("w", Literal("1.0") / v_star),
-        Statement("u", Call("cbrt", (w,))),
-        *powers("u", _needed(form)),
-        Statement("elastic", w * w * w * Name("u") * bottom),
-        Statement("lost", top),
-    )
-    elastic, lost = Name("elastic"), Name("lost")
-    results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
-    return CodeBranch("y", near, results), CodeBranch("u", far, results)
-
-
-def inverse(form: Powers, root: Fraction) -> tuple[CodeBranch, ...]:
-    """Return the program for root 1/2, or for root 1/10 those for eps >= 1/2 and eps < 1/2.
-
-    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
-    """
-    epsilon, loss = Name("epsilon"), Name("loss")
-    shift = int(HALF / root)
-    top, bottom = _polynomials(form, "y", mirror=False)
-    near = CodeBranch(
-        "y",
-        (Statement("y", _root(root, loss / epsilon)), *_with_sums(form, "y", shift, top, bottom)),
-        {"v_star": power("y", shift) * Name("top") / Name("bottom")},
-    )
-    if root == INTERVAL_ROOT:
-        return (near,)
-    rest = shift + form.top[-1] - form.bottom[-1]
-    top, bottom = _polynomials(form, "u", mirror=True)
-    far = CodeBranch(
-        "u",
-        (Statement("u", _root(root, epsilon / loss)), *_with_sums(form, "u", rest, top, bottom)),
-        {"v_star": Name("top") / (power("u", rest) * Name("bottom"))},
-    )
-    return near, far
-
-
-def _needed(form: Powers) -> set[int]:
-    return gaps(form.top) | gaps(form.bottom)
-
-
-def _with_sums(form: Powers, variable: str, shift: int, top: Expression, bottom: Expression) -> Program:
-    needed = _needed(form) | {shift}
-    return (*powers(variable, needed), Statement("top", top), Statement("bottom", bottom))
-
-
-def _root(root: Fraction, argument: Expression) -> Expression:
-    if root == INTERVAL_ROOT:
-        return Call("sqrt", (argument,))
-    return Call("pow", (argument, Literal(str(float(root)))))
-
-
-def _polynomials(form: Powers, variable: str, mirror: bool) -> tuple[Expression, Expression]:
-    """Return N and D, or the mirrored ones."""
-    top, bottom = ((letter, list(exponents)) for letter, exponents in (("a", form.top), ("b", form.bottom)))
-    return _polynomial(*top, variable, mirror), _polynomial(*bottom, variable, mirror)
-
-
-def _polynomial(letter: str, exponents: list[int], variable: str, mirror: bool) -> Expression:
-    names = [f"{letter}{k}" for k in exponents]
-    if mirror:
-        exponents, names = [exponents[-1] - k for k in reversed(exponents)], names[::-1]
-    return horner_expression(exponents, names, variable)
-
-
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
+
+
+def quotient_rounding(
+    a: Sequence[Fraction],
+    b: Sequence[Fraction],
+    form: Format,
+    low: Fraction,
+    high: Fraction,
+    coefficients: bool = False,
+) -> arb:
+    """Bound the relative rounding error of the computed quotient for low <= v* <= high.
+
+    Parameters
+    ----------
+    a, b : sequence of Fraction
+        Coefficients in ascending order, numbers of the format.
+    form : Format
+    low, high : Fraction
+        Interval of v*, of which every number of the format is meant.
+    coefficients : bool
+        Whether the coefficients are rounded to the format, too.
+
+    Raises
+    ------
+    ArithmeticError
+        If numerator or denominator may vanish.
+    """
+    given = formulas.dense(a=a, b=b)
+    branch, _ = formulas.epsilon(given)
+    return _of_quotient(branch, "epsilon", given, form, (low, high), coefficients)
+
+
+def derivative_rounding(
+    t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction
+) -> arb:
+    """Bound the relative rounding error of the computed v* T/(D D), where nothing underflows.
+
+    Arguments and errors as for `quotient_rounding`.
+    """
+    given = formulas.dense(t=t, b=b)
+    branch, _ = formulas.derivative(given)
+    return _of_quotient(branch, "derivative", given, form, (low, high), False)
+
+
+def _of_quotient(
+    branch: Branch, result: str, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool
+) -> arb:
+    with working(BITS):
+        own = arb(2) ** -form.precision if rounded else 0
+        given = {name: Rounded(ball_of(c), form, own) for name, c in exact.items()}
+        for parts in PARTS_OF_PANEL:
+            balls = (_relative(branch, result, given, form, v_star) for v_star in speeds(*ends, parts))
+            with suppress(ArithmeticError):
+                return max(balls).abs_upper()
+    raise ArithmeticError(f"{result}: numerator or denominator may vanish within its rounding error")
+
+
+def _relative(branch: Branch, result: str, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
+    found = of_branch(branch, [result], {**given, "v_star": Rounded(v_star, form)}, form)[result]
+    underflow = found.underflow / arb(found.value.abs_lower()) if result == "epsilon" else 0
+    size = found.relative + underflow
+    if not size.is_finite():
+        raise ArithmeticError("the numerator may vanish within its rounding error")
+    return size
 
 
 @lru_cache(maxsize=256)
@@ -188,8 +133,8 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     ArithmeticError
         If a sum may vanish.
     """
-    near, far = half_line(form)
-    numbers = constants(form, a, b)
+    near, far = formulas.half_line(form)
+    numbers = formulas.constants(form, a, b)
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_root = _log_error(2 * ULPS * unit)
@@ -202,11 +147,11 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
             return {"w": Rounded(u**3, kind, relative=unit)}
 
         both = (
-            _on_parts(near, numbers, kind, near_inputs, lambda _: of_root),
-            _on_parts(far, numbers, kind, far_inputs, lambda _: of_far_root),
+            _on_parts(near, HALF_LINE, "y", numbers, kind, near_inputs, lambda _: of_root),
+            _on_parts(far, HALF_LINE, "u", numbers, kind, far_inputs, lambda _: of_far_root),
         )
 
-        return {name: _size(both, name, kind) for name in near.results}
+        return {name: _size(both, name, kind) for name in HALF_LINE}
 
 
 @lru_cache(maxsize=256)
@@ -234,11 +179,12 @@ def inverse_sizes(
 
         start = _below_root(smallest_number(kind), root)
         end = _above_root(1 / epsilon_min - 1) if epsilon_min else Fraction(1)
-        numbers = constants(form, a, b)
-        relative = max(
-            largest(_on_parts(branch, numbers, kind, lambda _: {}, of_root), _from(start, end), _of_v_star)
-            for branch in inverse(form, root)
+        numbers = formulas.constants(form, a, b)
+        walks = (
+            _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, of_root)
+            for variable, branch in zip("yu", formulas.inverse(form, root), strict=False)
         )
+        relative = max(largest(on, _from(start, end), _of_v_star) for on in walks)
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
 
@@ -267,20 +213,19 @@ def _of_pow(exponent: Fraction, kind: Format, log: arb | None = None) -> arb:
 
 
 def _on_parts(
-    branch: CodeBranch,
+    branch: Branch,
+    results: Sequence[str],
+    variable: str,
     numbers: Mapping[str, float],
     kind: Format,
     inputs: Callable[[arb], dict[str, Rounded]],
     log_error: Callable[[arb], arb],
 ) -> Callable[[Part], Found]:
-    """Return a function from a part of the branch's variable to the results there, which raises if a sum may vanish.
+    """Return a function from a part of the branch's root to the results there, which raises if a sum may vanish.
 
-    `log_error` bounds the error of the variable's logarithm.
+    `variable` is the root's name; `log_error` bounds the error of its logarithm.
     """
     exact = {name: Rounded(arb(c), kind) for name, c in numbers.items()}
-
-    def literal(text: str) -> Rounded:
-        return Rounded(arb(kind.nearest(Fraction(text))), kind)
 
     @cache
     def on(part: Part) -> Found:
@@ -288,22 +233,17 @@ def _on_parts(
         error = log_error(y)
         if not error < ball_of(_SLACK) / 2:
             raise ArithmeticError("a computed root may be beyond its part")
-        given: dict[str, Any] = {**exact, **inputs(y), branch.variable: Rounded(y, kind, slope=1)}
-        values = run_program(branch.program, given, literal)
-        return {
-            name: evaluate(expression, values, literal).with_error_of_y(error)
-            for name, expression in branch.results.items()
-        }
+        found = of_branch(branch, results, {**exact, **inputs(y), variable: Rounded(y, kind, slope=1)}, kind)
+        return {name: number.with_error_of_y(error) for name, number in found.items()}
 
     return on
 
 
 def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) -> Size:
-    """Return the bounds for all parts of [0, 1] on all branches."""
-    relative, underflow = (
-        max(largest(on, _uniform(Fraction(1)), of) for on in branches)
-        for of in (lambda found: found[name].relative, lambda found: found[name].underflow)
-    )
+    """Return the bounds for all parts of [0, 1] on all branches, both of the same parts."""
+    walks = [(on, refined(on, _uniform(Fraction(1)), lambda found: found[name].relative)) for on in branches]
+    relative = max(size for _, parts in walks for size, _ in parts)
+    underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
     return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(smallest_number(kind)), DIGITS))
 
 
@@ -313,7 +253,14 @@ def _of_v_star(found: Found) -> arb:
 
 
 def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]) -> arb:
-    """Return a bound over all parts: the part with the largest bound is halved while that lowers it noticeably.
+    """Return a bound over all parts; arguments and errors as for `refined`."""
+    return max(size for size, _ in refined(on, parts, bound))
+
+
+def refined(
+    on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable[[Result], arb]
+) -> list[tuple[arb, Part]]:
+    """Return parts with their bounds: the part with the largest bound is halved while that lowers it noticeably.
 
     On wide parts enclosures, those of slopes above all, exceed what they enclose by far.
 
@@ -346,14 +293,14 @@ def largest(on: Callable[[Part], Result], parts: Iterable[Part], bound: Callable
         alone = known((middle, middle))
         reached = max(reached, alone) if alone.is_finite() else reached
         if worst <= reached * (1 + ball_of(_NEARLY)):
-            return worst
+            return found
         if len(found) >= MOST_PARTS:
             break
         found[place : place + 1] = [(known(half), half) for half in ((low, middle), (middle, high))]
     if not worst.is_finite():
         on((low, high))
         raise ArithmeticError(f"there is no bound from {float(low):g} to {float(high):g}")
-    return worst
+    return found
 
 
 def _uniform(end: Fraction) -> Iterator[Part]:

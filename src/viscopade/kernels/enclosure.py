@@ -1,0 +1,102 @@
+"""Proof reading of formulas: expressions evaluated in ball arithmetic on power series, with exact coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from flint import arb, arb_poly, arb_series
+
+from viscopade.arithmetic.balls import ball_of
+from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """A formula with exact coefficients, as the proofs read it.
+
+    Attributes
+    ----------
+    power : int
+        The r for which the formula is a smooth function of its root y = x^(1/r).
+    near : Branch
+        Its program for arguments near x = 0.
+    far : Branch or None
+        That for arguments near infinity.
+    coefficients : mapping
+        By name, exactly, or enclosed.
+    """
+
+    power: int
+    near: Branch
+    far: Branch | None
+    coefficients: Mapping[str, Fraction | arb]
+
+    def has(self, result: str) -> bool:
+        """Return whether the formula's program near 0 has a result."""
+        return result in self.near.results
+
+    def at(self, result: str, **given: arb_series) -> arb_series:
+        """Return a result of the program near 0, given its inputs and roots.
+
+        Raises
+        ------
+        ZeroDivisionError
+            If a denominator may vanish.
+        """
+        found: arb_series = _evaluated(self.near, result, self.coefficients, given, _SERIES)
+        return found
+
+    def limit(self, **given: arb) -> arb:
+        """Return "limit", a result of the program near infinity, given its inputs and roots.
+
+        Raises
+        ------
+        ValueError
+            If the formula has no such program.
+        """
+        if self.far is None or "limit" not in self.far.results:
+            raise ValueError("the formula does not go like the exact one at infinity")
+        found: arb = _evaluated(self.far, "limit", self.coefficients, given, _BALLS)
+        return found
+
+
+def _evaluated(
+    branch: Branch, result: str, exact: Mapping[str, Fraction | arb], given: Mapping[str, Any], arithmetic: Arithmetic
+) -> Any:
+    coefficients = {name: c if isinstance(c, arb) else ball_of(c) for name, c in exact.items()}
+    return evaluate(branch.results[result], Run(branch.program, {**coefficients, **given}, arithmetic), arithmetic)
+
+
+def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
+    """Return the polynomial of a series: shifted to z's constant term, by its middle first so that balls grow least."""
+    constant, *rest = z.coeffs()
+    middle = constant.mid()
+    shifted = arb_poly(list(coefficients))(arb_poly([middle, 1]))(arb_poly([constant - middle, 1]))
+    return arb_series(shifted.coeffs())(arb_series([arb(0), *rest]))
+
+
+def quotient(numerator: arb_series, denominator: arb_series) -> arb_series:
+    """Return the quotient of two series; a denominator that may vanish is refused, also for a numerator 0."""
+    if not denominator.coeffs() or denominator.coeffs()[0].contains(0):
+        raise ZeroDivisionError("the denominator may vanish")
+    return numerator / denominator
+
+
+def _of_series(terms: Sequence[tuple[int, arb]], z: arb_series) -> arb_series:
+    by_exponent = dict(terms)
+    return polynomial([by_exponent.get(i, arb(0)) for i in range(terms[-1][0] + 1)], z)
+
+
+def _of_balls(terms: Sequence[tuple[int, arb]], z: arb) -> arb:
+    return sum((c * z**exponent for exponent, c in terms), arb(0))
+
+
+def _literal(text: str) -> arb:
+    return ball_of(Fraction(text))
+
+
+_SERIES = Arithmetic(_literal, polynomial=_of_series, operations={"/": quotient})
+_BALLS = Arithmetic(_literal, polynomial=_of_balls)

@@ -1,0 +1,55 @@
+"""The formulas of kernels (`formulas`) with exact coefficients, for the proofs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from viscopade.approximation.inverse import HALF
+from viscopade.approximation.lacunary import LacunaryQuotient
+from viscopade.kernels.enclosure import Formula
+from viscopade.kernels.forms import formulas
+
+Coefficients = Sequence[Fraction]
+
+
+def quotient(a: Coefficients, b: Coefficients) -> Formula:
+    """Return eps = N/D with coefficients in ascending order."""
+    given = formulas.dense(a=a, b=b) | formulas.losses(a, b)
+    return Formula(1, *formulas.epsilon(given), given)
+
+
+def derivative(t: Coefficients, b: Coefficients) -> Formula:
+    """Return d eps/d v* = v* T/D^2 with coefficients in ascending order."""
+    given = formulas.dense(t=t, b=b)
+    return Formula(1, *formulas.derivative(given), given)
+
+
+def half_line(found: LacunaryQuotient) -> Formula:
+    """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4."""
+    return Formula(3, *formulas.half_line(found.powers), formulas.constants(found.powers, found.a, found.b))
+
+
+def inverse(found: LacunaryQuotient, root: Fraction) -> Formula:
+    """Return v* = y^k N/D, with N and D lacunary in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
+    near, *far = formulas.inverse(found.powers, root)
+    given = formulas.constants(found.powers, found.a, found.b)
+    return Formula(int(HALF / root), near, far[0] if far else None, given)
+
+
+def slope(a: Coefficients, b: Coefficients) -> tuple[Fraction, ...]:
+    """Return the coefficients of T = (N' D - N D')/v*, d/d v* of N/D being v* T/D^2.
+
+    Raises
+    ------
+    ValueError
+        Unless a_0 b_1 = a_1 b_0.
+    """
+    t = [Fraction(0)] * (len(a) + len(b) - 2)
+    for i, top in enumerate(a):
+        for j, bottom in enumerate(b):
+            if i != j:
+                t[i + j - 1] += (i - j) * top * bottom
+    if t and t[0]:
+        raise ValueError("1 - N/D must vanish like v*^2")
+    return tuple(t[1:])

@@ -1,0 +1,298 @@
+r"""The formulas of kernels, each written once, with one program for small and one for large arguments.
+
+Quotients of polynomials in v*, with u = 1/v* where powers of v* might overflow:
+
+    eps = N(v*)/D(v*),    d eps/d v* = v* T(v*)/D(v*)^2.
+
+Half-line kernels, with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
+
+    v* <= 1:    eps = D(y)/(D(y) + v*^2 N(y)),           1 - eps = v*^2 N(y)/(…)
+    v* > 1:     eps = w^3 u D^(u)/(w^3 u D^(u) + N^(u)),  1 - eps = N^(u)/(…)
+
+so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^root, u = 1/y:
+
+    v* = y^k N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = k + deg N - deg D.
+
+Rows of tables are polynomials in t or in m that are summed in pairs; those of full accuracy have a leading part apart,
+whose sums are exact.
+
+Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^2, "ratio"
+is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^(10/3), or of v* y^(-3), for large v*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import TypeVar
+
+from viscopade.approximation.inverse import HALF, INTERVAL_ROOT
+from viscopade.approximation.lacunary import Powers
+from viscopade.kernels.expressions import (
+    Branch,
+    Call,
+    Exact,
+    Expression,
+    Guard,
+    Literal,
+    Name,
+    Program,
+    Statement,
+    Terms,
+    by_horner,
+    by_powers,
+    gaps,
+    in_pairs,
+    mirrored,
+    power,
+    powers,
+)
+
+_LIMIT_POWER = 3  # v* goes like u^-3, as eps goes like v*^(-10/3)
+
+Number = TypeVar("Number")
+
+
+def named(letter: str, exponents: Iterable[int]) -> Terms:
+    """Return a polynomial whose coefficients have the letter and the exponent for a name: a4 is that of y^4."""
+    return tuple((k, f"{letter}{k}") for k in exponents)
+
+
+def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
+    """Return the coefficients of a lacunary quotient by name: a4 is the coefficient of y^4 in N, b4 the one in D."""
+    tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
+    return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
+
+
+# --- quotients of polynomials in v* -----------------------------------------------------------------------------------
+
+
+def dense(**polynomials: Sequence[Number]) -> dict[str, Number]:
+    """Return the coefficients of polynomials by letter and exponent, without those that are zero."""
+    return {f"{letter}{i}": c for letter, values in polynomials.items() for i, c in enumerate(values) if c}
+
+
+def epsilon(given: Mapping[str, object]) -> tuple[Branch, Branch]:
+    """Return the programs of eps = N/D with these coefficients a and b: in v_star, and in u = 1/v_star."""
+    top, bottom = _terms(given, "a"), _terms(given, "b")
+    ratio = Name("numerator") / Name("denominator")
+    near: dict[str, Expression] = {"epsilon": ratio}
+    if loss := _terms(given, "d"):  # of (D - N)/v*^2
+        near["loss_ratio"] = by_horner("v_star", loss) / Name("denominator")
+    return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
+
+
+def derivative(given: Mapping[str, object]) -> tuple[Branch, Branch]:
+    """Return the programs of d eps/d v* = v* T/D^2 with these coefficients t and b, likewise."""
+    top, bottom = _terms(given, "t"), _terms(given, "b")
+    squared = Name("denominator") * Name("denominator")
+    near = {
+        "derivative": Name("v_star") * Name("numerator") / squared,
+        "slope_ratio": Name("numerator") / squared,
+    }
+    more = 1 + top[-1][0] - 2 * bottom[-1][0]
+    return _in_v_star(top, bottom, near), _in_u(top, bottom, Name("numerator") / squared, more, "derivative")
+
+
+def losses(a: Sequence[Fraction], b: Sequence[Fraction]) -> dict[str, Fraction]:
+    """Return the coefficients d of (D - N)/v*^2; none if 1 - N/D does not vanish like v*^2."""
+    size = max(len(a), len(b))
+    a, b = ((*values, *[Fraction(0)] * (size - len(values))) for values in (a, b))
+    return dense(d=[d - c for c, d in zip(a[2:], b[2:], strict=True)]) if a[:2] == b[:2] else {}
+
+
+def _terms(given: Mapping[str, object], letter: str) -> Terms:
+    return named(letter, sorted(int(name[1:]) for name in given if name[0] == letter))
+
+
+def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> Branch:
+    sums = (Statement("numerator", by_horner("v_star", top)), Statement("denominator", by_horner("v_star", bottom)))
+    return Branch(None, sums, results)
+
+
+def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str = "epsilon") -> Branch:
+    """Return a quotient in powers of u = 1/v*, times v*^degree."""
+    for _ in range(abs(degree)):
+        ratio = ratio * Name("v_star" if degree > 0 else "u")
+    program = (
+        Statement("u", Literal("1.0") / Name("v_star")),
+        Statement("numerator", by_horner("u", mirrored(top))),
+        Statement("denominator", by_horner("u", mirrored(bottom))),
+    )
+    return Branch(None, program, {name: ratio})
+
+
+# --- lacunary quotients -----------------------------------------------------------------------------------------------
+
+
+def half_line(form: Powers) -> tuple[Branch, Branch]:
+    """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon."""
+    v_star, w, u = Name("v_star"), Name("w"), Name("u")
+    elastic, lost = Name("elastic"), Name("lost")
+    results = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
+    top, bottom = named("a", form.top), named("b", form.bottom)
+    near = (
+        Statement("y", Call("cbrt", (v_star,))),
+        *powers("y", _needed(form)),
+        Statement("elastic", by_powers("y", bottom)),
+        Statement("lost", v_star * v_star * by_powers("y", top)),
+    )
+    top, bottom = mirrored(top), mirrored(bottom)
+    far = (
+        Statement("w", Literal("1.0") / v_star),
+        Statement("u", Call("cbrt", (w,))),
+        *powers("u", _needed(form)),
+        Statement("elastic", w * w * w * u * by_powers("u", bottom)),
+        Statement("lost", by_powers("u", top)),
+    )
+    loss_ratio = by_powers("y", named("a", form.top)) / (elastic + lost)
+    limit = by_powers("u", bottom) / (elastic + lost)
+    return (
+        Branch(Guard(v_star, Literal("1.0")), near, results | {"loss_ratio": loss_ratio}),
+        Branch(None, far, results | {"limit": limit}),
+    )
+
+
+def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
+    """Return the program for root 1/2, or for root 1/10 those for eps >= 1/2 and eps < 1/2.
+
+    Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
+    """
+    epsilon, loss = Name("epsilon"), Name("loss")
+    shift, ratio = int(HALF / root), Name("top") / Name("bottom")
+    near = Branch(
+        None if root == INTERVAL_ROOT else Guard(loss, epsilon),
+        (Statement("y", _root(root, loss / epsilon)), *_sums(form, "y", shift)),
+        {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
+    )
+    if root == INTERVAL_ROOT:
+        return (near,)
+    rest = shift + form.top[-1] - form.bottom[-1]
+    far = Branch(
+        None,
+        (Statement("u", _root(root, epsilon / loss)), *_sums(form, "u", rest)),
+        {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
+        | ({"limit": ratio} if rest == _LIMIT_POWER else {}),
+    )
+    return near, far
+
+
+def _needed(form: Powers) -> set[int]:
+    return gaps(form.top) | gaps(form.bottom)
+
+
+def _sums(form: Powers, variable: str, shift: int) -> Program:
+    """Return the assignments of N and D, or of the mirrored ones in u."""
+    top, bottom = named("a", form.top), named("b", form.bottom)
+    if variable == "u":
+        top, bottom = mirrored(top), mirrored(bottom)
+    return (
+        *powers(variable, _needed(form) | {shift}),
+        Statement("top", by_powers(variable, top)),
+        Statement("bottom", by_powers(variable, bottom)),
+    )
+
+
+def _root(root: Fraction, argument: Expression) -> Expression:
+    if root == INTERVAL_ROOT:
+        return Call("sqrt", (argument,))
+    return Call("pow", (argument, Literal(str(float(root)))))
+
+
+# --- rows of tables ---------------------------------------------------------------------------------------------------
+
+
+def table_row(names: Sequence[str], rest: str = "rest") -> Branch:
+    """Return what a speed table computes from m and a row's coefficients: p = eps - base, and its results.
+
+    `rest` is the name of 1 - base.
+    """
+    m, p, base = Name("m"), Name("p"), Name("base")
+    program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", names)))
+    return Branch(None, program, {"restitution": base + p, "dissipation": _dissipation(rest)})
+
+
+def full_row(names: Sequence[str], rest_of_base: str = "rest_of_base") -> Branch:
+    """Return what the speed table of full accuracy computes from t and a row high, low, a_1, ….
+
+    p is high + rest; eps is base + high + rest, of which the first sum is taken with its error. `rest_of_base` is the
+    name of 1 - base.
+    """
+    t, base, high, rest = Name("t"), Name("base"), Name("high"), Name("rest")
+    program = (
+        Statement("tt", t * t),
+        Statement("rest", Name(names[1]) + t * in_pairs("t", "tt", names[2:])),
+        *_sum_with_error(base, high),
+        Statement("p", high + rest),
+    )
+    results = {"restitution": Name("head") + (Name("lost") + rest), "dissipation": _dissipation(rest_of_base)}
+    return Branch(None, program, results)
+
+
+def _dissipation(rest: str) -> Expression:
+    """Return 1 - eps^2 = (1 - base) - p (2 base + p), which loses no digits."""
+    p, base = Name("p"), Name("base")
+    return Name(rest) - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
+
+
+def full_panel(names: Sequence[str]) -> Branch:
+    """Return what a kernel of full accuracy, type double, computes on a panel; names are those of `DoubleRow.numbers`.
+
+    t = t1 + t2 is the distance from the centre; base, sum and rest have the sign of the function that is wanted.
+    """
+    _, a0_high, a1_high, a0_low, a1_low = map(Name, names[:5])
+    t, t1, t2 = map(Name, ("t", "t1", "t2"))
+    head, lost, rest = map(Name, ("head", "lost", "rest"))
+    reason = "multiples of one unit, and below 2^53 of it"
+    program = (
+        Statement("tt", t * t),
+        Statement("q", in_pairs("t", "tt", names[5:])),
+        Statement("rest", (a0_low + a1_high * t2) + t * (a1_low + t * Name("q"))),
+        Statement("exact", Exact(a0_high + Exact(a1_high * t1, reason), reason)),
+        *_sum_with_error(Name("base"), Name("sum")),
+    )
+    return Branch(None, program, {"result": head + (lost + rest)})
+
+
+def _sum_with_error(base: Expression, part: Expression) -> Program:
+    """Return the assignments of base + part, and of its rounding's loss: Fast2Sum, as base is 0 or the larger."""
+    reason = "Fast2Sum"
+    return (
+        Statement("head", base + part),
+        Statement("lost", Exact(Exact(base - Name("head"), reason) + part, reason)),
+    )
+
+
+def full_panel_float(names: Sequence[str]) -> Branch:
+    """Return what a kernel of full accuracy, type float, computes in type double on a panel."""
+    t = Name("t")
+    program = (Statement("tt", t * t), Statement("q", in_pairs("t", "tt", names[1:])))
+    return Branch(None, program, {"p": Name(names[0]) + t * Name("q")})
+
+
+def full_near(names: Sequence[str]) -> Branch:
+    """Return 1 - eps near 0 in type double, times a power of 2: v*^2 (c + v*^2 (a_0 + a_1 v* + ...)).
+
+    w is v* times a power of 2, high its leading bits; c = c_high + c_low, and c_high high^2 is exact.
+    """
+    w, high, c_high = map(Name, ("w", "high", "c_high"))
+    reason = "few bits"
+    factor = Name("c_low") + Name("tt") * Name("q")
+    program = (
+        Statement("tt", Name("v_star") * Name("v_star")),
+        Statement("q", in_pairs("v_star", "tt", names)),
+        Statement("rest", c_high * (Exact(w - high, reason) * (w + high)) + w * w * factor),
+    )
+    leading = Exact(Exact(c_high * high, reason) * high, reason)
+    return Branch(None, program, {"factor": factor, "result": leading + Name("rest")})
+
+
+def full_near_float(names: Sequence[str]) -> Branch:
+    """Return 1 - eps near 0 for type float, in type double: t^2 (c + t^2 (a_0 + a_1 t + ...)), t = v*."""
+    t, tt = Name("t"), Name("tt")
+    program = (
+        Statement("tt", t * t),
+        Statement("q", in_pairs("t", "tt", names)),
+    )
+    factor = Name("c") + tt * Name("q")
+    return Branch(None, program, {"factor": factor, "result": tt * factor})
