@@ -191,7 +191,7 @@ def test_bounds_of_rounding_errors_hold():
     generator, closest = random.Random(3), 0.0
     lacunary_sum = by_powers("y", ((0, "a"), (2, "b"), (7, "c")))
     program_ = (*powers("y", {2, 5}), expressions.Statement("sum", lacunary_sum))
-    branch = expressions.Branch(None, program_, {"result": Name("sum") / (Name("a") + Name("y5") * Name("y2"))})
+    branch = expressions.CodeBranch(None, program_, {"result": Name("sum") / (Name("a") + Name("y5") * Name("y2"))})
     for _ in range(400):
         low = generator.uniform(0, 1)
         part = (low, low + generator.uniform(0, 0.05))

@@ -133,7 +133,7 @@ def test_pade_bounds_are_those_of_the_exact_formula():
     assert [bound.high for bound in kernel.bounds] == [Fraction(1, 2), 1, 2, 5]
     assert all((bound.low, bound.measure) == (0, "both") for bound in kernel.bounds)
     a, b = kernel.exact
-    assert kernel.bounds[1].bound == prove(exact_formulas.quotient(a, b), Fraction(0), Fraction(1)).bound
+    assert kernel.bounds[1].bound == prove(exact_formulas.quotient_formula(a, b), Fraction(0), Fraction(1)).bound
     bounds = [Fraction(bound.bound) for bound in kernel.bounds]
     assert bounds == sorted(bounds)
     assert Fraction("1e-6") < bounds[0] < Fraction("1e-5")
@@ -199,7 +199,7 @@ def test_minimax_variants_are_proven_with_their_own_coefficients():
     assert [v.form for v in kernel.variants] == [DOUBLE, FLOAT]
     for variant in kernel.variants:
         a, b = (tuple(map(Fraction, values)) for values in (variant.a, variant.b))
-        found = prove(exact_formulas.quotient(a, b), Fraction(0), Fraction(5))
+        found = prove(exact_formulas.quotient_formula(a, b), Fraction(0), Fraction(5))
         assert variant.certificate.bound == found.bound
         relative = rounding_bounds.quotient_rounding(a, b, variant.form, Fraction(0), Fraction(5))
         # Relative to eps, not to the formula, and rounded up to two digits.

@@ -125,7 +125,7 @@ def numerator(coefficients, form, v_star, coefficients_rounded=False):
     given = formulas.dense(a=coefficients, b=(Fraction(1),))
     own = arb(2) ** -form.precision if coefficients_rounded else 0
     numbers = {name: Rounded(ball_of(c), form, own) for name, c in given.items()} | {"v_star": Rounded(v_star, form)}
-    branch, _ = formulas.epsilon(given)
+    branch, _ = formulas.epsilon_branches(given)
     return of_branch(branch._replace(results={"sum": Name("numerator")}), ["sum"], numbers, form)["sum"]
 
 

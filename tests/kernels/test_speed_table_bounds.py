@@ -139,9 +139,9 @@ def sums(table, row, x, kind, contracted):
     wrap = Contracted if contracted else (lambda number: number)
     given = {name: wrap(kind(c)) for name, c in zip(names, row, strict=True)}
     if table is FULL:
-        found = Run(formulas.full_row(names).program, {**given, "t": wrap(x)}, Arithmetic(kind))["rest"]
+        found = Run(formulas.full_row_branch(names).program, {**given, "t": wrap(x)}, Arithmetic(kind))["rest"]
     else:
-        found = Run(formulas.table_row(names).program, {**given, "m": wrap(x)}, Arithmetic(kind))["p"]
+        found = Run(formulas.table_row_branch(names).program, {**given, "m": wrap(x)}, Arithmetic(kind))["p"]
     return found.value if contracted else found
 
 

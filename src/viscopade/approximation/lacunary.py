@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from flint import arb
@@ -24,6 +24,7 @@ from viscopade.approximation import remez
 from viscopade.arrays.checked import FloatArray
 
 Function = Callable[[arb], arb]
+Coefficient = TypeVar("Coefficient")
 
 STEPS = 60  # of Lawson's iteration
 _GENTLE = 3  # first steps, with weights changed less
@@ -116,8 +117,8 @@ def terms(exponents: Sequence[int], coefficients: Sequence[Fraction], shift: int
     return tuple((exponent + shift, c) for exponent, c in zip(exponents, coefficients, strict=True))
 
 
-def mirrored(polynomial: Terms, degree: int) -> Terms:
-    """Return y^degree times the polynomial of 1/y."""
+def mirrored(polynomial: Sequence[tuple[int, Coefficient]], degree: int) -> tuple[tuple[int, Coefficient], ...]:
+    """Return y^degree times the polynomial of 1/y; coefficients may be numbers or names."""
     return tuple((degree - exponent, c) for exponent, c in reversed(polynomial))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from flint import arb, arb_poly, arb_series
 
 from viscopade.arithmetic.balls import ball_of
-from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,17 +21,17 @@ class Formula:
     ----------
     power : int
         The r for which the formula is a smooth function of its root y = x^(1/r).
-    near : Branch
+    near : CodeBranch
         Its program for arguments near x = 0.
-    far : Branch or None
+    far : CodeBranch or None
         That for arguments near infinity.
     coefficients : mapping
         By name, exactly, or enclosed.
     """
 
     power: int
-    near: Branch
-    far: Branch | None
+    near: CodeBranch
+    far: CodeBranch | None
     coefficients: Mapping[str, Fraction | arb]
 
     def has(self, result: str) -> bool:
@@ -64,7 +64,11 @@ class Formula:
 
 
 def _evaluated(
-    branch: Branch, result: str, exact: Mapping[str, Fraction | arb], given: Mapping[str, Any], arithmetic: Arithmetic
+    branch: CodeBranch,
+    result: str,
+    exact: Mapping[str, Fraction | arb],
+    given: Mapping[str, Any],
+    arithmetic: Arithmetic,
 ) -> Any:
     coefficients = {name: c if isinstance(c, arb) else ball_of(c) for name, c in exact.items()}
     return evaluate(branch.results[result], Run(branch.program, {**coefficients, **given}, arithmetic), arithmetic)

@@ -1,7 +1,7 @@
 """Formulas as expressions: one description, which proof, rounding bound, NumPy, cost and every language read.
 
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
-results. `run_program` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
+results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers, fractions; `text` writes it in
 a language, and `operations` counts. Nothing here needs FLINT.
 """
@@ -112,7 +112,7 @@ class Guard(NamedTuple):
     right: Expression
 
 
-class Branch(NamedTuple):
+class CodeBranch(NamedTuple):
     """A part of a formula: a program for the arguments that its guard lets pass, and the expressions of its results.
 
     Attributes
@@ -303,12 +303,6 @@ def power(variable: str, exponent: int) -> Name:
 def gaps(exponents: Sequence[int]) -> set[int]:
     """Return the powers of y that Horner's rule for a lacunary polynomial needs."""
     return {high - low for low, high in pairwise(exponents)}
-
-
-def mirrored(terms: Terms) -> Terms:
-    """Return u^degree times the polynomial of 1/u."""
-    degree = terms[-1][0]
-    return tuple((degree - exponent, name) for exponent, name in reversed(terms))
 
 
 def by_powers(variable: str, terms: Terms) -> Polynomial:

@@ -82,7 +82,7 @@ def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     fit = half_line.fit_half_line(powers, measure)
     formula = _Formula(
-        lambda q: certificate.prove_to_infinity(exact_formulas.half_line(q), measure),
+        lambda q: certificate.prove_to_infinity(exact_formulas.half_line_formula(q), measure),
         lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
     return HalfLineKernel(powers, *_variants(fit.quotient, formula), SOURCES[measure])
@@ -138,7 +138,7 @@ def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKer
     low = interval_start(epsilon_min)
     root = INTERVAL_ROOT if low else WHOLE_ROOT
     formula = _Formula(
-        lambda q: certificate.prove_inverse(exact_formulas.inverse(q, root), low),
+        lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, root), low),
         lambda a, b, form: rounding_bounds.inverse_sizes(quotient.powers, root, low, a, b, form),
     )
     return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)

@@ -52,7 +52,7 @@ def of_pade(m: int, n: int) -> PadeKernel:
     approximant = pade(m, n, DIGITS)
     bare = without_proof(approximant)
     ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
-    formula, bounds = exact_formulas.quotient(*bare.exact), list[Certificate]()
+    formula, bounds = exact_formulas.quotient_formula(*bare.exact), list[Certificate]()
     for end in ends:
         try:
             bounds.append(certificate.prove(formula, Fraction(0), end))
@@ -158,7 +158,7 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
     _require_horner(fit.label, *machine.exact, form, fit.interval[1])
-    bound = certificate.prove(exact_formulas.quotient(*machine.exact), *fit.interval, fit.measure)
+    bound = certificate.prove(exact_formulas.quotient_formula(*machine.exact), *fit.interval, fit.measure)
     size = rounding_bounds.quotient_rounding(*machine.exact, form, *fit.interval)
     slope = _derivative(machine, form, fit.interval)
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
@@ -170,9 +170,9 @@ def _derivative(
     """Return the derivative with its proof; None if it cannot be proven, or not be held by the format."""
     _, b = machine.exact
     try:
-        t = tuple(form.nearest(c) for c in exact_formulas.slope(*machine.exact))
+        t = tuple(form.nearest(c) for c in exact_formulas.slope_numerator(*machine.exact))
         rounded = tuple(map(Fraction, t))
-        bound = certificate.prove_derivative(exact_formulas.derivative(rounded, b), *interval)
+        bound = certificate.prove_derivative(exact_formulas.derivative_formula(rounded, b), *interval)
         size = rounding_bounds.derivative_rounding(rounded, b, form, *interval)
     except (ArithmeticError, ValueError):
         return None

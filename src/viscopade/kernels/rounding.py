@@ -22,7 +22,7 @@ from flint import arb
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.formats import Format
-from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
 
 _NOTHING, _INFINITE = arb(0), arb.pos_inf()
 
@@ -244,7 +244,9 @@ def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Arithmetic:
     return Arithmetic(literal, functions, exactly=exactly)
 
 
-def of_branch(branch: Branch, results: Sequence[str], given: Mapping[str, Rounded], form: Format) -> dict[str, Rounded]:
+def of_branch(
+    branch: CodeBranch, results: Sequence[str], given: Mapping[str, Rounded], form: Format
+) -> dict[str, Rounded]:
     """Return results of a program that calls no function, given its inputs, constants and roots."""
     rounded = arithmetic(form)
     values = Run(branch.program, given, rounded)

@@ -105,7 +105,7 @@ def proven_error(m: int, up_to: int) -> float:
     """Return a proven bound of |[m/m+3]/eps - 1| on 0 <= v* <= up_to."""
     p = pade(m, m + 3, 2 * PADE_DIGITS)
     enclosed = formulas.dense(a=p.a, b=p.b)
-    formula = Formula(1, *formulas.epsilon(enclosed), enclosed)
+    formula = Formula(1, *formulas.epsilon_branches(enclosed), enclosed)
     return float(prove(formula, Fraction(0), Fraction(up_to), "relative").bound)
 
 

@@ -109,16 +109,17 @@ def allowed(
     Beyond 2^threshold the polynomials are those in u = 1/v*.
     """
     given = formulas.dense(a=a, b=b)
-    branch = formulas.epsilon(given)[v_star > Fraction(2) ** threshold]
+    branch = formulas.epsilon_branches(given)[v_star > Fraction(2) ** threshold]
     with working(rounding_bounds.BITS):
         numbers = {name: Rounded(ball_of(c), form) for name, c in {**given, "v_star": v_star}.items()}
         try:
             found = of_branch(branch, ["epsilon"], numbers, form)["epsilon"]
         except ArithmeticError:
             return None
+        if not found.relative < 0.5:
+            return None
         error = float(found.absolute.abs_upper())
-    value = exact_polynomial(a, v_star) / exact_polynomial(b, v_star)
-    return ExactQuotient(value, error) if error <= abs(value) / 2 else None
+    return ExactQuotient(exact_polynomial(a, v_star) / exact_polynomial(b, v_star), error)
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from viscopade.collision import panel_proof
 from viscopade.kernels import names, prove_rational, rounding
 from viscopade.kernels.expressions import (
     Arithmetic,
-    Branch,
+    CodeBranch,
     Expression,
     Program,
     Run,
@@ -247,7 +247,7 @@ def of_quotient(
 ) -> ExportedFunction:
     """Return a quotient of polynomials with machine numbers a and b, up to v* = end."""
     numbers = formulas.dense(a=a, b=b)
-    near, _ = formulas.epsilon(numbers)
+    near, _ = formulas.epsilon_branches(numbers)
     result, ends = near.results["epsilon"], (_LEAST, float(end))
     return ExportedFunction(kernel, name, form, near.program, result, numbers, _v_star, *ends, relative)
 
@@ -280,11 +280,11 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Exporte
 def _derivative(
     label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
 ) -> ExportedFunction:
-    t, b = tuple(form.nearest(c) for c in exact_formulas.slope(*machine)), machine[1]
+    t, b = tuple(form.nearest(c) for c in exact_formulas.slope_numerator(*machine)), machine[1]
     slope = tuple(map(Fraction, t))
     size = upper(rounding_bounds.derivative_rounding(slope, b, form, Fraction(0), MINIMAX_END))
     numbers, ends = formulas.dense(t=t, b=tuple(map(float, b))), (_NEAREST_ZERO, float(MINIMAX_END))
-    near, _ = formulas.derivative(numbers)
+    near, _ = formulas.derivative_branches(numbers)
     found = ExportedFunction(
         f"best {label}", "derivative", form, near.program, near.results["derivative"], numbers, _v_star, *ends, size
     )
@@ -312,7 +312,7 @@ def half_line_numbers(accuracy: str, form: Format) -> tuple[Powers, tuple[float,
 def half_line_parts(accuracy: str, form: Format, name: str) -> tuple[ExportedFunction, ExportedFunction]:
     """Return eps or 1 - eps of a half-line kernel for v* <= 1 and beyond, without bounds."""
     powers, a, b = half_line_numbers(accuracy, form)
-    numbers, branches = formulas.constants(powers, a, b), formulas.half_line(powers)
+    numbers, branches = formulas.constants(powers, a, b), formulas.half_line_branches(powers)
     kind = type_of(form)
     beyond = float(np.nextafter(kind(1), kind(2)))
     kernel, ends = f"half-line {accuracy}", ((_LEAST, 1.0), (beyond, _LARGEST[form]))
@@ -343,7 +343,7 @@ RootAt = Callable[[arb, Format], tuple[dict[str, rounding.Rounded], arb, arb]]
 def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) -> ExportedFunction:
     """Return the function with its bounds, and that for one argument: the program run with `rounding.Rounded`."""
     form = function.form
-    branch = Branch(None, function.program, {function.name: function.result})
+    branch = CodeBranch(None, function.program, {function.name: function.result})
 
     def local(x: float) -> Fraction:
         with working(BITS):
@@ -385,7 +385,7 @@ def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedF
             a, b = _machine(quotient, form)
             size = rounding_bounds.inverse_sizes(powers, WHOLE_ROOT, Fraction(0), a, b, form)["v_star"]
             numbers = formulas.constants(powers, a, b)
-            near, far = formulas.inverse(powers, WHOLE_ROOT)
+            near, far = formulas.inverse_branches(powers, WHOLE_ROOT)
             kind = type_of(form)
             below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
             parts = (
@@ -475,7 +475,7 @@ def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Expor
     # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
     size, unit = dict(bound.rounding)[form.name] * (1 + bound.error), Fraction(1, 2**form.precision)
     numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {"base": float(base), "rest": float(1 - base)}
-    row = formulas.table_row([f"c{n}" for n in range(table.degree + 1)])
+    row = formulas.table_row_branch([f"c{n}" for n in range(table.degree + 1)])
     ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
     for name, relative in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
         label, result = f"{name}, row {index}", row.results[name]

@@ -33,7 +33,7 @@ from viscopade_lab.hard_cases.machine import Array, type_of
 DIGITS = 30
 V_STAR = 1e-8
 EXPONENTS = (*range(1, 17), 18, 20, 25, 30, 40, 60, 80, 100, 120, 140, 150, 154, 158, 160)
-UNDERFLOW = 38  # of the smallest numbers: the most that a header of half-line kernels states
+UNDERFLOW = 36  # of the smallest numbers: the most that a header of half-line kernels states
 SWEEP = 60  # v* in each octave of the sweep
 
 Loss = Callable[[float], float]

@@ -84,7 +84,7 @@ def quotients(degrees: Sequence[tuple[int, int]]) -> Iterator[FormulaPair]:
 
 def _quotient(name: str, form: Format, a: Sequence[float], b: Sequence[float]) -> FormulaPair:
     near = exported.of_quotient(name, "epsilon", form, a, b, Fraction(1), Fraction(0))
-    _, branch = formulas.epsilon(near.constants)
+    _, branch = formulas.epsilon_branches(near.constants)
     far = replace(near, program=branch.program, result=branch.results["epsilon"], given=_with_inverse)
     change = threshold(name, tuple(map(Fraction, a)), tuple(map(Fraction, b)), form)
     return FormulaPair(name, form, near, far, 2.0**change, (len(a) - 1, len(b) - 1))

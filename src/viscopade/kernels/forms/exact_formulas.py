@@ -13,31 +13,31 @@ from viscopade.kernels.forms import formulas
 Coefficients = Sequence[Fraction]
 
 
-def quotient(a: Coefficients, b: Coefficients) -> Formula:
+def quotient_formula(a: Coefficients, b: Coefficients) -> Formula:
     """Return eps = N/D with coefficients in ascending order."""
     given = formulas.dense(a=a, b=b) | formulas.losses(a, b)
-    return Formula(1, *formulas.epsilon(given), given)
+    return Formula(1, *formulas.epsilon_branches(given), given)
 
 
-def derivative(t: Coefficients, b: Coefficients) -> Formula:
+def derivative_formula(t: Coefficients, b: Coefficients) -> Formula:
     """Return d eps/d v* = v* T/D^2 with coefficients in ascending order."""
     given = formulas.dense(t=t, b=b)
-    return Formula(1, *formulas.derivative(given), given)
+    return Formula(1, *formulas.derivative_branches(given), given)
 
 
-def half_line(found: LacunaryQuotient) -> Formula:
+def half_line_formula(found: LacunaryQuotient) -> Formula:
     """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4."""
-    return Formula(3, *formulas.half_line(found.powers), formulas.constants(found.powers, found.a, found.b))
+    return Formula(3, *formulas.half_line_branches(found.powers), formulas.constants(found.powers, found.a, found.b))
 
 
-def inverse(found: LacunaryQuotient, root: Fraction) -> Formula:
+def inverse_formula(found: LacunaryQuotient, root: Fraction) -> Formula:
     """Return v* = y^k N/D, with N and D lacunary in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
-    near, *far = formulas.inverse(found.powers, root)
+    near, *far = formulas.inverse_branches(found.powers, root)
     given = formulas.constants(found.powers, found.a, found.b)
     return Formula(int(HALF / root), near, far[0] if far else None, given)
 
 
-def slope(a: Coefficients, b: Coefficients) -> tuple[Fraction, ...]:
+def slope_numerator(a: Coefficients, b: Coefficients) -> tuple[Fraction, ...]:
     """Return the coefficients of T = (N' D - N D')/v*, d/d v* of N/D being v* T/D^2.
 
     Raises

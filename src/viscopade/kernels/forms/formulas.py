@@ -27,10 +27,10 @@ from fractions import Fraction
 from typing import TypeVar
 
 from viscopade.approximation.inverse import HALF, INTERVAL_ROOT
-from viscopade.approximation.lacunary import Powers
+from viscopade.approximation.lacunary import Powers, mirrored
 from viscopade.kernels.expressions import (
-    Branch,
     Call,
+    CodeBranch,
     Exact,
     Expression,
     Guard,
@@ -43,7 +43,6 @@ from viscopade.kernels.expressions import (
     by_powers,
     gaps,
     in_pairs,
-    mirrored,
     power,
     powers,
 )
@@ -56,6 +55,11 @@ Number = TypeVar("Number")
 def named(letter: str, exponents: Iterable[int]) -> Terms:
     """Return a polynomial whose coefficients have the letter and the exponent for a name: a4 is that of y^4."""
     return tuple((k, f"{letter}{k}") for k in exponents)
+
+
+def _mirrored(polynomial: Terms) -> Terms:
+    """Return u^degree times the polynomial of 1/u."""
+    return mirrored(polynomial, polynomial[-1][0])
 
 
 def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
@@ -72,7 +76,7 @@ def dense(**polynomials: Sequence[Number]) -> dict[str, Number]:
     return {f"{letter}{i}": c for letter, values in polynomials.items() for i, c in enumerate(values) if c}
 
 
-def epsilon(given: Mapping[str, object]) -> tuple[Branch, Branch]:
+def epsilon_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs of eps = N/D with these coefficients a and b: in v_star, and in u = 1/v_star."""
     top, bottom = _terms(given, "a"), _terms(given, "b")
     ratio = Name("numerator") / Name("denominator")
@@ -82,7 +86,7 @@ def epsilon(given: Mapping[str, object]) -> tuple[Branch, Branch]:
     return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
 
 
-def derivative(given: Mapping[str, object]) -> tuple[Branch, Branch]:
+def derivative_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs of d eps/d v* = v* T/D^2 with these coefficients t and b, likewise."""
     top, bottom = _terms(given, "t"), _terms(given, "b")
     squared = Name("denominator") * Name("denominator")
@@ -105,27 +109,27 @@ def _terms(given: Mapping[str, object], letter: str) -> Terms:
     return named(letter, sorted(int(name[1:]) for name in given if name[0] == letter))
 
 
-def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> Branch:
+def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> CodeBranch:
     sums = (Statement("numerator", by_horner("v_star", top)), Statement("denominator", by_horner("v_star", bottom)))
-    return Branch(None, sums, results)
+    return CodeBranch(None, sums, results)
 
 
-def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str = "epsilon") -> Branch:
+def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str = "epsilon") -> CodeBranch:
     """Return a quotient in powers of u = 1/v*, times v*^degree."""
     for _ in range(abs(degree)):
         ratio = ratio * Name("v_star" if degree > 0 else "u")
     program = (
         Statement("u", Literal("1.0") / Name("v_star")),
-        Statement("numerator", by_horner("u", mirrored(top))),
-        Statement("denominator", by_horner("u", mirrored(bottom))),
+        Statement("numerator", by_horner("u", _mirrored(top))),
+        Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
-    return Branch(None, program, {name: ratio})
+    return CodeBranch(None, program, {name: ratio})
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------
 
 
-def half_line(form: Powers) -> tuple[Branch, Branch]:
+def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     """Return the programs for v* <= 1 and v* > 1; the input is v_star, the results epsilon and one_minus_epsilon."""
     v_star, w, u = Name("v_star"), Name("w"), Name("u")
     elastic, lost = Name("elastic"), Name("lost")
@@ -137,7 +141,7 @@ def half_line(form: Powers) -> tuple[Branch, Branch]:
         Statement("elastic", by_powers("y", bottom)),
         Statement("lost", v_star * v_star * by_powers("y", top)),
     )
-    top, bottom = mirrored(top), mirrored(bottom)
+    top, bottom = _mirrored(top), _mirrored(bottom)
     far = (
         Statement("w", Literal("1.0") / v_star),
         Statement("u", Call("cbrt", (w,))),
@@ -148,19 +152,19 @@ def half_line(form: Powers) -> tuple[Branch, Branch]:
     loss_ratio = by_powers("y", named("a", form.top)) / (elastic + lost)
     limit = by_powers("u", bottom) / (elastic + lost)
     return (
-        Branch(Guard(v_star, Literal("1.0")), near, results | {"loss_ratio": loss_ratio}),
-        Branch(None, far, results | {"limit": limit}),
+        CodeBranch(Guard(v_star, Literal("1.0")), near, results | {"loss_ratio": loss_ratio}),
+        CodeBranch(None, far, results | {"limit": limit}),
     )
 
 
-def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
+def inverse_branches(form: Powers, root: Fraction) -> tuple[CodeBranch, ...]:
     """Return the program for root 1/2, or for root 1/10 those for eps >= 1/2 and eps < 1/2.
 
     Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
     """
     epsilon, loss = Name("epsilon"), Name("loss")
     shift, ratio = int(HALF / root), Name("top") / Name("bottom")
-    near = Branch(
+    near = CodeBranch(
         None if root == INTERVAL_ROOT else Guard(loss, epsilon),
         (Statement("y", _root(root, loss / epsilon)), *_sums(form, "y", shift)),
         {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
@@ -168,7 +172,7 @@ def inverse(form: Powers, root: Fraction) -> tuple[Branch, ...]:
     if root == INTERVAL_ROOT:
         return (near,)
     rest = shift + form.top[-1] - form.bottom[-1]
-    far = Branch(
+    far = CodeBranch(
         None,
         (Statement("u", _root(root, epsilon / loss)), *_sums(form, "u", rest)),
         {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
@@ -185,7 +189,7 @@ def _sums(form: Powers, variable: str, shift: int) -> Program:
     """Return the assignments of N and D, or of the mirrored ones in u."""
     top, bottom = named("a", form.top), named("b", form.bottom)
     if variable == "u":
-        top, bottom = mirrored(top), mirrored(bottom)
+        top, bottom = _mirrored(top), _mirrored(bottom)
     return (
         *powers(variable, _needed(form) | {shift}),
         Statement("top", by_powers(variable, top)),
@@ -202,17 +206,17 @@ def _root(root: Fraction, argument: Expression) -> Expression:
 # --- rows of tables ---------------------------------------------------------------------------------------------------
 
 
-def table_row(names: Sequence[str], rest: str = "rest") -> Branch:
+def table_row_branch(names: Sequence[str], rest: str = "rest") -> CodeBranch:
     """Return what a speed table computes from m and a row's coefficients: p = eps - base, and its results.
 
     `rest` is the name of 1 - base.
     """
     m, p, base = Name("m"), Name("p"), Name("base")
     program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", names)))
-    return Branch(None, program, {"restitution": base + p, "dissipation": _dissipation(rest)})
+    return CodeBranch(None, program, {"restitution": base + p, "dissipation": _dissipation(rest)})
 
 
-def full_row(names: Sequence[str], rest_of_base: str = "rest_of_base") -> Branch:
+def full_row_branch(names: Sequence[str], rest_of_base: str = "rest_of_base") -> CodeBranch:
     """Return what the speed table of full accuracy computes from t and a row high, low, a_1, ….
 
     p is high + rest; eps is base + high + rest, of which the first sum is taken with its error. `rest_of_base` is the
@@ -226,7 +230,7 @@ def full_row(names: Sequence[str], rest_of_base: str = "rest_of_base") -> Branch
         Statement("p", high + rest),
     )
     results = {"restitution": Name("head") + (Name("lost") + rest), "dissipation": _dissipation(rest_of_base)}
-    return Branch(None, program, results)
+    return CodeBranch(None, program, results)
 
 
 def _dissipation(rest: str) -> Expression:
@@ -235,7 +239,7 @@ def _dissipation(rest: str) -> Expression:
     return Name(rest) - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
 
 
-def full_panel(names: Sequence[str]) -> Branch:
+def full_panel_branch(names: Sequence[str]) -> CodeBranch:
     """Return what a kernel of full accuracy, type double, computes on a panel; names are those of `DoubleRow.numbers`.
 
     t = t1 + t2 is the distance from the centre; base, sum and rest have the sign of the function that is wanted.
@@ -251,7 +255,7 @@ def full_panel(names: Sequence[str]) -> Branch:
         Statement("exact", Exact(a0_high + Exact(a1_high * t1, reason), reason)),
         *_sum_with_error(Name("base"), Name("sum")),
     )
-    return Branch(None, program, {"result": head + (lost + rest)})
+    return CodeBranch(None, program, {"result": head + (lost + rest)})
 
 
 def _sum_with_error(base: Expression, part: Expression) -> Program:
@@ -263,14 +267,14 @@ def _sum_with_error(base: Expression, part: Expression) -> Program:
     )
 
 
-def full_panel_float(names: Sequence[str]) -> Branch:
+def full_panel_float_branch(names: Sequence[str]) -> CodeBranch:
     """Return what a kernel of full accuracy, type float, computes in type double on a panel."""
     t = Name("t")
     program = (Statement("tt", t * t), Statement("q", in_pairs("t", "tt", names[1:])))
-    return Branch(None, program, {"p": Name(names[0]) + t * Name("q")})
+    return CodeBranch(None, program, {"p": Name(names[0]) + t * Name("q")})
 
 
-def full_near(names: Sequence[str]) -> Branch:
+def full_near_branch(names: Sequence[str]) -> CodeBranch:
     """Return 1 - eps near 0 in type double, times a power of 2: v*^2 (c + v*^2 (a_0 + a_1 v* + ...)).
 
     w is v* times a power of 2, high its leading bits; c = c_high + c_low, and c_high high^2 is exact.
@@ -284,10 +288,10 @@ def full_near(names: Sequence[str]) -> Branch:
         Statement("rest", c_high * (Exact(w - high, reason) * (w + high)) + w * w * factor),
     )
     leading = Exact(Exact(c_high * high, reason) * high, reason)
-    return Branch(None, program, {"factor": factor, "result": leading + Name("rest")})
+    return CodeBranch(None, program, {"factor": factor, "result": leading + Name("rest")})
 
 
-def full_near_float(names: Sequence[str]) -> Branch:
+def full_near_float_branch(names: Sequence[str]) -> CodeBranch:
     """Return 1 - eps near 0 for type float, in type double: t^2 (c + t^2 (a_0 + a_1 t + ...)), t = v*."""
     t, tt = Name("t"), Name("tt")
     program = (
@@ -295,4 +299,4 @@ def full_near_float(names: Sequence[str]) -> Branch:
         Statement("q", in_pairs("t", "tt", names)),
     )
     factor = Name("c") + tt * Name("q")
-    return Branch(None, program, {"factor": factor, "result": tt * factor})
+    return CodeBranch(None, program, {"factor": factor, "result": tt * factor})

@@ -15,7 +15,7 @@ from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_t
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.expressions import Branch
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
 
@@ -140,7 +140,7 @@ class LacunaryKernel(ABC):
 
     @property
     @abstractmethod
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs of the exported code."""
 
     @property
@@ -287,9 +287,9 @@ class HalfLineKernel(LacunaryKernel):
         return f"eps = D/(D + v*^2 N), y = v*^(1/3), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The programs for v* <= 1 and v* > 1."""
-        return formulas.half_line(self.powers)
+        return formulas.half_line_branches(self.powers)
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -373,9 +373,9 @@ class InverseKernel(LacunaryKernel):
         return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[CodeBranch, ...]:
         """The program, or those for eps >= 1/2 and eps < 1/2."""
-        return formulas.inverse(self.powers, self.root)
+        return formulas.inverse_branches(self.powers, self.root)
 
     @property
     def checked(self) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PAN
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
-from viscopade.kernels.expressions import Arithmetic, Branch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
 from viscopade.kernels.store import recorded
@@ -233,15 +233,17 @@ DOUBLE_NAMES = tuple(f"a[{n}]" for n in range(DEGREES["double"] + 4))
 FLOAT_NAMES = tuple(f"a[{n}]" for n in range(DEGREES["float"] + 1))
 
 
-def panel_branch(form: str) -> Branch:
+def panel_branch(form: str) -> CodeBranch:
     """Return what the code of a type computes on a panel."""
-    return formulas.full_panel(DOUBLE_NAMES) if form == "double" else formulas.full_panel_float(FLOAT_NAMES)
+    return (
+        formulas.full_panel_branch(DOUBLE_NAMES) if form == "double" else formulas.full_panel_float_branch(FLOAT_NAMES)
+    )
 
 
-def near_branch(form: str) -> Branch:
+def near_branch(form: str) -> CodeBranch:
     """Return what the code of a type computes of 1 - eps below `NEAR`."""
     names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
-    return formulas.full_near(names) if form == "double" else formulas.full_near_float(names)
+    return formulas.full_near_branch(names) if form == "double" else formulas.full_near_float_branch(names)
 
 
 def near_constants(form: str) -> dict[str, float]:
@@ -254,7 +256,7 @@ def near_constants(form: str) -> dict[str, float]:
 _FLOATS = Arithmetic(float)
 
 
-def _in_double(branch: Branch, result: str, **given: Any) -> float:
+def _in_double(branch: CodeBranch, result: str, **given: Any) -> float:
     """Return what a branch gives in type double, without FMA contraction."""
     found: float = evaluate(branch.results[result], Run(branch.program, given, _FLOATS), _FLOATS)
     return found
@@ -348,7 +350,7 @@ def _numbers(names: Sequence[str], values: Sequence[float]) -> dict[str, Rounded
     return {name: Rounded(arb(c), DOUBLE) for name, c in zip(names, values, strict=True)}
 
 
-def _run(branch: Branch, given: dict[str, Rounded]) -> Run:
+def _run(branch: CodeBranch, given: dict[str, Rounded]) -> Run:
     return Run(branch.program, given, arithmetic(DOUBLE))
 
 

@@ -22,7 +22,7 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.kernels.certificate import speeds
-from viscopade.kernels.expressions import Branch
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
 
@@ -83,7 +83,7 @@ def quotient_rounding(
         If numerator or denominator may vanish.
     """
     given = formulas.dense(a=a, b=b)
-    branch, _ = formulas.epsilon(given)
+    branch, _ = formulas.epsilon_branches(given)
     return _of_quotient(branch, "epsilon", given, form, (low, high), coefficients)
 
 
@@ -95,12 +95,12 @@ def derivative_rounding(
     Arguments and errors as for `quotient_rounding`.
     """
     given = formulas.dense(t=t, b=b)
-    branch, _ = formulas.derivative(given)
+    branch, _ = formulas.derivative_branches(given)
     return _of_quotient(branch, "derivative", given, form, (low, high), False)
 
 
 def _of_quotient(
-    branch: Branch, result: str, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool
+    branch: CodeBranch, result: str, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool
 ) -> arb:
     with working(BITS):
         own = arb(2) ** -form.precision if rounded else 0
@@ -112,7 +112,7 @@ def _of_quotient(
     raise ArithmeticError(f"{result}: numerator or denominator may vanish within its rounding error")
 
 
-def _relative(branch: Branch, result: str, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
+def _relative(branch: CodeBranch, result: str, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
     found = of_branch(branch, [result], {**given, "v_star": Rounded(v_star, form)}, form)[result]
     underflow = found.underflow / arb(found.value.abs_lower()) if result == "epsilon" else 0
     size = found.relative + underflow
@@ -133,7 +133,7 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     ArithmeticError
         If a sum may vanish.
     """
-    near, far = formulas.half_line(form)
+    near, far = formulas.half_line_branches(form)
     numbers = formulas.constants(form, a, b)
     with working(BITS):
         unit = arb(2) ** -kind.precision
@@ -182,7 +182,7 @@ def inverse_sizes(
         numbers = formulas.constants(form, a, b)
         walks = (
             _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, of_root)
-            for variable, branch in zip("yu", formulas.inverse(form, root), strict=False)
+            for variable, branch in zip("yu", formulas.inverse_branches(form, root), strict=False)
         )
         relative = max(largest(on, _from(start, end), _of_v_star) for on in walks)
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
@@ -213,7 +213,7 @@ def _of_pow(exponent: Fraction, kind: Format, log: arb | None = None) -> arb:
 
 
 def _on_parts(
-    branch: Branch,
+    branch: CodeBranch,
     results: Sequence[str],
     variable: str,
     numbers: Mapping[str, float],

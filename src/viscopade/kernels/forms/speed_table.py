@@ -233,7 +233,7 @@ class Table(Layout):
         with working(_BITS):
             given = {name: Rounded(arb(c), form) for name, c in zip(names, self.rows[index], strict=True)}
             given["m"] = Rounded(piece.values(arb(0, 1)), form)
-            return exact_middle(Run(formulas.table_row(names).program, given, arithmetic(form))["p"].absolute)
+            return exact_middle(Run(formulas.table_row_branch(names).program, given, arithmetic(form))["p"].absolute)
 
     @cached_property
     def proven(self) -> RowBounds:

@@ -102,7 +102,7 @@ class LastPlaceTable(Layout):
             # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
             lost = half_unit(1 + given["c0"].value, DOUBLE) if self.base(index) else arb(0)
             given["lost"] = Rounded(arb(0, lost), DOUBLE)
-            values = Run(formulas.full_row(names).program, given, arithmetic(DOUBLE))
+            values = Run(formulas.full_row_branch(names).program, given, arithmetic(DOUBLE))
             return exact_middle(values["rest"].absolute), exact_middle((values["lost"] + values["rest"]).absolute)
 
     @cached_property

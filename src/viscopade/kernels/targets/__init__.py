@@ -5,5 +5,4 @@ __all__ = [
     "speed",
     "table_free",
     "tables",
-    "wording",
 ]

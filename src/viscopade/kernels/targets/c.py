@@ -8,7 +8,7 @@ from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
-from viscopade.kernels.expressions import Branch, c_language, text
+from viscopade.kernels.expressions import CodeBranch, c_language, text
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble
@@ -91,7 +91,7 @@ def _variant(kernel: Quotient, form: Format) -> dict[str, object]:
         "zero": form.decimal(0.0),
         "one": form.decimal(1.0),
         "nan": f'nan{form.suffix}("")',
-        **_branches(given, formulas.epsilon(given), "epsilon", kernel.threshold(form), form),
+        **_branches(given, formulas.epsilon_branches(given), "epsilon", kernel.threshold(form), form),
         "is_constant": len(a) == len(b) == 1,
         "derivative": _derivative(kernel, form),
     }
@@ -104,11 +104,11 @@ def _derivative(kernel: Quotient, form: Format) -> dict[str, object] | None:
         return None
     (t, b), threshold = found
     given = formulas.dense(t=t, b=b)
-    return _branches(given, formulas.derivative(given), "derivative", threshold, form)
+    return _branches(given, formulas.derivative_branches(given), "derivative", threshold, form)
 
 
 def _branches(
-    given: Mapping[str, float], branches: tuple[Branch, Branch], result: str, threshold: int, form: Format
+    given: Mapping[str, float], branches: tuple[CodeBranch, CodeBranch], result: str, threshold: int, form: Format
 ) -> dict[str, object]:
     """Return the constants, and the statements and result of the programs in v_star and in u = 1/v_star."""
     return {
@@ -118,7 +118,7 @@ def _branches(
     }
 
 
-def _branch(branch: Branch, result: str, form: Format, indent: int) -> dict[str, object]:
+def _branch(branch: CodeBranch, result: str, form: Format, indent: int) -> dict[str, object]:
     language = c_language(form)
     statements = [(name, _wrapped(text(expression, language), indent)) for name, expression in branch.program]
     return {"statements": statements, "result": _wrapped(text(branch.results[result], language), indent)}

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import PYTHON, Branch, Language, c_language, text
+from viscopade.kernels.expressions import PYTHON, CodeBranch, Language, c_language, text
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
@@ -175,7 +175,7 @@ def _constants(kernel: LacunaryKernel, variant: LacunaryVariant) -> list[tuple[s
     return list(formulas.constants(kernel.powers, variant.a, variant.b).items())
 
 
-def _branch(branch: Branch, language: Language, indent: int) -> dict[str, object]:
+def _branch(branch: CodeBranch, language: Language, indent: int) -> dict[str, object]:
     """Return a program as names and lines, those for C wrapped."""
     written = [(name, text(expression, language)) for name, expression in branch.program]
     results = {name: text(expression, language) for name, expression in branch.results.items()}

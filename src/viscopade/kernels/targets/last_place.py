@@ -10,7 +10,7 @@ from textwrap import wrap
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import Branch, c_language, text
+from viscopade.kernels.expressions import CodeBranch, c_language, text
 from viscopade.kernels.forms import last_place
 
 _FRACTION_BITS = {"double": 52, "float": 23}
@@ -182,7 +182,7 @@ def _near(form: str) -> list[tuple[str, str]]:
     return [(name, _constant(value)) for name, value in last_place.near_constants(form).items()]
 
 
-def _lines(branch: Branch) -> dict[str, str]:
+def _lines(branch: CodeBranch) -> dict[str, str]:
     """Return a branch's statements and results in C by name, on lines of a function's body."""
     language = c_language(DOUBLE)
     written = {**dict(branch.program), **branch.results}

@@ -93,7 +93,7 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
     scalar = [f"c[{n}]" for n in range(width)]
     array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"
-    row = formulas.full_row if isinstance(table, LastPlaceTable) else formulas.table_row
+    row = formulas.full_row_branch if isinstance(table, LastPlaceTable) else formulas.table_row_branch
     of_scalar, of_array = (dict(row(names).program) for names in (scalar, array))
     of_result = row(scalar, rest)
     result = {**dict(of_result.program), **of_result.results}
