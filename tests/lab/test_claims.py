@@ -16,11 +16,10 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from flint import arb, arb_series
+from flint import arb
 from mpmath import mp, mpf
 
 from viscopade import progress
-from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.theory import singularity
 from viscopade.theory.paper import TABLE
@@ -616,13 +615,6 @@ def test_another_coefficient_has_another_proven_bound(monkeypatch):
     assert error(3, 1) < bound < 1.01 * error(3, 1)
     monkeypatch.setattr(approximants, "pade", lambda m, n, digits: approximants.approximant(1, 4))
     assert error(1, 1) < approximants.proven_error(3, 1) < 1.01 * error(1, 1)
-
-
-def test_the_loss_of_an_enclosed_approximant():
-    with working(128, 3):
-        formula, y = approximants.Enclosed(approximants.approximant(3, 6)), arb_series([arb(1) / 2, 1])
-        loss = (1 - formula.epsilon(y)) / (y * y)
-        assert loss.coeffs()[0].overlaps(formula.loss_ratio(y).coeffs()[0])
 
 
 def test_poles_where_m_is_below_n(numbers):
