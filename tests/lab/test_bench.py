@@ -231,7 +231,7 @@ def test_what_is_proven_of_kernels_of_v_star():
     assert ours.proven_of_v_star(name, DOUBLE) == "2.85e-6"  # rounded up
     assert ours.proven_of_v_star(name, FLOAT) == "3.72e-6"
     assert ours.proven_of_v_star("halfline_3p4em6", DOUBLE) == "3.37e-6"
-    assert ours.proven_of_v_star("halfline_3p4em6", FLOAT) == "6.68e-6"
+    assert ours.proven_of_v_star("halfline_3p4em6", FLOAT) == "6.70e-6"
     with pytest.raises(KeyError, match="no_such_kernel"):
         ours.proven_of_v_star("no_such_kernel", DOUBLE)
 
