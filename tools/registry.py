@@ -8,12 +8,13 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
-from viscopade.kernels import prove_lacunary
-from viscopade.kernels.forms import last_place, table_free
+from viscopade.kernels import expressions, prove_lacunary
+from viscopade.kernels.expressions import Expression, Name, Program
+from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, of_w
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
@@ -25,11 +26,8 @@ from viscopade.kernels.v_star import of_v_star
 
 COMMAND = "python -m tools.registry > src/viscopade/data/registry.csv"
 PLACES = 3
-# Operations, counted by hand in the templates.
-_POWER_OF_BETA = 4  # w = beta^5 speed
-_ROW = 6  # to find the row: shifts, masks, a comparison, and the copy
-_ACCURATE = 20  # of the sums in two parts
-_GAPS = 6  # powers of y that gaps in the polynomials need
+_ROW = 6  # operations that find the row of a table: shifts, masks, a comparison, and the copy
+_SIMPLE = ("+", "-", "*")  # operations that `Entry` counts
 # In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
 _SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
 _FROM_TABLE = 6  # three units, as the headers state for dissipation
@@ -54,11 +52,18 @@ def computed() -> Iterator[Entry]:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
     for form in (DOUBLE, FLOAT):
         worst = max(Fraction(last_place.certificate(form.name, name)["maximum"]) for name in last_place.FUNCTIONS)
-        operations = _ROW + 2 * last_place.DEGREES[form.name] + (_ACCURATE if form == DOUBLE else 0)
+        branch = last_place.panel_branch(form.name)
+        operations = _ROW + _simple(branch.program, *branch.results.values())
         taken = table_bytes(form.name)
         yield _everywhere("full", FULL, "full", HOST, form, worst * _ulp(form), operations, taken)
     for form in (DOUBLE, FLOAT):
         yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
+
+
+def _simple(program: Program, *results: Expression) -> int:
+    """Return the number of sums and products in what the results need."""
+    found = expressions.operations(program, *results)
+    return sum(found[symbol] for symbol in _SIMPLE)
 
 
 def _everywhere(
@@ -100,8 +105,11 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     table = given.table
     # In v*, rounded inwards: w itself is rounded.
     low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
-    polynomial = 2 * DEGREE + _ACCURATE if isinstance(table, LastPlaceTable) else 2 * table.degree
-    operations = _POWER_OF_BETA + _ROW + polynomial
+    row = formulas.full_row_branch if isinstance(table, LastPlaceTable) else formulas.table_row_branch
+    branch = row([f"c{n}" for n in range(len(table.rows[0]))])
+    operations = (
+        _ROW + _simple(table_free.w_program(), Name("w")) + _simple(branch.program, branch.results["restitution"])
+    )
     for form in (DOUBLE, FLOAT):
         own = form if form in given.formats else DOUBLE
         if isinstance(table, LastPlaceTable):
@@ -140,8 +148,10 @@ def _both(first: Fraction, second: Fraction) -> Fraction:
 
 
 def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
-    terms = len(given.powers.top) + len(given.powers.bottom)
-    operations = 2 * terms + _GAPS
+    near, _ = given.branches
+    operations = _simple(near.program, near.results["epsilon"])
+    compact = table_free.table_free_program(given.powers)
+    of_speed = _simple((*table_free.w_program(), *compact.common), compact.results["restitution"])
     for variant in given.variants:
         error = variant.total(given.checked)
         yield _everywhere(
@@ -151,7 +161,7 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
         machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
         for variant in given.variants:
             if variant.form == form:
-                yield _of_compact(accuracy, given, variant, place, machines, operations)
+                yield _of_compact(accuracy, given, variant, place, machines, of_speed)
 
 
 def _of_compact(

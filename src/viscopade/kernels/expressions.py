@@ -8,10 +8,12 @@ a language, and `operations` counts. Nothing here needs FLINT.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import count, pairwise
+from itertools import count as numbers
+from itertools import pairwise
 from operator import add, mul, sub, truediv
 from typing import Any, NamedTuple
 
@@ -167,14 +169,14 @@ def text(expression: Expression, language: Language) -> str:
 
 def _operand(expression: Expression, symbol: str, side: int, language: Language) -> str:
     written = text(expression, language)
-    expression = _bare(expression)
+    expression = bare(expression)
     # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
     own = isinstance(expression, Operation) and _BINDING[expression.symbol]
     loose = own and own < _BINDING[symbol] + (side or own == 1)
     return f"({written})" if loose else written
 
 
-def _bare(expression: Expression) -> Expression:
+def bare(expression: Expression) -> Expression:
     """Return the operations of an expression, without what is known of them."""
     match expression:
         case Polynomial():
@@ -246,6 +248,28 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arit
     return operate(evaluate(left, values, arithmetic), evaluate(right, values, arithmetic))
 
 
+def operations(program: Program, *results: Expression) -> Counter[str]:
+    """Return how often each operation and function occurs in what the results need, by symbol or name."""
+    assigned, found = {s.name: s.expression for s in program}, Counter[str]()
+
+    def count(expression: Expression) -> None:
+        match bare(expression):
+            case Name(name) if name in assigned:
+                count(assigned.pop(name))
+            case Operation(symbol, left, right):
+                found[symbol] += 1
+                count(left)
+                count(right)
+            case Call(function, arguments):
+                found[function] += 1
+                for part in arguments:
+                    count(part)
+
+    for result in results:
+        count(result)
+    return found
+
+
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------
 
 
@@ -269,7 +293,7 @@ def chain(wanted: frozenset[int]) -> tuple[Step, ...]:
     if any(power < 1 for power in wanted):
         raise ValueError(f"powers are {sorted(wanted)}: accepted are whole numbers >= 1")
     rest = tuple(sorted(wanted - {1}))
-    return next(found for steps in count(len(rest)) if (found := _chain((1,), rest, steps)) is not None)
+    return next(found for steps in numbers(len(rest)) if (found := _chain((1,), rest, steps)) is not None)
 
 
 def _chain(have: tuple[int, ...], missing: tuple[int, ...], steps: int) -> tuple[Step, ...] | None:

@@ -18,7 +18,8 @@ from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import prove_rational, registry, registry_arrays, requests
+from viscopade.kernels import expressions, prove_rational, registry, registry_arrays, requests
+from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.table_free import TARGETS
@@ -241,9 +242,11 @@ class BestApproximant(Candidate):
 
     @property
     def operations(self) -> Operations:
-        """Operations: two Horner's rules, a quotient, and v*."""
-        powers = int(self.code.argument == "speed")
-        return Operations(2 * (self.kernel.m + self.kernel.n), int(self.kernel.n > 0), powers)
+        """Operations: those of the formula, and v*."""
+        a, b = self.kernel.rounded(FORMATS[self.code.format])
+        near, _ = formulas.epsilon_branches(formulas.dense(a=a, b=b))
+        found = expressions.operations(near.program, near.results["epsilon"])
+        return Operations(found["+"] + found["*"], int(self.kernel.n > 0), int(self.code.argument == "speed"))
 
     @cached_property
     def errors(self) -> Errors:
@@ -310,7 +313,7 @@ class RegistryKernel(Candidate):
 
     @property
     def operations(self) -> Operations:
-        """Operations as counted in the templates."""
+        """Operations as counted in the formulas."""
         simple, by_pow = self.entry.operations, int(self.code.argument == "speed")
         return {
             "speed": Operations(simple),
