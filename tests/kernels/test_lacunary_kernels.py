@@ -26,21 +26,19 @@ from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import expressions, prove_lacunary, store
 from viscopade.kernels.expressions import (
-    PYTHON,
     Literal,
     Name,
     Rounded,
-    c_language,
     chain,
     horner_expression,
     powers,
     run_program,
     smallest_number,
-    text,
 )
 from viscopade.kernels.forms import lacunary_rounding
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.targets.lacunary_kernels import render_c, render_python
+from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
 from viscopade_lab.hard_cases import exported
 
 COMMAND = "viscopade export c --half-line 1e-3"
@@ -142,13 +140,13 @@ def test_text_keeps_the_order_of_evaluation():
     for _ in range(300):
         made = expression(4)
         value = expressions.evaluate(made, names, float)
-        assert eval(text(made, PYTHON), dict(names)) == value
-        assert eval(text(made, c_language(DOUBLE)), dict(names)) == value
+        assert eval(text(made, MATH_MODULE), dict(names)) == value
+        assert eval(text(made, of_c(DOUBLE)), dict(names)) == value
 
 
 def test_horner_with_gaps():
-    assert text(horner_expression((0, 4, 8), ("a0", "a4", "a8"), "y"), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
-    assert text(horner_expression((0, 1, 3), ("a0", "a1", "a3"), "y"), PYTHON) == "a0 + y * (a1 + y2 * a3)"
+    assert text(horner_expression((0, 4, 8), ("a0", "a4", "a8"), "y"), MATH_MODULE) == "a0 + y4 * (a4 + y4 * a8)"
+    assert text(horner_expression((0, 1, 3), ("a0", "a1", "a3"), "y"), MATH_MODULE) == "a0 + y * (a1 + y2 * a3)"
     values = run_program(powers("y", {3, 5}), {"y": Fraction(2)}, Fraction)
     assert (values["y3"], values["y5"]) == (8, 32)
 

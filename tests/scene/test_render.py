@@ -14,18 +14,18 @@ import pytest
 from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
+from viscopade.kernels.targets.languages import target, targets
 from viscopade.scene import read, shaders
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
-from viscopade.scene.render import FILES, file_name, names, prefix, render
+from viscopade.scene.render import file_name, names, prefix, render
 from viscopade.scene.units import Scale
 
 COMMAND = "viscopade scene tiny.toml"
-ONLY = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
-EACH = [(lang, form) for lang in read.LANGUAGES for form in ("double", "float") if ONLY.get(lang, form) == form]
+EACH = [(each.name, form) for each in targets() for form in each.formats]
 MATERIALS = """
 [material.m]
 young_modulus = "10 GPa"
@@ -72,7 +72,7 @@ format = "{form}"
 
 def scene(language, form=None, bodies=SPREAD, top="", code="", slowest="0.1 m/s", tolerance="epsilon = 1e-3", end=""):
     rest = REST.format(
-        slowest=slowest, tolerance=tolerance, language=language, form=form or ONLY.get(language, "double"), code=code
+        slowest=slowest, tolerance=tolerance, language=language, form=form or target(language).formats[0], code=code
     )
     return read.from_toml(f"{top}\n{MATERIALS}{bodies}{rest}{end}".encode(), "some/where/tiny.toml")
 
@@ -84,9 +84,8 @@ def chosen(made, kind="compact"):
         wanted = {"constant": PairConstant, "polynomial": BestApproximant}[kind]
         found = next(c for c in candidates(made, met) if isinstance(c, wanted))
     else:
-        wanted = "half-line" if code.language in ("c", "python") else kind
-        device = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, registry.HOST)
-        place = registry.HOST if code.format == "double" else device
+        wanted = kind if code.target.compact else "half-line"
+        place = registry.HOST if code.format == "double" else code.target.place
         looked_for = (wanted, "1e-3", code.format, place)
         entries = registry.entries()
         found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
@@ -108,7 +107,7 @@ def text(language, form=None, constant=False, spread=True):
 
 
 def outside_comments(language, made):
-    mark = FILES[language][1].strip()
+    mark = target(language).comment.strip()
     pattern = r"/\*.*?\*/" if mark == "*" else rf"{re.escape(mark)}[^\n]*"
     return " ".join(re.sub(pattern, "", made, flags=re.DOTALL).split())
 
@@ -139,7 +138,7 @@ def test_the_file_says_what_it_is(language, constant):
     assert made.rstrip("\n") + "\n" == made
     assert not [line for line in made.splitlines() if line != line.rstrip()]
     assert "some/where" not in made
-    first = 1 if language in ("fortran", "julia") else 0
+    first = target(language).first_index
     assert re.search(rf"^.{{0,2}}\s+{first}  a-a: beta = ", made, re.MULTILINE)
     for words in ("End condition", "Proven on this scene", "Use: "):
         assert words in made
@@ -164,7 +163,7 @@ def test_titles_do_not_end_comments(language, title):
     for line in made.splitlines():
         assert not line.endswith("\\")
         assert "??/" not in line
-        if FILES[language][1] == " *" and line.startswith(" * "):
+        if target(language).comment == " *" and line.startswith(" * "):
             assert "*/" not in line[1:].replace("/*", "*/")
     if language == "python":
         ast.parse(made)

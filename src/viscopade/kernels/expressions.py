@@ -1,6 +1,6 @@
 r"""Straight-line programs: one source for the text of exported code and for the bound of its rounding errors.
 
-A program is a sequence of assignments. `text` writes an expression in the syntax that C and Python share; `run_program`
+A program is a sequence of assignments. `targets.syntax` writes an expression in the syntax of a language; `run_program`
 evaluates the program with any numbers that can be added, multiplied and divided. Run with `Rounded` numbers, the same
 sequence of operations gives a bound of what rounding does to the result:
 
@@ -80,44 +80,6 @@ class Statement(NamedTuple):
 
 
 Program = tuple[Statement, ...]
-
-
-class Language(NamedTuple):
-    """Syntax of a language: its functions and literals."""
-
-    function: Callable[[str], str]
-    literal: Callable[[str], str]
-
-
-PYTHON = Language(lambda name: f"math.{name}", lambda text: text)
-
-
-def c_language(form: Format) -> Language:
-    """Return the syntax of C for functions and literals of this type."""
-    return Language(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
-
-
-_BINDING = {"+": 1, "*": 2, "/": 2}
-
-
-def text(expression: Expression, language: Language) -> str:
-    """Return the expression as text, with the same order of evaluation."""
-    match expression:
-        case Name(name):
-            return name
-        case Literal(number):
-            return language.literal(number)
-        case Call(function, arguments):
-            return f"{language.function(function)}({', '.join(text(part, language) for part in arguments)})"
-        case Operation(symbol, left, right):
-            return f"{_operand(left, symbol, 0, language)} {symbol} {_operand(right, symbol, 1, language)}"
-    raise TypeError(f"{expression!r} is no expression")
-
-
-def _operand(expression: Expression, symbol: str, side: int, language: Language) -> str:
-    written = text(expression, language)
-    loose = isinstance(expression, Operation) and _BINDING[expression.symbol] < _BINDING[symbol] + side
-    return f"({written})" if loose else written
 
 
 def run_program(

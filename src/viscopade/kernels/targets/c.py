@@ -9,6 +9,7 @@ from typing import Any
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.targets.syntax import constant_of_c
 from viscopade.kernels.targets.wording import distinct, horner_text, lasting, lasting_lines, preamble
 from viscopade.kernels.v_star import speed_note
 
@@ -110,24 +111,20 @@ def _sums(
     numerator, denominator = _names(*top), _names(*bottom)
     return {
         "constants": [
-            (name, _constant(value, form))
+            (name, constant_of_c(value, form))
             for name, value in zip(numerator + denominator, (*top[1], *bottom[1]), strict=True)
             if name is not None
         ],
         "near": [_wrapped(horner_text(names, "v_star"), 4) for names in (numerator, denominator)],
         "far": [_wrapped(horner_text(names[::-1], "u"), 8) for names in (numerator, denominator)],
         "far_power": _wrapped("".join([" * v_star" if power > 0 else " * u"] * abs(power)), 8),
-        "far_threshold": _constant(2.0**threshold, form),
+        "far_threshold": constant_of_c(2.0**threshold, form),
     }
 
 
 def _names(letter: str, values: Sequence[float]) -> list[str | None]:
     """Return the coefficients' names, None for those that are zero."""
     return [f"{letter}{i}" if value else None for i, value in enumerate(values)]
-
-
-def _constant(value: float, form: Format) -> str:
-    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
 
 
 def _wrapped(expression: str, indent: int) -> str:

@@ -1,0 +1,247 @@
+"""What a target is: one object with all facts of a language, by which kernels and scenes are written and run.
+
+A target's module is in `viscopade.kernels.targets.languages`, which lists them. No other module names a language.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from viscopade.arithmetic.formats import Format
+from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms.lacunary_rounding import ULPS
+from viscopade.kernels.forms.table_free import LIBRARY, MachineArithmetic
+from viscopade.kernels.registry import HOST
+from viscopade.kernels.targets.syntax import Syntax, shortest
+
+Constant = Callable[[float], str]
+Machines = tuple[tuple[str, MachineArithmetic], ...]
+DRIVER, FILE, PROGRAM, TOOL = "{driver}", "{file}", "{program}", "{tool}"  # in command lines
+
+
+@dataclass(frozen=True)
+class Number:
+    """A language's numbers of one format: the type, its literals and functions.
+
+    Attributes
+    ----------
+    form : Format
+    type : str
+        The language's name of the type.
+    syntax : Syntax
+    constant : callable
+        From a number to the text of a constant, the shortest decimal.
+    suffix : str
+        The end of the functions' names.
+    machines : tuple of (str, MachineArithmetic)
+        Where compact kernels run, as the end of a sentence, and what is assumed there.
+    exact : callable or None
+        From a coefficient to its text; None: as other constants.
+    quotient : callable
+        How compact kernels write quotients.
+    """
+
+    form: Format
+    type: str
+    syntax: Syntax
+    constant: Constant
+    suffix: str = ""
+    machines: Machines = ()
+    exact: Constant | None = None
+    quotient: table_free.Division = table_free.plain
+
+    def coefficient(self, value: float) -> str:
+        """Return a coefficient's text."""
+        return (self.exact or self.constant)(value)
+
+
+def number(
+    form: Format,
+    kind: str,
+    suffix: str = "",
+    *,
+    function: str = "{}",
+    literal: str = "{}",
+    machine: MachineArithmetic | None = None,
+) -> Number:
+    """Return numbers whose functions and constants are written by two patterns, from their names and decimals."""
+    return Number(
+        form,
+        kind,
+        Syntax(function.format, literal.format),
+        lambda value: literal.format(shortest(value, form)),
+        suffix,
+        (("", LIBRARY[form.name] if machine is None else machine),),
+    )
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Recipe to compile and run a driver and its included file.
+
+    Attributes
+    ----------
+    tools : tuple of str
+        Commands; the first that is there is taken. Empty for the interpreter that runs viscopade.
+    ending : str
+        Of the driver's name.
+    build : tuple of str
+        The command line; TOOL, DRIVER, FILE and PROGRAM are replaced. Empty if nothing is to be compiled.
+    start : tuple of str
+        What runs it. Empty if it cannot be run.
+    variable : str or None
+        In the environment, what names the tool.
+    package : str or None
+        A package that the interpreter needs.
+    shader : "compiled", "text" or None
+        What a device for shaders is given.
+    """
+
+    tools: tuple[str, ...]
+    ending: str
+    build: tuple[str, ...] = ()
+    start: tuple[str, ...] = ()
+    variable: str | None = None
+    package: str | None = None
+    shader: Literal["compiled", "text"] | None = None
+
+
+EXECUTABLE = "viscopade-check.exe"  # no scene can have this name
+START = (f"./{EXECUTABLE}",)
+
+Renderer = Callable[[Any, str], str]
+"""From kernels of a kind, and the command line that makes the file, to the file's text."""
+
+Kinds = Mapping[str, frozenset[str]]
+COMPACT: Kinds = {"speed": frozenset({"compact"})}
+"""Kinds of kernels in scenes, by what the functions take: of compact languages."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target: a language, or a library in one.
+
+    Attributes
+    ----------
+    name : str
+        In commands and scenes.
+    suffix : str
+        The end of files' names.
+    comment : str
+        What begins a line of comment.
+    numbers : tuple of Number
+    runner : Runner
+        What runs the program that calls a scene's file.
+    renderers : mapping
+        By the kind of kernels (`requests.KINDS`), what writes them; empty if the language has compact kernels.
+    kinds : mapping
+        Kinds of kernels in scenes, by what the functions take, "speed" or "v_star".
+    templates : mapping
+        Templates with names of their own (`template`).
+    assumed : str
+        What the bounds of compact kernels assume of the arithmetic.
+    log, exp : str
+        Names of the functions that take the root.
+    indent : int
+        Columns that assignments need besides the expression.
+    next_line : str
+        What stands between the lines of an expression.
+    stem : str
+        Of the exported file with compact kernels.
+    nan : bool
+        Whether the arithmetic supports NaN.
+    place : str
+        Where numbers of type float are computed, as the registry says it.
+    device : Runner or None
+        What compiles the program "check_on_device" besides, without running it.
+    measured : bool
+        Whether benchmarks measure this code.
+    include : str
+        How a program takes the file in; {file}, {stem} and {name} are replaced. Empty: it is pasted.
+    qualifier : str
+        What stands before functions' names in a call; {name} and {module} are replaced.
+    pair : str
+        A pair's name in a call; {qualifier}, {pair}, {PAIR} and {title} are replaced.
+    element : str
+        An array's element; {array} and {index} are replaced.
+    capitals : bool
+        Whether names of constants are written in capitals.
+    first_index : int
+        Of arrays.
+    kernel_inside : bool
+        Whether the scene's template places the kernel; else it comes first.
+    is_taken : callable
+        Whether a file must not have a name, as a header or a module has it already.
+    longest : int or None
+        The most letters of a name.
+    """
+
+    name: str
+    suffix: str
+    comment: str
+    numbers: tuple[Number, ...]
+    runner: Runner
+    renderers: Mapping[str, Renderer] = field(default_factory=dict)
+    kinds: Kinds = field(default_factory=lambda: COMPACT)
+    templates: Mapping[str, str] = field(default_factory=dict)
+    assumed: str = ""
+    log: str = "log2"
+    exp: str = "exp2"
+    indent: int = 30
+    next_line: str = "\n" + " " * 8
+    stem: str = "viscopade"
+    nan: bool = True
+    place: str = HOST
+    device: Runner | None = None
+    measured: bool = False
+    include: str = ""
+    qualifier: str = "{name}_"
+    pair: str = "{qualifier}{pair}"
+    element: str = "{array}[{index}]"
+    capitals: bool = False
+    first_index: int = 0
+    kernel_inside: bool = False
+    is_taken: Callable[[str], bool] = lambda name: False
+    longest: int | None = None
+
+    def number(self, form: str) -> Number:
+        """Return the numbers of a format, by its name."""
+        return next(number for number in self.numbers if number.form.name == form)
+
+    def template(self, part: str) -> str:
+        """Return the template of "table_free" kernels, of a "scene", or of the program that "check"s it."""
+        return self.templates.get(part, f"{part}{self.suffix}.jinja")
+
+    @property
+    def compact(self) -> bool:
+        """Whether its kernels are the compact ones."""
+        return not self.renderers
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Names of the formats."""
+        return tuple(number.form.name for number in self.numbers)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """What the functions of a scene may take."""
+        return tuple(self.kinds)
+
+
+# --- what languages share ---------------------------------------------------------------------------------------------
+
+
+def of_library(functions: str) -> str:
+    """Return what is assumed of the usual library of functions."""
+    return f"{functions} are within {ULPS} units in the last place of the result; +, -, *, / are those of IEEE 754"
+
+
+def of_shaders(standard: str) -> str:
+    """Return what a standard guarantees of shaders."""
+    return (
+        "log2 is within 3 units in the last place or 2^-21, exp2(x) within 3 + 2 |x|, a quotient within 2.5, sums and "
+        "products are one of the two neighbours, and results below 2^-126 may be replaced by 0: what "
+        f"{standard} guarantees"
+    )

@@ -1,0 +1,20 @@
+"""GLSL: text for shaders of OpenGL and Vulkan; compact kernels."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import FLOAT
+from viscopade.kernels.forms.table_free import SHADER
+from viscopade.kernels.targets.language import DRIVER, PROGRAM, TOOL, Runner, Target, number, of_shaders
+
+TARGET = Target(
+    name="glsl",
+    suffix=".glsl",
+    comment="//",
+    numbers=(number(FLOAT, "float", machine=SHADER),),
+    runner=Runner(
+        ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
+    ),
+    assumed=of_shaders("Vulkan"),
+    nan=False,
+    place="shader",
+)  # fmt: skip

@@ -1,0 +1,21 @@
+"""WGSL: text for shaders of WebGPU; compact kernels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from viscopade.arithmetic.formats import FLOAT
+from viscopade.kernels.forms.table_free import SHADER
+from viscopade.kernels.targets.language import DRIVER, TOOL, Runner, Target, number, of_shaders
+
+TARGET = Target(
+    name="wgsl",
+    suffix=".wgsl",
+    comment="//",
+    numbers=(replace(number(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
+    runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER), shader="text"),
+    assumed=of_shaders("WGSL"),
+    nan=False,
+    place="shader",
+    element="{array}({index})",
+)
