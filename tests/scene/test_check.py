@@ -233,7 +233,7 @@ def changed(language, constant):
         return re.sub(r"(a0 = VISCOPADE_CONSTANT\(0x1\.)\w", r"\g<1>9", made)
     if language == "wgsl":
         return re.sub(r"(let a0: f32 = 0x1\.)\w", r"\g<1>9", made)
-    return made.replace("a0 = 1.1", "a0 = 1.2").replace("a0: f64 = 1.1", "a0: f64 = 1.2")
+    return re.sub(r"(a0(: f64)? = (wp.float64\()?1\.)1|(1\.)1(?=\d+,  # a0)", r"\g<1>\g<4>2", made)
 
 
 @pytest.mark.parametrize("language", read.LANGUAGES)

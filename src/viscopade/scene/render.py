@@ -67,6 +67,7 @@ def layout(choice: Choice) -> dict[str, Any]:
         "element": lambda array, index: target.element.format(array=array, index=index),
         "name": name,
         "upper": name.upper(),
+        "qualifier": qualifier_of(scene),
         "module": module(scene),
         "kind": _kind(candidate),
         "function": candidate.name,

@@ -5,8 +5,10 @@ A target's module is in `viscopade.kernels.targets.languages`, which lists them.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from typing import Any, Literal
 
 from viscopade.arithmetic.formats import Format
@@ -52,29 +54,25 @@ class Number:
     exact: Constant | None = None
     quotient: table_free.Division = table_free.plain
 
+    @classmethod
+    def of(
+        cls,
+        form: Format,
+        kind: str,
+        suffix: str = "",
+        *,
+        function: str = "{}",
+        literal: str = "{}",
+        machine: MachineArithmetic | None = None,
+    ) -> Number:
+        """Return numbers whose functions and constants are written by two patterns, from their names and decimals."""
+        syntax = Syntax(function.format, literal.format)
+        machines = (("", LIBRARY[form.name] if machine is None else machine),)
+        return cls(form, kind, syntax, lambda value: literal.format(shortest(value, form)), suffix, machines)
+
     def coefficient(self, value: float) -> str:
         """Return a coefficient's text."""
         return (self.exact or self.constant)(value)
-
-
-def number(
-    form: Format,
-    kind: str,
-    suffix: str = "",
-    *,
-    function: str = "{}",
-    literal: str = "{}",
-    machine: MachineArithmetic | None = None,
-) -> Number:
-    """Return numbers whose functions and constants are written by two patterns, from their names and decimals."""
-    return Number(
-        form,
-        kind,
-        Syntax(function.format, literal.format),
-        lambda value: literal.format(shortest(value, form)),
-        suffix,
-        (("", LIBRARY[form.name] if machine is None else machine),),
-    )
 
 
 @dataclass(frozen=True)
@@ -231,6 +229,14 @@ class Target:
 
 
 # --- what languages share ---------------------------------------------------------------------------------------------
+
+PYTHON_LINES = " \\\n" + " " * 8
+"""What stands between the lines of an expression in modules of Python."""
+
+
+def taken_in_python(name: str) -> bool:
+    """Return whether no module can have a name: a keyword, or the name of a module that it may import."""
+    return iskeyword(name) or name in {*sys.stdlib_module_names, "viscopade", "numpy"}
 
 
 def of_library(functions: str) -> str:

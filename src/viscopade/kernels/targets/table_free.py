@@ -18,6 +18,7 @@ from viscopade.kernels.expressions import Program
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.table_free import FUNCTIONS, LARGEST, RoundingBound
+from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, distinct
@@ -118,10 +119,18 @@ def _variant(target: Target, kernel: HalfLineKernel, number: Number, variant: La
     return {
         **_type(number),
         "constants": [(name, number.coefficient(c), decimals[name]) for name, c in constants.items()],
+        "of_slope": [(name, number.coefficient(c), "") for name, c in _of_slope(kernel, variant).items()],
+        "slope": _statements(slope.slope_program(kernel.powers), syntax, target),
         "common": _statements(program.common, syntax, target),
         "inverse": text(program.inverse.expression, syntax),
         "results": {name: text(expression, syntax) for name, expression in program.results.items()},
     }
+
+
+def _of_slope(kernel: HalfLineKernel, variant: LacunaryVariant) -> dict[str, float]:
+    """Return the constants of the slope, rounded to the format."""
+    found = slope.slope_constants(kernel.powers, variant.a, variant.b)
+    return {name: variant.form.nearest(Fraction(c)) for name, c in found.items()}
 
 
 def _statements(program: Program, syntax: Syntax, target: Target) -> list[tuple[str, str]]:

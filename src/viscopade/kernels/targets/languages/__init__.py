@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 __all__: list[str] = []  # modules of languages are taken by `target`
 
-LANGUAGES = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia")
+LANGUAGES = (
+    *("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"),
+    *("jax", "numba", "warp", "cpp-policy"),
+)
 """Names of the targets; a minus is an underscore in the module's name."""
 
 

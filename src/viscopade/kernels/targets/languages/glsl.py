@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels.forms.table_free import SHADER
-from viscopade.kernels.targets.language import DRIVER, PROGRAM, TOOL, Runner, Target, number, of_shaders
+from viscopade.kernels.targets.language import DRIVER, PROGRAM, TOOL, Number, Runner, Target, of_shaders
 
 TARGET = Target(
     name="glsl",
     suffix=".glsl",
     comment="//",
-    numbers=(number(FLOAT, "float", machine=SHADER),),
+    numbers=(Number.of(FLOAT, "float", machine=SHADER),),
     runner=Runner(
         ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
     ),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.targets.language import DRIVER, TOOL, Runner, Target, number, of_library
+from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, of_library
 
 TARGET = Target(
     name="javascript",
     suffix=".mjs",
     comment="//",
-    numbers=(number(DOUBLE, "number"),),
+    numbers=(Number.of(DOUBLE, "number"),),
     runner=Runner(("node",), ".mjs", (), (TOOL, DRIVER)),
     assumed=of_library("Math.log2 and Math.pow(2, x)"),
     include='import * as scene from "./{file}";',

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from keyword import iskeyword
-
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.targets import lacunary_kernels, python
-from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target
+from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, taken_in_python
 from viscopade.kernels.targets.syntax import MATH_MODULE, shortest
 
 OF_V_STAR = frozenset({"polynomial", "half-line"})
-
-
-def is_taken(name: str) -> bool:
-    """Return whether no module can have a name: a keyword's, or one of the standard library's or ours."""
-    return iskeyword(name) or name in sys.stdlib_module_names or name == "viscopade"
 
 
 TARGET = Target(
@@ -30,5 +22,5 @@ TARGET = Target(
     qualifier="scene.",
     pair='"{title}"',
     capitals=True,
-    is_taken=is_taken,
+    is_taken=taken_in_python,
 )

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels.forms.table_free import SHADER
-from viscopade.kernels.targets.language import DRIVER, TOOL, Runner, Target, number, of_shaders
+from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, of_shaders
 
 TARGET = Target(
     name="wgsl",
     suffix=".wgsl",
     comment="//",
-    numbers=(replace(number(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
+    numbers=(replace(Number.of(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
     runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER), shader="text"),
     assumed=of_shaders("WGSL"),
     nan=False,
