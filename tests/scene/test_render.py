@@ -4,6 +4,7 @@ import ast
 import ctypes
 import re
 import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 from shutil import which
@@ -22,6 +23,7 @@ from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
 from viscopade.scene.render import file_name, names, prefix, render
+from viscopade.scene.runners import find_tool
 from viscopade.scene.units import Scale
 
 COMMAND = "viscopade scene tiny.toml"
@@ -271,6 +273,53 @@ def test_beta_of_given_radii_in_python():
         assert module["BETA"][encounter.name] == encounter.pair.beta
 
 
+CALLS = {
+    "jax": """
+import jax
+jax.config.update("jax_enable_x64", {double})
+import tiny as scene
+found = [float(jax.jit(scene.beta_of)(*row)) for row in rows]
+""",
+    "numba": """
+import tiny as scene
+found = [scene.beta_of(*row) for row in rows]
+""",
+    "warp": """
+import contextlib
+import sys
+import warp as wp
+import tiny as scene
+wp.config.kernel_cache_dir = "cache"
+@wp.kernel
+def compute(pair: wp.array(dtype=wp.int32), r: wp.array2d(dtype={number}), out: wp.array(dtype={number})):
+    i = wp.tid()
+    out[i] = scene.beta_of(pair[i], r[i, 0], r[i, 1])
+with contextlib.redirect_stdout(sys.stderr), wp.ScopedDevice("cpu"):
+    out = wp.zeros(len(rows), dtype={number})
+    pair, radii = [row[0] for row in rows], [row[1:] for row in rows]
+    wp.launch(compute, len(rows), [wp.array(pair, dtype=wp.int32), wp.array(radii, dtype={number}), out])
+    found = out.numpy().tolist()
+""",
+}
+
+
+@pytest.mark.parametrize(("language", "form"), [(lang, form) for lang, form in EACH if lang in CALLS])
+def test_beta_of_given_radii_in_packages_of_python(tmp_path, language, form):
+    runner = target(language).runner
+    if find_tool(runner) is None:
+        pytest.skip(f"the Python package {runner.package} is not installed")
+    made = choice(language, form)
+    (tmp_path / "tiny.py").write_text(text(language, form))
+    radii = [(i, first, second) for i in range(len(made.encounters)) for first, second in ((0.01, 0.02), (3e-3, 5e-3))]
+    calls = CALLS[language].format(double=form == "double", number=target(language).number(form).type)
+    (tmp_path / "call.py").write_text(f"rows = {radii}\n{calls}\nprint(*found)\n")
+    found = map(float, succeed(tmp_path, sys.executable, "call.py").split())
+    for value, (index, *pair) in zip(found, radii, strict=True):
+        meeting = made.encounters[index].meeting
+        expected = made.scene.pair(meeting, tuple(pair)).beta
+        assert value == pytest.approx(expected, rel=1e-13 if form == "double" else 1e-6, abs=0)
+
+
 def test_numbers_that_float_does_not_have_are_refused():
     made = choice("rust", "float")
     with pytest.raises(ValueError, match=r"^some/where/tiny.toml: units: beta, or beta times a radius, is .* float$"):
@@ -303,6 +352,31 @@ def test_c_has_no_warnings(tmp_path, standard, form, kind):
         command = compiled.compiler(standard)
         succeed(tmp_path, *command, *compiled.WARNINGS, "-fsyntax-only", "use.c")
         assert ("_batch(" in made) == ("batch" in code and kind != "constant")
+
+
+POLICY = """
+#include "tiny.hpp"
+#include "tiny.hpp"
+typedef tiny_scene::Policy<tiny_scene::pair_a_b> Policy;
+int main()
+{
+    return !(Policy::EpsilonN({speed}) > {expected} * 0.999 && Policy::EpsilonN({speed}) < {expected} * 1.001);
+}
+"""
+
+
+@pytest.mark.parametrize("standard", ["c++14", "c++17", "c++20"])
+@pytest.mark.parametrize("form", ["double", "float"])
+@pytest.mark.parametrize("constant", [False, True])
+def test_policies_have_no_warnings(tmp_path, standard, form, constant):
+    """By pair, they give its eps, for typical radii."""
+    made = choice("cpp-policy", form, constant)
+    encounter = next(e for e in made.encounters if e.name == "a-b")
+    expected = made.chosen.candidate.values[1] if constant else float(encounter.pair.epsilon(0.5))
+    (tmp_path / "tiny.hpp").write_text(text("cpp-policy", form, constant))
+    (tmp_path / "use.cpp").write_text(POLICY.replace("{speed}", "0.5f").replace("{expected}", str(expected)))
+    succeed(tmp_path, *compiled.compiler(standard), *compiled.WARNINGS, "use.cpp", "-o", "use", "-lm")
+    succeed(tmp_path, "./use")
 
 
 BATCH = """

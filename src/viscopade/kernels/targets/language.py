@@ -230,13 +230,30 @@ class Target:
 
 # --- what languages share ---------------------------------------------------------------------------------------------
 
-PYTHON_LINES = " \\\n" + " " * 8
-"""What stands between the lines of an expression in modules of Python."""
-
 
 def taken_in_python(name: str) -> bool:
     """Return whether no module can have a name: a keyword, or the name of a module that it may import."""
     return iskeyword(name) or name in {*sys.stdlib_module_names, "viscopade", "numpy"}
+
+
+def package_of_python(name: str, package: str, *numbers: Number, **more: Any) -> Target:
+    """Return the target of a package for Python, by the name that it is imported by and that of the distribution."""
+    return Target(
+        name,
+        ".py",
+        "#",
+        numbers,
+        Runner((), ".py", (), (TOOL, "-P", DRIVER), package=package),
+        templates={part: f"{part}.{name}.py.jinja" for part in ("table_free", "scene", "check")},
+        next_line=" \\\n" + " " * 8,
+        stem=f"viscopade_{name}",
+        include="import {stem} as scene",
+        qualifier="scene.",
+        pair="{qualifier}{PAIR}",
+        capitals=True,
+        is_taken=lambda stem: stem == name or taken_in_python(stem),
+        **more,
+    )
 
 
 def of_library(functions: str) -> str:

@@ -69,9 +69,15 @@ def render(
         w=_statements(table_free.w_program(), target.numbers[0].syntax, target),
         types=[_type(number) for number in target.numbers],
         table=SPECIAL if target.nan else None,
+        functions=MEANINGS.items(),
     )
 
 
+MEANINGS = {
+    "restitution": "eps",
+    "rebound": "eps speed, the speed after the collision",
+    "dissipation": "1 - eps^2",
+}
 SPECIAL = (
     "speed, beta                                             restitution   rebound     dissipation",
     "one is 0 (or -0), the other finite and not negative     1             the speed   0",
