@@ -93,9 +93,11 @@ def _w(speed, beta):
     largest = 8.452712498170644e270
     square = beta * beta
     w = square * square * beta * speed
-    if not (speed >= 0 and beta >= 0):
+    if not (speed >= 0.0 and beta >= 0.0):
         return np.float64(np.nan)
-    return largest if w > largest else w
+    if w > largest:
+        return largest
+    return w
 
 
 @njit(error_model="numpy")
@@ -104,9 +106,11 @@ def _w_f32(speed, beta):
     largest = np.float32(1.329228e36)
     square = beta * beta
     w = square * square * beta * speed
-    if not (speed >= 0 and beta >= 0):
+    if not (speed >= np.float32(0.0) and beta >= np.float32(0.0)):
         return np.float32(np.nan)
-    return largest if w > largest else w
+    if w > largest:
+        return largest
+    return w
 
 
 # compact_2p09em4

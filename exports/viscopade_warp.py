@@ -79,14 +79,14 @@ What they return beyond the domain; eps is always in (0, 1]:
     one is negative or NaN                                  NaN           NaN         NaN
     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
 
-With the option fast_math of a module the bounds are not promised.
+With the option fast_math of a module, the bounds are not promised.
 """
 
 import warp as wp
 
 
 @wp.func
-def w_of(speed: wp.float64, beta: wp.float64):
+def _w(speed: wp.float64, beta: wp.float64):
     """Return beta^5 speed, at most 2^900; NaN if an argument is negative or NaN."""
     largest = wp.float64(8.452712498170644e270)
     square = beta * beta
@@ -99,7 +99,7 @@ def w_of(speed: wp.float64, beta: wp.float64):
 
 
 @wp.func
-def w_of(speed: wp.float32, beta: wp.float32):
+def _w(speed: wp.float32, beta: wp.float32):
     """Return beta^5 speed, at most 2^120; NaN if an argument is negative or NaN."""
     largest = wp.float32(1.329228e36)
     square = beta * beta
@@ -124,7 +124,7 @@ def w_of(speed: wp.float32, beta: wp.float32):
 
 
 @wp.func
-def parts_compact_2p09em4(w: wp.float64):
+def _parts_compact_2p09em4(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.1532089438172344)
@@ -145,29 +145,29 @@ def parts_compact_2p09em4(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_2p09em4(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def restitution_compact_2p09em4(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p09em4(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def rebound_compact_2p09em4(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p09em4(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def dissipation_compact_2p09em4(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
 @wp.func
-def parts_compact_2p09em4(w: wp.float32):
+def _parts_compact_2p09em4(w: wp.float32):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.153209)
@@ -188,23 +188,23 @@ def parts_compact_2p09em4(w: wp.float32):
 
 
 @wp.func
-def restitution_compact_2p09em4(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def restitution_compact_2p09em4(speed: wp.float32, beta: wp.float32):
     """Return eps."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p09em4(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def rebound_compact_2p09em4(speed: wp.float32, beta: wp.float32):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p09em4(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def dissipation_compact_2p09em4(speed: wp.float32, beta: wp.float32):
     """Return 1 - eps^2."""
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
     inverse = wp.float32(1.0) / (elastic + lost)
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
@@ -222,7 +222,7 @@ def dissipation_compact_2p09em4(speed: wp.float32, beta: wp.float32) -> wp.float
 
 
 @wp.func
-def parts_compact_3p4em6(w: wp.float64):
+def _parts_compact_3p4em6(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.153451614780895)
@@ -246,29 +246,29 @@ def parts_compact_3p4em6(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_3p4em6(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def restitution_compact_3p4em6(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_3p4em6(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def rebound_compact_3p4em6(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_3p4em6(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def dissipation_compact_3p4em6(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
 @wp.func
-def parts_compact_3p4em6(w: wp.float32):
+def _parts_compact_3p4em6(w: wp.float32):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.1534516)
@@ -292,23 +292,23 @@ def parts_compact_3p4em6(w: wp.float32):
 
 
 @wp.func
-def restitution_compact_3p4em6(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def restitution_compact_3p4em6(speed: wp.float32, beta: wp.float32):
     """Return eps."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_3p4em6(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def rebound_compact_3p4em6(speed: wp.float32, beta: wp.float32):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_3p4em6(speed: wp.float32, beta: wp.float32) -> wp.float32:
+def dissipation_compact_3p4em6(speed: wp.float32, beta: wp.float32):
     """Return 1 - eps^2."""
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
     inverse = wp.float32(1.0) / (elastic + lost)
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
@@ -324,7 +324,7 @@ def dissipation_compact_3p4em6(speed: wp.float32, beta: wp.float32) -> wp.float3
 
 
 @wp.func
-def parts_compact_2p79em8(w: wp.float64):
+def _parts_compact_2p79em8(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.153448873291078)
@@ -353,22 +353,22 @@ def parts_compact_2p79em8(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_2p79em8(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def restitution_compact_2p79em8(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p79em8(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def rebound_compact_2p79em8(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p79em8(speed: wp.float64, beta: wp.float64) -> wp.float64:
+def dissipation_compact_2p79em8(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)

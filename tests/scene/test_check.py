@@ -112,7 +112,8 @@ def test_units(few, no_device, language):
 def test_names_that_are_words_of_the_language(few, no_device):
     for language, name in [
         ("c", "int"), ("cuda", "viscopade"), ("glsl", "gl_float"), ("fortran", "module"), ("fortran", "real64"),
-        ("rust", "fn"), ("javascript", "class"), ("python", "import"), ("c", "math"),
+        ("rust", "fn"), ("javascript", "class"), ("python", "import"), ("c", "math"), ("cpp-policy", "int"),
+        ("jax", "jax"), ("numba", "class"), ("warp", "warp"),
     ]:  # fmt: skip
         plain = choice(language)
         made = replace(plain, scene=replace(plain.scene, name=name))
@@ -180,6 +181,8 @@ BROKEN = {
     "glsl": ("float tiny_beta_of", "floot tiny_beta_of"),
     "wgsl": ("fn tiny_beta_of", "fun tiny_beta_of"),
     "julia": ("function beta_of", "funktion beta_of"),
+    **dict.fromkeys(("python", "jax", "numba", "warp"), ("def beta_of", "dof beta_of")),
+    "cpp-policy": ("float beta_of", "floot beta_of"),
 }
 
 
