@@ -25,34 +25,16 @@ DRIVER, FILE, PROGRAM, TOOL = "{driver}", "{file}", "{program}", "{tool}"  # in 
 
 @dataclass(frozen=True)
 class Number:
-    """A language's numbers of one format: the type, its literals and functions.
-
-    Attributes
-    ----------
-    form : Format
-    type : str
-        The language's name of the type.
-    syntax : Syntax
-    constant : callable
-        From a number to the text of a constant, the shortest decimal.
-    suffix : str
-        The end of the functions' names.
-    machines : tuple of (str, MachineArithmetic)
-        Where compact kernels run, as the end of a sentence, and what is assumed there.
-    exact : callable or None
-        From a coefficient to its text; None: as other constants.
-    quotient : callable
-        How compact kernels write quotients.
-    """
+    """A language's numbers of one format: the type, its literals and functions."""
 
     form: Format
     type: str
     syntax: Syntax
-    constant: Constant
-    suffix: str = ""
-    machines: Machines = ()
-    exact: Constant | None = None
-    quotient: table_free.Division = table_free.plain
+    constant: Constant  # from a number to the shortest decimal
+    suffix: str = ""  # of functions' names
+    machines: Machines = ()  # where compact kernels run, as the end of a sentence, and what is assumed there
+    exact: Constant | None = None  # from a coefficient to its text; None: as other constants
+    quotient: table_free.Division = table_free.plain  # how compact kernels write quotients
 
     @classmethod
     def of(
@@ -77,33 +59,15 @@ class Number:
 
 @dataclass(frozen=True)
 class Runner:
-    """Recipe to compile and run a driver and its included file.
+    """Recipe to compile and run a driver and its included file; in command lines TOOL, DRIVER, … are replaced."""
 
-    Attributes
-    ----------
-    tools : tuple of str
-        Commands; the first that is there is taken. Empty for the interpreter that runs viscopade.
-    ending : str
-        Of the driver's name.
-    build : tuple of str
-        The command line; TOOL, DRIVER, FILE and PROGRAM are replaced. Empty if nothing is to be compiled.
-    start : tuple of str
-        What runs it. Empty if it cannot be run.
-    variable : str or None
-        In the environment, what names the tool.
-    package : str or None
-        A package that the interpreter needs.
-    shader : "compiled", "text" or None
-        What a device for shaders is given.
-    """
-
-    tools: tuple[str, ...]
-    ending: str
-    build: tuple[str, ...] = ()
-    start: tuple[str, ...] = ()
-    variable: str | None = None
-    package: str | None = None
-    shader: Literal["compiled", "text"] | None = None
+    tools: tuple[str, ...]  # the first that is there is taken; none: the interpreter that runs viscopade
+    ending: str  # of the driver's name
+    build: tuple[str, ...] = ()  # empty if nothing is to be compiled
+    start: tuple[str, ...] = ()  # empty if it cannot be run
+    variable: str | None = None  # in the environment, what names the tool
+    package: str | None = None  # that the interpreter needs
+    shader: Literal["compiled", "text"] | None = None  # what a device for shaders is given
 
 
 EXECUTABLE = "viscopade-check.exe"  # no scene can have this name
@@ -119,90 +83,38 @@ COMPACT: Kinds = {"speed": frozenset({"compact"})}
 
 @dataclass(frozen=True)
 class Target:
-    """A target: a language, or a library in one.
+    """A target: a language, or a library in one. Patterns have names in braces that are replaced."""
 
-    Attributes
-    ----------
-    name : str
-        In commands and scenes.
-    suffix : str
-        The end of files' names.
-    comment : str
-        What begins a line of comment.
-    numbers : tuple of Number
-    runner : Runner
-        What runs the program that calls a scene's file.
-    renderers : mapping
-        By the kind of kernels (`requests.KINDS`), what writes them; empty if the language has compact kernels.
-    kinds : mapping
-        Kinds of kernels in scenes, by what the functions take, "speed" or "v_star".
-    templates : mapping
-        Templates with names of their own (`template`).
-    assumed : str
-        What the bounds of compact kernels assume of the arithmetic.
-    log, exp : str
-        Names of the functions that take the root.
-    indent : int
-        Columns that assignments need besides the expression.
-    next_line : str
-        What stands between the lines of an expression.
-    stem : str
-        Of the exported file with compact kernels.
-    nan : bool
-        Whether the arithmetic supports NaN.
-    place : str
-        Where numbers of type float are computed, as the registry says it.
-    device : Runner or None
-        What compiles the program "check_on_device" besides, without running it.
-    measured : bool
-        Whether benchmarks measure this code.
-    include : str
-        How a program takes the file in; {file}, {stem} and {name} are replaced. Empty: it is pasted.
-    qualifier : str
-        What stands before functions' names in a call; {name} and {module} are replaced.
-    pair : str
-        A pair's name in a call; {qualifier}, {pair}, {PAIR} and {title} are replaced.
-    element : str
-        An array's element; {array} and {index} are replaced.
-    capitals : bool
-        Whether names of constants are written in capitals.
-    first_index : int
-        Of arrays.
-    kernel_inside : bool
-        Whether the scene's template places the kernel; else it comes first.
-    is_taken : callable
-        Whether a file must not have a name, as a header or a module has it already.
-    longest : int or None
-        The most letters of a name.
-    """
-
-    name: str
-    suffix: str
-    comment: str
+    name: str  # in commands and scenes
+    suffix: str  # of files' names
+    comment: str  # what begins a line of comment
     numbers: tuple[Number, ...]
-    runner: Runner
-    renderers: Mapping[str, Renderer] = field(default_factory=dict)
+    runner: Runner  # of the program that calls a scene's file
+    renderers: Mapping[str, Renderer] = field(default_factory=dict)  # by id of `requests.KINDS`; none: compact kernels
     kinds: Kinds = field(default_factory=lambda: COMPACT)
-    templates: Mapping[str, str] = field(default_factory=dict)
-    assumed: str = ""
+    templates: Mapping[str, str] = field(default_factory=dict)  # those with names of their own
+    measured: bool = False  # whether benchmarks measure this code
+
+    # Compact kernels.
+    assumed: str = ""  # what their bounds assume of the arithmetic
     log: str = "log2"
     exp: str = "exp2"
-    indent: int = 30
-    next_line: str = "\n" + " " * 8
-    stem: str = "viscopade"
-    nan: bool = True
-    place: str = HOST
-    device: Runner | None = None
-    measured: bool = False
-    include: str = ""
-    qualifier: str = "{name}_"
-    pair: str = "{qualifier}{pair}"
+    next_line: str = "\n" + " " * 8  # what stands between the lines of an expression
+    stem: str = "viscopade"  # of the exported file
+    nan: bool = True  # whether the arithmetic supports NaN
+    place: str = HOST  # where numbers of type float are computed, as the registry says it
+    device: Runner | None = None  # what compiles the program "check_on_device" besides, without running it
+
+    # Scenes.
+    include: str = ""  # how a program takes the file in: {file}, {stem}, {name}; empty if it is pasted
+    qualifier: str = "{name}_"  # before functions' names in a call: {name}, {module}
+    pair: str = "{qualifier}{pair}"  # a pair's name in a call: {qualifier}, {pair}, {PAIR}, {title}
     element: str = "{array}[{index}]"
-    capitals: bool = False
+    capitals: bool = False  # whether names of arrays are written in capitals
     first_index: int = 0
-    kernel_inside: bool = False
-    is_taken: Callable[[str], bool] = lambda name: False
-    longest: int | None = None
+    kernel_inside: bool = False  # whether the template places the kernel; else it comes first
+    is_taken: Callable[[str], bool] = lambda name: False  # whether a header or a module has a file's name already
+    longest: int | None = None  # name, in letters
 
     def number(self, form: str) -> Number:
         """Return the numbers of a format, by its name."""

@@ -24,6 +24,7 @@ from viscopade.kernels.targets.syntax import Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, distinct
 
 COMPACT = "compact"
+_INDENT = 30  # columns that assignments need besides the expression
 UNITS = {"restitution": "eps", "rebound": "the speed after the collision", "dissipation": "(1 - eps^2)"}
 
 
@@ -142,8 +143,7 @@ def _of_slope(kernel: HalfLineKernel, variant: LacunaryVariant) -> dict[str, flo
 def _statements(program: Program, syntax: Syntax, target: Target) -> list[tuple[str, str]]:
     """Return names and expressions, these wrapped."""
     return [
-        (name, target.next_line.join(wrap(text(expression, syntax), WIDTH - target.indent)))
-        for name, expression in program
+        (name, target.next_line.join(wrap(text(expression, syntax), WIDTH - _INDENT))) for name, expression in program
     ]
 
 
