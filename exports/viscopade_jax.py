@@ -67,8 +67,8 @@
 
 For numbers and arrays, which are broadcast, in type float64 if an argument is (with jax_enable_x64), else in
 float32. Derivatives are those of the formula, by a closed expression; their errors are not proven. At speed 0
-that of eps with respect to the speed is -infinity, its limit; that of rebound is 1, all others are 0. Beyond
-the cut-off of w derivatives of eps are 0. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
+they are their limits: with respect to the speed -infinity (eps), 1 (rebound) and infinity (dissipation), with
+respect to beta 0. Beyond the cut-off of w derivatives of eps are 0. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
     from viscopade_jax import restitution_compact_2p79em8
     eps = restitution_compact_2p79em8(2.0, 1.307)
