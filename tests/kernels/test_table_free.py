@@ -877,6 +877,35 @@ def test_the_header_is_c_and_cxx(tmp_path, standard):
     host(tmp_path, "double", standard)
 
 
+MATERIALS = """
+#include <cstdio>
+#include "viscopade_policy.hpp"
+struct Ice { static constexpr double Beta() { return 1.307; } };
+typedef viscopade::AtStart<struct OfIce> Later;
+typedef viscopade::AtStart<struct OfGlass> Other;
+int main()
+{
+    const double before = viscopade::Policy<Later>::EpsilonN(2.0);
+
+    Later::SetBeta(1.307);
+    Other::SetBeta(0.2);
+    const double eps = viscopade::Policy<Ice>::EpsilonN(2.0);
+    std::printf("%d %d %d %.17g\\n", before != before, viscopade::Policy<Later>::EpsilonN(2.0) == eps,
+        viscopade::Policy<Other>::EpsilonN(2.0) > eps, eps);
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("standard", ["c++14", "c++17"])
+def test_a_policy_knows_beta_when_compiled_or_when_started(tmp_path, standard):
+    (tmp_path / "viscopade_policy.hpp").write_text(made("cpp-policy"))
+    command = c_program(tmp_path, "double", standard, MATERIALS)
+    *truths, eps = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+    assert truths == ["1"] * 3
+    assert float(eps) == pytest.approx(float(vp.restitution(2.0, 1.307)), rel=3e-8)
+
+
 LAUNCHES = """
 #include "viscopade.cuh"
 #define FOR(NAME, T, BETA) \\

@@ -101,7 +101,6 @@ class Target:
     exp: str = "exp2"
     next_line: str = "\n" + " " * 8  # what stands between the lines of an expression
     stem: str = "viscopade"  # of the exported file
-    nan: bool = True  # whether the arithmetic supports NaN
     place: str = HOST  # where numbers of type float are computed, as the registry says it
     device: Runner | None = None  # what compiles the program "check_on_device" besides, without running it
 

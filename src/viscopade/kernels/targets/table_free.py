@@ -69,7 +69,7 @@ def render(
         module=module,
         w=_statements(table_free.w_program(), target.numbers[0].syntax, target),
         types=[_type(number) for number in target.numbers],
-        table=SPECIAL if target.nan else None,
+        table=SPECIAL,
         functions=MEANINGS.items(),
     )
 

@@ -15,6 +15,5 @@ TARGET = Target(
         ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
     ),
     assumed=of_shaders("Vulkan"),
-    nan=False,
     place="shader",
 )  # fmt: skip

@@ -15,7 +15,6 @@ TARGET = Target(
     numbers=(replace(Number.of(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
     runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER), shader="text"),
     assumed=of_shaders("WGSL"),
-    nan=False,
     place="shader",
     element="{array}({index})",
 )
