@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import viscopade
+from viscopade.kernels.targets.languages import LANGUAGES, target
 
 SOURCE = Path(__file__).parents[1] / "src"
 
@@ -118,6 +119,36 @@ def test_only_the_command_line_and_compilers_touch_files(module):
         return
     names = {node.id for node in nodes(module) if isinstance(node, ast.Name)}
     assert not names & {"open", "Path", "os", "shutil", "tempfile"}
+
+
+OF_LANGUAGES = "viscopade.kernels.targets.languages"
+NO_LANGUAGES = {
+    # REBOUND has two interfaces, in C and in Python, which are no targets of kernels.
+    "viscopade.simulators.rebound",
+    "viscopade.simulators.render",
+    # Constants in tables that are called c.
+    "viscopade.kernels.targets.last_place",
+    "viscopade.kernels.targets.speed",
+}
+
+
+@pytest.mark.parametrize("module", sorted({*PRODUCT} - NO_LANGUAGES))
+def test_no_module_names_a_language(module):
+    """But the list of languages, and each language's own module."""
+    if module.startswith(OF_LANGUAGES):
+        return
+    texts = {node.value for node in nodes(module) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    assert not texts & {*LANGUAGES}
+
+
+def test_each_language_has_one_module_that_names_no_other():
+    found = {module: name for module in MODULES for name in LANGUAGES if module.endswith(f".{name.replace('-', '_')}")}
+    found = {module: name for module, name in found.items() if module.startswith(OF_LANGUAGES)}
+    assert sorted(found.values()) == sorted(LANGUAGES)
+    for module, name in found.items():
+        texts = {node.value for node in nodes(module) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+        assert texts & {*LANGUAGES} == {name}
+        assert target(name).name == name
 
 
 def loaded_after(statement):

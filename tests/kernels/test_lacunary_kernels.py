@@ -25,24 +25,12 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import expressions, prove_lacunary, store
-from viscopade.kernels.expressions import (
-    PYTHON,
-    Arithmetic,
-    Literal,
-    Name,
-    Run,
-    by_horner,
-    by_powers,
-    c_language,
-    chain,
-    in_pairs,
-    powers,
-    text,
-)
+from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_horner, by_powers, chain, in_pairs, powers
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
 from viscopade.kernels.targets.lacunary_kernels import render_c, render_python
+from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
 from viscopade_lab.hard_cases import exported
 
 COMMAND = "viscopade export c --half-line 1e-3"
@@ -144,15 +132,15 @@ def test_text_keeps_the_order_of_evaluation():
     for _ in range(300):
         made = expression(4)
         value = expressions.evaluate(made, names, Arithmetic(float))
-        assert eval(text(made, PYTHON), dict(names)) == value
-        assert eval(text(made, c_language(DOUBLE)), dict(names)) == value
+        assert eval(text(made, MATH_MODULE), dict(names)) == value
+        assert eval(text(made, of_c(DOUBLE)), dict(names)) == value
 
 
 def test_horner_with_gaps():
-    assert text(by_powers("y", formulas.named("a", (0, 4, 8))), PYTHON) == "a0 + y4 * (a4 + y4 * a8)"
-    assert text(by_powers("y", formulas.named("a", (0, 1, 3))), PYTHON) == "a0 + y * (a1 + y2 * a3)"
-    assert text(by_horner("v", formulas.named("a", (0, 1, 3))), PYTHON) == "a0 + v * (a1 + v * (v * a3))"
-    assert text(in_pairs("m", "mm", "abcde"), PYTHON) == "(a + m * b) + mm * ((c + m * d) + mm * e)"
+    assert text(by_powers("y", formulas.named("a", (0, 4, 8))), MATH_MODULE) == "a0 + y4 * (a4 + y4 * a8)"
+    assert text(by_powers("y", formulas.named("a", (0, 1, 3))), MATH_MODULE) == "a0 + y * (a1 + y2 * a3)"
+    assert text(by_horner("v", formulas.named("a", (0, 1, 3))), MATH_MODULE) == "a0 + v * (a1 + v * (v * a3))"
+    assert text(in_pairs("m", "mm", "abcde"), MATH_MODULE) == "(a + m * b) + mm * ((c + m * d) + mm * e)"
     values = Run(powers("y", {3, 5}), {"y": Fraction(2)}, Arithmetic(Fraction))
     assert (values["y3"], values["y5"]) == (8, 32)
 

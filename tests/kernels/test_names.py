@@ -5,7 +5,7 @@ from viscopade.kernels.forms.speed_kernel import TABLES
 
 
 def test_targets_are_those_of_the_renderers():
-    assert set(names.TARGETS) == {target for kind in requests.KINDS for target in kind.renderers}
+    assert set(names.TARGETS) == {target for kind in requests.KINDS for target in kind.targets}
 
 
 def test_tiers_and_sizes_are_those_of_the_tables():

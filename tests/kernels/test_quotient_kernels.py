@@ -31,10 +31,11 @@ from tests import compiled
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format, decimal_value
 from viscopade.generated import END_CONDITION, MARKER
-from viscopade.kernels.expressions import by_horner, c_language, text
+from viscopade.kernels.expressions import by_horner
 from viscopade.kernels.forms.formulas import named
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.targets import c, python, tables
+from viscopade.kernels.targets.syntax import of_c, text
 from viscopade.theory.pade import exact_roots
 
 COMMAND = "viscopade export c --pade 3/6 --pade 1/4"
@@ -387,7 +388,7 @@ def test_horner() -> None:
     for powers, written in (
         ((0,), "a0"), ((0, 1, 2), "a0 + x * (a1 + x * a2)"), ((0, 3), "a0 + x * (x * (x * a3))"), ((1,), "x * a1")
     ):  # fmt: skip
-        assert text(by_horner("x", named("a", powers)), c_language(DOUBLE)) == written
+        assert text(by_horner("x", named("a", powers)), of_c(DOUBLE)) == written
 
 
 @pytest.mark.parametrize(

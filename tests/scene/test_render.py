@@ -4,6 +4,7 @@ import ast
 import ctypes
 import re
 import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 from shutil import which
@@ -14,18 +15,19 @@ import pytest
 from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
+from viscopade.kernels.targets.languages import target, targets
 from viscopade.scene import read, shaders
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
-from viscopade.scene.render import FILES, file_name, names, prefix, render
+from viscopade.scene.render import file_name, names, prefix, render
+from viscopade.scene.runners import find_tool
 from viscopade.scene.units import Scale
 
 COMMAND = "viscopade scene tiny.toml"
-ONLY = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
-EACH = [(lang, form) for lang in read.LANGUAGES for form in ("double", "float") if ONLY.get(lang, form) == form]
+EACH = [(each.name, form) for each in targets() for form in each.formats]
 MATERIALS = """
 [material.m]
 young_modulus = "10 GPa"
@@ -72,7 +74,7 @@ format = "{form}"
 
 def scene(language, form=None, bodies=SPREAD, top="", code="", slowest="0.1 m/s", tolerance="epsilon = 1e-3", end=""):
     rest = REST.format(
-        slowest=slowest, tolerance=tolerance, language=language, form=form or ONLY.get(language, "double"), code=code
+        slowest=slowest, tolerance=tolerance, language=language, form=form or target(language).formats[0], code=code
     )
     return read.from_toml(f"{top}\n{MATERIALS}{bodies}{rest}{end}".encode(), "some/where/tiny.toml")
 
@@ -84,9 +86,8 @@ def chosen(made, kind="compact"):
         wanted = {"constant": PairConstant, "polynomial": BestApproximant}[kind]
         found = next(c for c in candidates(made, met) if isinstance(c, wanted))
     else:
-        wanted = "half-line" if code.language in ("c", "python") else kind
-        device = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, registry.HOST)
-        place = registry.HOST if code.format == "double" else device
+        wanted = kind if code.target.compact else "half-line"
+        place = registry.HOST if code.format == "double" else code.target.place
         looked_for = (wanted, "1e-3", code.format, place)
         entries = registry.entries()
         found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
@@ -108,7 +109,7 @@ def text(language, form=None, constant=False, spread=True):
 
 
 def outside_comments(language, made):
-    mark = FILES[language][1].strip()
+    mark = target(language).comment.strip()
     pattern = r"/\*.*?\*/" if mark == "*" else rf"{re.escape(mark)}[^\n]*"
     return " ".join(re.sub(pattern, "", made, flags=re.DOTALL).split())
 
@@ -139,7 +140,7 @@ def test_the_file_says_what_it_is(language, constant):
     assert made.rstrip("\n") + "\n" == made
     assert not [line for line in made.splitlines() if line != line.rstrip()]
     assert "some/where" not in made
-    first = 1 if language in ("fortran", "julia") else 0
+    first = target(language).first_index
     assert re.search(rf"^.{{0,2}}\s+{first}  a-a: beta = ", made, re.MULTILINE)
     for words in ("End condition", "Proven on this scene", "Use: "):
         assert words in made
@@ -164,7 +165,7 @@ def test_titles_do_not_end_comments(language, title):
     for line in made.splitlines():
         assert not line.endswith("\\")
         assert "??/" not in line
-        if FILES[language][1] == " *" and line.startswith(" * "):
+        if target(language).comment == " *" and line.startswith(" * "):
             assert "*/" not in line[1:].replace("/*", "*/")
     if language == "python":
         ast.parse(made)
@@ -272,6 +273,53 @@ def test_beta_of_given_radii_in_python():
         assert module["BETA"][encounter.name] == encounter.pair.beta
 
 
+CALLS = {
+    "jax": """
+import jax
+jax.config.update("jax_enable_x64", {double})
+import tiny as scene
+found = [float(jax.jit(scene.beta_of)(*row)) for row in rows]
+""",
+    "numba": """
+import tiny as scene
+found = [scene.beta_of(*row) for row in rows]
+""",
+    "warp": """
+import contextlib
+import sys
+import warp as wp
+import tiny as scene
+wp.config.kernel_cache_dir = "cache"
+@wp.kernel
+def compute(pair: wp.array(dtype=wp.int32), r: wp.array2d(dtype={number}), out: wp.array(dtype={number})):
+    i = wp.tid()
+    out[i] = scene.beta_of(pair[i], r[i, 0], r[i, 1])
+with contextlib.redirect_stdout(sys.stderr), wp.ScopedDevice("cpu"):
+    out = wp.zeros(len(rows), dtype={number})
+    pair, radii = [row[0] for row in rows], [row[1:] for row in rows]
+    wp.launch(compute, len(rows), [wp.array(pair, dtype=wp.int32), wp.array(radii, dtype={number}), out])
+    found = out.numpy().tolist()
+""",
+}
+
+
+@pytest.mark.parametrize(("language", "form"), [(lang, form) for lang, form in EACH if lang in CALLS])
+def test_beta_of_given_radii_in_packages_of_python(tmp_path, language, form):
+    runner = target(language).runner
+    if find_tool(runner) is None:
+        pytest.skip(f"the Python package {runner.package} is not installed")
+    made = choice(language, form)
+    (tmp_path / "tiny.py").write_text(text(language, form))
+    radii = [(i, first, second) for i in range(len(made.encounters)) for first, second in ((0.01, 0.02), (3e-3, 5e-3))]
+    calls = CALLS[language].format(double=form == "double", number=target(language).number(form).type)
+    (tmp_path / "call.py").write_text(f"rows = {radii}\n{calls}\nprint(*found)\n")
+    found = map(float, succeed(tmp_path, sys.executable, "call.py").split())
+    for value, (index, *pair) in zip(found, radii, strict=True):
+        meeting = made.encounters[index].meeting
+        expected = made.scene.pair(meeting, tuple(pair)).beta
+        assert value == pytest.approx(expected, rel=1e-13 if form == "double" else 1e-6, abs=0)
+
+
 def test_numbers_that_float_does_not_have_are_refused():
     made = choice("rust", "float")
     with pytest.raises(ValueError, match=r"^some/where/tiny.toml: units: beta, or beta times a radius, is .* float$"):
@@ -304,6 +352,31 @@ def test_c_has_no_warnings(tmp_path, standard, form, kind):
         command = compiled.compiler(standard)
         succeed(tmp_path, *command, *compiled.WARNINGS, "-fsyntax-only", "use.c")
         assert ("_batch(" in made) == ("batch" in code and kind != "constant")
+
+
+POLICY = """
+#include "tiny.hpp"
+#include "tiny.hpp"
+typedef tiny_scene::Policy<tiny_scene::pair_a_b> Policy;
+int main()
+{
+    return !(Policy::EpsilonN({speed}) > {expected} * 0.999 && Policy::EpsilonN({speed}) < {expected} * 1.001);
+}
+"""
+
+
+@pytest.mark.parametrize("standard", ["c++14", "c++17", "c++20"])
+@pytest.mark.parametrize("form", ["double", "float"])
+@pytest.mark.parametrize("constant", [False, True])
+def test_policies_have_no_warnings(tmp_path, standard, form, constant):
+    """By pair, they give its eps, for typical radii."""
+    made = choice("cpp-policy", form, constant)
+    encounter = next(e for e in made.encounters if e.name == "a-b")
+    expected = made.chosen.candidate.values[1] if constant else float(encounter.pair.epsilon(0.5))
+    (tmp_path / "tiny.hpp").write_text(text("cpp-policy", form, constant))
+    (tmp_path / "use.cpp").write_text(POLICY.replace("{speed}", "0.5f").replace("{expected}", str(expected)))
+    succeed(tmp_path, *compiled.compiler(standard), *compiled.WARNINGS, "use.cpp", "-o", "use", "-lm")
+    succeed(tmp_path, "./use")
 
 
 BATCH = """

@@ -2,8 +2,8 @@
 
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
 results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
-(`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers, fractions; `text` writes it in
-a language, and `operations` counts. Nothing here needs FLINT.
+(`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers, fractions; `targets.syntax`
+writes it in a language, and `operations` counts. Nothing here needs FLINT.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from itertools import count as numbers
 from itertools import pairwise
 from operator import add, mul, sub, truediv
 from typing import Any, NamedTuple
-
-from viscopade.arithmetic.formats import Format
 
 # --- expressions ------------------------------------------------------------------------------------------------------
 
@@ -129,51 +127,6 @@ class CodeBranch(NamedTuple):
     guard: Guard | None
     program: Program
     results: Mapping[str, Expression]
-
-
-class Language(NamedTuple):
-    """Syntax of a language: its functions and literals."""
-
-    function: Callable[[str], str]
-    literal: Callable[[str], str]
-
-
-PYTHON = Language(lambda name: f"math.{name}", lambda text: text)
-
-
-def c_language(form: Format) -> Language:
-    """Return the syntax of C for functions and literals of this type."""
-    return Language(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
-
-
-_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
-
-
-def text(expression: Expression, language: Language) -> str:
-    """Return the expression as text, with the same order of evaluation."""
-    match expression:
-        case Name(name):
-            return name
-        case Literal(number):
-            return language.literal(number)
-        case Call(function, arguments):
-            return f"{language.function(function)}({', '.join(text(part, language) for part in arguments)})"
-        case Polynomial():
-            return text(expression.summed, language)
-        case Exact(operation):
-            return text(operation, language)
-        case Operation(symbol, left, right):
-            return f"{_operand(left, symbol, 0, language)} {symbol} {_operand(right, symbol, 1, language)}"
-    raise TypeError(f"{expression!r} is no expression")
-
-
-def _operand(expression: Expression, symbol: str, side: int, language: Language) -> str:
-    written = text(expression, language)
-    expression = bare(expression)
-    # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
-    own = isinstance(expression, Operation) and _BINDING[expression.symbol]
-    loose = own and own < _BINDING[symbol] + (side or own == 1)
-    return f"({written})" if loose else written
 
 
 def bare(expression: Expression) -> Expression:

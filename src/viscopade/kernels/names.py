@@ -1,9 +1,10 @@
 """Names in requests for kernels: targets, accuracies and table sizes."""
 
-TARGETS = (
-    *("c", "python", "csv", "json", "latex", "certificates"),
-    *("cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"),
-)
+from viscopade.kernels.targets.languages import LANGUAGES
+
+TABLES = ("csv", "json", "latex", "certificates")
+"""Targets that are tables of numbers."""
+TARGETS = (*LANGUAGES, *TABLES)
 """Kinds of files with kernels: languages, and tables of numbers."""
 SERIES_ORDER, SERIES_DIGITS = 60, 50
 """Highest power and digits of a file with the coefficients h_k, unless the request has others."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from viscopade.approximation.measure import Measure
@@ -14,12 +13,16 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import c, lacunary_kernels, last_place, python, speed, table_free, tables
+from viscopade.kernels.targets import table_free, tables
+from viscopade.kernels.targets.language import Renderer
+from viscopade.kernels.targets.languages import LANGUAGES, targets
+from viscopade.kernels.targets.languages import target as target_of
 from viscopade.progress import track
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 
 PAPER_DEGREES = tuple(TABLE)
+MODULE = "viscopade"
 
 Degrees = Sequence[tuple[int, int]]
 
@@ -126,8 +129,8 @@ class Request:
         inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
         return [*half_lines, *inverses]
 
-    def render(self, target: str) -> str:
-        """Return the text that `viscopade export` makes.
+    def render(self, target: str, module: str = MODULE) -> str:
+        """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
 
         Raises
         ------
@@ -137,9 +140,12 @@ class Request:
         if target not in TARGETS:
             raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
         kind = (self._kinds or KINDS)[0]
-        if target not in kind.renderers:
-            raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.renderers)}")
-        return kind.renderers[target](kind.kernels(self), self.command(target))
+        if target not in kind.targets:
+            raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.targets)}")
+        render = kind.tables.get(target) or target_of(target).renderers.get(kind.id)
+        if render is None:
+            return table_free.render(target_of(target), kind.kernels(self), self.command(target), module)
+        return render(kind.kernels(self), self.command(target))
 
 
 Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
@@ -151,50 +157,53 @@ def _by_name(kernels: Iterable[Named]) -> list[Named]:
 
 
 class Kind(NamedTuple):
-    """A kind of kernels that may share a file: its name, and whether a request asks for it.
+    """A kind of kernels that may share a file: its id in targets' renderers, and its name.
 
-    `kernels` gives what it asks for, with the proofs; `renderers` make the file's text of that and the command line.
+    `wanted` says whether a request asks for it, `kernels` gives what it asks for, with the proofs; `tables` make the
+    text of a file of numbers of that and the command line. `compact` says whether the compact languages have it, too.
     """
 
+    id: str
     name: str
     wanted: Callable[[Request], object]
     kernels: Callable[[Request], Any]
-    renderers: Mapping[str, Callable[[Any, str], str]]
+    tables: Mapping[str, Renderer] = {}
+    compact: bool = False
+
+    @property
+    def targets(self) -> list[str]:
+        """The targets of its files."""
+        written = (t.name for t in targets() if self.id in t.renderers or (self.compact and t.compact))
+        return [*written, *self.tables]
 
 
 KINDS = (
     Kind(
+        "quotient",
         "quotients of polynomials",
         lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
         Request.quotients,
         {
-            "c": c.render,
-            "python": python.render,
             "csv": tables.csv_table,
             "json": tables.json_table,
             "latex": tables.latex_table,
-        }
-        | {"certificates": tables.certificates},
+            "certificates": tables.certificates,
+        },
     ),
     Kind(
+        "root",
         "kernels in powers of a root",
         lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
-        {"c": lacunary_kernels.render_c, "python": lacunary_kernels.render_python, "json": tables.records}
-        | {"certificates": tables.certificates}
-        | {target: partial(table_free.render, target) for target in table_free.TARGETS},
+        {"json": tables.records, "certificates": tables.certificates},
+        compact=True,
     ),
+    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda asked: None),
     Kind(
-        "kernels of full accuracy",
-        lambda asked: asked.full,
-        lambda asked: None,
-        {"c": lambda _, command: last_place.render(command)},
-    ),
-    Kind(
+        "speed",
         "kernels of speed",
         lambda asked: asked.from_speed,
         lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
-        {"c": speed.render},
     ),
 )
 
@@ -207,35 +216,36 @@ INVERSE = Request(inverse=("1e-3", "1e-5"))
 
 def default(target: str) -> Request:
     """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
-    return HALF_LINE if target in table_free.TARGETS else PAPER
+    return HALF_LINE if target in LANGUAGES and target_of(target).compact else PAPER
+
+
+def _in_languages(kind: str, request: Request, stem: str) -> dict[str, tuple[Request, str]]:
+    """Return the files of a request in the languages that write a kind of kernels."""
+    return {stem + target.suffix: (request, target.name) for target in targets() if kind in target.renderers}
 
 
 _FILES = {
-    "viscopade_pade.h": (PAPER, "c"),
-    "viscopade_pade.py": (PAPER, "python"),
+    **_in_languages("quotient", PAPER, "viscopade_pade"),
     "pade_table.csv": (PAPER, "csv"),
     "pade_table.json": (PAPER, "json"),
     "pade_table.tex": (PAPER, "latex"),
     "pade_certificates.json": (PAPER, "certificates"),
-    "viscopade_minimax.h": (RECOMMENDED, "c"),
-    "viscopade_minimax.py": (RECOMMENDED, "python"),
+    **_in_languages("quotient", RECOMMENDED, "viscopade_minimax"),
     "minimax_table.json": (RECOMMENDED, "json"),
     "minimax_certificates.json": (RECOMMENDED, "certificates"),
-    "viscopade_half_line.h": (HALF_LINE, "c"),
-    "viscopade_half_line.py": (HALF_LINE, "python"),
+    **_in_languages("root", HALF_LINE, "viscopade_half_line"),
     "half_line_certificates.json": (HALF_LINE, "certificates"),
-    "viscopade.cuh": (HALF_LINE, "cuda"),
-    "viscopade.glsl": (HALF_LINE, "glsl"),
-    "viscopade.wgsl": (HALF_LINE, "wgsl"),
-    "viscopade.mjs": (HALF_LINE, "javascript"),
-    "viscopade.f90": (HALF_LINE, "fortran"),
-    "viscopade.rs": (HALF_LINE, "rust"),
-    "viscopade.jl": (HALF_LINE, "julia"),
-    "viscopade_inverse.h": (INVERSE, "c"),
-    "viscopade_inverse.py": (INVERSE, "python"),
+    **{target.stem + target.suffix: (HALF_LINE, target.name) for target in targets() if target.compact},
+    **_in_languages("root", INVERSE, "viscopade_inverse"),
     "inverse_certificates.json": (INVERSE, "certificates"),
-    "viscopade_full.h": (Request(full=True), "c"),
-    **{speed_kernel.file_of(tier): (Request(from_speed=(tier,)), "c") for tier in TIERS},
+    **_in_languages("full", Request(full=True), "viscopade_full"),
+    **{
+        name: found
+        for tier in TIERS
+        for name, found in _in_languages(
+            "speed", Request(from_speed=(tier,)), speed_kernel.file_of(tier).partition(".")[0]
+        ).items()
+    },
 }
 
 

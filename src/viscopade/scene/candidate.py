@@ -22,7 +22,6 @@ from viscopade.kernels import expressions, prove_rational, registry, registry_ar
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.registry import HOST, Entry, limits
-from viscopade.kernels.targets.table_free import TARGETS
 from viscopade.scene.cost import Operations, id_of
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Interval
@@ -309,7 +308,7 @@ class RegistryKernel(Candidate):
     @property
     def bench_id(self) -> str | None:
         """The id in the benchmark."""
-        return id_of(self.entry) if self.code.language == "c" else None
+        return id_of(self.entry) if self.code.target.measured else None
 
     @property
     def operations(self) -> Operations:
@@ -384,32 +383,24 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
     """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
     code = scene.code
     yield PairConstant(encounters, scene.tolerance, code)
-    kinds = _kinds(code)
+    target = code.target
+    kinds = target.kinds[code.argument]
     if "polynomial" in kinds:
         found = best_polynomial(scene, encounters)
         if found is not None:
             yield found
     covered = uncovered(scene, encounters) is None
-    place = {"cuda": "device", "glsl": "shader", "wgsl": "shader"}.get(code.language, HOST)
     for entry in registry.entries():
         fits = code.largest_table is None or entry.bytes <= code.largest_table
-        here = entry.place == (HOST if code.format == "double" else place)
+        here = entry.place == (HOST if code.format == DOUBLE.name else target.place)
         if entry.kind in kinds and entry.format == code.format and here and fits and covered:
             yield RegistryKernel(encounters, entry, code)
-
-
-def _kinds(code: Code) -> set[str]:
-    if code.language in TARGETS:
-        return {"compact"}
-    if code.language == "python":
-        return {"polynomial", "half-line"}
-    return {"polynomial", "half-line", "speed" if code.argument == "speed" else "full"}
 
 
 def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
     """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
     code = scene.code
-    if "compact" not in _kinds(code):
+    if not code.target.compact:
         return None
     low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))
     least, largest = limits(code.format)

@@ -13,6 +13,7 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
 from viscopade.generated import MARKER, template
+from viscopade.kernels.targets.language import Runner
 from viscopade.kernels.toolchain import ToolchainError
 from viscopade.scene import runners, shaders
 from viscopade.scene.candidate import PairConstant
@@ -88,42 +89,40 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     ToolchainError
         If the tool fails, or the code's errors exceed the tolerance.
     """
-    if choice.scene.code.language == "python":
-        given = _collisions(choice)
-        return _compared(choice, given, "Python", _in_python(choice, text, given))
-    if choice.scene.code.language in ("glsl", "wgsl"):
+    target = choice.scene.code.target
+    if target.runner.shader:
         return _shader(choice, text)
-    return _by_tool(choice, text, cc if choice.scene.code.language == "c" else None)
+    return _by_tool(choice, text, cc if target.runner.variable == "CC" else None)
 
 
 def _by_tool(choice: Choice, text: str, cc: str | None) -> SceneCheck:
     """Compile the code and what calls it, and run both."""
-    runner = runners.RUNNERS[choice.scene.code.language]
-    tool = runners.find_tool(runner, cc)
-    device = _device(choice, text) if choice.scene.code.language == "cuda" else ""
+    target = choice.scene.code.target
+    tool = runners.find_tool(target.runner, cc)
+    device = "" if target.device is None else _device(choice, text, target.device)
     if tool is None:
-        reason = f"not run: there is no {runners.missing(runner)}"
+        reason = f"not run: there is no {runners.missing(target.runner)}"
         return SceneCheck(device, reason=f"{reason}; {device}" if device else reason)
     given = _collisions(choice)
     size = given.speed.size
     file = file_name(choice.scene), text
-    written = runners.run_driver(runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
+    written = runners.run_driver(target.runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
     how = f"{tool.version}; {device}" if device else tool.version
     return _compared(choice, given, how, np.frombuffer(written).reshape(2, size))
 
 
 def _shader(choice: Choice, text: str) -> SceneCheck:
     """Compile a shader, and run it if something here does."""
-    language = choice.scene.code.language
-    runner = runners.RUNNERS[language]
+    runner = choice.scene.code.target.runner
     tool, device, given = runners.find_tool(runner), shaders.device(), _collisions(choice)
     driver = _driver(choice, text, given.speed.size)
+    compiled = runner.shader == "compiled"
     shader: str | bytes = driver
     if tool is not None:
-        compiled = runners.run_driver(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
-        shader = compiled if language == "glsl" else driver
-    if tool is None and (language == "glsl" or device is None):
-        instead = "" if language == "glsl" else ", nor a device for the Python package wgpu"
+        made = runners.run_driver(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
+        shader = made if compiled else driver
+    if tool is None and (compiled or device is None):
+        instead = "" if compiled else ", nor a device for the Python package wgpu"
         return SceneCheck("", reason=f"not run: there is no {runners.missing(runner)}{instead}")
     version = "" if tool is None else tool.version
     if device is None:
@@ -132,21 +131,20 @@ def _shader(choice: Choice, text: str) -> SceneCheck:
     return _compared(choice, given, f"{version}; {device}" if version else device, found.reshape(2, -1))
 
 
-def _device(choice: Choice, text: str) -> str:
+def _device(choice: Choice, text: str, runner: Runner) -> str:
     """Compile the code for a GPU; return what was done."""
-    tool = runners.find_tool(runners.DEVICE)
+    tool = runners.find_tool(runner)
     if tool is None:
-        return "device code is not compiled: there is no nvcc"
-    runners.run_driver(runners.DEVICE, tool, _driver(choice, text, 1, "cu"), (file_name(choice.scene), text), b"", 0)
+        return f"device code is not compiled: there is no {runners.missing(runner)}"
+    driver = _driver(choice, text, 1, "check_on_device")
+    runners.run_driver(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
     return f"device code compiled by {tool.version}, not run"
 
 
-def _driver(choice: Choice, text: str, size: int, ending: str = "") -> str:
+def _driver(choice: Choice, text: str, size: int, part: str = "check") -> str:
     """Return the text of the program that calls the code."""
     scene, code = choice.scene, choice.scene.code
-    given = layout(choice)
-    ending = ending or {"h": "c"}.get(given["dialect"], given["dialect"])
-    return template(__name__, f"check.{ending}.jinja").render(
+    return template(__name__, code.target.template(part)).render(
         marker=MARKER,
         text=text,
         file=file_name(scene),
@@ -157,7 +155,8 @@ def _driver(choice: Choice, text: str, size: int, ending: str = "") -> str:
         input=runners.INPUT,
         output=runners.OUTPUT,
         workgroup=shaders.WORKGROUP,
-        **given,
+        titles=[encounter.name for encounter in choice.encounters],
+        **layout(choice),
     )
 
 
@@ -227,16 +226,3 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
 def _largest(errors: FloatArray) -> float:
     """Return the largest error; what is no number is infinitely wrong."""
     return float(np.where(np.isnan(errors), np.inf, errors).max())
-
-
-def _in_python(choice: Choice, text: str, given: Collisions) -> FloatArray:
-    """Return what the functions of a generated module give."""
-    module: dict[str, Any] = {"__name__": choice.scene.name}
-    exec(compile(text, file_name(choice.scene), "exec"), module)
-    if isinstance(choice.chosen.candidate, PairConstant):
-        by_pair = np.array([module["EPSILON"][encounter.name] for encounter in choice.encounters])
-        values = by_pair[given.pair]
-        return np.array([values, (1 - values) * (1 + values)])
-    columns = [given.argument] if choice.scene.code.argument == "v_star" else [given.speed, given.argument]
-    rows = list(zip(*(values.tolist() for values in columns), strict=True))
-    return np.array([[module[name](*row) for row in rows] for name in ("restitution", "dissipation")])

@@ -171,7 +171,7 @@ def measured(result: MeasuredTimes, code: Code, processor: str) -> Costs:
         if {PADE, POW} <= times.keys():
             machine = result.cpu
             elsewhere = "" if machine == processor else f", which is not this machine ({processor})"
-            of_c = "" if code.language == "c" else " for the code in C"
+            of_c = "" if code.target.measured else " for the code in C"
             source = f"nanoseconds, {measure}, measured{of_c} with {result.compiler} on {machine}{elsewhere}"
             return MeasuredCosts("ns", source, times)
     raise ValueError(

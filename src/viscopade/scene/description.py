@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.simulators.setup import SI, Units
 
-LanguageName = Literal["c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"]
+if TYPE_CHECKING:
+    from viscopade.kernels.targets.language import Target
+
 FormatName = Literal["double", "float"]
 Use = Literal["scalar", "batch"]
 Argument = Literal["speed", "v_star"]
@@ -195,11 +198,16 @@ class Code:
         Bytes.
     """
 
-    language: LanguageName = "c"
+    language: str = LANGUAGES[0]
     format: FormatName = "double"
     use: Use = "scalar"
     argument: Argument = "speed"
     largest_table: int | None = None
+
+    @property
+    def target(self) -> Target:
+        """The language's facts."""
+        return target(self.language)
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.records import Node
 from viscopade.scene.description import (
     Argument,
     Body,
     Code,
     FormatName,
-    LanguageName,
     Material,
     Meeting,
     Scene,
@@ -34,8 +34,6 @@ from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40
-LANGUAGES = get_args(LanguageName)
-ONE_FORMAT = {"glsl": "float", "wgsl": "float", "javascript": "double", "python": "double"}
 TAIL = 1e-6
 POISSON = "a number > -1 and <= 0.5"
 SAME = 0.01  # two values of A that differ relatively by less agree
@@ -382,13 +380,13 @@ def _code(node: Node | None) -> Code:
         return accepted[0] if part is None else part.choice(accepted)
 
     language = word("language", LANGUAGES)
-    only = ONE_FORMAT.get(language)
+    into = target(language)
     table = node.get("largest_table")
     return Code(
-        language=cast(LanguageName, language),
-        format=cast(FormatName, word("format", (only,) if only else get_args(FormatName))),
+        language=language,
+        format=cast(FormatName, word("format", into.formats)),
         use=cast(Use, word("use", get_args(Use))),
-        argument=cast(Argument, word("argument", get_args(Argument) if language in ("c", "python") else ("speed",))),
+        argument=cast(Argument, word("argument", into.arguments)),
         largest_table=None if table is None else table.count(),
     )
 

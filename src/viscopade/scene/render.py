@@ -3,65 +3,28 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Sequence
 from fractions import Fraction
-from keyword import iskeyword
 from math import sqrt
 from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
-from viscopade.arithmetic.formats import FORMATS
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.requests import Request
-from viscopade.kernels.targets import table_free
-from viscopade.kernels.targets.table_free import TARGETS, shortest
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter
 from viscopade.scene.units import Scale
 
-FILES = {
-    "c": (".h", " *"),
-    "python": (".py", "#"),
-    "cuda": (".cuh", " *"),
-    "glsl": (".glsl", "//"),
-    "wgsl": (".wgsl", "//"),
-    "javascript": (".mjs", "//"),
-    "fortran": (".f90", "!"),
-    "rust": (".rs", "//"),
-    "julia": (".jl", "#"),
-}
-"""By language, the end of the file's name, and what begins a line of comment."""
-
-_TYPES = {
-    ("wgsl", "float"): "f32",
-    ("fortran", "double"): "real64",
-    ("fortran", "float"): "real32",
-    ("rust", "double"): "f64",
-    ("rust", "float"): "f32",
-    ("julia", "double"): "Float64",
-    ("julia", "float"): "Float32",
-}
-_FROM_ONE = ("fortran", "julia")  # where arrays begin at 1
-_LONGEST = 63  # name in Fortran
 _RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
 _IN_A_ROW = 3
-_C_HEADERS = re.compile(
-    "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|malloc|math|memory|setjmp|signal|std[a-z]+|"
-    "strings?|tgmath|threads|time|uchar|unistd|wchar|wctype",
-    re.IGNORECASE,
-)
 
 
 def file_name(scene: Scene) -> str:
     """Return the file's name, the scene's unless a header or a module of that name exists already."""
-    name, language = scene.name, scene.code.language
-    of_python = iskeyword(name) or name in sys.stdlib_module_names or name == "viscopade"
-    taken = {"c": _C_HEADERS.fullmatch(name) is not None, "python": of_python}
-    return f"{name}_scene{FILES[language][0]}" if taken.get(language) else name + FILES[language][0]
+    target = scene.code.target
+    return f"{scene.name}{'_scene' if target.is_taken(scene.name) else ''}{target.suffix}"
 
 
 def render(choice: Choice, command: str) -> str:
@@ -79,12 +42,12 @@ def render(choice: Choice, command: str) -> str:
         If a number is beyond what the format has, in the scene's units.
     """
     scene, request = choice.scene, choice.chosen.candidate.request()
-    language = scene.code.language
     pairs = [_pair(choice, i, name) for i, name in enumerate(names(choice))]
     return template(__name__, "scene.jinja").render(
         **layout(choice),
-        head=_comment(language, _head(choice, command)),
-        kernel="" if request is None else _kernel(choice, request),
+        head=_comment(scene.code.target.comment, _head(choice, command)),
+        # A module of its own is named after the scene, as there may be several scenes.
+        kernel="" if request is None else request.render(scene.code.language, f"{prefix(scene)}_kernel"),
         pairs=pairs,
         rows=[pairs[i : i + _IN_A_ROW] for i in range(0, len(pairs), _IN_A_ROW)],
         speed=scene.units.speed,
@@ -95,14 +58,16 @@ def render(choice: Choice, command: str) -> str:
 def layout(choice: Choice) -> dict[str, Any]:
     """Return the names and types for the templates of the file and of a program that calls it."""
     scene, candidate = choice.scene, choice.chosen.candidate
-    language, name = scene.code.language, prefix(scene)
+    target, name = scene.code.target, prefix(scene)
+    number = target.number(scene.code.format)
     constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
     typical = ", for typical radii" if spread else ""
     return {
-        "language": language,
-        "dialect": FILES[language][0].removeprefix("."),
+        "target": target,
+        "element": lambda array, index: target.element.format(array=array, index=index),
         "name": name,
         "upper": name.upper(),
+        "qualifier": qualifier_of(scene),
         "module": module(scene),
         "kind": _kind(candidate),
         "function": candidate.name,
@@ -111,17 +76,9 @@ def layout(choice: Choice) -> dict[str, Any]:
         "spread": spread,
         "what": "epsilon" if constant else "beta",
         "values_are": "By pair, eps" if constant else f"By pair, beta in {scene.units.beta}{typical}",
-        "number": _TYPES.get((language, scene.code.format), scene.code.format),
+        "number": number.type,
+        "suffix": number.suffix,
     }
-
-
-def _kernel(choice: Choice, request: Request) -> str:
-    """Return the kernel's text; in Fortran its module is named after the scene, as there may be several scenes."""
-    language = choice.scene.code.language
-    if language != "fortran":
-        return request.render(language)
-    kernels, command = request.in_powers_of_a_root(), request.command(language)
-    return table_free.render(language, kernels, command, f"{prefix(choice.scene)}_kernel")
 
 
 def _kind(candidate: Candidate) -> str:
@@ -166,7 +123,8 @@ def names(choice: Choice) -> list[str]:
         found = [f"pair_{name}" for name in between]
     else:
         found = [f"pair{i}_{name}" for i, name in enumerate(between)]
-    if scene.code.language == "fortran" and max(map(len, found)) + len(prefix(scene)) + 1 > _LONGEST:
+    longest = scene.code.target.longest
+    if longest and max(map(len, found)) + len(prefix(scene)) + 1 > longest:
         return [f"pair{i}" for i in range(len(found))]
     return found
 
@@ -192,17 +150,12 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     value = float(candidate.values[index]) if isinstance(candidate, PairConstant) else pair.beta
     return {
         "name": name,
-        "index": index + _base(scene),
+        "index": index + scene.code.target.first_index,
         "title": encounter.name,
         "value": _constant(scene, value),
         "of_wall": _constant(scene, of_wall),
         "densities": _constant(scene, densities),
     }
-
-
-def _base(scene: Scene) -> int:
-    """Return the first index of arrays."""
-    return 1 if scene.code.language in _FROM_ONE else 0
 
 
 def _constant(scene: Scene, value: float) -> str:
@@ -213,25 +166,20 @@ def _constant(scene: Scene, value: float) -> str:
     ValueError
         If there is no such number.
     """
-    form, language = FORMATS[scene.code.format], scene.code.language
+    number = scene.code.target.number(scene.code.format)
     try:
-        nearest = form.nearest(Fraction(value))
+        return number.constant(number.form.nearest(Fraction(value)))
     except (ValueError, OverflowError):
         raise ValueError(
             f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
-            f"units in which it is a normal number of type {form.name}"
+            f"units in which it is a normal number of type {number.form.name}"
         ) from None
-    if language in TARGETS and language not in ("cuda", "wgsl"):
-        dialect = next(d for d in TARGETS[language].dialects if d.form == form)
-        return dialect.constant(nearest)
-    return shortest(nearest, form) + (form.suffix if language in ("c", "cuda") else "")
 
 
 # --- what the file says -----------------------------------------------------------------------------------------------
 
 
-def _comment(language: str, lines: Sequence[str]) -> str:
-    mark = FILES[language][1]
+def _comment(mark: str, lines: Sequence[str]) -> str:
     body = "\n".join(f"{mark} {line}".rstrip() for line in lines)
     return f"/*\n{body}\n */" if mark == " *" else body
 
@@ -255,7 +203,7 @@ def _head(choice: Choice, command: str) -> list[str]:
     lines += [
         f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta} for typical radii:",
         "",
-        *(f"    {i}  {line}" for i, line in enumerate(map(_line, _in_units(choice)), start=_base(scene))),
+        *(f"    {i}  {line}" for i, line in enumerate(map(_line, _in_units(choice)), scene.code.target.first_index)),
         "",
         *(f"Use: {line}" for line in _use(choice)),
     ]
@@ -271,37 +219,25 @@ def _harmless(line: str) -> str:
 
 def _use(choice: Choice) -> list[str]:
     """Return how the file's functions are called, as lines of code."""
-    scene, name, file = choice.scene, prefix(choice.scene), file_name(choice.scene)
-    first, language = names(choice)[0], scene.code.language
+    scene, target, file = choice.scene, choice.scene.code.target, file_name(choice.scene)
+    pair, qualifier = names(choice)[0], qualifier_of(scene)
     constant = isinstance(choice.chosen.candidate, PairConstant)
     what = "epsilon" if constant else "beta"
-    index = {
-        "python": f'"{choice.encounters[0].name}"',
-        "rust": qualifier_of(scene) + first.upper(),
-    }.get(language, qualifier_of(scene) + first)
+    title = choice.encounters[0].name
+    index = target.pair.format(qualifier=qualifier, pair=pair, PAIR=pair.upper(), title=title)
     if _is_spread(scene) and not constant:
-        number = f"{qualifier_of(scene)}beta_of({index}, first_radius, second_radius)"
+        number = f"{qualifier}beta_of({index}, first_radius, second_radius)"
     else:
-        array = qualifier_of(scene) + (what.upper() if language in ("python", "rust") else what)
-        number = f"{array}({index})" if language in ("cuda", "wgsl", "fortran") else f"{array}[{index}]"
+        number = target.element.format(array=qualifier + (what.upper() if target.capitals else what), index=index)
     arguments = f"speed, {number}" if scene.code.argument == "speed" else "v_star"
-    call = number if constant else f"{qualifier_of(scene)}restitution({arguments})"
-    begin = {
-        "c": f'#include "{file}" (C99; C++17 or later, or GNU C++)',
-        "cuda": f'#include "{file}"',
-        "fortran": f"use {name}_scene",
-        "python": f"import {file.removesuffix('.py')} as scene",
-        "javascript": f'import * as scene from "./{file}";',
-        "rust": f'#[allow(dead_code)] #[path = "{file}"] mod scene;',
-        "julia": f'include("{file}")',
-    }
-    return [*([begin[language]] if language in begin else []), call]
+    call = number if constant else f"{qualifier}restitution({arguments})"
+    include = target.include.format(file=file, stem=file.removesuffix(target.suffix), name=prefix(scene))
+    return [*([include] if include else []), call]
 
 
 def qualifier_of(scene: Scene) -> str:
     """Return the qualifier before the functions' names in a call."""
-    modules = {"python": "scene.", "javascript": "scene.", "rust": "scene::", "julia": f"{module(scene)}."}
-    return modules.get(scene.code.language, f"{prefix(scene)}_")
+    return scene.code.target.qualifier.format(name=prefix(scene), module=module(scene))
 
 
 def _in_units(choice: Choice) -> list[tuple[Encounter, float, tuple[float, ...]]]:

@@ -3,69 +3,26 @@
 from __future__ import annotations
 
 import os
+import platform
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from viscopade.kernels import toolchain
+from viscopade.kernels.targets.language import DRIVER, EXECUTABLE, FILE, PROGRAM, START, TOOL, Runner
 from viscopade.kernels.toolchain import ToolchainError
 
 INPUT, OUTPUT = "in.bin", "out.bin"  # a driver reads the one and writes the other
-_STEM = "viscopade-check"  # of the driver; no scene can have this name
-_PROGRAM = f"{_STEM}.exe"
+_STEM = EXECUTABLE.partition(".")[0]  # of the driver
 _TIMEOUT = 300
 _ERROR = re.compile(r"error(\[\w+\])?:|undefined reference", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Runner:
-    """Recipe to compile and run a driver and its included file.
-
-    Attributes
-    ----------
-    tools : tuple of str
-        Commands; the first that is there is taken.
-    ending : str
-        Of the driver's name.
-    build : tuple of str
-        The command line; {tool}, {driver}, {file} and {program} are replaced. Empty if nothing is to be compiled.
-    start : tuple of str
-        What runs it. Empty if it cannot be run.
-    variable : str or None
-        In the environment, what names the tool.
-    """
-
-    tools: tuple[str, ...]
-    ending: str
-    build: tuple[str, ...] = ()
-    start: tuple[str, ...] = ()
-    variable: str | None = None
-
-
-_START = (f"./{_PROGRAM}",)
-RUNNERS: Mapping[str, Runner] = {
-    "c": Runner(("cc",), ".c", ("{tool}", "-O2", "{driver}", "-o", "{program}", "-lm"), _START, "CC"),
-    "cuda": Runner(
-        ("c++", "g++", "clang++"), ".cpp", ("{tool}", "-O2", "{driver}", "-o", "{program}", "-lm"), _START, "CXX"
-    ),
-    "glsl": Runner(("glslangValidator", "glslang"), ".comp", ("{tool}", "-V", "{driver}", "-o", "{program}")),
-    "wgsl": Runner(("naga",), ".wgsl", ("{tool}", "{driver}")),
-    "javascript": Runner(("node",), ".mjs", (), ("{tool}", "{driver}")),
-    "fortran": Runner(("gfortran",), ".f90", ("{tool}", "-O2", "{file}", "{driver}", "-o", "{program}"), _START, "FC"),
-    "rust": Runner(
-        ("rustc",), ".rs", ("{tool}", "--edition", "2021", "-O", "{driver}", "-o", "{program}"), _START
-    ),
-    "julia": Runner(("julia",), ".jl", (), ("{tool}", "--startup-file=no", "{driver}")),
-}  # fmt: skip
-"""By language. Python is not here: its code runs at once."""
-
-DEVICE = Runner(("nvcc",), ".cu", ("{tool}", "-c", "{driver}", "-o", "{program}"))
-"""Device code of CUDA is compiled; it is not run."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +41,8 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
     ToolchainError
         If the C compiler that is asked for cannot be used.
     """
+    if not runner.tools:
+        return _interpreter(runner.package)
     if command is not None:
         compiler = toolchain.find_compiler(command)
         return Tool(compiler.words, compiler.version)
@@ -93,13 +52,24 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
             words = tuple(shlex.split(candidate))
         except ValueError:
             continue
-        if words and shutil.which(words[0]) is not None and (version := _version(words)) is not None:
-            return Tool(words, version)
+        if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
+            return Tool(words, known)
     return None
+
+
+def _interpreter(package: str | None) -> Tool | None:
+    """Return this interpreter; None if a package that the program needs is not there."""
+    python = f"Python {platform.python_version()}"
+    try:
+        return Tool((sys.executable,), f"{package} {version(package)}, {python}" if package else python)
+    except PackageNotFoundError:
+        return None
 
 
 def missing(runner: Runner) -> str:
     """Return the names of the tools in the search, for a message."""
+    if not runner.tools:
+        return f"Python package {runner.package}"
     named = os.environ.get(runner.variable) if runner.variable else None
     return named or " or ".join(runner.tools)
 
@@ -154,7 +124,7 @@ def run_driver(
         If the tool or the program fails; one line.
     """
     name = _STEM + runner.ending
-    words = {"{driver}": name, "{file}": file[0], "{program}": _PROGRAM}
+    words = {DRIVER: name, FILE: file[0], PROGRAM: EXECUTABLE}
     with TemporaryDirectory() as directory:
         here = Path(directory)
         (here / file[0]).write_text(file[1], encoding="utf-8")
@@ -164,7 +134,7 @@ def run_driver(
                 (here / INPUT).write_bytes(numbers)
             if command:
                 _succeed([w for word in command for w in _filled(word, words, tool)], directory, limit)
-        made = here / (OUTPUT if runner.start else _PROGRAM)
+        made = here / (OUTPUT if runner.start else EXECUTABLE)
         found = made.read_bytes() if made.exists() else b""
     if runner.start and len(found) != size:
         raise ToolchainError(f"the program that runs the generated code writes {len(found)} bytes, not {size}")
@@ -172,7 +142,7 @@ def run_driver(
 
 
 def _filled(word: str, words: Mapping[str, str], tool: Tool) -> tuple[str, ...]:
-    return tool.words if word == "{tool}" else (words.get(word, word),)
+    return tool.words if word == TOOL else (words.get(word, word),)
 
 
 def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
@@ -191,7 +161,7 @@ def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
 
 def _run(words: Sequence[str], directory: str | None, limit: int = _TIMEOUT) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"LC_ALL": "C"}
-    start = str(Path(directory, words[0])) if directory is not None and words[0] in _START else words[0]
+    start = str(Path(directory, words[0])) if directory is not None and words[0] in START else words[0]
     try:
         return subprocess.run(
             (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=limit,

@@ -15,7 +15,8 @@ from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
 from viscopade.collision import spheres
-from viscopade.kernels.expressions import by_horner, c_language, text
+from viscopade.kernels.expressions import by_horner
+from viscopade.kernels.targets.syntax import of_c, text
 from viscopade.scene.cost import PADE
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
@@ -79,7 +80,7 @@ def _power(form: Format, exponent: str) -> str:
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
     """Return Horner's rule with the coefficients as constants; those that are zero are left out."""
     terms = tuple((k, form.literal(c)) for k, c in enumerate(coefficients) if float(c))
-    return text(by_horner("v_star", terms), c_language(form))
+    return text(by_horner("v_star", terms), of_c(form))
 
 
 def _value(coefficients: Sequence[str], x: FloatArray) -> FloatArray:

@@ -26,9 +26,10 @@ from viscopade.arithmetic.balls import to_mpf
 from viscopade.arithmetic.decimals import at_most
 from viscopade.collision import exact
 from viscopade.kernels import requests, toolchain
+from viscopade.kernels.targets.language import START, Runner
 from viscopade.kernels.toolchain import ToolchainError
 from viscopade.progress import track
-from viscopade.scene.runners import INPUT, OUTPUT, RUNNERS, Runner, Tool, run_driver
+from viscopade.scene.runners import INPUT, OUTPUT, Tool, run_driver
 from viscopade_lab import proven
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 
@@ -389,7 +390,7 @@ def make(
     if "clang" in name:  # it also warns where a loop becomes no vector instructions, which changes no result
         warnings.append("-Wno-pass-failed")
     words = ("{tool}", f"-std={build.standard}", *warnings, *build.flags, "{driver}", "-o", "{program}", "-lm")
-    runner = Runner((name,), ending, words, (*start, *RUNNERS["c"].start))
+    runner = Runner((name,), ending, words, (*start, *START))
     types = {form: np.dtype(kind).newbyteorder(order) for form, kind in TYPES.items()}
     numbers = b"".join(given.given(over, form).astype(types[form]).tobytes() for over in OVER for form in TYPES)
     sizes = [given.given(f.over, f.form).nbytes for f in wanted]

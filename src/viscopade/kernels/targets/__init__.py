@@ -1,8 +1,9 @@
 """Targets: the code of kernels in each language, and tables of numbers."""
 
 __all__ = [
+    "language",
+    "languages",
     "last_place",
     "speed",
-    "table_free",
     "tables",
 ]

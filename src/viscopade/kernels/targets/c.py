@@ -8,9 +8,10 @@ from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
-from viscopade.kernels.expressions import CodeBranch, c_language, text
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.targets.syntax import constant_of_c, of_c, text
 from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble
 from viscopade.kernels.v_star import speed_note
 
@@ -112,20 +113,16 @@ def _branches(
 ) -> dict[str, object]:
     """Return the constants, and the statements and result of the programs in v_star and in u = 1/v_star."""
     return {
-        "constants": [(name, _constant(value, form)) for name, value in given.items()],
+        "constants": [(name, constant_of_c(value, form)) for name, value in given.items()],
         "branches": [_branch(branch, result, form, 4 * (i + 1)) for i, branch in enumerate(branches)],
-        "far_threshold": _constant(2.0**threshold, form),
+        "far_threshold": constant_of_c(2.0**threshold, form),
     }
 
 
 def _branch(branch: CodeBranch, result: str, form: Format, indent: int) -> dict[str, object]:
-    language = c_language(form)
+    language = of_c(form)
     statements = [(name, _wrapped(text(expression, language), indent)) for name, expression in branch.program]
     return {"statements": statements, "result": _wrapped(text(branch.results[result], language), indent)}
-
-
-def _constant(value: float, form: Format) -> str:
-    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
 
 
 def _wrapped(expression: str, indent: int) -> str:

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import PYTHON, CodeBranch, Language, c_language, text
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
@@ -19,6 +19,7 @@ from viscopade.kernels.forms.lacunary_kernels import (
     LacunaryKernel,
     LacunaryVariant,
 )
+from viscopade.kernels.targets.syntax import MATH_MODULE, Syntax, constant_of_c, of_c, text
 from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
 from viscopade.kernels.v_star import assumed, stated
 
@@ -147,9 +148,9 @@ def _c_variant(kernel: LacunaryKernel, variant: LacunaryVariant) -> dict[str, ob
         "one": form.decimal(1.0),
         "fifth": f"0.2{form.suffix}",
         "nan": f'nan{form.suffix}("")',
-        "constants": [(name, _constant(c, form)) for name, c in _constants(kernel, variant)],
-        "branches": [_branch(branch, c_language(form), 28) for branch in kernel.branches],
-        "ends": None if ends is None else [_constant(end, form) for end in ends],
+        "constants": [(name, constant_of_c(c, form)) for name, c in _constants(kernel, variant)],
+        "branches": [_branch(branch, of_c(form), 28) for branch in kernel.branches],
+        "ends": None if ends is None else [constant_of_c(end, form) for end in ends],
     }
 
 
@@ -159,7 +160,7 @@ def _python_block(kernel: LacunaryKernel) -> dict[str, object]:
     return {
         "kernel": kernel,
         "constants": [(name, repr(c)) for name, c in _constants(kernel, variant)],
-        "branches": [_branch(branch, PYTHON, 0) for branch in kernel.branches],
+        "branches": [_branch(branch, MATH_MODULE, 0) for branch in kernel.branches],
         "ends": ends,
     }
 
@@ -175,14 +176,10 @@ def _constants(kernel: LacunaryKernel, variant: LacunaryVariant) -> list[tuple[s
     return list(formulas.constants(kernel.powers, variant.a, variant.b).items())
 
 
-def _branch(branch: CodeBranch, language: Language, indent: int) -> dict[str, object]:
+def _branch(branch: CodeBranch, syntax: Syntax, indent: int) -> dict[str, object]:
     """Return a program as names and lines, those for C wrapped."""
-    written = [(name, text(expression, language)) for name, expression in branch.program]
-    results = {name: text(expression, language) for name, expression in branch.results.items()}
+    written = [(name, text(expression, syntax)) for name, expression in branch.program]
+    results = {name: text(expression, syntax) for name, expression in branch.results.items()}
     if indent:
         written = [(name, f"\n{' ' * 12}".join(wrap(line, WIDTH - indent))) for name, line in written]
     return {"statements": written, "results": results}
-
-
-def _constant(value: float, form: Format) -> str:
-    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"

@@ -10,8 +10,9 @@ from textwrap import wrap
 from viscopade.arithmetic.formats import DOUBLE, FORMATS
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import CodeBranch, c_language, text
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import last_place
+from viscopade.kernels.targets.syntax import of_c, text
 
 _FRACTION_BITS = {"double": 52, "float": 23}
 _BIAS = {"double": 1023, "float": 127}
@@ -184,6 +185,6 @@ def _near(form: str) -> list[tuple[str, str]]:
 
 def _lines(branch: CodeBranch) -> dict[str, str]:
     """Return a branch's statements and results in C by name, on lines of a function's body."""
-    language = c_language(DOUBLE)
+    language = of_c(DOUBLE)
     written = {**dict(branch.program), **branch.results}
     return {name: f"\n{' ' * 8}".join(wrap(text(e, language), WIDTH - 20)) for name, e in written.items()}

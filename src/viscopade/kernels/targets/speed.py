@@ -8,7 +8,6 @@ from textwrap import wrap
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import c_language, text
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
@@ -17,6 +16,7 @@ from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets import lacunary_kernels
 from viscopade.kernels.targets import last_place as full_text
+from viscopade.kernels.targets.syntax import of_c, text
 from viscopade.kernels.targets.wording import lasting, lasting_lines
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
@@ -89,7 +89,7 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
 
     one = form.largest << fraction
     lead = ((1 << table.split) - 1) << (fraction - table.split)
-    part, language = _part(width), c_language(form)
+    part, language = _part(width), of_c(form)
     scalar = [f"c[{n}]" for n in range(width)]
     array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"

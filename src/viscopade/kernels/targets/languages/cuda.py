@@ -1,0 +1,46 @@
+"""CUDA: a header for device and host, in C99 and C++ as well; compact kernels."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels.forms.rounding_bounds import ULPS
+from viscopade.kernels.forms.table_free import DEVICE, LIBRARY, called, plain
+from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target
+from viscopade.kernels.targets.syntax import Syntax, constant_of_c, of_c, shortest
+
+_ASSUMED = (
+    f"on the host log2, exp2, and those of type float, are within {ULPS} units in the last place of the result; on the "
+    "device those of type double are, and __log2f within 2 or 2^-22, exp2f within 2 and __fdividef within 2, as the "
+    "CUDA programming guide says; +, -, *, / are those of IEEE 754"
+)
+
+
+def _number(form: Format) -> Number:
+    host, device = LIBRARY[form.name], form == FLOAT
+    return Number(
+        form,
+        form.name,
+        Syntax(lambda name: f"viscopade_{name}f", of_c(form).literal) if device else of_c(form),
+        lambda value: shortest(value, form) + form.suffix,
+        form.suffix,
+        (("on the host", host), ("on the device", DEVICE)) if device else (("", host),),
+        lambda value: constant_of_c(value, form),
+        called if device else plain,
+    )
+
+
+TARGET = Target(
+    name="cuda",
+    suffix=".cuh",
+    comment=" *",
+    numbers=(_number(DOUBLE), _number(FLOAT)),
+    runner=Runner(
+        ("c++", "g++", "clang++"), ".cpp", (TOOL, "-O2", DRIVER, "-o", PROGRAM, "-lm"), START, "CXX"
+    ),
+    templates={"scene": "scene.h.jinja", "check": "check.c.jinja", "check_on_device": "check.cu.jinja"},
+    assumed=_ASSUMED,
+    place="device",
+    device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
+    include='#include "{file}"',
+    element="{array}({index})",
+)  # fmt: skip

@@ -1,0 +1,14 @@
+"""Numba: a Python module of compiled functions and universal functions of NumPy; compact kernels."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels.targets.language import Number, of_library, package_of_python
+
+TARGET = package_of_python(
+    "numba",
+    "numba",
+    Number.of(DOUBLE, "np.float64", function="np.{}"),
+    Number.of(FLOAT, "np.float32", "_f32", function="np.{}", literal="np.float32({})"),
+    assumed=of_library("np.log2 and np.exp2"),
+)

@@ -1,0 +1,26 @@
+"""Python: modules without dependencies; kernels of v*."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import DOUBLE
+from viscopade.kernels.targets import lacunary_kernels, python
+from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, taken_in_python
+from viscopade.kernels.targets.syntax import MATH_MODULE, shortest
+
+OF_V_STAR = frozenset({"polynomial", "half-line"})
+
+
+TARGET = Target(
+    name="python",
+    suffix=".py",
+    comment="#",
+    numbers=(Number(DOUBLE, DOUBLE.name, MATH_MODULE, lambda value: shortest(value, DOUBLE)),),
+    renderers={"quotient": python.render, "root": lacunary_kernels.render_python},
+    runner=Runner((), ".py", (), (TOOL, "-P", DRIVER)),
+    kinds={"speed": OF_V_STAR, "v_star": OF_V_STAR},
+    include="import {stem} as scene",
+    qualifier="scene.",
+    pair='"{title}"',
+    capitals=True,
+    is_taken=taken_in_python,
+)

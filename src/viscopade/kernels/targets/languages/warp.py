@@ -1,0 +1,16 @@
+"""NVIDIA Warp: functions for its kernels, on CPUs and GPUs; compact kernels."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels.targets.language import Number, of_library, package_of_python
+
+TARGET = package_of_python(
+    "warp",
+    "warp-lang",
+    Number.of(DOUBLE, "wp.float64", function="wp.{}", literal="wp.float64({})"),
+    Number.of(FLOAT, "wp.float32", function="wp.{}", literal="wp.float32({})"),
+    assumed=of_library("log and exp"),
+    log="log",
+    exp="exp",
+)

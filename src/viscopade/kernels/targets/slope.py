@@ -1,0 +1,47 @@
+"""Derivatives of compact kernels, as straight-line programs, for languages that differentiate.
+
+With eps = D/(D + L), L = y^6 N, y = w^(1/30), w = beta^5 speed:
+
+    -d eps/d ln y = y^6 slope,    slope = (D (6 N + y N') - y D' N)/(D + L)^2,
+    d eps/d speed = -beta speed^(-4/5) slope/30,    d eps/d beta = -speed^(1/5) slope/6,
+
+as y^6 = beta speed^(1/5). So neither is 0/0 where the speed or beta is 0.
+"""
+
+from __future__ import annotations
+
+from viscopade.approximation.half_line import SHIFT
+from viscopade.approximation.lacunary import Powers
+from viscopade.kernels.expressions import Expression, Literal, Name, Program, Statement, by_powers, gaps, power, powers
+from viscopade.kernels.forms.formulas import named
+from viscopade.kernels.forms.rounding_bounds import Values
+
+
+def slope_program(form: Powers) -> Program:
+    """Return the assignments from y to the slope; p4 is 4 times the coefficient of y^4 in N, q4 -4 times that in D."""
+    elastic, inverse, top = Name("elastic"), Name("inverse"), Name("top")
+    n, d = by_powers("y", named("a", form.top)), by_powers("y", named("b", form.bottom))
+    rising, falling = (_times_y(letter, exponents) for letter, exponents in (("p", form.top), ("q", form.bottom)))
+    return (
+        *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
+        Statement("top", n),
+        Statement("elastic", d),
+        Statement("inverse", Literal("1.0") / (elastic + Name(f"y{SHIFT}") * top)),
+        Statement("rising", (Literal(f"{SHIFT}.0") * top + rising) * inverse),
+        Statement("falling", falling * inverse),
+        Statement("slope", elastic * inverse * Name("rising") + top * inverse * Name("falling")),
+    )
+
+
+def _times_y(letter: str, exponents: tuple[int, ...]) -> Expression:
+    """Return y times the derivative of a polynomial."""
+    if len(exponents) == 1:
+        return Literal("0.0")
+    lowest, rest = exponents[1], named(letter, exponents[1:])
+    return power("y", lowest) * by_powers("y", tuple((k - lowest, name) for k, name in rest))
+
+
+def slope_constants(form: Powers, a: Values, b: Values) -> dict[str, float]:
+    """Return the constants of the program besides the coefficients."""
+    rising = {f"p{k}": k * c for k, c in zip(form.top[1:], a[1:], strict=True)}
+    return rising | {f"q{k}": -k * c for k, c in zip(form.bottom[1:], b[1:], strict=True)}

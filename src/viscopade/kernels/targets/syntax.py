@@ -1,0 +1,72 @@
+"""Text of expressions: how languages write functions, literals and constants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from fractions import Fraction
+from typing import NamedTuple
+
+from viscopade.arithmetic.formats import Format
+from viscopade.kernels.expressions import Call, Expression, Literal, Name, Operation, bare
+
+
+def _as_it_is(text: str) -> str:
+    return text
+
+
+class Syntax(NamedTuple):
+    """Syntax of a language: its functions and literals."""
+
+    function: Callable[[str], str] = _as_it_is
+    literal: Callable[[str], str] = _as_it_is
+
+
+MATH_MODULE = Syntax(lambda name: f"math.{name}")
+"""Functions of a module `math`, and literals as they are."""
+
+
+def of_c(form: Format) -> Syntax:
+    """Return the syntax of C for functions and literals of this type."""
+    return Syntax(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
+
+
+_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
+
+
+def text(expression: Expression, syntax: Syntax) -> str:
+    """Return the expression as text, with the same order of evaluation."""
+    match bare(expression):
+        case Name(name):
+            return name
+        case Literal(number):
+            return syntax.literal(number)
+        case Call(function, arguments):
+            return f"{syntax.function(function)}({', '.join(text(part, syntax) for part in arguments)})"
+        case Operation(symbol, left, right):
+            return f"{_operand(left, symbol, 0, syntax)} {symbol} {_operand(right, symbol, 1, syntax)}"
+    raise TypeError(f"{expression!r} is no expression")
+
+
+def _operand(expression: Expression, symbol: str, side: int, syntax: Syntax) -> str:
+    written, expression = text(expression, syntax), bare(expression)
+    # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
+    own = isinstance(expression, Operation) and _BINDING[expression.symbol]
+    loose = own and own < _BINDING[symbol] + (side or own == 1)
+    return f"({written})" if loose else written
+
+
+def shortest(value: float, form: Format) -> str:
+    """Return the shortest decimal that rounds to a number of the format, always with a point."""
+    for digits in range(1, form.digits + 1):
+        written = format(value, f".{digits}g")
+        with suppress(ValueError):  # below the smallest normal number
+            if form.nearest(Fraction(written)) == value:
+                break
+    mantissa, e, exponent = written.replace("e+", "e").partition("e")
+    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
+
+
+def constant_of_c(value: float, form: Format) -> str:
+    """Return a constant of C and C++, hexadecimal where the standard has such, else decimal."""
+    return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"
