@@ -127,6 +127,10 @@ NO_LANGUAGES = {
     "viscopade.simulators.rebound",
     "viscopade.simulators.render",
     # Constants in tables that are called c.
+    "viscopade.kernels.forms.formulas",
+    "viscopade.kernels.forms.last_place",
+    "viscopade.kernels.forms.speed_table",
+    "viscopade.kernels.forms.speed_table_last_place",
     "viscopade.kernels.targets.last_place",
     "viscopade.kernels.targets.speed",
 }

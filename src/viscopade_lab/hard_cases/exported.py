@@ -348,8 +348,10 @@ def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) 
     def local(x: float) -> Fraction:
         with working(BITS):
             inputs, root, error = at(arb(x), form)
+            # A computed root may be beyond a power of 2 that the exact one has not reached.
+            near = root * arb(1, arb(2) ** (1 - form.precision))
             numbers = {name: rounding.Rounded(arb(c), form) for name, c in function.constants.items()}
-            given = {**numbers, **inputs, variable: rounding.Rounded(root, form, slope=1)}
+            given = {**numbers, **inputs, variable: rounding.Rounded(near, form, slope=1)}
             found = rounding.of_branch(branch, [function.name], given, form)[function.name].with_error_of_y(error)
             return upper(found.relative + found.underflow / arb(found.value.abs_lower()))
 

@@ -5,5 +5,6 @@ __all__ = [
     "languages",
     "last_place",
     "speed",
+    "syntax",
     "tables",
 ]
