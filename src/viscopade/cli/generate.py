@@ -99,8 +99,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, cuda, glsl, wgsl,
-    javascript, fortran, rust and julia get kernels for all v* >= 0; c, python, csv, json, latex and certificates get
-    the paper's approximants; series-csv and series-json get the coefficients h_k.
+    javascript, fortran, rust and julia get kernels for all v* >= 0; c, python, csv, json, latex, certificates and
+    vectors get the paper's approximants; series-csv and series-json get the coefficients h_k.
 
     An existing file is replaced only if viscopade generated it.
     """

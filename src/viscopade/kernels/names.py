@@ -3,6 +3,7 @@
 TARGETS = (
     *("c", "python", "csv", "json", "latex", "certificates"),
     *("cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"),
+    "vectors",
 )
 """Kinds of files with kernels: languages, and tables of numbers."""
 SERIES_ORDER, SERIES_DIGITS = 60, 50

@@ -14,7 +14,7 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import c, lacunary_kernels, last_place, python, speed, table_free, tables
+from viscopade.kernels.targets import c, lacunary_kernels, last_place, python, speed, table_free, tables, vectors
 from viscopade.progress import track
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
@@ -174,27 +174,27 @@ KINDS = (
             "json": tables.json_table,
             "latex": tables.latex_table,
         }
-        | {"certificates": tables.certificates},
+        | {"certificates": tables.certificates, "vectors": vectors.render},
     ),
     Kind(
         "kernels in powers of a root",
         lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
         {"c": lacunary_kernels.render_c, "python": lacunary_kernels.render_python, "json": tables.records}
-        | {"certificates": tables.certificates}
+        | {"certificates": tables.certificates, "vectors": vectors.render}
         | {target: partial(table_free.render, target) for target in table_free.TARGETS},
     ),
     Kind(
         "kernels of full accuracy",
         lambda asked: asked.full,
         lambda asked: None,
-        {"c": lambda _, command: last_place.render(command)},
+        {"c": lambda _, command: last_place.render(command), "vectors": vectors.render},
     ),
     Kind(
         "kernels of speed",
         lambda asked: asked.from_speed,
         lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
-        {"c": speed.render},
+        {"c": speed.render, "vectors": vectors.render},
     ),
 )
 
@@ -236,6 +236,12 @@ _FILES = {
     "inverse_certificates.json": (INVERSE, "certificates"),
     "viscopade_full.h": (Request(full=True), "c"),
     **{speed_kernel.file_of(tier): (Request(from_speed=(tier,)), "c") for tier in TIERS},
+}
+# Test vectors of each header's kernels.
+_FILES |= {
+    f"vectors_{name[len('viscopade_') : -len('.h')]}.json": (request, "vectors")
+    for name, (request, target) in _FILES.items()
+    if target == "c"
 }
 
 
