@@ -34,7 +34,10 @@ def test_a_checker_imports_nothing_of_the_package(name):
     nodes = [node for node in ast.walk(ast.parse((FOLDER / name).read_text())) if hasattr(node, "names")]
     found = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
     found |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
-    assert {module.split(".")[0] for module in found} <= sys.stdlib_module_names | {"mpmath", "certificate_checker"}
+    assert {module.split(".")[0] for module in found} <= sys.stdlib_module_names | {
+        "mpmath",
+        *(program.removesuffix(".py") for program in PROGRAMS),
+    }
 
 
 def test_the_readme_names_programs_and_files_that_are_there():
@@ -66,3 +69,15 @@ def test_the_checker_of_tables_says_what_holds():
     done = run("table_checker.py", "exports/viscopade_speed_1em3.h")
     assert (done.returncode, done.stderr) == (0, "")
     assert " rows" in done.stdout
+
+
+def test_the_checker_of_records_says_what_holds_and_what_is_wrong(tmp_path):
+    name = "of_w-double.json"
+    text = (ROOT / "src" / "viscopade" / "data" / "kernels" / name).read_text()
+    for given, status, printed, said in (
+        (text, 0, "of_w double holds\n", ""),
+        (text.replace('"of_w"', '"of_x"'), 1, "", f"wrong: {name}: no check knows a record of 'of_x'\n"),
+    ):
+        (tmp_path / name).write_text(given)
+        done = run("record_checker.py", tmp_path, "--every", "10", "--start", "3")
+        assert (done.returncode, done.stdout, done.stderr) == (status, printed, said)

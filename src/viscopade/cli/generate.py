@@ -99,8 +99,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
-    json, latex and certificates get the paper's approximants; series-csv and series-json get the coefficients h_k; all
-    other targets get kernels for all v* >= 0.
+    json, latex, certificates and vectors get the paper's approximants; series-csv and series-json get the coefficients
+    h_k; all other targets get kernels for all v* >= 0.
 
     An existing file is replaced only if viscopade generated it.
     """

@@ -2,7 +2,7 @@
 
 from viscopade.kernels.targets.languages import LANGUAGES
 
-TABLES = ("csv", "json", "latex", "certificates")
+TABLES = ("csv", "json", "latex", "certificates", "vectors")
 """Targets that are tables of numbers."""
 TARGETS = (*LANGUAGES, *TABLES)
 """Kinds of files with kernels: languages, and tables of numbers."""

@@ -13,7 +13,7 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import table_free, tables
+from viscopade.kernels.targets import table_free, tables, vectors
 from viscopade.kernels.targets.language import Renderer
 from viscopade.kernels.targets.languages import LANGUAGES, targets
 from viscopade.kernels.targets.languages import target as target_of
@@ -188,6 +188,7 @@ KINDS = (
             "json": tables.json_table,
             "latex": tables.latex_table,
             "certificates": tables.certificates,
+            "vectors": vectors.render,
         },
     ),
     Kind(
@@ -195,15 +196,16 @@ KINDS = (
         "kernels in powers of a root",
         lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
-        {"json": tables.records, "certificates": tables.certificates},
+        {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},
         compact=True,
     ),
-    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda asked: None),
+    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda asked: None, {"vectors": vectors.render}),
     Kind(
         "speed",
         "kernels of speed",
         lambda asked: asked.from_speed,
         lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
+        {"vectors": vectors.render},
     ),
 )
 
@@ -246,6 +248,12 @@ _FILES = {
             "speed", Request(from_speed=(tier,)), speed_kernel.file_of(tier).partition(".")[0]
         ).items()
     },
+}
+# Test vectors of each header's kernels.
+_FILES |= {
+    f"vectors_{name[len('viscopade_') : -len('.h')]}.json": (request, "vectors")
+    for name, (request, _) in _FILES.items()
+    if name.endswith(".h")
 }
 
 

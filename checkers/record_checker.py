@@ -1,0 +1,596 @@
+"""Check the package's records of kernels (JSON files) by fractions and mpmath, without the package or FLINT.
+
+    python checkers/record_checker.py src/viscopade/data/kernels [--every N --start K]
+
+Each record is what one function of the package found; its key begins with the function's name, and `CHECKS` has a check
+for each name. With `--every N`, each N-th row, panel or part is checked, from number K on.
+
+Proven again are: the certificates of formulas, that tables fall, how far they rise, and the choice of powers. Sampled
+are the errors of table rows and the errors by rounding: every operation is rounded to nearest in fractions, roots are
+moved by the units in the last place that they may be off, and the result is compared with the exact formula. The
+reference is a text file with polynomials for eps and 1 - eps and a bound of their relative errors, taken for granted.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+from typing import Any, NamedTuple, TypeVar
+
+from mpmath import mp
+
+import certificate_checker
+import interval_checker
+from certificate_checker import DATA, ERROR, LAST, REFERENCE, Wrong, number, panel_ends
+from table_checker import PRECISION, Header, Point, exponent_of, falls, rises, rounded, share_of_formula, ulp
+
+EXPORTS = DATA.parents[1] / "exports"
+SLOPE = Fraction(10, 3)  # the largest |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|
+LARGEST = {"double": 1024, "float": 128}  # exponent of what is beyond the largest number
+ROOTS = 4  # units in the last place that cbrt, pow, log2 and exp2 may be off
+NARROW = Fraction(1, 2**100)
+LIKE = Fraction(21, 20)  # by which a bound may exceed the same bound with a slope that is rounded up
+Item = TypeVar("Item")
+
+mp.prec = 300
+
+
+class Sample(NamedTuple):
+    """Each `every`-th item, from number `start` on."""
+
+    every: int = 1
+    start: int = 0
+
+    def of(self, items: Sequence[Item]) -> Sequence[Item]:
+        """Return the chosen items; one at least."""
+        return items[self.start % min(self.every, max(len(items), 1)) :: self.every]
+
+    @property
+    def random(self) -> Random:
+        """Random numbers, others for each start."""
+        return Random(self.start)
+
+
+def claim(holds: bool, what: str) -> None:
+    """Raise `Wrong` if something does not hold."""
+    if not holds:
+        raise Wrong(what)
+
+
+# --- exact values -----------------------------------------------------------------------------------------------------
+
+
+def fraction(value: Any) -> Fraction:
+    """Return the exact value of a number of mpmath."""
+    sign, mantissa, exponent, _ = value._mpf_
+    whole = int(-mantissa if sign else mantissa)
+    return Fraction(whole << exponent) if exponent >= 0 else Fraction(whole, 1 << -exponent)
+
+
+def real(value: Fraction) -> Any:
+    """Return a number of mpmath, to its precision."""
+    return mp.mpf(value.numerator) / value.denominator
+
+
+@lru_cache(maxsize=1)
+def reference() -> dict[tuple[str, int], certificate_checker.Coefficients]:
+    """Return the reference's polynomials."""
+    return certificate_checker.rows(REFERENCE)
+
+
+def truth(v_star: Any) -> dict[str, Fraction]:
+    """Return eps and 1 - eps at a v* below 2^23, to the reference's accuracy."""
+    v = fraction(v_star)
+    claim(0 <= v < LAST, f"v* = {float(v):g} is beyond the reference")
+    exponent = exponent_of(v) if v else -1000
+    panel = 0 if exponent < -4 else 1 + 8 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 8)
+    _, centre, half = panel_ends(panel)
+    z = (v_star - real(centre)) / real(half)
+    found = {}
+    for name in ("epsilon", "one_minus_epsilon"):
+        total = mp.mpf(0)
+        for c in reversed(reference()[name, panel]):
+            total = total * z + real(c)
+        found[name] = fraction(total)
+    return found
+
+
+def point(w: Fraction) -> Point:
+    """Return enclosures of eps and 1 - eps at w = v*^10."""
+    at = truth(mp.root(real(w), 10))
+    ends = [(x * (1 - 2 * ERROR), x * (1 + 2 * ERROR)) for x in (at["epsilon"], at["one_minus_epsilon"])]
+    return Point(w, *ends)
+
+
+# --- rounded arithmetic -----------------------------------------------------------------------------------------------
+
+
+class Machine:
+    """Arithmetic of a type, every operation rounded to nearest; roots are off by up to some units in the last place."""
+
+    def __init__(self, kind: str, random: Random, off: Mapping[str, Fraction] | None = None) -> None:
+        self.precision, self.random = PRECISION[kind], random
+        self.off = off or {}
+
+    def __call__(self, value: Fraction) -> Fraction:
+        """Return the nearest number."""
+        return rounded(value, self.precision)
+
+    def root(self, exact: Any, name: str = "root") -> Fraction:
+        """Return a result of a function of the library."""
+        value = fraction(exact)
+        if not value:
+            return value
+        error = Fraction(self.random.randrange(-1000, 1001), 1000) * (self.off.get(name, Fraction(ROOTS)) - 1)
+        return self(value + error * ulp(value, self.precision))
+
+    def power(self, y: Fraction, n: int) -> Fraction:
+        """Return y^n by squares and products."""
+        result = Fraction(1)
+        for bit in f"{n:b}":
+            result = self(result * result)
+            result = self(result * y) if bit == "1" else result
+        return result
+
+    def horner(self, coefficients: Mapping[int, Fraction], y: Fraction) -> Fraction:
+        """Return a sum of c_k y^k."""
+        exponents = sorted(coefficients, reverse=True)
+        total = coefficients[exponents[0]]
+        for above, k in pairwise(exponents):
+            total = self(self(total * self.power(y, above - k)) + coefficients[k])
+        return self(total * self.power(y, exponents[-1]))
+
+    def quotient(self, x: Fraction, y: Fraction) -> Fraction:
+        """Return x/y; in CUDA and shaders it may be off as well."""
+        return self.root(real(x / y), "quotient") if "quotient" in self.off else self(x / y)
+
+
+def polynomial(coefficients: Mapping[int, Fraction], y: Any) -> Any:
+    """Return the same sum, exactly enough."""
+    return mp.fsum(real(c) * y**k for k, c in coefficients.items())
+
+
+def dense(values: Sequence[str]) -> dict[int, Fraction]:
+    """Return coefficients by their powers."""
+    return {k: number(text) for k, text in enumerate(values) if number(text)}
+
+
+def within(computed: Fraction, exact: Any, bound: Fraction, what: str) -> None:
+    """Check a relative error."""
+    share = abs(real(computed) / exact - 1) / real(bound)
+    claim(share <= 1, f"{what}: the error is {mp.nstr(share, 4)} of the bound")
+
+
+# --- formulas ---------------------------------------------------------------------------------------------------------
+
+Value = Any
+
+
+def entry_of(bound: Mapping[str, Any], formula: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a certificate as the files in exports/ have it."""
+    return {
+        **formula,
+        **bound,
+        "v_star_min": bound["low"],
+        "v_star_max": bound["high"],
+        "reference": REFERENCE,
+        "reference_error": float(ERROR).hex(),
+    }
+
+
+def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check a Padé approximant: certificates, and rounding with that of coefficients."""
+    m, n = key
+    claim(len(value["a"]) == m + 1 and len(value["b"]) == n + 1, "wrong degrees")
+    for bound in sample.of(value["bounds"]):
+        certificate_checker.Checker(entry_of(bound, {"a": value["a"], "b": value["b"]})).check()
+    high = max(Fraction(bound["high"]) for bound in value["bounds"])
+    for kind, size in value["rounding"]:
+        check_quotient_rounding(value, kind, high, Fraction(size), sample)
+
+
+def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check a best approximant: certificates of eps and its derivative, rounding, and that it is accurate enough."""
+    accuracy, low, high, measure = key
+    first = value["variants"][0]
+    total = Fraction(first["certificate"]["bound"]) + Fraction(first["rounding"])
+    claim(total <= Fraction(accuracy), "the kernel is not as accurate as was asked for")
+    for variant in sample.of(value["variants"]):
+        bound, slope = variant["certificate"], variant["derivative"]
+        claim([bound["low"], bound["high"], bound["measure"]] == [low, high, measure], "another interval or measure")
+        certificate_checker.Checker(entry_of(bound, variant)).check()
+        check_quotient_rounding(variant, variant["form"], Fraction(high), Fraction(variant["rounding"]), sample)
+        if slope is not None:
+            formula = {"t": slope["t"], "b": variant["b"], "slope_errors": slope_errors(slope["t"])}
+            certificate_checker.Checker(entry_of(slope["certificate"], formula)).check()
+            check_slope_rounding(variant, slope, Fraction(high), sample)
+
+
+def slope_errors(t: Sequence[str]) -> list[str]:
+    """Return the errors of the reference's slopes that the exported certificate of this derivative has."""
+    wanted = [number(c) for c in t]
+    for entry in json.loads((EXPORTS / "minimax_certificates.json").read_text())["certificates"]:
+        if [number(c) for c in entry.get("t", [])] == wanted:
+            return list(entry["slope_errors"])
+    raise Wrong("exports/ has no certificate of the derivative")
+
+
+def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> Iterator[Fraction]:
+    """Yield numbers of type float, one from each part of an interval that is cut evenly by logarithms."""
+    random = sample.random
+    for share in (real(Fraction(i + Fraction(random.random()))) / count for i in range(count)):
+        yield rounded(fraction(real(low) * (real(high) / real(low)) ** share), PRECISION["float"])
+
+
+def check_quotient_rounding(value: Value, kind: str, high: Fraction, bound: Fraction, sample: Sample) -> None:
+    """Check a quotient of polynomials up to a v*; coefficients that are no numbers of the type are rounded, too."""
+    machine = Machine(kind, sample.random)
+    given = [dense(value[letter]) for letter in "ab"]
+    for v in places(sample, Fraction(1, 2**20), high):
+        top, bottom = (machine.horner({k: machine(c) for k, c in part.items()}, v) for part in given)
+        exact = polynomial(given[0], real(v)) / polynomial(given[1], real(v))
+        within(machine(top / bottom), exact, bound, f"rounding at v* = {float(v):g} in type {kind}")
+
+
+def check_slope_rounding(variant: Value, slope: Value, high: Fraction, sample: Sample) -> None:
+    """Check v* T/D^2 likewise."""
+    machine, t, b = Machine(variant["form"], sample.random), dense(slope["t"]), dense(variant["b"])
+    for v in places(sample, Fraction(1, 2**10), high):
+        bottom = machine.horner(b, v)
+        found = machine(machine(v * machine.horner(t, v)) / machine(bottom * bottom))
+        exact = real(v) * polynomial(t, real(v)) / polynomial(b, real(v)) ** 2
+        within(found, exact, Fraction(slope["rounding"]), f"rounding of the derivative at v* = {float(v):g}")
+
+
+def check_half_line(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check a kernel for all v* >= 0: its certificates on a part of the panels, and rounding."""
+    check_in_powers({"kind": "halfline", "root": "1/3"}, key[0], value, sample)
+    for variant in value["variants"]:
+        machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
+        top, bottom = (given(value["powers"][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
+        for v in places(sample, Fraction(1, 2**12), Fraction(2**12)):
+            y = mp.cbrt(real(v))
+            elastic, lost = polynomial(bottom, y), real(v) ** 2 * polynomial(top, y)
+            exact = {"epsilon": elastic / (elastic + lost), "one_minus_epsilon": lost / (elastic + lost)}
+            parts = near_half_line(machine, top, bottom, v) if v <= 1 else far_half_line(machine, top, bottom, v)
+            for name, part in zip(exact, parts, strict=True):
+                computed = machine(part / machine(sum(parts, Fraction(0))))
+                within(computed, exact[name], Fraction(sizes[name]["relative"]), f"rounding of {name} at {float(v):g}")
+
+
+def given(exponents: Sequence[int], values: Sequence[str]) -> dict[int, Fraction]:
+    """Return coefficients by their powers."""
+    return dict(zip(exponents, map(number, values), strict=True))
+
+
+Powers = dict[int, Fraction]
+
+
+def near_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) -> tuple[Fraction, Fraction]:
+    """Return the two parts of the sum for v* <= 1, with y = v*^(1/3)."""
+    y = machine.root(mp.cbrt(real(v)))
+    return machine.horner(bottom, y), machine(machine(v * v) * machine.horner(top, y))
+
+
+def far_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) -> tuple[Fraction, Fraction]:
+    """Return them for v* > 1, with w = 1/v* and u = w^(1/3): both divided by v*^2 y^(deg N)."""
+    w = machine(1 / v)
+    u = machine.root(mp.cbrt(real(w)))
+    top, bottom = ({max(part) - k: c for k, c in part.items()} for part in (top, bottom))
+    scale = machine(machine(machine(w * w) * w) * u)
+    return machine(scale * machine.horner(bottom, u)), machine.horner(top, u)
+
+
+def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
+    check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
+    for variant in value["variants"]:
+        machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
+        top, bottom = (given(value["powers"][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
+        for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
+            y = mp.root(real((1 - epsilon) / epsilon), 10)
+            exact = y**5 * polynomial(top, y) / polynomial(bottom, y)
+            computed = inverse(machine, top, bottom, epsilon)
+            within(
+                computed, exact, Fraction(sizes["v_star"]["relative"]), f"rounding of v* at eps = {float(epsilon):g}"
+            )
+            speed = Fraction(3)
+            fifth = machine.root(real(speed) ** real(machine(Fraction(1, 5))))
+            beta = machine(machine(computed * computed) / fifth)
+            exact = exact**2 / mp.root(real(speed), 5)
+            within(beta, exact, Fraction(sizes["beta"]["relative"]), f"rounding of beta at eps = {float(epsilon):g}")
+
+
+def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) -> Fraction:
+    """Return v* of y = ((1 - eps)/eps)^(1/10), and for eps < 1/2 of u = 1/y."""
+    loss, tenth = machine(1 - epsilon), real(machine(Fraction(1, 10)))
+    if loss <= epsilon:
+        y = machine.root(real(machine(loss / epsilon)) ** tenth)
+        upper = machine(machine.power(y, 5) * machine.horner(top, y))
+        return machine(upper / machine.horner(bottom, y))
+    u = machine.root(real(machine(epsilon / loss)) ** tenth)
+    more = 5 + max(top) - max(bottom)
+    top, bottom = ({max(part) - k: c for k, c in part.items()} for part in (top, bottom))
+    return machine(machine.horner(top, u) / machine(machine.power(u, more) * machine.horner(bottom, u)))
+
+
+def check_in_powers(head: Mapping[str, Any], powers: Any, value: Value, sample: Sample) -> None:
+    """Check the certificates of a kernel in powers of a root."""
+    claim(value["powers"] == powers, "another kernel than the key's")
+    for variant in value["variants"]:
+        entry = entry_of(variant["certificate"], {**head, **powers, "a": variant["a"], "b": variant["b"]})
+        interval_checker.Checker(entry).check(sample.every, sample.start % sample.every)
+
+
+def check_choice(maker: str) -> Callable[[Sequence[Any], Value, Sample], None]:
+    """Return the check of a choice of powers: a record has the kernel, and its error is what was asked for."""
+
+    def check(key: Sequence[Any], value: Value, sample: Sample) -> None:
+        accuracy, *measure = key
+        found = [record for record in records() if record["key"] == [maker, value, *measure]]
+        claim(len(found) == 1, "there is no record of the kernel that was chosen")
+        first = found[0]["value"]["variants"][0]
+        sizes = [Fraction(size["relative"]) for name, size in first["sizes"] if name != "beta"]
+        bound = Fraction(first["certificate"]["bound"])
+        claim(bound + max(sizes) * (1 + bound) <= Fraction(accuracy), "it is not as accurate as was asked for")
+
+    return check
+
+
+@lru_cache(maxsize=1)
+def records() -> list[dict[str, Any]]:
+    """Return all records of the package."""
+    return [json.loads(path.read_text()) for path in sorted((DATA / "data" / "kernels").glob("*.json"))]
+
+
+def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check the rounding of a kernel without tables: y = exp2(log2(w)/30), with what the machine's functions may do."""
+    powers, a, b, machine_of = key
+    kind = machine_of["type"]
+    off = {name: Fraction(machine_of[name]) for name in ("log2", "exp2", "quotient")}
+    absolute, slope = Fraction(machine_of["log2_absolute"]), Fraction(machine_of["exp2_slope"])
+    machine = Machine(kind, sample.random, off)
+    top, bottom = given(powers["top"], a), given(powers["bottom"], b)
+    thirtieth = machine(Fraction(1, 30))
+    lowest, highest = (-126, 120) if kind == "float" else (-220, 220)
+    for speed in places(sample, Fraction(2) ** lowest, Fraction(2) ** highest):
+        shift = absolute * machine.random.choice((-1, 1)) / 2  # with the other error and the rounding, within both
+        logarithm = machine.root(mp.log(real(speed), 2) + real(shift), "log2")
+        exponent = machine(logarithm * thirtieth)
+        machine.off = {**off, "exp2": off["exp2"] + slope * abs(exponent)}
+        y = machine.root(mp.mpf(2) ** real(exponent), "exp2")
+        machine.off = off
+        exact_y = mp.root(real(speed), 30)
+        elastic, lost = machine.horner(bottom, y), machine(machine.power(y, 6) * machine.horner(top, y))
+        whole = polynomial(bottom, exact_y), exact_y**6 * polynomial(top, exact_y)
+        epsilon = whole[0] / mp.fsum(whole)
+        result = machine.quotient(elastic, machine(elastic + lost))
+        inverse_sum = machine.quotient(Fraction(1), machine(elastic + lost))
+        second = machine(1 + machine(elastic * inverse_sum))
+        loss = machine(machine(lost * inverse_sum) * second)
+        results = {
+            "restitution": (result, epsilon),
+            "rebound": (machine(result * speed), epsilon * real(speed)),
+            "dissipation": (loss, whole[1] / mp.fsum(whole) * (1 + epsilon)),
+        }
+        common = Fraction(1, 10**30) <= speed <= 10**10
+        for name, (computed, exact) in results.items():
+            bounds = [value[name]["everywhere"], *([value[name]["common"]] if common else [])]
+            within(computed, exact, min(map(Fraction, bounds)), f"rounding of {name} at w = {float(speed):g}")
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def table_of(key: Mapping[str, Any]) -> Header:
+    """Return a table with the bounds of its other records."""
+    found = {record["key"][0]: record["value"] for record in records() if record["key"][1:] == [key]}
+    full = "last_place_rows" in found
+    rows = tuple(tuple(map(number, row)) for row in found["last_place_rows" if full else "table_rows"])
+    bounds = found["last_place_bounds" if full else "table_bounds"]
+    kind = "double" if full else key["form"]
+    octaves, left = divmod(len(rows), 1 << key["split"])
+    claim((octaves, left) == (128, 0), "the table has not 128 octaves")
+    claim(all(rounded(c, PRECISION[kind]) == c for row in rows for c in row), f"a number is none of type {kind}")
+    stated = {name: Fraction(text) for name, text in bounds.items() if isinstance(text, str)}
+    if not full:
+        stated["rise"] = Fraction(found["table_rise"])
+    return Header(f"table {key}", full, kind, key["first"], octaves, 1 << key["split"], rows, stated)
+
+
+def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check rows of a table: their errors at both ends and three places, in the middle of the row and between."""
+    table = table_of(key[0])
+    for index in sample.of(range(len(table.rows))):
+        exponent, low, high = table.interval(index)
+        for share in (Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(6, 7), 1 - Fraction(1, 2**30)):
+            m = low + (high - low) * share
+            at = point(m * Fraction(2) ** exponent)
+            part = share_of_formula(table, at)
+            claim(part <= 1, f"row {index}: the error is {float(part):.4g} of the bound")
+            if not table.full:
+                terms = sum(abs(c) * m**k for k, c in enumerate(table.rows[index])) / max(at.epsilon[1], at.loss[1])
+                claim(terms <= table.bounds["terms"], f"row {index}: the terms are larger than recorded")
+            else:
+                error = at.error(table.p(index, m), table.base(index)) / (
+                    at.epsilon[0] if not table.base(index) else at.loss[0]
+                )
+                claim(error <= table.bounds["relative"], f"row {index}: the relative error is larger than recorded")
+
+
+def check_falling(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check that rows fall, as recorded."""
+    table = table_of(key[0])
+    claim(value.get("falling", False), "the record says that a row may not fall")
+    for index in sample.of(range(len(table.rows))):
+        claim(falls(table, index), f"row {index} does not fall")
+
+
+def check_rise(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check how far eps rises from one row to the next: all of them, exactly."""
+    claim(max(0, *rises(table_of(key[0]))) == Fraction(value), "the largest rise is another one")
+
+
+# --- full accuracy ----------------------------------------------------------------------------------------------------
+
+
+def in_pairs(machine: Machine, c: Sequence[Fraction], t: Fraction) -> Fraction:
+    """Return (c_0 + t c_1) + t^2 ((c_2 + t c_3) + …), the last pair perhaps one number."""
+    square = machine(t * t)
+    pairs = [machine(machine(t * c[n + 1]) + c[n]) if n + 1 < len(c) else c[n] for n in range(0, len(c), 2)]
+    total = pairs.pop()
+    for pair in reversed(pairs):
+        total = machine(pair + machine(square * total))
+    return total
+
+
+def full_value(kind: str, function: str, v: Fraction) -> Fraction:
+    """Return what the code of full accuracy returns for 2^-4 <= v* < 2^20, by the rows in the records."""
+    machine, loss = Machine("double", Random(0)), function == "one_minus_epsilon"
+    exponent = exponent_of(v)
+    panel = 16 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 16)
+    rows = next(record["value"] for record in records() if record["key"] == [f"{kind}_rows"])
+    if kind == "float":
+        centre = Fraction(2) ** exponent * (1 + Fraction(2 * (panel % 16) + 1, 32))
+        a, t = [number(c) for c in rows[panel]], v - centre
+        p = machine(a[0] + machine(t * in_pairs(machine, a[1:], t)))
+        result = p if loss == (a[1] > 0) else machine(1 - p)  # a row that rises with v* is one of 1 - eps
+        return rounded(result, PRECISION["float"])
+    row = rows[1 + panel]
+    centre, high, slope, low, second = (number(row[n]) for n in ("centre", "a0_high", "a1_high", "a0_low", "a1_low"))
+    cleared = Fraction(int(v / Fraction(2) ** (exponent - 26))) * Fraction(2) ** (exponent - 26)
+    t, t_1, t_2 = v - centre, cleared - centre, v - cleared
+    claim(machine(t) == t and machine(high + slope * t_1) == high + slope * t_1, "what must be exact is not")
+    more = machine(second + machine(t * in_pairs(machine, [number(c) for c in row["a"]], t)))
+    rest = machine(machine(low + machine(slope * t_2)) + machine(t * more))
+    head_part = high + slope * t_1
+    base = Fraction(int(head_part < 0))
+    if loss:
+        base, head_part, rest = 1 - base, -head_part, -rest
+    head = machine(base + head_part)
+    lost = machine(machine(base - head) + head_part)
+    return machine(head + machine(lost + rest))
+
+
+def check_ulps(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check the errors of full accuracy in units in the last place, at a random number of each panel."""
+    kind, function = key
+    ends = [(Fraction(bound["low"]), Fraction(bound["high"])) for bound in value]
+    claim(ends[0][0] == 0 and all(a[1] == b[0] for a, b in pairwise(ends)), "a gap between panels")
+    claim(ends[-1][1] == LAST, "the panels end too early")
+    for bound in sample.of([bound for bound in value if 1 <= 16 * Fraction(bound["low"]) < 2**24]):
+        low, high = Fraction(bound["low"]), Fraction(bound["high"])
+        share = Fraction(Random(f"{sample.start} {low}").randrange(1, 2**20), 2**20)
+        v = rounded(low + (high - low) * share, PRECISION[kind])
+        exact = truth(real(v))[function]
+        error = abs(full_value(kind, function, v) - exact) - 2 * ERROR * exact
+        claim(error <= Fraction(bound["ulp"]) * ulp(exact, PRECISION[kind]), f"v* = {float(v).hex()}: beyond the bound")
+
+
+def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check that rows of full accuracy are numbers of type double and nearly the function, at three places of each."""
+    texts = [text for row in value for text in (flat(row.values()) if isinstance(row, dict) else row)]
+    claim(all(rounded(number(text), 53) == number(text) for text in texts), "a number is none of type double")
+    kind = "float" if isinstance(value[0], list) else "double"
+    panels = range(len(value) - (kind == "double"))
+    claim(len(panels) == 16 * 27, "the panels end too early")
+    for panel in sample.of(range(16 * 24)):
+        for share in (Fraction(1, 9), Fraction(1, 2), Fraction(8, 9)):
+            v = rounded(Fraction(2) ** (panel // 16 - 4) * (1 + (panel % 16 + share) / 16), PRECISION["float"])
+            for function in ("epsilon", "one_minus_epsilon"):
+                exact = truth(real(v))[function]
+                error = abs(full_value(kind, function, v) - exact)
+                claim(error <= ulp(exact, PRECISION[kind]), f"v* = {float(v).hex()}: the row is wrong")
+
+
+def flat(values: Any) -> Iterator[str]:
+    """Yield the texts in lists and beside them."""
+    for value in values:
+        yield from value if isinstance(value, list) else [value]
+
+
+# --- from the speed ---------------------------------------------------------------------------------------------------
+
+
+def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps: the sum of its parts times the slope."""
+    kind, largest = key
+    unit = Fraction(1, 2 ** PRECISION[kind])
+    exponent = abs(rounded(Fraction(1, 10), PRECISION[kind]) - Fraction(1, 10))
+    farthest = mp.log(2) * (LARGEST[kind] + PRECISION[kind] - 1) if largest is None else mp.log(real(Fraction(largest)))
+    size = 2 * unit + 2 * ROOTS * unit + exponent * fraction(farthest)  # sqrt and the product; pow; its exponent
+    like(Fraction(value), size * SLOPE)
+
+
+def check_of_w(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check what the rounding of w = beta^5 speed does to eps: five roundings times a tenth of the slope."""
+    like(Fraction(value), 5 * Fraction(1, 2 ** PRECISION[key[0]]) * SLOPE / 10)
+
+
+def like(bound: Fraction, size: Fraction) -> None:
+    """Check that a bound is not below a size, and hardly above it and the reference's error."""
+    claim(size <= bound <= LIKE * size + 8 * ERROR, f"the bound {float(bound):.6g} is not like {float(size):.6g}")
+
+
+CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = {
+    "of_pade": (check_pade,),
+    "accurate": (check_best,),
+    "of_half_line": (check_half_line,),
+    "half_line_powers": (check_choice("of_half_line"),),
+    "of_inverse": (check_inverse,),
+    "inverse_powers": (check_choice("of_inverse"),),
+    "rounding_bounds": (check_compact,),
+    "table_rows": (check_table,),
+    "table_bounds": (check_table, check_falling),
+    "table_rise": (check_rise,),
+    "last_place_rows": (check_table,),
+    "last_place_bounds": (check_table,),
+    "double_rows": (check_full_rows,),
+    "float_rows": (check_full_rows,),
+    "ulp_bounds": (check_ulps,),
+    "of_v_star": (check_of_v_star,),
+    "of_w": (check_of_w,),
+}
+
+
+def check(record: Mapping[str, Any], sample: Sample) -> str:
+    """Check a record; return the line that says so.
+
+    Raises
+    ------
+    Wrong
+        If something does not hold, or no check knows such a record.
+    """
+    name, *key = record["key"]
+    claim(name in CHECKS, f"no check knows a record of {name!r}")
+    for one in CHECKS[name]:
+        one(key, record["value"], sample)
+    return f"{' '.join(part if isinstance(part, str) else json.dumps(part) for part in record['key'])[:90]} holds"
+
+
+def main(arguments: list[str]) -> None:
+    """Check all records in a folder, and print what was found."""
+    options = {}
+    for name in ("--every", "--start"):
+        if name in arguments:
+            at = arguments.index(name)
+            options[name[2:]] = int(arguments[at + 1])
+            del arguments[at : at + 2]
+    for path in sorted(Path(arguments[0]).glob("*.json")):
+        try:
+            print(check(json.loads(path.read_text()), Sample(**options)), flush=True)
+        except Wrong as reason:
+            raise Wrong(f"{path.name}: {reason}") from None
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except Wrong as reason:
+        sys.exit(f"wrong: {reason}")

@@ -1,0 +1,669 @@
+"""Test vectors of exported functions: arguments, exact results, and the least and the largest result within the bounds.
+
+The exact results come from `truth`, never from a kernel. The bits that code without FMA contraction must give are
+computed here, operation by operation, for functions that call nothing of the mathematical library but sqrt.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import pkgutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import lru_cache
+from itertools import product
+from json import dumps
+from typing import Any, cast
+
+import numpy as np
+from flint import arb
+
+from viscopade.arithmetic.balls import ball_of, exact_middle, known_decimal, working
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arrays import double
+from viscopade.arrays.panels import CENTRES, FIRST, FOLD
+from viscopade.generated import END_CONDITION, generated_by, one_line
+from viscopade.kernels import truth
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
+from viscopade.kernels.forms.speed_kernel import SpeedKernel
+from viscopade.kernels.forms.speed_table import OCTAVES, Table, of_w
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels.names import FULL
+from viscopade.kernels.targets.speed import rounding_of
+from viscopade.kernels.targets.table_free import name_of
+from viscopade.kernels.truth import Portions
+from viscopade.kernels.v_star import USUAL, of_v_star
+
+HARD = "data/hard_arguments.csv"
+COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")
+NOTHING = "-"
+DIGITS = 20
+"""Of exact values, where the ball determines as many."""
+
+SOURCE = (
+    "the exact function, enclosed; a result passes if least <= result <= most, or if both are NaN. least and most are "
+    "the exact value plus and minus the proven error (that of the formula and that of rounding to nearest, with or "
+    "without FMA contraction), in numbers of the type. bits is what the operations give if no products and sums are "
+    "fused, where nothing but +, -, *, / and sqrt is called; '-' stands for what is not stated"
+)
+
+Bits = Callable[..., float] | None
+Arguments = tuple[float, ...]
+Answer = tuple[arb | float, Fraction] | None
+"""The exact result, a float where it is 0, 1, infinite or NaN, and the allowed error; None where nothing is stated."""
+
+_INF, _NAN = math.inf, math.nan
+_TYPES: dict[str, Any] = {"double": np.float64, "float": np.float32}
+# Numbers of both types: what is exact there is computed once.
+_SIMPLE = (2.0**-10, 2.0**-7, 0.09375, 0.3125, 0.625, 0.90625, 1.0, 1.5, 2.0, 3.0, 4.5, 5.0, 10.0, 100.0, 1e6, 1e10)
+_PAIRS = ((2.0, 1.307), (0.0078125, 1.3125), (2.0**-100, 0.5), (2.0**100, 2.0**-10), (1.0, 1.0), (40.0, 12.5))
+_REFUSED = ((-1.0, 1.0), (1.0, -1.0), (_NAN, 1.0), (1.0, _NAN), (0.0, _INF), (_INF, 0.0))
+
+
+@dataclass(frozen=True)
+class Function:
+    """An exported function in a type.
+
+    Attributes
+    ----------
+    name : str
+        Without C's ending of the type.
+    form : Format
+    answer : callable
+        From arguments to an `Answer`.
+    bits : callable or None
+        From arguments to what the code gives without FMA contraction; None where libm is called.
+    points : iterable of arguments
+    """
+
+    name: str
+    form: Format
+    answer: Callable[..., Answer]
+    bits: Bits
+    points: Iterable[Arguments]
+
+
+def render(kernels: Any, command: str) -> str:
+    """Return one object; its "vectors" hold a list for each vector, on a line of its own, in the order of "columns".
+
+    Parameters
+    ----------
+    kernels : sequence of kernels, a SpeedKernel, or None
+        As `requests.Kind` has them; None stands for those of full accuracy.
+    command : str
+        The command line that makes the file.
+    """
+    head = {
+        "generated_by": generated_by(),
+        "command": one_line("command", command),
+        "source": SOURCE,
+        "end_condition": END_CONDITION,
+        "columns": COLUMNS,
+    }
+    chosen = kernels if isinstance(kernels, Sequence) else [kernels]
+    with working(truth.BITS), np.errstate(all="ignore"):
+        lines = [line for kernel in chosen for function in _functions(kernel) for line in _lines(function)]
+    start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
+    return start + "\n" + ",\n".join(lines) + "\n]}\n"
+
+
+def _functions(kernel: Any) -> Iterator[Function]:
+    if isinstance(kernel, SpeedKernel):
+        return _of_speed(kernel)
+    if isinstance(kernel, InverseKernel):
+        return _of_inverse(kernel)
+    if isinstance(kernel, HalfLineKernel):
+        return (function for found in (_of_half_line, _compact) for function in found(kernel))
+    return _of_full() if kernel is None else _of_quotient(kernel)
+
+
+# --- lines ------------------------------------------------------------------------------------------------------------
+
+
+def _lines(function: Function) -> Iterator[str]:
+    known: dict[str, None] = {}
+    for point in (*function.points, *hard_arguments().get((function.name, function.form.name), ())):
+        line = _line(function, tuple(float(_TYPES[function.form.name](x)) for x in point))
+        if line is not None:
+            known[line] = None
+    return iter(known)
+
+
+def _line(function: Function, given: Arguments) -> str | None:
+    """Return the line of a vector; None if neither a bound nor bits are known."""
+    found = function.answer(*given)
+    bits = None if function.bits is None else function.bits(*given)
+    if found is None and bits is None:
+        return None
+    texts = [NOTHING] * 5 if found is None else _answer_texts(*found, function.form)
+    arguments = [*map(hexadecimal, given), NOTHING][:2]
+    last = NOTHING if bits is None else hexadecimal(bits)
+    return dumps([function.name, function.form.name, *arguments, *texts, last])
+
+
+def _answer_texts(exact: arb | float, allowed: Fraction, form: Format) -> list[str]:
+    """Return the columns from "exact" to "most"."""
+    if not isinstance(exact, arb):
+        return [repr(exact).removesuffix(".0"), hexadecimal(exact), "0", hexadecimal(exact), hexadecimal(exact)]
+    low, high = exact_middle(arb(exact.lower())), exact_middle(arb(exact.upper()))
+    nearest = {rounded_to(end, form) for end in (low, high)}
+    return [
+        known_decimal(exact, DIGITS),
+        hexadecimal(nearest.pop()) if len(nearest) == 1 else NOTHING,
+        f"{Decimal(at_most(allowed)):.2e}",
+        hexadecimal(rounded_to(low - allowed, form, math.ceil)),
+        hexadecimal(rounded_to(high + allowed, form, math.floor)),
+    ]
+
+
+def _ends(ball: arb) -> tuple[Fraction, Fraction]:
+    return exact_middle(arb(ball.lower())), exact_middle(arb(ball.upper()))
+
+
+def hexadecimal(number: float) -> str:
+    """Return a number as C99's strtod and scanf read it."""
+    if not math.isfinite(number):
+        return repr(number)
+    mantissa, exponent = number.hex().split("p")
+    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}p{exponent}"
+
+
+def rounded_to(number: Fraction, form: Format, to: Callable[[Fraction], int] = round) -> float:
+    """Return a number of the format, subnormal and infinite ones included: the nearest (ties to even) or another."""
+    if number == 0:
+        return 0.0
+    exponent = abs(number.numerator).bit_length() - number.denominator.bit_length()
+    exponent -= abs(number) < Fraction(2) ** exponent
+    spacing = Fraction(2) ** (max(exponent, 1 - form.largest) - form.precision + 1)
+    value = to(number / spacing) * spacing
+    if abs(value) >= Fraction(2) ** (form.largest + 1):
+        return _INF if value > 0 else -_INF
+    return float(value)
+
+
+@lru_cache(maxsize=1)
+def hard_arguments() -> dict[tuple[str, str], list[Arguments]]:
+    """Return arguments with large rounding errors by function and type."""
+    text = cast(bytes, pkgutil.get_data("viscopade", HARD)).decode()
+    found: dict[tuple[str, str], list[Arguments]] = {}
+    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
+        given = tuple(float.fromhex(row[key]) for key in "xy" if row[key])
+        found.setdefault((row["function"], row["type"]), []).append(given)
+    return found
+
+
+# --- arguments --------------------------------------------------------------------------------------------------------
+
+
+def _smallest(form: Format) -> float:
+    return 2.0 ** (2 - form.largest - form.precision)
+
+
+def _extremes(form: Format) -> Iterator[float]:
+    """Yield the special arguments of one variable."""
+    tiny = 2.0 ** (1 - form.largest)
+    yield from (0.0, -0.0, _smallest(form), 0.75 * tiny, tiny, (2 - form.epsilon) * 2.0**form.largest)
+    yield from (_INF, _NAN, -1.0, -_smallest(form), -_INF)
+
+
+def _beside(x: float, form: Format) -> Iterator[float]:
+    """Yield the number of the type nearest to x, and both of its neighbours."""
+    kind = _TYPES[form.name]
+    for end in (-_INF, x, _INF):
+        yield float(np.nextafter(kind(x), kind(end)) if end != x else kind(x))
+
+
+def _numbers(form: Format, *borders: float) -> list[Arguments]:
+    """Return arguments of one variable: special and simple ones, and both sides of borders."""
+    half = float(double.v_star_from(0.5))
+    return [(x,) for x in (*_extremes(form), *_SIMPLE, *(y for x in (half, *borders) for y in _beside(x, form)))]
+
+
+def _pairs(form: Format, *speeds: float) -> list[Arguments]:
+    """Return speeds and betas: special and simple ones, and speeds at beta = 1."""
+    least = _smallest(form)
+    special = product((0.0, -0.0, least, 1.0), (0.0, 1.0))
+    return [
+        *special,
+        (1.0, -0.0),
+        (_INF, 1.0),
+        (1.0, _INF),
+        (_INF, _INF),
+        *_REFUSED,
+        *_PAIRS,
+        *((x, 1.0) for x in speeds),
+    ]
+
+
+def _w(speed: float, beta: float) -> Fraction:
+    return Fraction(beta) ** 5 * Fraction(speed)
+
+
+def _special(x: float, y: float) -> float | None:
+    """Return w = v*^10 where it is 0, infinite or undefined."""
+    if not (x >= 0 and y >= 0) or (0 in (x, y) and _INF in (x, y)):
+        return _NAN
+    return 0.0 if 0 in (x, y) else _INF if _INF in (x, y) else None
+
+
+# --- what is stated ---------------------------------------------------------------------------------------------------
+
+
+def _above(ball: arb) -> Fraction:
+    return exact_middle(arb(ball.abs_upper()))
+
+
+def _value(portions: Portions, kind: str) -> arb:
+    return {"epsilon": portions.epsilon, "one_minus_epsilon": portions.loss}.get(
+        kind, portions.loss * (1 + portions.epsilon)
+    )
+
+
+def _answered(
+    w: Fraction, form: Format, value: Callable[[Portions], arb], allowed: Callable[[Portions], Fraction | None]
+) -> Answer:
+    """Return an answer; to more digits where it is not clear which number of the type is nearest."""
+    portions = truth.at(w)
+    error = allowed(portions)
+    if error is None:
+        return None
+    exact = value(portions)
+    ends = (exact_middle(arb(end)) for end in (exact.lower(), exact.upper()))
+    if len({rounded_to(end, form) for end in ends}) > 1:
+        exact = value(truth.sharply(w))
+    return exact, error
+
+
+def _smaller(portions: Portions) -> Fraction:
+    return min(_above(portions.epsilon), _above(portions.loss))
+
+
+def _unit(number: Fraction, form: Format) -> Fraction:
+    """Return the unit in the last place of a number, subnormal ones included."""
+    exponent = number.numerator.bit_length() - number.denominator.bit_length()
+    exponent -= number < Fraction(2) ** exponent
+    return Fraction(2) ** (max(exponent, 1 - form.largest) - form.precision + 1)
+
+
+def _of_root(speed: float, form: Format) -> Fraction:
+    """Bound the error of eps by the rounding of v*, relative to the smaller of eps and 1 - eps."""
+    usual = 1 / USUAL <= Fraction(speed) <= USUAL
+    return of_v_star(form, USUAL) if usual else of_v_star(form)
+
+
+def _of_v_star(
+    form: Format, kind: str, stated: Callable[[Fraction, Portions], Fraction | None], limits: tuple[float, float]
+) -> Callable[[float], Answer]:
+    """Return the answer of a function of v*; its limits are the values at 0 and at infinity."""
+
+    def answer(x: float) -> Answer:
+        if not x >= 0:
+            return _NAN, Fraction(0)
+        if x in (0, _INF):
+            return limits[x == _INF], Fraction(0)
+        w = Fraction(x) ** 10
+        return _answered(w, form, lambda p: _value(p, kind), lambda p: stated(Fraction(x), p))
+
+    return answer
+
+
+def _of_pair(
+    form: Format, stated: Callable[[Fraction, Portions], Fraction | None], limit: float = 0.0
+) -> Callable[[float, float], Answer]:
+    """Return the answer of `restitution`, which computes v* = sqrt(beta) pow(speed, 0.1)."""
+
+    def answer(x: float, y: float) -> Answer:
+        special = _special(x, y)
+        if special is not None:
+            return {0.0: 1.0, _INF: limit}.get(special, _NAN), Fraction(0)
+        w, of_root = _w(x, y), _of_root(x, form)
+
+        def allowed(p: Portions) -> Fraction | None:
+            error = stated(_root_of(w), p)
+            return None if error is None else error * (1 + of_root) + of_root * _smaller(p)
+
+        return _answered(w, form, lambda p: p.epsilon, allowed)
+
+    return answer
+
+
+def _root_of(w: Fraction) -> Fraction:
+    """Return v*, nearly, and not below."""
+    return _above(ball_of(w).root(10))
+
+
+# --- quotients of polynomials -----------------------------------------------------------------------------------------
+
+
+def _of_quotient(kernel: Quotient) -> Iterator[Function]:
+    for form in FORMATS.values():
+        with suppress(ValueError):  # there are no functions of a type that does not hold the coefficients
+            kernel.rounded(form)
+            yield from _of_quotient_in(kernel, form)
+
+
+def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
+    bounds, rounding = _stated_of(kernel, form)
+
+    def stated(v_star: Fraction, p: Portions) -> Fraction | None:
+        found = [Fraction(bound) for high, bound in bounds if v_star <= high]
+        return found[0] * _smaller(p) + rounding * _above(p.epsilon) if found else None
+
+    (a, b), threshold = kernel.rounded(form), 2.0 ** kernel.threshold(form)
+    borders = threshold, *(float(high) for high, _ in bounds), *([float(kernel.end[1])] if kernel.end else [])
+    limit = 0.0 if len(a) < len(b) else float(_TYPES[form.name](a[-1]) / _TYPES[form.name](b[-1]))
+    points = _numbers(form, *borders)
+    given, name = formulas.dense(a=a, b=b), kernel.name
+    bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
+    yield Function(f"epsilon_{name}", form, _of_v_star(form, "epsilon", stated, (1.0, limit)), bits, points)
+    yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, _smallest(form)))
+    slope = kernel.variant(form).derivative if isinstance(kernel, MinimaxKernel) else None
+    coefficients = kernel.derivative(form)
+    if slope is not None and coefficients is not None:
+        relative, least = (
+            Fraction(slope.certificate.bound) + Fraction(slope.rounding),
+            Fraction(2) ** (1 - form.largest),
+        )
+
+        def answer(x: float) -> Answer:
+            if not x >= 0 or x in (0, _INF):
+                return (0.0 if x >= 0 else _NAN), Fraction(0)
+            if not least <= Fraction(x) <= bounds[-1][0]:
+                return None
+            exact = truth.exact_slope(Fraction(x))
+            return (exact, relative * _above(exact)) if _above(exact) > least else None
+
+        (t, d), end = coefficients
+        given = formulas.dense(t=t, b=d)
+        bits = _quotient_bits(formulas.derivative_branches(given), "derivative", given, 2.0**end, form)
+        points = [(x,) for x in (*_extremes(form), *_SIMPLE, *_beside(2.0**end, form))]
+        yield Function(f"epsilon_derivative_{name}", form, answer, bits, points)
+
+
+def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str]], Fraction]:
+    """Return the errors of the formula, each up to a v*, and that of rounding."""
+    if isinstance(kernel, PadeKernel):
+        bounds, rounding = kernel.bounds, dict(kernel.rounding)[form.name]
+    else:
+        variant = cast(MinimaxKernel, kernel).variant(form)
+        bounds, rounding = (variant.certificate,), variant.rounding
+    return sorted((bound.high or Fraction(0), bound.bound) for bound in bounds), Fraction(rounding)
+
+
+def _quotient_bits(
+    branches: tuple[CodeBranch, CodeBranch], result: str, given: Mapping[str, float], threshold: float, form: Format
+) -> Bits:
+    def bits(x: float) -> float:
+        return _computed(branches[x > threshold], result, {**given, "v_star": x}, form) if x >= 0 else _NAN
+
+    return bits
+
+
+def _computed(branch: CodeBranch, result: str, given: Mapping[str, float], form: Format) -> float:
+    """Return what a branch gives in a type, without FMA contraction."""
+    kind = _TYPES[form.name]
+    numbers = Arithmetic(kind)
+    values = Run(branch.program, {name: kind(x) for name, x in given.items()}, numbers)
+    return float(evaluate(branch.results[result], values, numbers))
+
+
+# --- powers of a root -------------------------------------------------------------------------------------------------
+
+
+def _stated_in_powers(variant: LacunaryVariant, kind: str) -> Callable[[Fraction, Portions], Fraction]:
+    """Return what is stated of eps or 1 - eps of a half-line kernel."""
+    rounding = Fraction(variant.rounding(kind))
+    underflow = max(Fraction(size.underflow) for _, size in variant.sizes) * Fraction(_smallest(variant.form))
+    bound = Fraction(variant.certificate.bound)
+    both = variant.certificate.measure == "both"
+
+    def stated(_: Fraction, p: Portions) -> Fraction:
+        size = _smaller(p) if both else _above(p.epsilon)
+        return bound * size + rounding * _above(_value(p, kind)) + underflow
+
+    return stated
+
+
+def _of_half_line(kernel: HalfLineKernel) -> Iterator[Function]:
+    for variant in kernel.variants:
+        form = variant.form
+        points = _numbers(form, 1.0, 2.0**FOLD)
+        for kind, limits in (("epsilon", (1.0, 0.0)), ("one_minus_epsilon", (0.0, 1.0))):
+            if kind in kernel.checked:
+                answer = _of_v_star(form, kind, _stated_in_powers(variant, kind), limits)
+                yield Function(f"{kind}_{kernel.name}", form, answer, None, points)
+        stated = _stated_in_powers(variant, "epsilon")
+        yield Function(f"restitution_{kernel.name}", form, _of_pair(form, stated), None, _pairs(form, _smallest(form)))
+
+
+def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
+    for variant in kernel.variants:
+        form, name = variant.form, kernel.name
+        relative = Fraction(variant.certificate.bound) + Fraction(variant.rounding("v_star"))
+        of_beta = Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(kernel.bound_of_beta))
+        of_beta += Fraction(kernel.bound_of_beta)
+
+        def v_star(epsilon: Fraction, relative: Fraction = relative, form: Format = form) -> Answer:
+            if not max(kernel.epsilon_low, Fraction(_smallest(form))) <= epsilon <= 1:
+                return _NAN, Fraction(0)
+            if epsilon == 1:
+                return 0.0, Fraction(0)
+            exact = truth.exact_v_star(epsilon)
+            return exact, relative * _above(exact)
+
+        def of_epsilon(x: float, v_star: Callable[..., Answer] = v_star) -> Answer:
+            return v_star(Fraction(x)) if 0 < x <= 1 else (_NAN, Fraction(0))
+
+        def of_loss(x: float, v_star: Callable[..., Answer] = v_star) -> Answer:
+            return v_star(1 - Fraction(x)) if 0 <= x < 1 else (_NAN, Fraction(0))
+
+        def beta(x: float, y: float, of_beta: Fraction = of_beta) -> Answer:
+            if not (y > 0 and 0 < x <= 1):
+                return _NAN, Fraction(0)
+            if y == _INF or x == 1:
+                return 0.0, Fraction(0)
+            found = truth.exact_v_star(Fraction(x)) ** 2 / ball_of(Fraction(y)).root(5)
+            return found, of_beta * _above(found)
+
+        low = float(kernel.epsilon_low) or 2.0**-126
+        # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
+        inside = [
+            (x,) for x in (low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63)))
+        ]
+        losses = [(1 - x,) for (x,) in inside] + [(2.0**-60,), (2.0**-120,)]
+        special = [(x,) for x in (*_extremes(form), 2.0)]
+        speeds = [(0.5, 2.0), (0.984375, 2.0), (0.09375, 1e-20), (0.90625, 1e20), (1.0, 1.0), (0.5, _INF), (0.5, 0.0)]
+        speeds += [(0.5, -1.0)]
+        yield Function(f"v_star_{name}", form, of_epsilon, None, [*special, *inside])
+        yield Function(f"v_star_from_loss_{name}", form, of_loss, None, [*special, *losses])
+        yield Function(f"beta_{name}", form, beta, None, [*speeds, (0.0, 1.0), (2.0, 1.0), (_NAN, 1.0), (0.5, _NAN)])
+
+
+# --- full accuracy ----------------------------------------------------------------------------------------------------
+
+
+def _of_full() -> Iterator[Function]:
+    borders = [2.0**FIRST, 2.0**FOLD, 8 * 2.0**FOLD, *map(float, CENTRES[[1, 30, 80, 150]])]
+    for form in FORMATS.values():
+        limits = (2.0 ** last_place.LARGEST[form.name], 2.0**last_place.TINY if form == DOUBLE else 1.0)
+        for kind, ends in (("epsilon", (1.0, 0.0)), ("one_minus_epsilon", (0.0, 1.0))):
+
+            def bits(x: float, form: Format = form, kind: str = kind) -> float:
+                return last_place.evaluated_in(form.name, kind, x)
+
+            answer = _of_v_star(form, kind, _stated_of_full(form, kind), ends)
+            yield Function(f"{kind}_{FULL}", form, answer, bits, _numbers(form, *borders, *limits))
+
+
+@lru_cache(maxsize=4)
+def _full_bounds(form: Format, kind: str) -> tuple[Fraction, Fraction]:
+    """Return the errors of a function of full accuracy, in ulp, and of subnormal results in the smallest number."""
+    proof = last_place.certificate(form.name, kind)
+    return Fraction(proof["maximum"]), Fraction(proof["underflow"])
+
+
+def _stated_of_full(form: Format, kind: str) -> Callable[[Fraction, Portions], Fraction]:
+    ulp, underflow = _full_bounds(form, kind)
+
+    def stated(_: Fraction, p: Portions) -> Fraction:
+        value = _above(_value(p, kind))
+        normal = value >= Fraction(2) ** (1 - form.largest)
+        return max(ulp, Fraction(0) if normal else underflow) * _unit(value, form)
+
+    return stated
+
+
+# --- from the speed ---------------------------------------------------------------------------------------------------
+
+Size = Callable[[Portions, Fraction], Fraction]
+"""From eps and 1 - eps, and the factor of a result (the speed, for rebound), to an allowed error."""
+_OF_SPEED = ("restitution", "rebound", "dissipation")
+_AT_ENDS = {"restitution": (1.0, 0.0), "dissipation": (0.0, 1.0)}
+
+
+def _of_pairs(
+    kind: str, form: Format, stated: Callable[[float, float, Portions], Fraction | None]
+) -> Callable[[float, float], Answer]:
+    """Return the answer of a function of speed and beta, given what is stated of it."""
+
+    def answer(x: float, y: float) -> Answer:
+        special = _special(x, y)
+        if special is not None:
+            if math.isnan(special):
+                return _NAN, Fraction(0)
+            rebound = abs(x) if special == 0 or x == _INF else 0.0
+            return (rebound if kind == "rebound" else _AT_ENDS[kind][special > 0]), Fraction(0)
+        factor = ball_of(Fraction(x)) if kind == "rebound" else arb(1)
+        of = "dissipation" if kind == "dissipation" else "epsilon"
+        return _answered(_w(x, y), form, lambda p: _value(p, of) * factor, lambda p: stated(x, y, p))
+
+    return answer
+
+
+def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
+    table = kernel.table
+    low, high = 2.0**table.first, 2.0 ** (table.first + OCTAVES)
+    rows = (1, table.switch - 1, table.switch, table.size // 2, table.size - 1)
+    borders = [float(table.interval(i)[1]) * 2.0 ** table.interval(i)[0] for i in rows]
+    inside = [float(sum(table.interval(i)[1:])) / 2 * 2.0 ** table.interval(i)[0] for i in rows]
+    for form, kind in product(FORMATS.values(), _OF_SPEED):
+        ends = [low, high, 2.0 ** (table.first - 20)] if form == FLOAT else [low, high, 2.0**-300, 2.0**300]
+        speeds = [*inside, *(y for x in (*borders, *ends) for y in _beside(x, form))]
+
+        def stated(x: float, y: float, p: Portions, kind: str = kind, form: Format = form) -> Fraction:
+            within = Fraction(low) <= _w(x, y) < Fraction(high)
+            return _stated_of_speed(kernel, kind, form, within)(x, p)
+
+        def bits(x: float, y: float, kind: str = kind, form: Format = form) -> float | None:
+            return _speed_bits(kernel, kind, form, x, y)
+
+        answer = _of_pairs(kind, form, stated)
+        yield Function(f"{kind}_{kernel.name}", form, answer, cast(Bits, bits), _pairs(form, *speeds))
+
+
+def _stated_of_speed(
+    kernel: SpeedKernel, kind: str, form: Format, within: bool
+) -> Callable[[float, Portions], Fraction]:
+    """Return what a header says of a result, in its table or elsewhere."""
+    table, slow, unit = kernel.table, kernel.slow, Fraction(1, 1 << DOUBLE.precision)
+    converted = form == FLOAT and not (within and FLOAT in kernel.formats)
+    inner = DOUBLE if converted else form
+    of_epsilon, of_loss = (
+        Fraction(slow.variant(DOUBLE).rounding(of)) if slow else 2 * unit * _full_bounds(DOUBLE, of)[0]
+        for of in last_place.FUNCTIONS
+    )
+    formula = Fraction(slow.variant(DOUBLE).certificate.bound) if slow else Fraction(0)
+    more = (
+        max((Fraction(size.underflow) for _, size in slow.variant(DOUBLE).sizes), default=Fraction(1))
+        if slow
+        else Fraction(1)
+    )
+
+    def stated(x: float, p: Portions) -> Fraction:
+        epsilon, factor = _above(p.epsilon), Fraction(x) if kind == "rebound" else Fraction(1)
+        value = _above(_value(p, "dissipation")) if kind == "dissipation" else epsilon * factor
+        last = _unit(value, inner)
+        if within and isinstance(table, LastPlaceTable):
+            ulps = table.proven.ulp + ulp_of_w()
+            error = ulps * last if kind == "restitution" else (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
+        elif within:
+            relative = cast(Table, table).proven.error + rounding_of(cast(Table, table), inner)
+            error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + 3 * last
+        elif kind == "restitution":
+            error = (formula + of_v_star()) * _smaller(p) + of_epsilon * value
+        else:
+            error = (formula + of_v_star() + of_epsilon + (of_loss if kind == "dissipation" else 0)) * value + 3 * last
+        if converted:
+            error += _unit(value + error, form) / 2
+        tiny = Fraction(_smallest(form)) / 2 + more * Fraction(_smallest(DOUBLE)) * factor
+        return error + tiny
+
+    return stated
+
+
+def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
+    """Return what the code gives where w is in the table; None elsewhere."""
+    table = kernel.table
+    inner = form if form in kernel.formats else DOUBLE
+    number = _TYPES[inner.name]
+    x, y = number(speed), number(beta)
+    b2 = y * y
+    scale = b2 * b2 * y
+    w = scale * x
+    if not (scale >= number(2.0 ** (1 - inner.largest)) and 2.0**table.first <= w < 2.0 ** (table.first + OCTAVES)):
+        return None
+    fraction, exponent = math.frexp(float(w))
+    m = number(2 * fraction)
+    index = ((exponent - 1 - table.first) << table.split) + int((float(m) - 1) * (1 << table.split))
+    names, base = [f"c{n}" for n in range(len(table.rows[index]))], float(table.base(index))
+    given = dict(zip(names, table.rows[index], strict=True)) | {"base": base, "rest": 1 - base, "m": float(m)}
+    if isinstance(table, LastPlaceTable):
+        middle = number(float(sum(table.interval(index)[1:])) / 2)
+        given |= {"high": table.rows[index][0], "t": float(m - middle), "rest_of_base": given.pop("rest")}
+        branch = formulas.full_row_branch(names)
+    else:
+        branch = formulas.table_row_branch(names)
+    result = number(_computed(branch, "dissipation" if kind == "dissipation" else "restitution", given, inner))
+    return float(_TYPES[form.name](result * x if kind == "rebound" else result))
+
+
+# --- without tables ---------------------------------------------------------------------------------------------------
+
+
+def _compact(kernel: HalfLineKernel) -> Iterator[Function]:
+    """Yield the functions of speed and beta in CUDA (on the host), Fortran, Rust, Julia, JavaScript."""
+    for variant, kind in product(kernel.variants, _OF_SPEED):
+        form = variant.form
+        found = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, table_free.LIBRARY[form.name])[kind]
+        bound = Fraction(variant.certificate.bound)
+        rounding = Fraction(found.everywhere) * (1 + bound)
+        low, high = 2.0 ** (1 - form.largest), 2.0 ** table_free.LARGEST[form.name]
+
+        def stated(
+            x: float, y: float, p: Portions, kind: str = kind, bound: Fraction = bound,
+            rounding: Fraction = rounding, low: float = low, high: float = high,
+        ) -> Fraction | None:  # fmt: skip
+            if not Fraction(low) <= _w(x, y) <= Fraction(high) or Fraction(y) ** 5 < Fraction(low):
+                return None
+            if kind == "dissipation":
+                return (bound * (1 + bound / 2) + rounding) * _above(_value(p, kind))
+            factor = Fraction(x) if kind == "rebound" else Fraction(1)
+            return (bound * _smaller(p) + rounding * _above(p.epsilon)) * factor
+
+        def answer(x: float, y: float, kind: str = kind, form: Format = form, stated: Any = stated) -> Answer:
+            if _special(x, y) == _INF:  # as at the cut-off, which is another number than eps
+                return None
+            return _of_pairs(kind, form, stated)(x, y)
+
+        borders = [y for x in (low, high) for y in _beside(x, form)]
+        speeds = [1e-30, 1e-18, 1e-9, 1e-3, 0.125, 0.25, 0.5, 3.0, 30.0, 1e5, 1e10, 1e20, *borders]
+        yield Function(f"{kind}_{name_of(kernel)}", form, answer, None, _pairs(form, *speeds))

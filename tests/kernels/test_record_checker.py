@@ -1,0 +1,119 @@
+"""Records of kernels, each checked without the package; a record that no checker reads, and wrong ones, are refused."""
+
+import copy
+import json
+from pathlib import Path
+
+import pytest
+
+import record_checker
+from record_checker import CHECKS, Sample, Wrong, check
+from tests import daily
+
+ROOT = Path(__file__).parents[2]
+RECORDS = sorted((ROOT / "src" / "viscopade" / "data" / "kernels").glob("*.json"))
+CERTIFICATES = {
+    **dict.fromkeys(("minimax_certificates.json", "pade_certificates.json"), "certificate_checker"),
+    **dict.fromkeys(("half_line_certificates.json", "inverse_certificates.json"), "interval_checker"),
+}
+"""Files in exports/ with certificates, and what checks them (test_exported_certificates.py)."""
+EVERY = 503
+
+
+def read(path):
+    return json.loads(path.read_text())
+
+
+def test_every_record_and_every_certificate_has_its_checker():
+    assert {read(path)["key"][0] for path in RECORDS} == set(CHECKS)
+    assert {path.name for path in (ROOT / "exports").glob("*certificates*")} == set(CERTIFICATES)
+    assert [read(path) for path in RECORDS] == record_checker.records()
+
+
+def test_a_share_of_every_record():
+    """Another one every day."""
+    lines = [check(read(path), Sample(EVERY, daily.DAY)) for path in RECORDS]
+    assert all(line.endswith(" holds") for line in lines)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.stem[:60])
+def test_whole_records(path):
+    check(read(path), Sample())
+
+
+def test_a_record_of_an_unknown_kind_is_refused():
+    with pytest.raises(Wrong, match="no check knows a record of 'of_nothing'"):
+        check({"key": ["of_nothing", 1], "value": 1}, Sample())
+
+
+def smaller(text, factor=0.4):
+    return repr(float(text) * factor)
+
+
+def fraction_by(text, factor):
+    p, _, q = text.partition("/")
+    return f"{int(p) * int(factor * 1000)}/{int(q or 1) * 1000}"
+
+
+def set_at(value, place, change):
+    *way, last = place
+    for step in way:
+        value = value[step]
+    value[last] = change(value[last])
+
+
+WRONG = {
+    "of_pade": [
+        (("bounds", 0, "bound"), smaller),
+        (("rounding", 1, 1), lambda x: smaller(x, 0.01)),
+        (("b", 2), smaller),
+    ],
+    "accurate": [
+        (("variants", 0, "certificate", "bound"), smaller),
+        (("variants", 0, "derivative", "certificate", "bound"), smaller),
+        (("variants", 0, "derivative", "t", 1), lambda x: "0x1p+0"),
+        (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
+    ],
+    "of_half_line": [
+        (("variants", 0, "a", 1), lambda x: "0x1p-1"),
+        (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
+        (("variants", 0, "sizes", 0, 1, "relative"), lambda x: smaller(x, 0.01)),
+    ],
+    "of_inverse": [
+        (("variants", 0, "a", 1), lambda x: "0x1p-1"),
+        (("variants", 0, "sizes", 1, 1, "relative"), lambda x: smaller(x, 0.01)),
+    ],
+    "half_line_powers": [(("top", 1), lambda x: x + 1)],
+    "inverse_powers": [(("top", 1), lambda x: x + 1)],
+    "rounding_bounds": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
+    "table_rise": [((), lambda x: fraction_by(x, 0.9))],
+    "table_bounds": [(("falling",), lambda x: False)],
+    "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],
+    "of_v_star": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+    "of_w": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+}
+
+
+@pytest.mark.parametrize(("kind", "place", "change"), [(k, *one) for k, changes in WRONG.items() for one in changes])
+def test_a_wrong_record_is_refused(kind, place, change):
+    record = copy.deepcopy(next(read(path) for path in RECORDS if read(path)["key"][0] == kind))
+    set_at(record, ("value", *place), change)
+    with pytest.raises(Wrong):
+        check(record, Sample(1 if kind in ("of_pade", "accurate", "ulp_bounds") else 100, 0))
+
+
+@pytest.mark.parametrize("kind", ["table_rows", "last_place_rows", "double_rows", "float_rows"])
+def test_a_wrong_row_is_refused(kind, monkeypatch):
+    """The checks of tables read all records of a table: all of them, with one number changed, take their place."""
+    changed = copy.deepcopy(record_checker.records())
+    record = next(one for one in changed if one["key"][0] == kind)
+    at = len(record["value"]) // 4
+    place = (at, "a0_high") if kind == "double_rows" else (at, 0)
+    set_at(
+        record["value"], place, lambda x: (float.fromhex(x) * (1 + 2**-20)).hex() if kind != "table_rows" else "-0x1p-8"
+    )
+    monkeypatch.setattr(record_checker, "records", lambda: changed)
+    within = at - (kind == "double_rows")
+    with pytest.raises(Wrong):
+        check(record, Sample(len(record["value"]), within))

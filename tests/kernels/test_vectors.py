@@ -1,0 +1,266 @@
+"""Test vectors: exported code in C, Rust and JavaScript passes them; a wrong constant fails; exact values are exact."""
+
+import json
+import re
+import shutil
+import subprocess
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import pytest
+from mpmath import mp, mpf
+
+from tests import compiled, daily
+from tests.patience import HANGS
+from viscopade.arithmetic.formats import FORMATS
+from viscopade.collision import exact
+from viscopade.kernels import requests
+from viscopade.kernels.targets import vectors
+from viscopade.kernels.targets.vectors import COLUMNS, hard_arguments, hexadecimal, rounded_to
+
+ROOT = Path(__file__).parents[2]
+EXPORTS, RUNNERS = ROOT / "exports", ROOT / "examples" / "vectors"
+NAMES = [name for name in requests.NAMES if name.startswith("vectors_")]
+EVERY = pytest.mark.parametrize("name", NAMES)
+COMPACT = "vectors_half_line.json"
+_DEFINITION = re.compile(
+    r"^static inline (double|float) viscopade_(\w+)\((?:double|float) \w+(, (?:double|float) \w+)?\)$", re.M
+)
+
+
+@cache
+def rows(name):
+    return [dict(zip(COLUMNS, row, strict=True)) for row in json.loads((EXPORTS / name).read_text())["vectors"]]
+
+
+def tool(name):
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def run(*words):
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=HANGS)
+    assert done.stderr == ""
+    return done.returncode, done.stdout
+
+
+def in_c(folder, header, name, *flags, words=()):
+    """Compile the runner with a header's functions that have vectors, and run it."""
+    wanted = {(row["function"], row["type"]) for row in rows(name)}
+    calls = []
+    for form, function, second in _DEFINITION.findall(header.read_text()):
+        plain = function.removesuffix("f") if form == "float" else function
+        if (plain, form) in wanted:
+            calls.append(f"{'TWO' if second else 'ONE'}{'F' if form == 'float' else ''}({plain})")
+    assert len(calls) == len({(row["function"], row["type"]) for row in rows(name) if "compact" not in row["function"]})
+    program = folder / "check"
+    run(
+        *(compiled.compiler("c99")[0], "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", *flags),
+        *(f"-I{header.parent}", f'-DHEADER="{header.name}"', f"-DFUNCTIONS={' '.join(calls)}"),
+        *(RUNNERS / "check.c", "-lm", "-o", program),
+    )
+    return run(program, EXPORTS / name, *words)
+
+
+def passing(name, compact=False, types=("double", "float")):
+    """Return what a runner prints."""
+    number = sum(("compact" in row["function"]) == compact and row["type"] in types for row in rows(name))
+    return 0, f"{number} of {number} pass\n"
+
+
+def header_of(name):
+    return EXPORTS / name.replace("vectors_", "viscopade_").replace(".json", ".h")
+
+
+# --- code passes ------------------------------------------------------------------------------------------------------
+
+
+@EVERY
+def test_headers_pass_bit_for_bit_without_contraction(tmp_path, name):
+    assert in_c(tmp_path, header_of(name), name, "-O2", "-ffp-contract=off", words=["bits"]) == passing(name)
+
+
+@pytest.mark.parametrize("name", [daily.chosen(NAMES)])
+def test_headers_pass_with_contraction(tmp_path, name):
+    """Another one every day."""
+    assert in_c(tmp_path, header_of(name), name, "-O3", "-march=native", "-ffp-contract=fast") == passing(name)
+
+
+def test_the_runner_in_c_as_it_says(tmp_path):
+    source = RUNNERS / "check.c"
+    run(compiled.compiler("c99")[0], "-std=c99", f"-I{EXPORTS}", source, "-lm", "-o", tmp_path / "check")
+    status, printed = run(tmp_path / "check", EXPORTS / COMPACT)
+    number = sum(row["function"].endswith("halfline_3p4em6") for row in rows(COMPACT))
+    assert (status, printed) == (0, f"{number} of {number} pass\n")
+
+
+def test_javascript_passes():
+    found = run(tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT)
+    assert found == passing(COMPACT, True, ["double"])
+
+
+def in_rust(folder, module):
+    """Compile the runner beside a copy of the module, and run it."""
+    for path, text in (
+        (folder / "exports" / "viscopade.rs", module),
+        (folder / "examples" / "vectors" / "check.rs", (RUNNERS / "check.rs").read_text()),
+    ):
+        path.parent.mkdir(parents=True)
+        path.write_text(text)
+    run(tool("rustc"), "-O", folder / "examples" / "vectors" / "check.rs", "-o", folder / "check")
+    return run(folder / "check", EXPORTS / COMPACT)
+
+
+def test_rust_passes(tmp_path):
+    assert in_rust(tmp_path, (EXPORTS / "viscopade.rs").read_text()) == passing(COMPACT, True)
+
+
+# --- wrong code does not ----------------------------------------------------------------------------------------------
+
+
+COEFFICIENT = re.compile(r"[ab][1-9]\d*(?:: f64)? = (?:VISCOPADE_CONSTANT\(-?0x1\.|-?[0-9]\.)(\w)")
+
+
+def changed(text):
+    """Return code with one wrong coefficient: of a formula, or of a row whose first number is among the vectors."""
+    for table, share in (("double viscopade_table_", 2), ("float viscopade_table_", 2), ("viscopade_full_table", 400)):
+        if table in text:
+            start, end = text.index("{\n", text.index(table)), text.index("};", text.index(table))
+            lines = text[start:end].split("\n")
+            at = 1 + len(lines[1:-1]) // share
+            lines[at] = re.sub(r"0x1\.(\w)", lambda m: f"0x1.{int(m[1], 16) ^ 8:x}", lines[at], count=1)
+            return text[:start] + "\n".join(lines) + text[end:]
+    at = COEFFICIENT.search(text).start(1)
+    return text[:at] + ("9" if text[at] < "5" else "0") + text[at + 1 :]
+
+
+@EVERY
+def test_a_wrong_constant_in_c_fails(tmp_path, name):
+    text = header_of(name).read_text()
+    wrong = changed(text)
+    assert wrong != text
+    header = tmp_path / header_of(name).name
+    header.write_text(wrong)
+    status, printed = in_c(tmp_path, header, name, "-O2")
+    assert status == 1
+    assert re.fullmatch(r"(?s)-?(0x|nan).*\n\d+ of \d+ pass\n", printed)
+
+
+def test_a_wrong_constant_in_javascript_fails(tmp_path):
+    path = tmp_path / "wrong.mjs"
+    path.write_text(changed((EXPORTS / "viscopade.mjs").read_text()))
+    status, printed = run(tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, path)
+    assert status == 1
+    assert printed.count("\n") > 10
+
+
+def test_a_wrong_constant_in_rust_fails(tmp_path):
+    status, printed = in_rust(tmp_path, changed((EXPORTS / "viscopade.rs").read_text()))
+    assert status == 1
+    assert printed.count("\n") > 10
+
+
+# --- the files --------------------------------------------------------------------------------------------------------
+
+
+@EVERY
+def test_files_are_small_and_sscanf_can_read_their_lines(name):
+    lines = [line for line in (EXPORTS / name).read_text().splitlines() if line.startswith('["')]
+    assert len(lines) == len(rows(name))
+    assert all(line.count('"') == 20 and len(line) < 300 for line in lines)
+    assert sum((EXPORTS / other).stat().st_size for other in NAMES) < 800_000
+
+
+@EVERY
+def test_every_function_has_its_hard_cases(name):
+    functions = {}
+    for row in rows(name):
+        functions.setdefault((row["function"], row["type"]), set()).add(row["x"])
+    for (function, kind), x in functions.items():
+        assert {"0x0p+0", "-0x0p+0", "nan", "-0x1p+0"} <= x or function.startswith("beta_")
+        if function.startswith(("epsilon", "one_minus")) and "derivative" not in function:
+            form = FORMATS[kind]
+            half = [v for v in x if v.startswith("0x1.abc52")]
+            assert len(half) >= 3, "both sides of eps = 1/2"
+            assert {"inf", hexadecimal(2.0 ** (1 - form.largest))} <= x
+        hard = hard_arguments().get((function, kind), [])
+        assert {hexadecimal(point[0]) for point in hard} <= x
+        assert hard or function.startswith(("restitution_", "rebound_lookup", "beta_")) or "lookup" in function, (
+            function
+        )
+
+
+def test_hard_arguments_are_those_of_functions_that_there_are():
+    there = {(row["function"], row["type"]) for name in NAMES for row in rows(name)}
+    assert set(hard_arguments()) <= there
+
+
+@EVERY
+def test_exact_values_are_those_of_the_integration(name):
+    """A sample of each file, another one every day, against 25 digits of the equation of motion."""
+    sample = [row for row in rows(name) if row["least"] not in ("-", "nan", row["most"])]
+    sample = [row for row in sample if 1e-90 < float.fromhex(row["x"]) < 1e30][daily.DAY % 23 :: 23]
+    assert sample
+    for row in sample:
+        value = from_motion(row)
+        with mp.workdps(40):
+            digits = len(row["exact"].split("e")[0].replace("-", "").replace(".", "").lstrip("0"))
+            assert abs(mpf(row["exact"]) / value - 1) <= mpf(10) ** (1 - digits), row
+            form = FORMATS[row["type"]]
+            text = mp.nstr(value, 35)
+            low, high = (Fraction(float.fromhex(row[key])) for key in ("least", "most"))
+            nearest = rounded_to(Fraction(text), form)
+            assert row["nearest"] in ("-", hexadecimal(nearest))
+            assert low <= Fraction(nearest) <= high
+            # least and most are the exact value and the error, which is printed rounded up to three digits.
+            unit = Fraction(nearest) * Fraction(form.epsilon) if nearest else 0
+            assert abs((high - low) / 2 / Fraction(row["error"]) - 1) <= Fraction(2, 100) + 2 * abs(unit) / Fraction(
+                row["error"]
+            )
+
+
+def from_motion(row):
+    """Return the exact result by `exact`, which integrates the equation of motion."""
+    x, y = (None if row[key] == "-" else Fraction(float.fromhex(row[key])) for key in "xy")
+    kind = row["function"].split("_lookup")[0].split("_compact")[0].split("_halfline")[0]
+    with mp.workdps(40):
+        if kind.startswith(("v_star", "beta")):
+            given = {"one_minus_epsilon" if "loss" in kind else "epsilon": x}
+            v_star = exact.invert(**given, digits=30).mpf()["v_star"]
+            return v_star if y is None else v_star**2 / mp.root(mpf(y.numerator) / y.denominator, 5)
+        if kind.startswith("epsilon_derivative"):
+            h = Fraction(1, 10**8)
+            ends = [
+                exact.collision(v_star=x * (1 + s * h), digits=45).mpf()["one_minus_epsilon"] for s in (-2, -1, 1, 2)
+            ]
+            # The error of this difference is of order h^4.
+            step = mpf(x.numerator) / x.denominator / 10**8
+            return -(ends[0] - 8 * ends[1] + 8 * ends[2] - ends[3]) / (12 * step)
+        given = {"v_star": x} if y is None else {"speed": x, "beta": y}
+        found = exact.collision(**given, digits=30).mpf()
+        if kind.startswith("one_minus"):
+            return found["one_minus_epsilon"]
+        if kind == "dissipation":
+            return found["one_minus_epsilon"] * (1 + found["epsilon"])
+        return found["epsilon"] * (mpf(x.numerator) / x.denominator if kind == "rebound" else 1)
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+def test_numbers_of_a_type(form):
+    smallest = Fraction(2) ** (2 - form.largest - form.precision)
+    largest = (2 - Fraction(form.epsilon)) * Fraction(2) ** form.largest
+    assert rounded_to(smallest / 2, form) == 0
+    assert rounded_to(smallest * 3 / 4, form) == rounded_to(smallest, form) == smallest
+    assert rounded_to(largest, form) == largest
+    assert rounded_to(2 * largest, form) == float("inf") == -rounded_to(-2 * largest, form)
+    assert [hexadecimal(x) for x in (0.0, -0.0, 3.0, 5e-324, float("inf"), float("nan"))] == [
+        *("0x0p+0", "-0x0p+0", "0x1.8p+1", "0x0.0000000000001p-1022", "inf", "nan"),
+    ]
+
+
+def test_the_command_line_takes_other_kernels():
+    text = vectors.render(requests.Request(pade=[(2, 3)]).quotients(), "viscopade export vectors --pade 2/3")
+    assert {row[0] for row in json.loads(text)["vectors"]} == {"epsilon_pade_2_3", "restitution_pade_2_3"}
