@@ -388,9 +388,14 @@ def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
+def by_name(key: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of all records of a table, by what they are."""
+    return {record["key"][0]: record["value"] for record in records() if record["key"][1:] == [key]}
+
+
 def table_of(key: Mapping[str, Any]) -> Header:
     """Return a table with the bounds of its other records."""
-    found = {record["key"][0]: record["value"] for record in records() if record["key"][1:] == [key]}
+    found = by_name(key)
     full = "last_place_rows" in found
     rows = tuple(tuple(map(number, row)) for row in found["last_place_rows" if full else "table_rows"])
     bounds = found["last_place_bounds" if full else "table_bounds"]
@@ -407,6 +412,8 @@ def table_of(key: Mapping[str, Any]) -> Header:
 def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check rows of a table: their errors at both ends and three places, in the middle of the row and between."""
     table = table_of(key[0])
+    bounds = value if "rounding" in value else by_name(key[0]).get("table_bounds", {})
+    rounding = bounds.get("rounding", ())
     for index in sample.of(range(len(table.rows))):
         exponent, low, high = table.interval(index)
         for share in (Fraction(0), Fraction(1, 7), Fraction(1, 2), Fraction(6, 7), 1 - Fraction(1, 2**30)):
@@ -415,13 +422,25 @@ def check_table(key: Sequence[Any], value: Value, sample: Sample) -> None:
             part = share_of_formula(table, at)
             claim(part <= 1, f"row {index}: the error is {float(part):.4g} of the bound")
             if not table.full:
-                terms = sum(abs(c) * m**k for k, c in enumerate(table.rows[index])) / max(at.epsilon[1], at.loss[1])
-                claim(terms <= table.bounds["terms"], f"row {index}: the terms are larger than recorded")
+                check_sums(table.rows[index], m, min(at.epsilon[1], at.loss[1]), rounding, f"row {index}")
             else:
                 error = at.error(table.p(index, m), table.base(index)) / (
                     at.epsilon[0] if not table.base(index) else at.loss[0]
                 )
                 claim(error <= table.bounds["relative"], f"row {index}: the relative error is larger than recorded")
+
+
+def check_sums(
+    row: Sequence[Fraction], m: Fraction, smaller: Fraction, stated: Sequence[tuple[str, str]], what: str
+) -> None:
+    """Check what rounding does to a row's sum near m, in each type."""
+    for kind, bound in stated:
+        machine = Machine(kind, Random(0))
+        near = machine(m)
+        exact = sum((c * near**k for k, c in enumerate(row)), Fraction(0))
+        off = abs(in_pairs(machine, row, near) - exact) / smaller
+        # The smaller of eps and 1 - eps changes by less than 2^-20 of it from m to its neighbour in the type.
+        claim(off <= Fraction(bound) * (1 + Fraction(1, 2**20)), f"{what}: rounding in type {kind} exceeds its bound")
 
 
 def check_falling(key: Sequence[Any], value: Value, sample: Sample) -> None:

@@ -88,7 +88,7 @@ WRONG = {
     "inverse_powers": [(("top", 1), lambda x: x + 1)],
     "rounding_bounds": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
     "table_rise": [((), lambda x: fraction_by(x, 0.9))],
-    "table_bounds": [(("falling",), lambda x: False)],
+    "table_bounds": [(("falling",), lambda x: False), (("rounding", 0, 1), lambda x: fraction_by(x, 0.01))],
     "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],
     "of_v_star": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
     "of_w": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],

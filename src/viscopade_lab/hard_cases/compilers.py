@@ -483,7 +483,11 @@ def run_builds(thorough: bool, text_of: Callable[[str], str] = header) -> tuple[
     return given, made
 
 
-_MISSING = re.compile(r"unrecogni[sz]ed|unknown argument|invalid value|unsupported option|cannot find|bits/", re.I)
+_MISSING = re.compile(
+    r"unrecogni[sz]ed|unknown argument|invalid value|unsupported option|cannot find|bits/|file '\w+\.o' not found|"
+    "cannot be run: No such file",
+    re.I,
+)
 
 
 def missing(made: BuildResult) -> bool:

@@ -624,7 +624,7 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     fraction, exponent = math.frexp(float(w))
     m = number(2 * fraction)
     index = ((exponent - 1 - table.first) << table.split) + int((float(m) - 1) * (1 << table.split))
-    names, base = [f"c{n}" for n in range(len(table.rows[index]))], float(table.base(index))
+    names, base = [f"row{n}" for n in range(len(table.rows[index]))], float(table.base(index))
     given = dict(zip(names, table.rows[index], strict=True)) | {"base": base, "rest": 1 - base, "m": float(m)}
     if isinstance(table, LastPlaceTable):
         middle = number(float(sum(table.interval(index)[1:])) / 2)
