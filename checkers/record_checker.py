@@ -84,14 +84,26 @@ def reference() -> dict[tuple[str, int], certificate_checker.Coefficients]:
     return certificate_checker.rows(REFERENCE)
 
 
-def truth(v_star: Any) -> dict[str, Fraction]:
-    """Return eps and 1 - eps at a v* below 2^23, to the reference's accuracy."""
+def place(v_star: Any) -> tuple[int, Any, Any]:
+    """Return the panel of a v* below 2^23, its half width, and where on it v* is."""
     v = fraction(v_star)
     claim(0 <= v < LAST, f"v* = {float(v):g} is beyond the reference")
     exponent = exponent_of(v) if v else -1000
     panel = 0 if exponent < -4 else 1 + 8 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 8)
     _, centre, half = panel_ends(panel)
-    z = (v_star - real(centre)) / real(half)
+    return panel, real(half), (v_star - real(centre)) / real(half)
+
+
+def true_slope(v_star: Any) -> Any:
+    """Return d eps/d v*, from the smaller one of eps and 1 - eps."""
+    panel, half, z = place(v_star)
+    name, sign = ("epsilon", 1) if truth(v_star)["epsilon"] < Fraction(1, 2) else ("one_minus_epsilon", -1)
+    return sign * mp.fsum(k * real(c) * z ** (k - 1) for k, c in enumerate(reference()[name, panel]) if k) / half
+
+
+def truth(v_star: Any) -> dict[str, Fraction]:
+    """Return eps and 1 - eps at a v* below 2^23, to the reference's accuracy."""
+    panel, _, z = place(v_star)
     found = {}
     for name in ("epsilon", "one_minus_epsilon"):
         total = mp.mpf(0)
@@ -385,6 +397,19 @@ def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
             within(computed, exact, min(map(Fraction, bounds)), f"rounding of {name} at w = {float(speed):g}")
 
 
+def check_slope(key: Sequence[Any], value: Value, sample: Sample) -> None:
+    """Check the derivative of eps = D/(D + v*^2 N): the coefficients of y N' and y D' are rounded."""
+    powers, a, b, kind = key
+    top, bottom = given(powers["top"], a), given(powers["bottom"], b)
+    rising, falling = ({k: rounded(k * c, PRECISION[kind]) for k, c in part.items() if k} for part in (top, bottom))
+    for v in places(sample, Fraction(1, 2**20), Fraction(2) ** 22):
+        y = mp.cbrt(real(v))
+        n, d, more_n, more_d = (polynomial(part, y) for part in (top, bottom, rising, falling))
+        slope = (d * (6 * n + more_n) - more_d * n) / (d + real(v) ** 2 * n) ** 2
+        exact = true_slope(real(v)) / real(v)
+        within(fraction(-slope / 3), exact, Fraction(value["bound"]), f"the derivative at v* = {float(v):g}")
+
+
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
@@ -565,6 +590,7 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "of_inverse": (check_inverse,),
     "inverse_powers": (check_choice("of_inverse"),),
     "rounding_bounds": (check_compact,),
+    "slope_certificate": (check_slope,),
     "table_rows": (check_table,),
     "table_bounds": (check_table, check_falling),
     "table_rise": (check_rise,),

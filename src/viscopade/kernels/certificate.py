@@ -238,7 +238,7 @@ def _functions(formula: Formula, panel: int, measure: AnyMeasure) -> Iterator[Ca
     if measure == "speed":
         yield lambda y: _inverse_ratio(formula, y, _odds_ratio(panel, y**power)) - 1
     elif measure == "derivative":
-        yield lambda v: of("slope_ratio")(v) / _slope_ratio(panel, v) - 1
+        yield lambda y: of("slope_ratio")(y) / _slope_ratio(panel, y**power) - 1
     elif measure == "both" and panel == 0:
         yield lambda y: of("loss_ratio")(y) / _loss_ratio(0, y**power) - 1
     else:

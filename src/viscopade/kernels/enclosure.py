@@ -102,5 +102,5 @@ def _literal(text: str) -> arb:
     return ball_of(Fraction(text))
 
 
-_SERIES = Arithmetic(_literal, polynomial=_of_series, operations={"/": quotient})
+_SERIES = Arithmetic(lambda text: arb_series([_literal(text)]), polynomial=_of_series, operations={"/": quotient})
 _BALLS = Arithmetic(_literal, polynomial=_of_balls)

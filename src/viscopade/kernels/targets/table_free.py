@@ -11,18 +11,17 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import Any, cast
 
-from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.decimals import at_most, below
 from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
-from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms import slope, table_free
 from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.table_free import (
     FUNCTIONS,
     LARGEST,
     RoundingBound,
 )
-from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, distinct
@@ -127,21 +126,16 @@ def _variant(target: Target, kernel: HalfLineKernel, number: Number, variant: La
     constants = table_free.numbers(kernel.powers, variant.a, variant.b, variant.form)
     decimals = {name: variant.form.decimal(c) for name, c in constants.items()}
     syntax = number.syntax
+    of_slope = slope.slope_constants(kernel.powers, variant.a, variant.b, variant.form)
     return {
         **_type(number),
         "constants": [(name, number.coefficient(c), decimals[name]) for name, c in constants.items()],
-        "of_slope": [(name, number.coefficient(c), "") for name, c in _of_slope(kernel, variant).items()],
+        "of_slope": [(name, number.coefficient(c), "") for name, c in of_slope.items()],
         "slope": _statements(slope.slope_program(kernel.powers), syntax, target),
         "common": _statements(program.common, syntax, target),
         "inverse": text(program.inverse.expression, syntax),
         "results": {name: text(expression, syntax) for name, expression in program.results.items()},
     }
-
-
-def _of_slope(kernel: HalfLineKernel, variant: LacunaryVariant) -> dict[str, float]:
-    """Return the constants of the slope, rounded to the format."""
-    found = slope.slope_constants(kernel.powers, variant.a, variant.b)
-    return {name: variant.form.nearest(Fraction(c)) for name, c in found.items()}
 
 
 def _statements(program: Program, syntax: Syntax, target: Target) -> list[tuple[str, str]]:
@@ -233,7 +227,17 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
             _size(n, v, function, kernel) for n in target.numbers for v in variants if v.form == n.form
         )
         errors.append(f"rounding of {function}: adds at most {sizes}, relative to {unit} (proven)")
-    return errors
+    return [*errors, *([_slope_error(kernel, variants)] if target.derivatives else [])]
+
+
+def _slope_error(kernel: HalfLineKernel, variants: Sequence[LacunaryVariant]) -> str:
+    """Return the sentence on the derivative's proven error."""
+    found = [slope.slope_certificate(kernel.powers, v.a, v.b, v.form) for v in variants]
+    worst = max((bound.bound for bound in found), key=Fraction)
+    return (
+        f"derivatives of restitution: the formula's are off by at most {worst}, relative to those of eps, for "
+        f"v* <= {below(min(bound.high or Fraction(0) for bound in found))} (proven, without rounding)"
+    )
 
 
 def _size(number: Number, variant: LacunaryVariant, function: str, kernel: HalfLineKernel) -> str:
