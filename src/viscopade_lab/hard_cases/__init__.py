@@ -21,6 +21,7 @@ from viscopade_lab.hard_cases import (
     printed_digits,
     processors,
     round_trips,
+    rounding_modes,
     truncated_series,
 )
 from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Finding, Outcome, ResultTable, from_json
@@ -54,6 +55,7 @@ CASES: tuple[Case, ...] = (
     always.CASE,
     compilers.CASE,
     processors.CASE,
+    rounding_modes.CASE,
 )
 
 
