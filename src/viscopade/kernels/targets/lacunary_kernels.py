@@ -182,4 +182,5 @@ def _branch(branch: CodeBranch, syntax: Syntax, indent: int) -> dict[str, object
     results = {name: text(expression, syntax) for name, expression in branch.results.items()}
     if indent:
         written = [(name, f"\n{' ' * 12}".join(wrap(line, WIDTH - indent))) for name, line in written]
-    return {"statements": written, "results": results}
+    guard = branch.guard and f"{text(branch.guard.left, syntax)} <= {text(branch.guard.right, syntax)}"
+    return {"guard": guard, "statements": written, "results": results}
