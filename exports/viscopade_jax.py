@@ -72,7 +72,7 @@
     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
 
 For numbers and arrays, which are broadcast, in type float64 if an argument is (with jax_enable_x64), else in
-float32. Derivatives are those of the formula, by a closed expression; their errors are not proven. At speed 0
+float32. Derivatives are those of the formula, by a closed expression; for their errors see above. At speed 0
 they are their limits: with respect to the speed -infinity (eps), 1 (rebound) and infinity (dissipation), with
 respect to beta 0. Beyond the cut-off of w derivatives of eps are 0. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
