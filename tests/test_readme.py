@@ -226,7 +226,7 @@ def test_sizes_of_the_tables_of_full_accuracy():
 
 def stated():
     """Return all proven errors of the exported headers and of the file for other languages, as they are written."""
-    files = [*ROOT.glob("exports/*.h"), ROOT / "exports" / "viscopade.cuh"]
+    files = [*ROOT.glob("exports/*.h"), *(ROOT / "exports" / f"viscopade{name}" for name in (".cuh", "_jax.py"))]
     return set(re.findall(r"\d\.\d\de-\d+", " ".join(comment(path.name) for path in files)))
 
 
