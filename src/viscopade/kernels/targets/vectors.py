@@ -154,7 +154,7 @@ def _answer_texts(exact: arb | float, allowed: Fraction, form: Format) -> list[s
     """Return the columns from "exact" to "most"."""
     if not isinstance(exact, arb):
         return [repr(exact).removesuffix(".0"), hexadecimal(exact), "0", hexadecimal(exact), hexadecimal(exact)]
-    low, high = exact_middle(arb(exact.lower())), exact_middle(arb(exact.upper()))
+    low, high = _ends(exact)
     nearest = {rounded_to(end, form) for end in (low, high)}
     return [
         known_decimal(exact, DIGITS),
@@ -277,8 +277,7 @@ def _answered(
     if error is None:
         return None
     exact = value(portions)
-    ends = (exact_middle(arb(end)) for end in (exact.lower(), exact.upper()))
-    if len({rounded_to(end, form) for end in ends}) > 1:
+    if len({rounded_to(end, form) for end in _ends(exact)}) > 1:
         exact = value(truth.sharply(w))
     return exact, error
 
