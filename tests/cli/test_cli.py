@@ -148,6 +148,23 @@ def test_epsilon_json_has_the_shape_of_the_design():
     assert whole == {"digits": 40, **exact.collision("1.5", 40).decimals()}
 
 
+def test_laws_of_contact():
+    """The shape of the design: with a law, JSON has kappa, too."""
+    found = json_of("epsilon", "--law", "hunt-crossley", "--kappa", "1", "--digits", "15")
+    assert found["epsilon"] == "0.593624260040040"  # Lambert W: tests/collision/test_laws.py
+    assert (found["kappa"], found["law"], found["nu"], found["end"], found["d"]) == ("1", "3/2,3/2", "1", "force", 1)
+    back = json_of("invert", "--law", "1,0", "--end", "return", "--epsilon", "0.5", "--digits", "12", "--speed", "7")
+    assert back["kappa"] == back["beta"] == "0.430907523932"  # 2 zeta, as many tables have it
+    series = json_of("coefficients", "--law", "3/2,0", "--order", "5", "--digits", "5")
+    assert series["h"][:5] == ["1", "0", "0", "-1.7878", "0"]
+    assert (series["nu"], series["d"]) == ("5/2", 3)
+    assert json_of("pade", "3", "--digits", "5")["n"] == 6
+    assert json_of("pade", "3", "--law", "hunt-crossley", "--digits", "5")["n"] == 4
+    text = called("coefficients", "--law", "kelvin-voigt:1", "--order", "2").stdout
+    assert "law 2,1: x'' + x^2 + kappa x x' = 0, nu = 3/2; v* = kappa; contact ends where the force vanishes" in text
+    assert "law" not in json_of("coefficients", "--order", "2")
+
+
 def test_epsilon_at_beta_and_speed():
     whole = json_of("epsilon", "--beta", "1.307", "--speed", "0.2622")
     assert whole["epsilon"] == exact.collision(beta="1.307", speed="0.2622").decimals()["epsilon"]
@@ -352,10 +369,18 @@ BAD = [
     (["pade", "3", "-6"], "n is -6: accepted is an integer from 0 to 200"),
     (["pade", "three", "6"], "m is 'three': accepted is an integer from 0 to 200"),
     (["pade", "3", "1e3"], "n is '1e3'"),
-    (["pade", "3"], "Missing argument 'N'"),
+    (["pade"], "Missing argument 'M'"),
+    (["pade", "3", "--law", "hertz"], "law is 'hertz': accepted is viscoelastic, linear, tsuji, hunt-crossley[:n]"),
+    (["coefficients", "--law", "1.37,0.1"], "the exponents 137/100,1/10 have too large denominators: accepted are a, b"),
+    (["coefficients", "--end", "top"], "'top' is not one of 'force', 'return'"),
+    (["epsilon", "--law", "linear", "--end", "return", "--kappa", "2"], "accepted is a smaller kappa, or end 'force'"),
+    (["epsilon", "--kappa", "1", "--v-star", "1"], "the options do not give one v*: accepted is --v-star, --kappa"),
+    (["epsilon", "--law", "1,-1", "--kappa", "1"], "b is '-1': accepted is a rational number such as 3/2 or 0.25"),
+    (["epsilon", *BALL, "--dissipative-constant", "1", "--speed", "1", "--law", "tsuji"], "and none of --v-star"),
+    (["invert", "--epsilon", "0.5", *BALL, "--speed", "1", "--law", "tsuji"], "accepted with it is the law viscoelastic"),
     (["pade", "1", "3"], "[1/3] does not exist"),
     (["pade", "3", "6", "--digits", "-5"], "digits is -5"),
-    (["epsilon"], "accepted is --v-star, --beta with --speed, or a material with --speed"),
+    (["epsilon"], "accepted is --v-star, --kappa, --beta with --speed, or a material with --speed"),
     (["epsilon", "--v-star", "-1"], "v_star is '-1': accepted is 0, infinity, or a number from 1e-1000 to 1e100"),
     (["epsilon", "--v-star", "one"], "v_star is 'one'"),
     (["epsilon", "--v-star", "nan"], "v_star is 'nan'"),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from viscopade.collision.spheres import Pair
+    from viscopade.theory.law import Law
 
     _Integer = click.ParamType[int]
     _Number = click.ParamType[float]
@@ -124,6 +125,35 @@ NO_CACHE = click.option(
     help="Neither read nor write kernels in the user's cache directory.",
 )
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
+
+
+def with_law(command: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a command with --law and --end; `contact_law` makes a law of what they are given."""
+    command = click.option(
+        "--end",
+        type=click.Choice(["force", "return"]),
+        help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
+    )(command)
+    return click.option(
+        "--law",
+        default="viscoelastic",
+        show_default=True,
+        metavar="NAME|A,B",
+        help="Law of contact: viscoelastic, linear, tsuji, hunt-crossley[:n], kelvin-voigt[:n], or the exponents of "
+        "x'' + x^A + kappa x^B x' = 0.",
+    )(command)
+
+
+def law_words(law: Law) -> tuple[dict[str, Any], str]:
+    """Return a law that is not the paper's as JSON fields and as a line; nothing for the paper's."""
+    from viscopade.theory.law import VISCOELASTIC
+
+    if law == VISCOELASTIC:
+        return {}, ""
+    end = "where the force vanishes" if law.end == "force" else "at x = 0"
+    variable = "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
+    line = f"law {law}: {law.equation}, nu = {law.nu}; {variable}; contact ends {end}"
+    return {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}, line
 
 
 MATERIAL_HELP = {

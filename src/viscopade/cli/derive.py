@@ -15,10 +15,12 @@ from viscopade.cli.console import (
     STYLE,
     Real,
     Whole,
+    law_words,
     material,
     pair_of,
     say,
     show,
+    with_law,
 )
 from viscopade.cli.writer import check_targets, write_all
 
@@ -80,39 +82,54 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
 @click.command()
 @click.option("--order", type=ORDER, default=20, show_default=True, help="Highest power of v*.")
 @DIGITS_OPTION
+@with_law
 @STYLE
-def coefficients(order: int, digits: int, style: str) -> None:
+def coefficients(order: int, digits: int, law: str, end: str | None, style: str) -> None:
     """Print the series coefficients h_k of eps = sum h_k v*^k.
 
-    The coefficients are h_0 … h_ORDER; every digit is proven.
+    The coefficients are h_0 … h_ORDER; every digit is proven. For a law of contact other than viscoelastic, v* is a
+    root of kappa that the output names.
     """
+    from viscopade.theory.law import law_of
     from viscopade.theory.series import series
 
-    h = series(order, digits).decimals()
-    show(style, ("k", "h_k"), enumerate(h), {"order": order, "digits": digits, "h": h})
+    of = law_of(law, end)
+    h = series(order, digits, of).decimals()
+    fields, line = law_words(of)
+    show(style, ("k", "h_k"), enumerate(h), {"order": order, "digits": digits, **fields, "h": h})
+    if style == "text" and line:
+        say(line)
 
 
 # Unknown options are passed on as arguments, so that a negative degree is refused as what it is.
 @click.command("pade", context_settings={"ignore_unknown_options": True})
 @click.argument("m", type=Whole("m", 0, arguments.MAX_DEGREE))
-@click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE))
+@click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
+@with_law
 @STYLE
-def pade_command(m: int, n: int, digits: int, style: str) -> None:
+def pade_command(m: int, n: int | None, digits: int, law: str, end: str | None, style: str) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
     The output has its coefficients, poles and zeros, and the range of v* where it may be used. M is the degree of the
-    numerator, N that of the denominator.
+    numerator, N that of the denominator. Without N, the approximant decays nearly as eps does: N is M + 3 for the
+    viscoelastic law.
     """
     from viscopade.arithmetic.balls import known_decimal
+    from viscopade.theory.law import law_of
     from viscopade.theory.pade import pade
 
-    p = pade(m, n, digits)
+    of = law_of(law, end)
+    fields, line = law_words(of)
+    p = pade(m, m + of.excess if n is None else n, digits, of)
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
-    show(style, ("what", "i", "value or real part", "imaginary part"), rows, _pade_json(p))
+    header = ("what", "i", "value or real part", "imaginary part")
+    show(style, header, rows, {**fields, **_pade_json(p)})
     if style == "text":
+        if line:
+            say(line)
         say(f"{p.label} {p.verdict}")
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
         say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
@@ -123,37 +140,59 @@ def pade_command(m: int, n: int, digits: int, style: str) -> None:
 
 @click.command()
 @click.option("--v-star", help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
+@click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
 @click.option("--beta", help="The damping beta in (time/length)^(1/5); with --speed, instead of --v-star.")
 @click.option("--speed", help="Impact speed in length/time.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 @DIGITS_IF_EXACT
+@with_law
 @STYLE
 def epsilon(
-    v_star: str | None, beta: str | None, speed: str | None, digits: int | None, style: str, **options: Any
+    v_star: str | None,
+    kappa: str | None,
+    beta: str | None,
+    speed: str | None,
+    digits: int | None,
+    law: str,
+    end: str | None,
+    style: str,
+    **options: Any,
 ) -> None:
     """Print eps, maximal compression and contact time.
 
-    Give either --v-star, or --beta and --speed, or a material and --speed, in any consistent units.
+    Give either --v-star, or --kappa, or --beta and --speed, or a material and --speed, in any consistent units.
 
-    For v*, or beta and a speed, every digit is proven. Then x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and tau_c
-    in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision and in your units.
+    For v*, kappa, or beta and a speed, every digit is proven. Then x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and
+    tau_c in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision and in your
+    units.
+
+    For another law of contact, k x^A + c x^B x', the units are (k/m)^(-1/(A+1)) v^(2/(A+1)) and that length over v, and
+    kappa is (c/m) (k/m)^(-(B+1)/(A+1)) v^(2(B+1)/(A+1)-1).
     """
     from viscopade.collision import exact
+    from viscopade.theory.law import law_of
 
+    of = law_of(law, end)
+    fields, line = law_words(of)
     pair = pair_of(**options)
     if pair is not None:
-        if v_star is not None or beta is not None or digits is not None or speed is None:
+        others = v_star is not None or kappa is not None or beta is not None or digits is not None
+        if others or speed is None or fields:
             raise click.UsageError(
-                "a material is given: accepted with it is --speed, and none of --v-star, --beta and --digits"
+                "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --digits and "
+                "--law"
             )
         _show_numbers(_at_speed(pair, Real("speed").convert(speed, None, None)), {}, style)
         return
-    if (v_star is None) == (beta is None and speed is None) or (beta is None) != (speed is None):
+    given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
+    if given != 1 or (beta is None) != (speed is None):
         raise click.UsageError(
-            "the options do not give one v*: accepted is --v-star, --beta with --speed, or a material with --speed"
+            "the options do not give one v*: accepted is --v-star, --kappa, --beta with --speed, or a material with "
+            "--speed"
         )
-    collision = exact.collision(v_star, 30 if digits is None else digits, beta=beta, speed=speed)
-    _show_numbers(collision.decimals(), {"digits": collision.digits}, style)
+    number = 30 if digits is None else digits
+    collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
+    _show_numbers(collision.decimals(), {"digits": collision.digits, **fields}, style, line)
 
 
 @click.command()
@@ -162,30 +201,43 @@ def epsilon(
 @click.option("--speed", help="Impact speed in length/time; then beta is printed, too.")
 @material("young_modulus", "poisson_ratio", "density")
 @DIGITS_OPTION
+@with_law
 @STYLE
 def invert(
-    epsilon: str | None, one_minus_epsilon: str | None, speed: str | None, digits: int, style: str, **options: Any
+    epsilon: str | None,
+    one_minus_epsilon: str | None,
+    speed: str | None,
+    digits: int,
+    law: str,
+    end: str | None,
+    style: str,
+    **options: Any,
 ) -> None:
     """Print the v*, beta and A that give a wanted eps.
 
-    Without further options, the command prints v*. With --speed, it also prints beta. With a material and --speed, it
-    also prints the dissipative constant A. Use any consistent units. Every digit is proven, except for A, which is in
-    double precision.
+    Without further options, the command prints v*, and for another law of contact its kappa. With --speed, it also
+    prints beta, kappa = beta speed^(2/nu-1). With a material and --speed, it also prints the dissipative constant A.
+    Use any consistent units. Every digit is proven, except for A, which is in double precision.
     """
     from viscopade.collision import exact
+    from viscopade.theory.law import law_of
 
     if (epsilon is None) == (one_minus_epsilon is None):
         given = "neither" if epsilon is None else "both"
         raise click.UsageError(f"--epsilon and --one-minus-epsilon: {given} given, accepted is exactly one of them")
+    of = law_of(law, end)
+    fields, line = law_words(of)
     pair = pair_of(**options)
     if pair is not None and speed is None:
         raise click.UsageError("a material also needs --speed")
-    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed)
+    if pair is not None and fields:
+        raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
+    collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
     numbers = collision.decimals()
     if pair is not None:
         precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
         numbers["dissipative_constant"] = repr(pair.dissipative_constant(precise.floats()["beta"]))
-    _show_numbers(numbers, {"digits": digits}, style)
+    _show_numbers(numbers, {"digits": digits, **fields}, style, line)
 
 
 def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
@@ -201,8 +253,10 @@ def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
     return {name: repr(float(value)) for name, value in numbers.items()}
 
 
-def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str) -> None:
+def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str, line: str = "") -> None:
     show(style, ("quantity", "value"), numbers.items(), {**context, **numbers})
+    if style == "text" and line:
+        say(line)
 
 
 def _entry_row(entry: PrintedCoefficient) -> tuple[str, ...]:

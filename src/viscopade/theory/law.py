@@ -70,6 +70,15 @@ class Law:
         return f"{self.elastic},{self.damping}"
 
     @property
+    def equation(self) -> str:
+        """The scaled equation of motion as text."""
+        elastic, damping = (
+            "" if power == 0 else "x" if power == 1 else f"x^{power}" if power.denominator == 1 else f"x^({power})"
+            for power in (self.elastic, self.damping)
+        )
+        return f"x'' + {elastic} + kappa {damping} x' = 0".replace("  ", " ")
+
+    @property
     def nu(self) -> Fraction:
         """(a + 1)/(b + 1), the only parameter that eps as a function knows (section 2.9)."""
         return (self.elastic + 1) / (self.damping + 1)

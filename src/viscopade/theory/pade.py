@@ -39,6 +39,7 @@ from viscopade.theory.series import derived
 DOUBLET_TOLERANCE = 0.01
 # Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.
 LOOK_AHEAD = 6
+LARGEST_DECIDED = 40  # m + n up to which a system that looks singular is shown to be so
 
 
 Number = TypeVar("Number", arb, fmpq)
@@ -274,7 +275,9 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
             except ZeroDivisionError:
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
-    raise ArithmeticError(f"[{m}/{n}] is not determined by {limit} digits of the series")
+    raise ArithmeticError(
+        f"[{m}/{n}] is not determined by {limit} digits of the series: a coefficient may be 0; try another m or n"
+    )
 
 
 class _TooWideError(ArithmeticError):
@@ -517,19 +520,24 @@ def _is_real(value: acb, values: Sequence[acb]) -> bool:
 def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
     """Raise `DegenerateError` if the system for b is singular identically in lambda_1, lambda_3, … .
 
-    The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra. Only small n are
-    decided; beyond [1/3] and [3/1] no degenerate case is known.
+    The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra: a determinant that is
+    not 0 for some numbers in their place is not identically 0. Larger systems are not decided.
     """
-    if n > 5:
+    if m + n > LARGEST_DECIDED:
         return
     import sympy
 
     from viscopade.theory.symbolic import h_polynomial  # SymPy: loaded only for a system that looks singular
 
-    h = {k: h_polynomial(k, law) for k in range(m + n + 1)}
-    matrix = sympy.Matrix(n, n, lambda j, i: h.get(m + int(j) - int(i), sympy.Integer(0)))
-    if sympy.expand(matrix.det(method="berkowitz")) == 0:
-        raise DegenerateError(
-            f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0. "
-            "Accepted are for instance the neighbours with another m or n, such as [0/3], [2/5] or [1/4]"
-        )
+    h = [h_polynomial(k, law) for k in range(m + n + 1)]
+    symbols = sorted(set().union(*(h_k.free_symbols for h_k in h)), key=str)
+    for offset in (2, 30):
+        values = {symbol: sympy.prime(offset + i) for i, symbol in enumerate(symbols)}
+        exact = [sympy.Rational(h_k.subs(values)) for h_k in h]
+        entries, _ = order_system([fmpq(int(c.p), int(c.q)) for c in exact], m, n, fmpq(0))
+        if fmpq_mat(n, n, entries).det() != 0:
+            return
+    raise DegenerateError(
+        f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0. "
+        "Accepted are for instance the neighbours with another m or n, such as [0/3], [2/5] or [1/4]"
+    )
