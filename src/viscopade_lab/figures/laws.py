@@ -57,7 +57,7 @@ ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
 
 DAMPINGS = np.concatenate([np.linspace(0.02, 3, 50), np.geomspace(3.2, 100, 16)])
 # Where the end x = 0 ceases to exist, eps falls to 0 on a short way: halving the distance to there so often shows it.
-HALVINGS = 12
+HALVINGS = 9
 
 
 def law_with(nu: Fraction, end: End = "force") -> Law:
@@ -65,12 +65,8 @@ def law_with(nu: Fraction, end: End = "force") -> Law:
     return Law(nu - 1, Fraction(0), end) if nu > 1 else Law(Fraction(1), Fraction(1), end)
 
 
-def epsilon(law: Law, dampings: Floats) -> Floats:
-    """Return eps for values of kappa; nan where contact never ends."""
-    return np.array([_epsilon(law, kappa) for kappa in dampings.tolist()])
-
-
-def _epsilon(law: Law, kappa: float) -> float:
+def epsilon(law: Law, kappa: float) -> float:
+    """Return eps; nan if contact never ends."""
     try:
         return float(exact.collision(kappa=kappa, law=law, digits=DIGITS).floats()["epsilon"])
     except ValueError:
@@ -81,7 +77,7 @@ def _epsilon(law: Law, kappa: float) -> float:
 
 def curve(law: Law) -> tuple[Floats, Floats]:
     """Return kappa and eps along the curve of a law, until its end."""
-    kappa, value = DAMPINGS, epsilon(law, DAMPINGS)
+    kappa, value = DAMPINGS, np.array([epsilon(law, damping) for damping in DAMPINGS.tolist()])
     if not np.isnan(value).any():
         return kappa, value
     last = int(np.flatnonzero(~np.isnan(value))[-1])
@@ -89,7 +85,7 @@ def curve(law: Law) -> tuple[Floats, Floats]:
     added: list[tuple[float, float]] = []
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        there = _epsilon(law, middle)
+        there = epsilon(law, middle)
         if np.isnan(there):
             high = middle
         else:
@@ -137,7 +133,7 @@ def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: str, col
         for _, look in names
     ]
     texts = [text for text, _ in names]
-    where.legend(lines, texts, loc=place, ncol=columns, handlelength=3, frameon=False, fontsize=6.5)
+    where.legend(lines, texts, loc=place, ncol=columns, handlelength=2.6, frameon=False, fontsize=6, columnspacing=1)
 
 
 # --- damping formulas -------------------------------------------------------------------------------------------------
