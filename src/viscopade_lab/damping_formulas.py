@@ -8,8 +8,7 @@ lambda = chi(e) k/v, so its z is chi(e). Almost all are approximations of the sa
 
 and therefore deliver another eps than they are asked for. For small losses the exact z is 3 (1 - eps)/2.
 
-Left out are formulas for other forces (Kuwabara and Kono, Tsuji, Ristow; Pant and Wijeyewickrema damp the approach
-only), and those whose form we could not find (Jacobs and Waldron 2015, Yu et al. 2020, Poursina and Nikravesh 2020).
+docs/results/laws.md names formulas that are left out, and says why.
 """
 
 from __future__ import annotations
@@ -52,9 +51,9 @@ class Formula:
     source: str
 
 
-# The originals were not at hand: each form is that of a public page, of public code that follows the review by Machado,
+# The originals were not at hand: each form is that of a program, of public code that follows the review by Machado,
 # Moreira, Flores and Lankarani (Mech. Mach. Theory 53, 99-121, 2012), or of a review as we remember it.
-PAGE, CODE, REVIEW = "public page", "public code that follows a review", "review, from memory"
+CODE, REVIEW = "public code after a review", "a review, from memory"
 
 FORMULAS = (
     Formula(
@@ -62,7 +61,7 @@ FORMULAS = (
         "K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42, 440-445 (1975)",
         r"\tfrac{3}{2} (1 - e)",
         lambda e: 3 * (1 - e) / 2,
-        PAGE,
+        "manual of Simbody, code of MBDyn",
     ),
     Formula(
         "Herbert and McWhannell",
@@ -83,7 +82,7 @@ FORMULAS = (
         "H. M. Lankarani and P. E. Nikravesh, J. Mech. Des. 112, 369-376 (1990)",
         r"\tfrac{3}{4} (1 - e^2)",
         lambda e: 3 * (1 - e**2) / 4,
-        CODE,
+        "code of MBDyn",
     ),
     Formula(
         "Gonthier et al.",
@@ -105,7 +104,7 @@ FORMULAS = (
         "P. Flores, M. Machado, M. T. Silva and J. M. Martins, Multibody Syst. Dyn. 25, 357-375 (2011)",
         r"\tfrac{8}{5} (1 - e) / e",
         lambda e: 8 * (1 - e) / (5 * e),
-        PAGE,
+        "manual of OpenSees, code of MBDyn",
     ),
     Formula(
         "Gharib and Hurmuzlu",

@@ -20,9 +20,9 @@ COMMON = (
     ("Hunt-Crossley, $n = 3/2$ (Simbody, OpenSim)", "3/2", "3/2"),
     ("Hertz, damping proportional to the area of contact", "3/2", "1"),
     ("viscoelastic cone", "2", "1"),
-    ("viscoelastic spheres (Kuwabara and Kono; Brilliantov et al.)", "3/2", "1/2"),
-    ("linear spring-dashpot", "1", "0"),
-    ("Tsuji; Antypov and Elliott", "3/2", "1/4"),
+    ("viscoelastic spheres (Kuwabara and Kono; Brilliantov et al.; LAMMPS)", "3/2", "1/2"),
+    ("linear spring-dashpot (MuJoCo)", "1", "0"),
+    ("Tsuji et al.; Antypov and Elliott (YADE, LIGGGHTS, MercuryDPM)", "3/2", "1/4"),
     ("Hertz, linear dashpot", "3/2", "0"),
 )
 """Common laws: in words, and their exponents a and b."""
@@ -111,7 +111,7 @@ def tables() -> Iterator[str]:
         [r"$\nu$", "force = 0", f"its factor at $K = {LARGE}$", "$x = 0$", "its factor there"], large_dampings()
     )
     yield markdown(["formula", "$z$", *(f"$e = {e}$" for e in damping_formulas.ASKED)], formulas())
-    yield markdown(["formula", "where published", "form read on a"], sources())
+    yield markdown(["formula", "where published", "form from"], sources())
 
 
 @click.command()
