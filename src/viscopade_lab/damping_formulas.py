@@ -20,7 +20,6 @@ from typing import Any
 from mpmath import mp
 
 from viscopade.collision import exact
-from viscopade.theory.law import law_of
 
 ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
 DIGITS = 20
@@ -132,12 +131,12 @@ FORMULAS = (
 
 def epsilon(z: Any) -> Any:
     """Return eps of z to `DIGITS` digits: what a Hunt-Crossley contact delivers."""
-    return exact.collision(kappa=z, law=law_of("hunt-crossley"), digits=DIGITS).mpf()["epsilon"]
+    return exact.collision(kappa=z, law="hunt-crossley", digits=DIGITS).mpf()["epsilon"]
 
 
 def exact_z(e: str) -> Any:
     """Return the z that delivers e, to `DIGITS` digits."""
-    return exact.invert(e, law=law_of("hunt-crossley"), digits=DIGITS).mpf()["kappa"]
+    return exact.invert(e, law="hunt-crossley", digits=DIGITS).mpf()["kappa"]
 
 
 def delivered(formula: Formula, e: str) -> Any:

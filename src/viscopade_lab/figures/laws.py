@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -55,9 +55,10 @@ COLORS: Mapping[Fraction, str] = {
 ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
 """The ends of contact, and the dashes of their curves."""
 
-DAMPINGS = np.concatenate([np.linspace(0.02, 3, 50), np.geomspace(3.2, 100, 16)])
+DAMPINGS = np.concatenate([np.linspace(0.02, 0.5, 9), np.linspace(0.58, 3, 26), np.geomspace(3.4, 100, 12)])
+LEAST_SHOWN = 1e-6  # of eps
 # Where the end x = 0 ceases to exist, eps falls to 0 on a short way: halving the distance to there so often shows it.
-HALVINGS = 9
+HALVINGS = 12
 
 
 def law_with(nu: Fraction, end: End = "force") -> Law:
@@ -76,23 +77,32 @@ def epsilon(law: Law, kappa: float) -> float:
 
 
 def curve(law: Law) -> tuple[Floats, Floats]:
-    """Return kappa and eps along the curve of a law, until its end."""
-    kappa, value = DAMPINGS, np.array([epsilon(law, damping) for damping in DAMPINGS.tolist()])
-    if not np.isnan(value).any():
-        return kappa, value
-    last = int(np.flatnonzero(~np.isnan(value))[-1])
-    low, high = float(kappa[last]), float(kappa[last + 1])
-    added: list[tuple[float, float]] = []
+    """Return kappa and eps along the curve of a law, as far as it is shown or exists."""
+    points: list[tuple[float, float]] = []
+    for damping in DAMPINGS.tolist():
+        value = epsilon(law, damping)
+        if np.isnan(value):
+            points += _approach(law, points[-1][0], damping)
+            break
+        points.append((damping, value))
+        if value < LEAST_SHOWN:
+            break
+    kappa, values = np.array(points).T
+    return kappa, values
+
+
+def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, float]]:
+    """Yield points between a kappa where contact ends and one where it never does."""
     for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        there = epsilon(law, middle)
-        if np.isnan(there):
-            high = middle
+        middle = (inside + outside) / 2
+        value = epsilon(law, middle)
+        if np.isnan(value):
+            outside = middle
         else:
-            low = middle
-            added.append((middle, there))
-    more = np.array(added).reshape(-1, 2).T
-    return np.append(kappa[: last + 1], more[0]), np.append(value[: last + 1], more[1])
+            inside = middle
+            yield middle, value
+            if value < LEAST_SHOWN:
+                return
 
 
 @figure(
@@ -106,7 +116,7 @@ def curve(law: Law) -> tuple[Floats, Floats]:
 def _universal_curves() -> Sheet:
     sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))
     label_axes(top, "", EPSILON, (0, 3), (0, 1.02), "")
-    label_axes(bottom, "$K$", EPSILON, (0.05, 100), (1e-6, 1.5), "xy")
+    label_axes(bottom, "$K$", EPSILON, (0.05, 100), (LEAST_SHOWN, 1.5), "xy")
     for nu, color in COLORS.items():
         for end, dashes in ENDS.items():
             if nu > 1 or end == "force":

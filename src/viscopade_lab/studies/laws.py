@@ -29,7 +29,8 @@ COMMON = (
 
 DIGITS = 10
 WITH_FORCE_END = ("0.9", "0.7", "0.5", "0.3", "0.2", "0.1")
-LARGE = 10**4  # K at which the power law of large K is compared
+# K at which eps is compared with its power law, at the ends "force" and "return".
+LARGE, LARGE_RETURN = 1000, 30
 BISECTIONS = 20  # to the digits shown
 
 NEVER = "never"
@@ -71,13 +72,13 @@ def large_dampings() -> Iterator[list[str]]:
             yield [*row, f"{NEVER} from $K = {largest_damping(law):.4f}$ on", ""]
         else:
             power = nu / (2 - nu)
-            there = exact.collision(kappa=LARGE, law=law, digits=DIGITS).mpf()["epsilon"]
-            yield [*row, f"$K^{{{-power}}}$", f"{float(there * LARGE ** float(power)):.4f}"]
+            there = exact.collision(kappa=LARGE_RETURN, law=law, digits=DIGITS).mpf()["epsilon"]
+            yield [*row, f"$K^{{{-power}}}$", f"{float(there * LARGE_RETURN ** float(power)):.4f}"]
 
 
 def largest_damping(law: Law) -> float:
     """Return the K from which on contact never ends at x = 0, by bisection."""
-    low, high = 0.1, 10.0
+    low, high = 0.1, 3.0
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (middle, high) if epsilon(law, middle) >= 0 else (low, middle)
@@ -108,7 +109,8 @@ def tables() -> Iterator[str]:
     yield markdown(["contact", "$a$", "$b$", r"$\nu$", r"$\kappa \propto$", r"$\varepsilon$ with speed"], common_laws())
     yield markdown(["force = 0", *(rf"$x = 0$, $\nu = {nu}$" for nu in COLORS if nu > 1)], ends())
     yield markdown(
-        [r"$\nu$", "force = 0", f"its factor at $K = {LARGE}$", "$x = 0$", "its factor there"], large_dampings()
+        [r"$\nu$", "force = 0", f"factor at $K = {LARGE}$", "$x = 0$", f"factor at $K = {LARGE_RETURN}$"],
+        large_dampings(),
     )
     yield markdown(["formula", "$z$", *(f"$e = {e}$" for e in damping_formulas.ASKED)], formulas())
     yield markdown(["formula", "where published", "form from"], sources())
