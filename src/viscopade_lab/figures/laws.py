@@ -148,7 +148,7 @@ def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: str, col
 
 # --- damping formulas -------------------------------------------------------------------------------------------------
 
-ASKED = np.linspace(0.04, 1, 49)
+ASKED = np.linspace(0.04, 1, 33)
 LARGEST_SHOWN = 0.07  # of the errors in the lower part
 
 LOOKS: Mapping[str, Look] = {
@@ -180,7 +180,7 @@ def _damping_formulas() -> Sheet:
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
     formulas = {formula.name: formula for formula in damping_formulas.FORMULAS}
     for name, look in LOOKS.items():
-        given = np.array([float(damping_formulas.delivered(formulas[name], str(e))) for e in ASKED.tolist()])
+        given = np.array([float(damping_formulas.delivered(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         _draw(top, look, ASKED, given, gid)
         _draw(bottom, look, ASKED, given - ASKED, f"{gid}-error")
