@@ -31,7 +31,7 @@ DIGITS = 10
 WITH_FORCE_END = ("0.9", "0.7", "0.5", "0.3", "0.2", "0.1")
 # K at which eps is compared with its power law, at the ends "force" and "return".
 LARGE, LARGE_RETURN = 1000, 30
-BISECTIONS = 20  # to the digits shown
+BISECTIONS = 14  # to the digits shown
 
 NEVER = "never"
 
@@ -48,10 +48,11 @@ def common_laws() -> Iterator[list[str]]:
 def ends() -> Iterator[list[str]]:
     """Yield, for each eps with the end "force", the eps of the same contacts with the end "return"."""
     for given in WITH_FORCE_END:
-        yield [given, *(_with_other_end(nu, given) for nu in COLORS if nu > 1)]
+        yield [given, *(with_other_end(nu, given) for nu in COLORS if nu > 1)]
 
 
-def _with_other_end(nu: Fraction, given: str) -> str:
+def with_other_end(nu: Fraction, given: str) -> str:
+    """Return eps of a contact with the end "return" that has the eps given with the end "force"."""
     damping = exact.invert(given, law=law_with(nu), digits=DIGITS).mpf()["kappa"]
     law = law_with(nu, "return")
     try:
@@ -69,7 +70,7 @@ def large_dampings() -> Iterator[list[str]]:
         force = exact.collision(kappa=LARGE, law=law_with(nu), digits=DIGITS).mpf()["epsilon"]
         row = [f"${nu}$", f"$K^{{{-nu}}}$", f"{float(force * LARGE ** float(nu)):.4f}"]
         if law.bounded:
-            yield [*row, f"{NEVER} from $K = {largest_damping(law):.4f}$ on", ""]
+            yield [*row, f"{NEVER} from $K = {largest_damping(law):.3f}$ on", ""]
         else:
             power = nu / (2 - nu)
             there = exact.collision(kappa=LARGE_RETURN, law=law, digits=DIGITS).mpf()["epsilon"]
