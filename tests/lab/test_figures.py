@@ -374,9 +374,8 @@ def test_universal_curves_with_closed_forms(sheets):
 def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):
     for nu, largest in (("2", 2), ("5-2", 1.128)):
         x, y = artist(sheets["universalCurves"], f"return-{nu}-linear").get_data()
-        assert x[-1] == pytest.approx(largest, rel=1e-3)
-        assert x[-1] < largest + 1e-3
-        assert 0 <= y[-1] < 0.01
+        assert 0.95 * largest < x[-1] < largest
+        assert 0 < y[-1] < 1e-4
 
 
 def test_delivered_eps(sheets):
