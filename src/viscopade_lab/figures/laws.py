@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -135,15 +135,15 @@ def _draw(axes: Axes, look: Look, x: Floats, y: Floats, gid: str) -> None:
         line.set_dashes(look.dashes)
 
 
-def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: str, columns: int) -> None:
+def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
     from matplotlib.lines import Line2D
 
     lines = [
         Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
         for _, look in names
     ]
-    texts = [text for text, _ in names]
-    where.legend(lines, texts, loc=place, ncol=columns, handlelength=2.6, frameon=False, fontsize=6, columnspacing=1)
+    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
+    where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
 
 
 # --- damping formulas -------------------------------------------------------------------------------------------------

@@ -78,7 +78,9 @@ def large_dampings() -> Iterator[list[str]]:
 
 
 def largest_damping(law: Law) -> float:
-    """Return the K from which on contact never ends at x = 0, by bisection."""
+    """Return the K from which on contact never ends at x = 0: damping ratio 1 for nu = 2, else by bisection."""
+    if law.nu == 2:  # eps = exp(-pi zeta/sqrt(1 - zeta^2)) is too small to be followed before the end
+        return 2.0
     low, high = 0.1, 3.0
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
