@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from viscopade.arrays.native import backend, restitution
     from viscopade.collision import exact
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
+    from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
     from viscopade.theory.series import series
 
     __version__: str
 
 __all__ = [
+    "Law",
     "Pair",
     "Sphere",
     "__version__",
@@ -46,6 +48,7 @@ _HOME = {
     **dict.fromkeys(("Pair", "Sphere", "beta_from_restitution"), "viscopade.collision.spheres"),
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
     **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
+    "Law": "viscopade.theory.law",
     "pade": "viscopade.theory.pade",
     "series": "viscopade.theory.series",
 }

@@ -223,7 +223,7 @@ def test_refused_coefficients_of_restitution(value):
 
 def test_refused_combinations():
     for arguments in ({}, {"v_star": 1, "beta": 1, "speed": 1}, {"beta": 1}, {"v_star": 1, "speed": 1}):
-        with pytest.raises(TypeError, match="accepted is either v_star, or both beta and speed"):
+        with pytest.raises(TypeError, match="accepted is exactly one of v_star, kappa, and both beta and speed"):
             exact.collision(**arguments)
     for arguments in ({}, {"epsilon": 0.5, "one_minus_epsilon": 0.5}):
         with pytest.raises(TypeError, match="accepted is exactly one of"):

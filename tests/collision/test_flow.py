@@ -115,7 +115,7 @@ def test_one_by_one_against_newtons_iteration(start):
     terms = flow.NEWTON_FROM * 5 // 2
     u, slope, h, k = (dyadic(float(number)) for number in start)
     constants = Dyadic(2, 0).product(h).product(h), h.product(k)
-    one_by_one = flow._one_by_one(u.times(ONE), slope.times(ONE), *constants, BITS, terms)
+    one_by_one = flow._one_by_one(u.times(ONE), slope.times(ONE), *constants, BITS, terms, flow.HERTZ)
     doubled = coefficients(start, terms)
     assert len(doubled) == terms
     assert max(abs(a - b) for a, b in zip(one_by_one, doubled, strict=True)) <= 60

@@ -5,13 +5,15 @@ others. Here each operation gets members on the boundary of its arguments, so th
 """
 
 from fractions import Fraction
+from functools import cache
 
+import pytest
 from flint import fmpq, fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.arithmetic.function_balls import ALGEBRA, BITS, TERMS, assert_encloses, elements, members
-from viscopade.theory.series import MEETING_POINT, _Inner, _next_order, _Outer
+from viscopade.theory.series import MeetingPoint, _Inner, _next_order, _Outer
 
 UNIT = fmpq(1, 1 << BITS)
 # Errors as large as the functions, or none: then single terms of the bounds decide.
@@ -36,24 +38,28 @@ def test_next_order(pairs, p_pair, inverse_pair):
     assert_encloses(_next_order(ALGEBRA, balls, inverse_ball, n, p_ball), image)
 
 
-def without_root(kind):
+POWERS = [(5, 3), (2, 1), (1, 1), (5, 2), (2, 3)]  # n_a, n_b
+of_laws = pytest.mark.parametrize(("n_a", "n_b"), POWERS)
+
+
+@cache
+def without_root(kind, n_a, n_b):
     """An instance without its constructor's square root, which needs more terms than this algebra has."""
-    instance = kind(type(ALGEBRA)(60, 60))
+    instance = kind(type(ALGEBRA)(60, 60), MeetingPoint.of(n_a).r, n_a, n_b)
     instance.algebra = ALGEBRA
     return instance
 
 
-OUTER, INNER = without_root(_Outer), without_root(_Inner)
-
-
-@given(any_member, orders)
-def test_outer_integral_and_its_value_at_the_meeting_point(pair, n):
+@of_laws
+@given(pair=any_member, n=orders)
+def test_outer_integral_and_its_value_at_the_meeting_point(n_a, n_b, pair, n):
+    outer = without_root(_Outer, n_a, n_b)
     ball, member = pair
-    OUTER.f = [None] * (n - 1) + [ball]
-    a = rational(1 - MEETING_POINT)
-    integrand = member * fmpq_poly([1, -a]) ** 2
-    image = fmpq_poly([10 * a * c / (n + 2 + 2 * j) for j, c in enumerate(integrand.coeffs())])
-    p = OUTER._integral(n)
+    outer.f = [None] * (n - 1) + [ball]
+    a = rational(1 - MeetingPoint.of(n_a).r)
+    integrand = member * fmpq_poly([1, -a]) ** (n_b - 1)
+    image = fmpq_poly([2 * n_a * a * c / (n + 2 + 2 * j) for j, c in enumerate(integrand.coeffs())])
+    p = outer._integral(n)
     assert_encloses(p, image)
     value = sum(p.polynomial.coeffs())
     assert abs(image(fmpq(1)) - value * UNIT) <= p.error * UNIT
@@ -61,26 +67,34 @@ def test_outer_integral_and_its_value_at_the_meeting_point(pair, n):
 
 @given(st.lists(any_member, min_size=2, max_size=4))
 def test_outer_advance_returns_value_and_error_of_the_integral(pairs):
-    n = len(pairs)
-    OUTER.f = [ball for ball, _ in pairs]
-    expected = OUTER._integral(n)
-    value, error = OUTER.advance(n)
+    outer, n = without_root(_Outer, 5, 3), len(pairs)
+    outer.f = [ball for ball, _ in pairs]
+    expected = outer._integral(n)
+    value, error = outer.advance(n)
     assert (value, error) == (sum(expected.polynomial.coeffs()), expected.error)
 
 
-@given(any_member, orders, st.integers(-(2**45), 2**45), st.integers(0, 2**31), st.sampled_from([-1, 1]))
-def test_inner_right_side(pair, n, p_meeting, p_error, sign):
+@of_laws
+@given(
+    pair=any_member,
+    n=orders,
+    p_meeting=st.integers(-(2**45), 2**45),
+    p_error=st.integers(0, 2**31),
+    sign=st.sampled_from([-1, 1]),
+)
+def test_inner_right_side(n_a, n_b, pair, n, p_meeting, p_error, sign):
+    inner = without_root(_Inner, n_a, n_b)
     ball, member = pair
-    INNER.g = [None] * (n - 1) + [ball]
-    b = rational(MEETING_POINT)
-    integral = 5 * b**3 * (member * fmpq_poly([0, 0, 1])).integral()
+    inner.g = [None] * (n - 1) + [ball]
+    b = rational(MeetingPoint.of(n_a).r)
+    integral = n_a * b**n_b * (member * fmpq_poly([*(n_b - 1) * [0], 1])).integral()
     p_at_zero = (p_meeting + sign * p_error) * UNIT + integral(fmpq(1))
-    assert_encloses(INNER._p(n, p_meeting, p_error), p_at_zero - integral)
+    assert_encloses(inner._p(n, p_meeting, p_error), p_at_zero - integral)
 
 
 @given(st.lists(any_member, min_size=2, max_size=4), st.integers(-(2**45), 2**45), st.integers(0, 2**31))
 def test_inner_advance_returns_value_and_error_of_the_new_function(pairs, p_meeting, p_error):
-    n = len(pairs)
-    INNER.g = [ball for ball, _ in pairs]
-    expected = _next_order(ALGEBRA, INNER.g, INNER.half_inverse, n, INNER._p(n, p_meeting, p_error))
-    assert INNER.advance(n, p_meeting, p_error) == (expected.polynomial[0], expected.error)
+    inner, n = without_root(_Inner, 5, 3), len(pairs)
+    inner.g = [ball for ball, _ in pairs]
+    expected = _next_order(ALGEBRA, inner.g, inner.half_inverse, n, inner._p(n, p_meeting, p_error))
+    assert inner.advance(n, p_meeting, p_error) == (expected.polynomial[0], expected.error)

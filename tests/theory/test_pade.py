@@ -11,6 +11,7 @@ from flint import acb, arb, fmpq, fmpq_mat, fmpq_poly
 from mpmath import MPContext, mp, mpf
 
 from viscopade.arithmetic.balls import exact_middle, to_mpf, working
+from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.pade import (
     DegenerateError,
     Pade,
@@ -168,7 +169,7 @@ def test_without_a_good_solution_there_is_no_approximant(monkeypatch):
     """However many digits of the series: nonsense in mpmath's place ends in a refusal."""
     monkeypatch.setattr(MPContext, "pade", lambda own, h, m, n: ([own.one] * (m + 1), [own.one] * (n + 1)))
     with pytest.raises(ArithmeticError, match=r"\[1/4\] is not determined"):
-        _pade.__wrapped__(1, 4, 3)
+        _pade.__wrapped__(1, 4, 3, VISCOELASTIC)
 
 
 def test_a_system_that_may_be_singular_is_not_solved():

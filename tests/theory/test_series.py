@@ -15,6 +15,7 @@ from mpmath import mp, mpf
 from viscopade import arguments
 from viscopade import series as exported
 from viscopade.arithmetic.balls import bits_for, exact_middle, working
+from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.series import (
     Effort,
     Series,
@@ -152,12 +153,13 @@ def test_end_series_is_the_design_s():
 
 @pytest.mark.parametrize("terms", [8, 12, 20, 40])
 @pytest.mark.parametrize("bits", [30, 60, 150])
-def test_g_enclosures_hold_for_any_effort(bits, terms):
+@pytest.mark.parametrize("law", [VISCOELASTIC, law_of("3/2,0"), law_of("hunt-crossley")], ids=str)
+def test_g_enclosures_hold_for_any_effort(bits, terms, law):
     """With few terms and few bits the error is large; it must still be covered by the bound."""
     order = 8
-    truth = g_coefficients(order, 80)
+    truth = g_coefficients(order, 80, law)
     try:
-        rough = _g_fixed_point(order, Effort(bits, terms))
+        rough = _g_fixed_point(order, Effort(bits, terms), law.n_a, law.n_b)
     except ArithmeticError:
         pytest.skip("refused: too few terms or bits")
     for (value, error), g in zip(rough, truth, strict=True):
@@ -170,7 +172,7 @@ def test_g_bound_of_truncation_is_not_vacuous():
     truth = g_coefficients(6, 80)
     bounds = []
     for terms in (20, 40, 60):
-        value, error = _g_fixed_point(6, Effort(400, terms))[6]
+        value, error = _g_fixed_point(6, Effort(400, terms), 5, 3)[6]
         actual = abs(Fraction(value, 1 << 400) - exact_middle(truth[6]))
         assert actual <= Fraction(error, 1 << 400) <= 10**5 * actual
         bounds.append(error)
@@ -180,12 +182,12 @@ def test_g_bound_of_truncation_is_not_vacuous():
 def test_too_wide_a_first_attempt_is_tried_again(monkeypatch):
     attempts = []
 
-    def too_little(cls, orders, digits):
+    def too_little(cls, orders, digits, law):
         return Effort(12, 4)
 
     raised = Effort.raised
     monkeypatch.setattr(Effort, "guess", classmethod(too_little))
-    monkeypatch.setattr(Effort, "raised", lambda self, bits: attempts.append(bits) or raised(self, bits))
+    monkeypatch.setattr(Effort, "raised", lambda self, *missing: attempts.append(missing) or raised(self, *missing))
     assert derived.__wrapped__(12, 30).decimals() == series(12, 30).decimals()
     assert attempts
 

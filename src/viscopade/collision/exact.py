@@ -1,17 +1,18 @@
 r"""The exact coefficient of restitution eps(v*) and its inverse, to any number of proven digits.
 
-The curve's parameter is k = sqrt(5) K (section 2.2). For a given k the two branches of `flow` lead to F (loading) and
-m (unloading), and with them, kappa = v*^2,
+The curve's parameter is k = sqrt(n_a) K (section 2.2). For a given k the two branches of `flow` lead to F (loading)
+and P (unloading), and with them, for a law of contact (a, b), nu = (a+1)/(b+1),
 
-    kappa = 2^(-4/5) k F^(1/5),    eps = m/F,                          x_max = (2 F)^(-4/5),
-    tau_c = 2 (2 F)^(1/5) T,       (1 - eps^2) F^2 = r_c^5/5 + k W,    r_c^2 = k m,
+    kappa = (2 m)^(1/nu-1) k F^(2/nu-1),    eps = P/F,    x_max = (2 m F^2)^(-1/(a+1)),    tau_c = 2 m F x_max T,
+    (1 - eps^2) F^2 = r_c^n_a/n_a + k W,    r_c^d = k P (or r_c = 0 if nothing is delayed),
 
-T and W being integrals over both branches of positive functions: 1 - eps loses no digits however small v* is. Newton's
+for the paper's law kappa = v*^2 = 2^(-4/5) k F^(1/5), x_max = (2 F)^(-4/5), r_c^2 = k P. T and W are integrals over
+both branches of positive functions: 1 - eps loses no digits however small kappa is. Newton's
 method, with the derivative of the flow, finds a k whose kappa (or eps) is nearly the wanted one; what it found is then
 enclosed (`validation`), and the difference that remains is covered by bounds of the derivatives with respect to ln k
 which hold for every k. docs/theory/exact-function.md has the proofs.
 
-End of contact is eq:tEndAdvanced, where the force vanishes.
+End of contact is that of the law: eq:tEndAdvanced, where the force vanishes, for the paper's.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ from mpmath import mp
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, to_mpf, working
 from viscopade.arrays import double
-from viscopade.collision.flow import Branch, Dyadic, integrate
+from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
 from viscopade.collision.validation import Ends, ends
 from viscopade.progress import track
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
@@ -39,6 +41,8 @@ MAX_ATTEMPTS = 12
 GUARD_BITS = 32  # of ball arithmetic, beyond the accuracy asked for
 GUARD_DIGIT_BITS = 12  # so that an enclosure rarely lies across a boundary of rounding
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
+LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
+MAX_STEPS = 100
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
 _BETAS = "0, or a number from 1e-1000 to 1e100"
@@ -56,7 +60,7 @@ class Collision:
     digits : int
         Significant digits to which every number is determined.
     v_star : flint.arb
-        v* = beta^(1/2) v^(1/10), >= 0; may be infinite.
+        v* = kappa^(1/law.d), beta^(1/2) v^(1/10) for the paper's law, >= 0; may be infinite.
     epsilon : flint.arb
         Coefficient of restitution (eq:force2COR).
     one_minus_epsilon : flint.arb
@@ -69,6 +73,8 @@ class Collision:
         The numbers among them that were given, or follow from those, as fractions.
     beta : flint.arb, optional
         eq:betadef in (time/length)^(1/5), if the speed was given.
+    kappa : flint.arb, optional
+        If it was given, or the law is not the paper's.
     """
 
     digits: int
@@ -79,6 +85,7 @@ class Collision:
     tau_c: arb
     given: dict[str, Fraction]
     beta: arb | None = None
+    kappa: arb | None = None
 
     def __post_init__(self) -> None:
         if not (self.epsilon + self.one_minus_epsilon).contains(1):
@@ -89,8 +96,8 @@ class Collision:
 
     def balls(self) -> dict[str, arb]:
         """Return the enclosures by name."""
-        balls = {name: getattr(self, name) for name in NAMES}
-        return balls if self.beta is None else {**balls, "beta": self.beta}
+        found = {name: getattr(self, name) for name in (*NAMES, "beta", "kappa")}
+        return {name: ball for name, ball in found.items() if ball is not None}
 
     def decimals(self) -> dict[str, str]:
         """Return the numbers by name as decimal strings, correctly rounded to `digits`."""
@@ -108,7 +115,7 @@ class Collision:
         if name in self.given:
             return _rounded(self.given[name], self.digits)
         ball: arb = getattr(self, name)
-        if name == "v_star" and ball > 10**1000:
+        if name in ("v_star", "kappa") and ball > 10**1000:
             return "inf"
         return decimal_string(ball, self.digits)
 
@@ -117,9 +124,15 @@ NAMES = ("v_star", "epsilon", "one_minus_epsilon", "x_max", "tau_c")
 
 
 def collision(
-    v_star: Exact = None, digits: SupportsIndex = 30, *, beta: Exact = None, speed: Exact = None
+    v_star: Exact = None,
+    digits: SupportsIndex = 30,
+    *,
+    kappa: Exact = None,
+    beta: Exact = None,
+    speed: Exact = None,
+    law: Law | str = VISCOELASTIC,
 ) -> Collision:
-    """Return the proven numbers of the collision at v*, or at a speed and a beta.
+    """Return the proven numbers of the collision at v*, at a kappa, or at a speed and a beta.
 
     Parameters
     ----------
@@ -128,9 +141,13 @@ def collision(
         float.
     digits : int
         Significant digits, 1 to 5000.
+    kappa : like v_star
+        Instead of v_star = kappa^(1/law.d): the damping in the scaled equation, 0 or from 1e-1000 to 1e100.
     beta, speed : like v_star
         Both instead of v_star: beta of eq:betadef in (time/length)^(1/5), and the impact speed in length/time; each
-        from 1e-1000 to 1e100, or 0.
+        from 1e-1000 to 1e100, or 0. For another law, kappa = beta speed^(2/nu-1).
+    law : Law or str
+        Law of contact, or its name or exponents (`law_of`).
 
     Returns
     -------
@@ -139,32 +156,55 @@ def collision(
     Raises
     ------
     TypeError, ValueError
-        If not v_star alone, or not both of beta and speed, are given; if one is no such number; or digits out of range.
+        If not exactly one of v_star, kappa, and both beta and speed, is given; if one is no such number; if digits are
+        out of range, there is no such law, or contact does not end with this kappa.
     """
-    digits = arguments.digits(digits)
-    if v_star is not None and beta is None and speed is None:
+    digits, of = arguments.digits(digits), law_of(law)
+    given = (v_star is not None, kappa is not None, beta is not None, speed is not None)
+    if given == (True, False, False, False):
         if _is_infinite(v_star):
-            return _at_infinity(digits)
+            return _at_infinity(digits, of)
         number = arguments.exact_number("v_star", v_star, _SPEEDS, _in_range)
-        wanted = _Speed(number**2, Fraction(1), {"v_star": number})
-        return _elastic(digits) if number == 0 else _collision(wanted, digits)
-    if v_star is None and beta is not None and speed is not None:
+        return _at_speed(_Speed(number**of.d, Fraction(1), {"v_star": number, **_named(of, number**of.d)}, of), digits)
+    if given == (False, True, False, False):
+        number = arguments.exact_number("kappa", kappa, _BETAS, _in_range)
+        root = _rational_root(number, of.d)
+        exact = {"kappa": number} if root is None else {"kappa": number, "v_star": root}
+        return _at_speed(_Speed(number, Fraction(1), exact, of), digits)
+    if given == (False, False, True, True):
         factor = arguments.exact_number("beta", beta, _BETAS, _in_range)
         velocity = arguments.exact_number("speed", speed, _BETAS, _in_range)
-        if factor * velocity == 0:
-            return _elastic(digits, factor)
-        given = {"beta": factor, **_v_star_if_rational(factor, velocity)}
-        return _collision(_Speed(factor, velocity, given), digits)
-    raise TypeError("accepted is either v_star, or both beta and speed")
+        if of.c <= 0 and velocity == 0:
+            raise ValueError("speed is 0: accepted is a number > 0, for kappa does not vanish with the speed")
+        root = _rational_root_of_product(factor, velocity, of)
+        exact = {"beta": factor} if root is None else {"beta": factor, "v_star": root}
+        return _at_speed(_Speed(factor, velocity, exact, of), digits)
+    raise TypeError("accepted is exactly one of v_star, kappa, and both beta and speed")
 
 
-def epsilon(v_star: Exact, digits: SupportsIndex = 30) -> mp.mpf:
+def _at_speed(wanted: _Speed, digits: int) -> Collision:
+    if wanted.beta * wanted.speed == 0:
+        return _elastic(digits, wanted.law, wanted.given.get("beta"), "kappa" in wanted.given)
+    return _collision(wanted, digits)
+
+
+def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
+    """Return kappa as a number to be shown, if the law is not the paper's, which speaks of v* alone."""
+    return {} if law == VISCOELASTIC else {"kappa": kappa}
+
+
+def epsilon(v_star: Exact, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> mp.mpf:
     """Return eps(v*) as an mpmath number, to `digits` digits; arguments and errors as for `collision`."""
-    return collision(v_star, digits).mpf()["epsilon"]
+    return collision(v_star, digits, law=law).mpf()["epsilon"]
 
 
 def invert(
-    epsilon: Exact = None, digits: SupportsIndex = 30, *, one_minus_epsilon: Exact = None, speed: Exact = None
+    epsilon: Exact = None,
+    digits: SupportsIndex = 30,
+    *,
+    one_minus_epsilon: Exact = None,
+    speed: Exact = None,
+    law: Law | str = VISCOELASTIC,
 ) -> Collision:
     """Return the collision whose coefficient of restitution is `epsilon`.
 
@@ -178,6 +218,8 @@ def invert(
         Instead of epsilon: a float near 1 knows few digits of 1 - epsilon.
     speed : like epsilon, optional
         Impact speed at which epsilon was found, from 1e-1000 to 1e100: the collision then has a beta, too.
+    law : Law or str
+        Law of contact, or its name or exponents (`law_of`).
 
     Returns
     -------
@@ -186,9 +228,10 @@ def invert(
     Raises
     ------
     TypeError, ValueError
-        If not exactly one of the two is given, if it is no such number, or digits out of range.
+        If not exactly one of the two is given, if it is no such number, if digits are out of range, or there is no
+        such law.
     """
-    digits = arguments.digits(digits)
+    digits, of = arguments.digits(digits), law_of(law)
     if (epsilon is None) == (one_minus_epsilon is None):
         raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
     if epsilon is not None:
@@ -202,8 +245,8 @@ def invert(
         None if speed is None else arguments.exact_number("speed", speed, _SPEEDS_AT, lambda v: v > 0 and _in_range(v))
     )
     if restitution == 1:
-        return _elastic(digits, None if speed is None else Fraction(0))
-    return _collision(_Restitution(restitution, velocity), digits)
+        return _elastic(digits, of, None if speed is None else Fraction(0), bool(_named(of, restitution)))
+    return _collision(_Restitution(restitution, velocity, of), digits)
 
 
 def _in_range(number: Fraction) -> bool:
@@ -223,17 +266,19 @@ def _is_infinite(value: object) -> bool:
         return False
 
 
-def _root(number: int, n: int) -> int | None:
-    """Return the n-th root of a whole number, if it is one."""
-    root = int(fmpz(number).root(n))
+def _rational_root(number: Fraction, n: int) -> Fraction | None:
+    """Return the n-th root of a fraction >= 0, if it is a fraction, so that it can be rounded exactly."""
+    roots = [int(fmpz(part).root(n)) for part in (number.numerator, number.denominator)]
+    root = Fraction(*roots)
     return root if root**n == number else None
 
 
-def _v_star_if_rational(beta: Fraction, speed: Fraction) -> dict[str, Fraction]:
-    """Return v* = (beta^5 v)^(1/10) if it is a fraction, so that it can be rounded exactly."""
-    power = beta**5 * speed
-    top, bottom = _root(power.numerator, 10), _root(power.denominator, 10)
-    return {} if top is None or bottom is None else {"v_star": Fraction(top, bottom)}
+def _rational_root_of_product(beta: Fraction, speed: Fraction, law: Law) -> Fraction | None:
+    """Return v* = (beta speed^(2 c))^(1/d) if it is a fraction: (beta^5 v)^(1/10) for the paper's law."""
+    power = 2 * law.c
+    if speed == 0:
+        return Fraction(0)
+    return _rational_root(beta**power.denominator * speed**power.numerator, power.denominator * law.d)
 
 
 def _rounded(number: Fraction, digits: int) -> str:
@@ -252,20 +297,32 @@ class _AtK:
     k: arb
     loading: Ends
     unloading: Ends
+    law: Law = VISCOELASTIC
+
+    @property
+    def motion(self) -> Motion:
+        return Motion.of(self.law)
 
     @property
     def log_kappa(self) -> arb:
-        return self.k.log() + (self.loading.p.log() - 4 * arb.const_log2()) / 5
+        return _log_kappa(self.law, self.k, self.loading.p)
 
     @property
     def epsilon(self) -> arb:
         return self.unloading.p / self.loading.p
 
     @property
+    def r_c(self) -> arb:
+        """The r at which contact ends."""
+        if not self.law.delayed or self.k == 0:
+            return arb(0)
+        return (self.k * self.unloading.p).root(self.motion.d)
+
+    @property
     def one_minus_epsilon(self) -> arb:
-        """(r_c^5/5 + k W)/(F^2 (1 + eps)): a sum of positive terms."""
-        r_c = (self.k * self.unloading.p).sqrt()
-        lost = r_c**5 / 5 + self.k * (self.loading.work + self.unloading.work)
+        """(r_c^n_a/n_a + k W)/(F^2 (1 + eps)): a sum of positive terms."""
+        n_a = self.motion.n_a
+        lost = self.r_c**n_a / n_a + self.k * (self.loading.work + self.unloading.work)
         return lost / (self.loading.p**2 * (1 + self.epsilon))
 
     @property
@@ -273,22 +330,54 @@ class _AtK:
         """A lower bound of -d ln eps/d ln k."""
         return self.k * self.loading.work / (2 * self.loading.p**2)
 
+    @property
+    def unloading_slope(self) -> arb:
+        """A bound of |d ln p/d ln k| in unloading, but for k far off: 1, or more where the force is attractive."""
+        if not self.motion.attractive:
+            return arb(1)
+        return (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
+
     def restitution(self, delta: arb) -> dict[str, arb]:
         """Enclose eps and 1 - eps at any k whose logarithm differs by at most delta."""
-        epsilon = self.epsilon * _within(2 * delta)
-        loss = self.one_minus_epsilon * _within(3 * delta)
+        slope = 1 + self.unloading_slope
+        if not delta * slope < arb(1) / 4:
+            raise ArithmeticError("k is too far off")
+        epsilon = self.epsilon * _within(slope * delta)
+        loss = self.one_minus_epsilon * _within((2 + slope / 2) * delta)
         return {"epsilon": 1 - loss if loss < arb(1) / 2 else epsilon, "one_minus_epsilon": loss}
 
     def course(self, delta: arb) -> dict[str, arb]:
         """Enclose x_max and tau_c likewise."""
-        f, time = 2 * self.loading.p, self.loading.time + self.unloading.time
-        r_c = (self.k * self.unloading.p).sqrt()
-        end = self.k / (2 * time)
-        sensitivity = arb(6) / 5 + (end.min(3 / r_c) if r_c > arb(1) / 2 else end)
-        if not delta * sensitivity < arb(1) / 8:
+        motion, power = self.motion, 1 / (self.law.elastic + 1)
+        f, time = self.loading.p, self.loading.time + self.unloading.time
+        of_scale = ball_of(abs(1 - 2 * power))
+        sensitivity = of_scale + self.unloading_slope + (self._end_sensitivity(time) if self.law.delayed else 0)
+        if not delta * (sensitivity + motion.n_a) < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        x_max = f ** (arb(-4) / 5) * _within(arb(4) / 5 * delta)
-        return {"x_max": x_max, "tau_c": 2 * f.root(5) * time * _within(delta * sensitivity)}
+        x_max = _root_power(1 / (2 * motion.m * f * f), power)
+        return {
+            "x_max": x_max * _within(ball_of(2 * power) * delta),
+            "tau_c": 2 * motion.m * f * x_max * time * _within(delta * sensitivity),
+        }
+
+    def _end_sensitivity(self, time: arb) -> arb:
+        """Bound |d ln T/d ln k| by the motion of the end: for large k the end hardly moves."""
+        n_b, m, d, r_c = self.motion.n_b, self.motion.m, self.motion.d, self.r_c
+        end = r_c**m / (d * self.unloading.p * time)
+        if not r_c > arb(1) / 2:
+            return end
+        least = r_c ** (min(d - n_b, 0) + min(n_b - m, 0) + m - d)
+        return end.min(3 * least)
+
+
+def _log_kappa(law: Law, k: arb, f: arb) -> arb:
+    """Return ln kappa = ln((2 m)^(1/nu-1) k F^(2 c))."""
+    return k.log() + f.log() * ball_of(2 * law.c) - (arb(2) * law.m).log() * ball_of(1 - 1 / law.nu)
+
+
+def _root_power(base: arb, exponent: Fraction) -> arb:
+    power: arb = base.root(exponent.denominator) ** exponent.numerator
+    return power
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -296,33 +385,37 @@ class _AtK:
 
 @dataclass(frozen=True)
 class _Speed:
-    """A collision at v* = beta^(1/2) v^(1/10): beta may be v*^2 and the speed 1."""
+    """A collision at kappa = beta speed^(2 c): beta may be kappa and the speed 1."""
 
     beta: Fraction
     speed: Fraction
     given: dict[str, Fraction]
+    law: Law = VISCOELASTIC
 
     def log_kappa(self) -> arb:
-        return ball_of(self.beta).log() + ball_of(self.speed).log() / 5
+        return ball_of(self.beta).log() + ball_of(self.speed).log() * ball_of(2 * self.law.c)
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its bits that are right."""
         with working(128):
             log_kappa = self.log_kappa()
-            return _k_from_table(log_kappa, 52) or _k_from_limits(float(log_kappa))
+            known = _k_from_table(log_kappa, 52) if self.law == VISCOELASTIC else None
+            return known or _k_from_limits(float(log_kappa), self.law)
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        loading = integrate(k, accuracy)
+        loading = integrate(k, accuracy, Motion.of(self.law))
         with working(accuracy + GUARD_BITS):
-            log_kappa = k.ball().log() + (loading.p_end.log() - 4 * arb.const_log2()) / 5
-            return (self.log_kappa() - log_kappa) / (1 + loading.sensitivity() / 5)
+            log_kappa = _log_kappa(self.law, k.ball(), loading.p_end)
+            return (self.log_kappa() - log_kappa) / (1 + loading.sensitivity() * ball_of(2 * self.law.c))
 
     def enclosed(self, at: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
         log_kappa = self.log_kappa()
-        delta = abs(log_kappa - at.log_kappa)  # bounds the error of ln k, too
-        numbers = {"v_star": (log_kappa / 2).exp(), **at.restitution(delta), **at.course(delta)}
+        delta = abs(log_kappa - at.log_kappa) * ball_of(max(self.law.nu / 2, Fraction(1)))  # bounds that of ln k
+        numbers = {"v_star": (log_kappa / self.law.d).exp(), **at.restitution(delta), **at.course(delta)}
+        if "kappa" in self.given or self.law != VISCOELASTIC:
+            numbers["kappa"] = log_kappa.exp()
         return {**numbers, "beta": ball_of(self.beta)} if "beta" in self.given else numbers
 
 
@@ -332,19 +425,20 @@ class _Restitution:
 
     epsilon: Fraction
     speed: Fraction | None
+    law: Law = VISCOELASTIC
 
     @property
     def given(self) -> dict[str, Fraction]:
         return {"epsilon": self.epsilon, "one_minus_epsilon": 1 - self.epsilon}
 
     def log_odds(self) -> arb:
-        """Return ln((1 - eps)/eps), a smooth function of ln k of slope 1 to 2."""
+        """Return ln((1 - eps)/eps), a smooth function of ln k; of slope 1 to 2 for the paper's law."""
         return ball_of(1 - self.epsilon).log() - ball_of(self.epsilon).log()
 
     def guess(self) -> tuple[arb, int]:
         """Return an approximation of k, and the number of its bits that are right."""
         epsilon, loss = float(self.epsilon), float(1 - self.epsilon)
-        if min(epsilon, loss) > 1e-300:
+        if self.law == VISCOELASTIC and min(epsilon, loss) > 1e-300:
             v_star = double.v_star_from(epsilon) if epsilon < loss else double.v_star_from(one_minus_epsilon=loss)
             with working(128):
                 found = _k_from_table(2 * arb(v_star).log(), 47)
@@ -352,15 +446,20 @@ class _Restitution:
                 return found
         with working(128):
             odds = float(self.log_odds())
-        # (1 - eps)/eps is about the larger of its limits, lambda_1 kappa and (2/3)^(2/3) kappa^(5/3).
-        lambda_1 = math.sqrt(math.pi) * math.gamma(3 / 5) / (5**0.4 * 2**0.2 * math.gamma(21 / 10))
-        return _k_from_limits(min(odds - math.log(lambda_1), 3 / 5 * odds - 2 / 5 * math.log(2 / 3)))
+        # (1 - eps)/eps is about the larger of its limits, lambda_1 kappa and, with delayed recovery, K^nu.
+        log_kappa = odds - math.log(_lambda_1(self.law))
+        if self.law.decay is not None:
+            log_k_of_e = 0.0 if not self.law.delayed else (1 - 1 / self.law.nu) * math.log(self.law.damping + 1)
+            log_kappa = min(log_kappa, odds / self.law.decay + log_k_of_e)
+        elif log_kappa > -1:
+            log_kappa = -1.0  # where contact still ends
+        return _k_from_limits(log_kappa, self.law)
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        loading, unloading = _branches(k, accuracy)
+        loading, unloading = _branches(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(k.ball(), ends(loading), ends(unloading))
+            at = _AtK(k.ball(), ends(loading), ends(unloading), self.law)
             log_odds = at.one_minus_epsilon.log() - at.epsilon.log()
             slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
             return (self.log_odds() - log_odds) / slope
@@ -372,12 +471,26 @@ class _Restitution:
         delta = 2 * abs(difference) / (epsilon.min(at.epsilon) * at.least_slope)
         if not delta < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        v_star = (at.log_kappa / 2).exp() * _within(arb(3) / 5 * delta)
+        rate = max(2 / self.law.nu, Fraction(1))  # of ln kappa with ln k, at most
+        kappa = at.log_kappa.exp() * _within(ball_of(rate) * delta)
+        v_star = (at.log_kappa / self.law.d).exp() * _within(ball_of(rate / self.law.d) * delta)
         numbers = {"v_star": v_star, "epsilon": epsilon, "one_minus_epsilon": loss, **at.course(delta)}
-        return numbers if self.speed is None else {**numbers, "beta": v_star**2 / ball_of(self.speed).root(5)}
+        if self.law != VISCOELASTIC:
+            numbers["kappa"] = kappa
+        if self.speed is None:
+            return numbers
+        power = 2 * self.law.c
+        return {**numbers, "beta": kappa / _root_power(ball_of(self.speed), power) if power else kappa}
 
 
 _Wanted = _Speed | _Restitution
+
+
+def _lambda_1(law: Law) -> float:
+    """Return the limit of (1 - eps)/kappa, B(1/nu, 3/2) ((a+1)/2)^(1/nu-1)."""
+    inverse, (base, power) = float(1 / law.nu), law.kappa_scale
+    beta = math.exp(math.lgamma(inverse) + math.lgamma(1.5) - math.lgamma(inverse + 1.5))
+    return beta * math.exp(-float(power) * math.log(base))
 
 
 def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
@@ -392,12 +505,14 @@ def _k_from_table(log_kappa: arb, bits: int) -> tuple[arb, int] | None:
     return 2 * log_kappa.exp() * arb(x_max).root(4), bits
 
 
-def _k_from_limits(log_kappa: float) -> tuple[arb, int]:
-    """Return k as if F were the larger of its limits, 1/sqrt(5) for slow and k/6 for fast impacts."""
-    scaled = log_kappa + 4 / 5 * math.log(2)
-    log_k = min(scaled + math.log(5) / 10, 5 / 6 * scaled + math.log(6) / 6)
+def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
+    """Return k as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts."""
+    motion, c = Motion.of(law), float(2 * law.c)
+    scaled = log_kappa + float(1 - 1 / law.nu) * math.log(2 * motion.m)
+    slow = scaled + c / 2 * math.log(motion.n_a)
+    fast = (scaled + c * math.log(2 * motion.n_b)) / (1 + c)
     with working(128):
-        return arb(log_k).exp(), 1
+        return arb(min(slow, fast) if c > 0 else max(slow, fast)).exp(), 1
 
 
 # --- solving ----------------------------------------------------------------------------------------------------------
@@ -408,16 +523,41 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)
+    if known < LEAST_KNOWN:
+        k, known = _approached(wanted, k), LEAST_KNOWN
+    more = 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
-        loading, unloading = _branches(k, accuracy)
+        try:
+            loading, unloading = _branches(k, accuracy, wanted.law)
+        except NoEndError:
+            raise ValueError(
+                f"contact of the law {wanted.law} does not end at x = 0, or too slowly to be followed, with so much "
+                "damping: accepted is a smaller kappa" + (", or end 'force'" if wanted.law.nu > 1 else "")
+            ) from None
         with working(accuracy + GUARD_BITS):
             try:
-                balls = wanted.enclosed(_AtK(k.ball(), ends(loading), ends(unloading)))
+                balls = wanted.enclosed(_AtK(k.ball(), ends(loading), ends(unloading), wanted.law))
                 return Collision(digits, **balls, given=wanted.given)
             except (ArithmeticError, ValueError):
-                accuracy += 16
+                accuracy, more = accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _approached(wanted: _Wanted, k: Dyadic) -> Dyadic:
+    """Return k to a few bits, by Newton's method with steps of at most a factor of e^2."""
+    largest = 2.0
+    for _ in range(MAX_STEPS):
+        try:
+            change = float(wanted.step(k, LEAST_ACCURACY).mid())
+        except NoEndError:
+            change, largest = -largest, largest / 2  # back, and on more carefully
+        change = max(min(change, largest), -largest)
+        with working(96):
+            k = Dyadic.nearest(k.ball() * arb(change).exp(), 64)
+        if abs(change) < 2.0**-LEAST_KNOWN:
+            return k
+    raise ArithmeticError("Newton's method did not converge")
 
 
 def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
@@ -432,8 +572,9 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
     return k
 
 
-def _branches(k: Dyadic, accuracy: int) -> tuple[Branch, Branch]:
-    return integrate(k, accuracy), integrate(Dyadic(-k.mantissa, k.exponent), accuracy)
+def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
+    motion = Motion.of(law)
+    return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
 def _within(log_error: arb) -> arb:
@@ -441,15 +582,17 @@ def _within(log_error: arb) -> arb:
     return arb(1, log_error.abs_upper().expm1().abs_upper())
 
 
-def _elastic(digits: int, beta: Fraction | None = None) -> Collision:
+def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bool = False) -> Collision:
     """Return the limit v* = 0."""
     zero = Dyadic(0, 0)
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
+    given = {} if beta is None else {"beta": beta}
+    if with_kappa:
+        given["kappa"] = Fraction(0)
     for _ in range(MAX_ATTEMPTS):
-        loading, unloading = _branches(zero, accuracy)
+        loading, unloading = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(arb(0), ends(loading), ends(unloading))
-            given = {} if beta is None else {"beta": beta}
+            at = _AtK(arb(0), ends(loading), ends(unloading), law)
             balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)
@@ -458,6 +601,9 @@ def _elastic(digits: int, beta: Fraction | None = None) -> Collision:
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
-def _at_infinity(digits: int) -> Collision:
+def _at_infinity(digits: int, law: Law) -> Collision:
     """Return the limit v* -> infinity."""
-    return Collision(digits, arb.pos_inf(), arb(0), arb(1), arb(0), arb(0), {})
+    if not law.delayed:
+        raise ValueError("v_star is inf: accepted is a finite number, because contact with this law takes for ever")
+    kappa = {"kappa": arb.pos_inf()} if law != VISCOELASTIC else {}
+    return Collision(digits, arb.pos_inf(), arb(0), arb(1), arb(0), arb(0), {}, **kappa)

@@ -1,12 +1,14 @@
 r"""The collision as a polynomial flow, integrated by Taylor polynomials piece by piece (docs/theory/exact-function.md).
 
-Measured from the turning point, with r = sqrt(x/x_max) and p = |x'|/(2 x_max^(5/4)) (which is g/sqrt(5) of
-section 2.2), the only parameter is k = sqrt(5) K. In the regularised time s, d tau = 2 (2F)^(1/5) r ds,
+Measured from the turning point, with r = (x/x_max)^(1/m) and p = g/sqrt(n_a) of section 2.2, the only parameter is
+k = sqrt(n_a) K. In a regularised time s,
 
-    u = 1 - r,    u' = 2 p,    p' = r^2 (r^2 + k p),    u(0) = p(0) = 0.
+    u = 1 - r,    u' = 2 p,    p' = r^(n_a-1) + k p r^(n_b-1),    u(0) = p(0) = 0.
 
-This is loading, backwards in time, until r = 0, where p = F. With -k for k it is unloading, until the force vanishes,
-r^2 = k p, where p = m. Both are entire pieces of the same polynomial flow: no root, no singular point, not stiff.
+For the paper's law r = sqrt(x/x_max), p = |x'|/(2 x_max^(5/4)) and p' = r^2 (r^2 + k p); n_a, n_b and m of the others
+are in `Motion`. This is loading, backwards in time, until r = 0, where p = F. With -k for k it is unloading, until
+contact ends, where p = m: where the force vanishes, r^(n_a-n_b) = k p, or at r = 0. Both are entire pieces of the same
+polynomial flow: no root, no singular point, and not stiff if the force vanishes before r = 0.
 
 A `Branch` is a chain of polynomials u(z), 0 <= z <= 1, s = s_0 + h z, with integer coefficients in units of 2^-bits.
 They may come from anywhere: `validation` proves how far they are off, from the residual of the equation alone.
@@ -18,25 +20,78 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import exp, isqrt, ldexp, lgamma, log
+from math import exp, ldexp, lgamma, log, pi, sqrt
 from operator import mul
 from typing import NamedTuple
 
 from flint import arb, arb_series, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
+from viscopade.theory.law import VISCOELASTIC, Law
 
 # Coefficients a piece has for each bit: pieces as long as a quarter of the radius of convergence cost least.
 TERMS_PER_BIT = 0.5
 # Up to so many, Taylor coefficients one by one are faster than Newton's iteration; fewer if they are long.
 NEWTON_FROM = 120
 NEWTON_FROM_BITS = 40_000
-LONGEST_FIRST_STEP = 0.23  # a quarter of the distance 0.911 of the nearest singularity at k = 0
+LONGEST_FIRST_STEP = (
+    0.2258  # of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity
+)
 MAX_PIECES = 20_000
+MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 against strong damping
 # Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
 LARGEST_GROWTH = 6.0
 SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
 AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
+
+
+class NoEndError(ArithmeticError):
+    """Contact does not end: damping holds the bodies back, and they do not reach x = 0, or not in `MAX_SLOW_PIECES`."""
+
+
+class Motion(NamedTuple):
+    """What the flow knows of a law of contact."""
+
+    n_a: int
+    n_b: int
+    m: int
+    """x = x_max r^m."""
+    delayed: bool
+    """Whether unloading ends where the force vanishes, before r = 0."""
+
+    @classmethod
+    def of(cls, law: Law) -> Motion:
+        """Return the motion of a law: its exponents in r = (x/x_max)^(1/m) with the least m that makes them whole."""
+        return cls(*law.powers, law.m, law.delayed)
+
+    @property
+    def d(self) -> int:
+        """n_a - n_b: the force is proportional to r^d + k p."""
+        return self.n_a - self.n_b
+
+    @property
+    def attractive(self) -> bool:
+        """Whether the force vanishes before r = 0, but contact goes on to r = 0."""
+        return self.d > 0 and not self.delayed
+
+    @property
+    def factors(self) -> tuple[int, int, int]:
+        """Powers of r in p' = r^common (r^elastic + k p r^viscous)."""
+        return min(self.n_a, self.n_b) - 1, max(self.d, 0), max(-self.d, 0)
+
+    @property
+    def radius(self) -> float:
+        """Distance of a singularity of u(s) from the turning point at k = 0, at most 4; others are hardly nearer.
+
+        On the imaginary axis r is infinite at B(1/2 - 1/n_a, 1/2)/(2 sqrt(n_a)), as p^2 = (1 - r^n_a)/n_a.
+        """
+        if self.n_a <= 2:
+            return 4.0
+        gap = 0.5 - 1 / self.n_a
+        return min(exp(lgamma(gap) - lgamma(gap + 0.5)) * sqrt(pi / self.n_a) / 2, 4.0)
+
+
+HERTZ = Motion.of(VISCOELASTIC)
 
 
 class Dyadic(NamedTuple):
@@ -104,12 +159,14 @@ class Branch:
         At the joints u is continuous, and so is p but for less than three units of du/dz.
     root : int
         Approximate z of the end in the last piece, in units of 2^-bits.
+    motion : Motion
     """
 
     k: Dyadic
     bits: int
     pieces: tuple[Piece, ...]
     root: int
+    motion: Motion = HERTZ
 
     def __post_init__(self) -> None:
         if self.pieces[0].u[:2] != [0, 0]:
@@ -129,17 +186,17 @@ class Branch:
     def sensitivity(self) -> arb:
         """Return d ln p/d ln k at the end, without a proof, to about half of the bits.
 
-        The derivative of p^2/2 with respect to k at constant r, call it q, obeys q' = r^2 p^2 + k r^2 q. As p is
-        stationary at either end, dp/dk is q/p there.
+        The derivative of p^2/2 with respect to k at constant r, call it q, obeys q' = r^(n_b-1) (p^2 + k q). As p is
+        stationary at an end that moves, dp/dk is q/p there.
         """
         bits = (self.bits - 2 * max(self.k.size, 0)) // 2 + 32
         q = arb(0)
         for piece in self.pieces:
             with working(bits, len(piece.u) // 2 + 8):
                 y, r = self._half(piece.y), 1 - self._half(piece.u)
-                r_squared, h = r * r, piece.h.ball()
-                growth = (h * self.k.ball() * r_squared.integral()).exp()
-                q_series = growth * (q + (r_squared * y * y / growth).integral() / (4 * h))
+                damping, h = _series_power(r, self.motion.n_b - 1), piece.h.ball()
+                growth = (h * self.k.ball() * damping.integral()).exp()
+                q_series = growth * (q + (damping * y * y / growth).integral() / (4 * h))
                 end = arb(1) if piece is not self.pieces[-1] else fixed_point(self.root, 0, self.bits)
                 q = _value(q_series, end).mid()
         with working(bits):
@@ -150,6 +207,13 @@ class Branch:
         unit = arb(2) ** -self.bits
         length = len(self.pieces[0].u) // 2 + 8
         return arb_series([c * unit for c in coefficients[:length]], length)
+
+
+def _series_power(base: arb_series, exponent: int) -> arb_series:
+    power = arb_series([1], base.prec)
+    for _ in range(exponent):
+        power = power * base
+    return power
 
 
 def _value(series: arb_series, z: arb) -> arb:
@@ -172,24 +236,32 @@ def _horner(coefficients: Sequence[int | fmpz], z: int, bits: int) -> int:
 # --- integration ------------------------------------------------------------------------------------------------------
 
 
-def integrate(k: Dyadic, accuracy: int) -> Branch:
+def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     """Integrate from the turning point to the end of loading (k >= 0) or of unloading (k < 0).
 
     `accuracy` is about the number of bits that p has, relatively, at the end; `validation.ends` tells what it has. In
-    unloading r^2 - |k| p, whose zero is the end, has about as many, although it is of order 1/k^2 long before.
+    unloading r^d - |k| p, whose zero is the end, has about as many, although it is of order 1/k^2 long before.
+
+    Raises
+    ------
+    NoEndError
+        If the end is at r = 0, and unloading does not reach it.
     """
     size = max(k.size, 0)
     if k.mantissa < 0:
         accuracy += min(size, 10)
     terms = int(TERMS_PER_BIT * accuracy) + 10
     bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
-    steps = _Steps(k, bits, terms, accuracy)
+    steps = _Steps(k, bits, terms, accuracy, motion)
     pieces = [steps.piece(0, 0, steps.first())]
-    while not _ends_in(pieces[-1], k, bits):
+    while not _ends_in(pieces[-1], k, bits, motion):
+        slow = k.mantissa < 0 and not motion.delayed and len(pieces) == MAX_SLOW_PIECES
+        if slow or (k.mantissa < 0 and _creeps(pieces[-1], k, bits, motion)):
+            raise NoEndError("x = 0 is not reached")
         if len(pieces) == MAX_PIECES:
             raise ArithmeticError("the end of the collision was not found")
         pieces.append(steps.next(pieces[-1]))
-    return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits))
+    return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits, motion), motion)
 
 
 @dataclass(frozen=True)
@@ -200,6 +272,7 @@ class _Steps:
     bits: int
     terms: int
     accuracy: int
+    motion: Motion
 
     def first(self) -> Dyadic:
         """Return a first step.
@@ -210,19 +283,27 @@ class _Steps:
         k_scaled = ldexp(abs(self.k.mantissa) / (1 << self.k.mantissa.bit_length()), self.k.size - size)
         longest = exp((lgamma(self.terms + 1) - self.accuracy * log(2)) / self.terms)  # |h k|
         longest = min(longest, LARGEST_GROWTH)
-        return _step(1 / (ldexp(1 / LONGEST_FIRST_STEP, -size) + k_scaled / longest), -size)
+        longest_at_0 = LONGEST_FIRST_STEP * self.motion.radius
+        return _step(1 / (ldexp(1 / longest_at_0, -size) + k_scaled / longest), -size)
 
     def next(self, last: Piece) -> Piece:
         """Return the piece after `last`."""
-        growth = max(float(abs(self.k.ball()) * last.h.ball()), 1e-9)
+        growth = max(float(abs(self.k.ball()) * last.h.ball()) * self.damping(last), 1e-9)
         longer = min(self.stretch(self.spare_bits(last) - AIM_BITS), 2.0, LARGEST_GROWTH / growth)
         return self.piece(sum(last.u), sum(last.y), _scaled(last.h, longer), last.h)
+
+    def damping(self, last: Piece) -> float:
+        """Return r^(n_b-1) at the end of a piece, by which the growth is less if the way leads to r = 0."""
+        if self.motion.delayed or self.k.mantissa >= 0:
+            return 1.0
+        r = fixed_point((1 << self.bits) - sum(last.u), 0, self.bits)
+        return max(float(r), 0.0) ** (self.motion.n_b - 1)
 
     def piece(self, start: int, slope: int, h: Dyadic, slope_step: Dyadic | None = None) -> Piece:
         """Return the piece from u = start, du/dz = slope (for a step of slope_step), shortened as far as needed."""
         while True:
             first = h.over(slope_step, slope) if slope_step else 0
-            piece = Piece(taylor(start, first, h, self.k, self.bits, self.terms), h)
+            piece = Piece(taylor(start, first, h, self.k, self.bits, self.terms, self.motion), h)
             spare = self.spare_bits(piece)
             if spare >= 0:
                 return piece
@@ -232,15 +313,18 @@ class _Steps:
         """Return by how many bits the last coefficients are smaller than they need to be."""
         largest = max(abs(c) for c in piece.u[-4:]) + 1
         needed = self.accuracy + 2 * _log2(self.terms) - SPARE_BITS + self.force_bits(piece)
-        return _log2(max(piece.u[1:3])) - needed - _log2(largest)
+        size = max(piece.u[1:3])
+        if self.motion.attractive and self.k.mantissa < 0:  # the error of p itself never grows, however small p is
+            size = max(size, piece.h.times(1 << self.bits) >> 3)
+        return _log2(size) - needed - _log2(largest)
 
     def force_bits(self, piece: Piece) -> float:
-        """Return how many bits more than p must be known in order to know r^2 - |k| p, at the end of the piece."""
-        if self.k.mantissa >= 0 or self.k.size <= 0:
+        """Return how many bits more than p must be known in order to know r^d - |k| p, at the end of the piece."""
+        if self.k.mantissa >= 0 or self.k.size <= 0 or not self.motion.delayed:
             return 0.0
         r = (1 << self.bits) - piece.u[0]
         damping = Dyadic(-self.k.mantissa, self.k.exponent).over(_twice(piece.h), piece.u[1])
-        lost = self.bits - _log2(max((r * r >> self.bits) - damping, 1)) + LARGEST_GROWTH / log(2)
+        lost = self.bits - _log2(max(_power(r, self.motion.d, self.bits) - damping, 1)) + LARGEST_GROWTH / log(2)
         return min(lost, 2.0 * self.k.size + 4)
 
     def stretch(self, spare_bits: float) -> float:
@@ -263,61 +347,102 @@ def _scaled(h: Dyadic, factor: float) -> Dyadic:
     return _step(factor * h.mantissa / 2.0**size, h.exponent + size)
 
 
-def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int) -> list[int]:
+def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, motion: Motion = HERTZ) -> list[int]:
     """Return Taylor coefficients of u(z), u(0) = start, u'(0) = slope, in units of 2^-bits.
 
-    With R = 1 - u, S = R^2 and Y = u' the flow is u'' = S V, V = 2 h^2 S + h k Y.
+    With r = 1 - u, S = r^common and Y = u' the flow is u'' = S V, V = 2 h^2 r^elastic + h k r^viscous Y
+    (`Motion.factors`).
     """
     lengths = [terms]
     while lengths[-1] > max(min(NEWTON_FROM, NEWTON_FROM_BITS // bits), 16):
         lengths.append((lengths[-1] + 5) // 2)
     constants = Dyadic(2, 0).product(h).product(h), h.product(k)
-    u = _one_by_one(start, slope, *constants, bits, lengths.pop())
+    u = _one_by_one(start, slope, *constants, bits, lengths.pop(), motion)
     while lengths:
-        u = _doubled(u, *constants, bits, lengths.pop())
+        u = _doubled(u, *constants, bits, lengths.pop(), motion)
     return u
 
 
-def _one_by_one(start: int, slope: int, elastic: Dyadic, viscous: Dyadic, bits: int, terms: int) -> list[int]:
+class _Powers:
+    """Coefficients of powers of r, one after the other, in units of 2^-bits."""
+
+    def __init__(self, wanted: Sequence[int], r: list[int], bits: int) -> None:
+        self.bits, self.r = bits, r
+        self.of: dict[int, list[int]] = {0: [], 1: r}
+        needed = set(wanted)
+        for power in range(max(wanted), 1, -1):
+            if power in needed:
+                needed.add(power - 1 if power % 2 else power // 2)
+        self.of |= {power: [] for power in needed - {0, 1}}
+        self.order = sorted(needed - {0, 1})
+
+    def advance(self, j: int) -> None:
+        """Append coefficient j of all powers but r itself, whose is known."""
+        self.of[0].append(0 if j else 1 << self.bits)
+        for power in self.order:
+            if power % 2:
+                value = sum(map(mul, self.of[power - 1], self.r[j::-1]))
+            else:
+                root, half = self.of[power // 2], (j + 1) // 2
+                value = 2 * sum(map(mul, root[:half], root[j : j - half : -1])) if half else 0
+                if j % 2 == 0:
+                    value += root[j // 2] ** 2
+            self.of[power].append(value >> self.bits)
+
+
+def _one_by_one(
+    start: int, slope: int, elastic: Dyadic, viscous: Dyadic, bits: int, terms: int, motion: Motion
+) -> list[int]:
     """Compare coefficients: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
-    u, r = [start, slope], [(1 << bits) - start, -slope]
-    s: list[int] = []
+    u, r, y = [start, slope], [(1 << bits) - start, -slope], [slope]
+    powers = _Powers(motion.factors, r, bits)
+    s, spring, drag = (powers.of[power] for power in motion.factors)
     v: list[int] = []
     for j in range(terms - 2):
-        half = (j + 1) // 2
-        square = 2 * sum(map(mul, r[:half], r[j : j - half : -1])) if half else 0
-        if j % 2 == 0:
-            square += r[j // 2] ** 2
-        s.append(square >> bits)
-        v.append(elastic.times(s[j]) + viscous.times((j + 1) * u[j + 1]))
+        powers.advance(j)
+        damping = y[j] if motion.d >= 0 else sum(map(mul, drag, reversed(y))) >> bits
+        v.append(elastic.times(spring[j]) + viscous.times(damping))
         u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))
         r.append(-u[-1])
+        y.append((j + 2) * u[-1])
     return u
 
 
-def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: int) -> list[int]:
+def _doubled(u: list[int], elastic: Dyadic, viscous: Dyadic, bits: int, terms: int, motion: Motion) -> list[int]:
     """Append coefficients by one step of Newton's iteration, to less than twice as many.
 
     The correction e solves the linearised flow. With Y = u', which solves it too, w = Y e' - Y' e obeys
-    w' = h k S w + Y (u'' - S V), and e = Y integral of w/Y^2.
+    w' = h k r^(n_b-1) w + Y (u'' - S V), and e = Y integral of w/Y^2.
     """
     known, new = len(u), terms - len(u)
     r = fmpz_poly([(1 << bits) - u[0], *(-c for c in u[1:])])
     y = [j * c for j, c in enumerate(u)][1:]
-    s = _cut(r * r, bits, 0, terms - 2)
-    v = [elastic.times(c) for c in s]
-    for j, c in enumerate(y[: terms - 2]):
+    powers = {power: _cut_power(r, power, bits, terms - 2) for power in {*motion.factors, motion.n_b - 1}}
+    s, spring, drag = (powers[power] for power in motion.factors)
+    damping = y[: terms - 2] if motion.d >= 0 else _cut(fmpz_poly(drag) * fmpz_poly(y), bits, 0, terms - 2)
+    v = [elastic.times(c) for c in spring]
+    for j, c in enumerate(damping):
         v[j] += viscous.times(c)
     residual = _cut(fmpz_poly(s) * fmpz_poly(v), bits, known - 2, terms - 2)
     turning = 1 if u[1] == 0 else 0  # Y has a factor z at the turning point
     with working(max(c.bit_length() for c in residual) + 64, new):
         unit = arb(2) ** -bits
         y_series = arb_series([c * unit for c in y[turning : turning + new]], new)
-        damping = arb_series([viscous.times(c) * unit for c in s[:new]], new).integral().exp()
-        w = damping * _integral(y_series * arb_series([c * unit for c in residual], new) / damping, known + turning - 1)
+        growth = arb_series([viscous.times(c) * unit for c in powers[motion.n_b - 1][:new]], new).integral().exp()
+        w = growth * _integral(y_series * arb_series([c * unit for c in residual], new) / growth, known + turning - 1)
         e = y_series * _integral(w / (y_series * y_series), known - turning)
         scale = arb(2) ** bits
         return u + [_floor(c * scale) for c in _coefficients(e, new)]
+
+
+def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> list[int]:
+    """Return the first coefficients of a power of r, in units of 2^-bits."""
+    if power == 0:
+        return [1 << bits, *(length - 1) * [0]]
+    total = [*map(int, r.coeffs()[:length])]
+    for _ in range(power - 1):
+        total = _cut(fmpz_poly(total) * r, bits, 0, length)
+    return total + [0] * (length - len(total))
 
 
 def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:
@@ -345,32 +470,57 @@ def _floor(value: arb) -> int:
 # --- the end of a branch ----------------------------------------------------------------------------------------------
 
 
-def _ends_in(piece: Piece, k: Dyadic, bits: int) -> bool:
-    """Whether r <= 0, or r^2 <= |k| p in unloading, at z = 1."""
+def _ends_in(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> bool:
+    """Whether r <= 0, or r^d <= |k| p in unloading with delayed recovery, at z = 1."""
     r = (1 << bits) - sum(piece.u)
-    if r <= 0 or k.mantissa >= 0:
+    if r <= 0 or k.mantissa >= 0 or not motion.delayed:
         return r <= 0
-    return r * r >> bits <= Dyadic(-k.mantissa, k.exponent).over(_twice(piece.h), sum(piece.y))
+    return _power(r, motion.d, bits) <= Dyadic(-k.mantissa, k.exponent).over(_twice(piece.h), sum(piece.y))
+
+
+def _creeps(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> bool:
+    """Whether unloading is so slow that it does not reach r = 0, where the elastic force is weak: n_a >= 2 n_b.
+
+    Damping alone stops bodies slower than p = |k| r^n_b/(2 n_b). For n_a = 2 n_b there is such an orbit, p
+    proportional to r^n_b, if k^2 >= 8 n_b, and the one from the turning point lies below it.
+    """
+    if motion.delayed or motion.n_a < 2 * motion.n_b:
+        return False
+    size = abs(float(k.ball()))
+    if motion.n_a == 2 * motion.n_b:
+        return size * size >= 8 * motion.n_b
+    r = float(fixed_point((1 << bits) - sum(piece.u), 0, bits))
+    p = float(fixed_point(sum(piece.y), 0, bits) / (2 * piece.h.ball()))
+    return p < 0.0 or (r < 0.5 and p < size * r**motion.n_b / (4 * motion.n_b))
+
+
+def _power(r: int, power: int, bits: int) -> int:
+    """Return a power of r, all in units of 2^-bits."""
+    total = r
+    for _ in range(power - 1):
+        total = total * r >> bits
+    return total
 
 
 def _twice(h: Dyadic) -> Dyadic:
     return Dyadic(h.mantissa, h.exponent + 1)
 
 
-def _root(piece: Piece, k: Dyadic, bits: int) -> int:
-    """Return z where r = sqrt(max(-k p, 0)), by Newton's method kept within brackets."""
-    one, y = 1 << bits, piece.y
+def _root(piece: Piece, k: Dyadic, bits: int, motion: Motion) -> int:
+    """Return z where r = (-k p)^(1/d), or 0 if nothing is delayed, by Newton's method kept within brackets."""
+    one, y, d = 1 << bits, piece.y, motion.d
     curvature = [j * c for j, c in enumerate(y)][1:]
-    damping = Dyadic(max(-k.mantissa, 0), k.exponent)
+    damping = Dyadic(max(-k.mantissa, 0) if motion.delayed else 0, k.exponent)
     low, high, z = 0, one, one
     while high - low > 1:
         slope = _horner(y, z, bits)
-        threshold = isqrt(damping.over(_twice(piece.h), slope) << bits)
+        drag = damping.over(_twice(piece.h), slope)
+        threshold = int(fmpz(drag << (d - 1) * bits).root(d)) if drag > 0 else 0
         value = one - _horner(piece.u, z, bits) - threshold
         low, high = (z, high) if value > 0 else (low, z)
         fall = slope
         if threshold:
-            fall += (damping.over(_twice(piece.h), _horner(curvature, z, bits)) << bits) // (2 * threshold)
+            fall += damping.over(_twice(piece.h), _horner(curvature, z, bits)) * threshold // (d * drag)
         following = z + (value << bits) // fall if fall > 0 else low
         if abs(following - z) <= 1:
             break

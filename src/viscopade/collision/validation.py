@@ -1,26 +1,30 @@
 r"""Proof of the distance between a `flow.Branch` and the true solution (docs/theory/exact-function.md).
 
-Put rho = p' - r^2 (r^2 + k p) for the polynomials of a branch, with r' = -2 p exactly. As a curve in the (r, p) plane
-it obeys p dp/du = (r^2 (r^2 + k p) + rho)/2, and comparison with the true curve gives, as long as contact lasts,
+Put rho = p' - r^(n_a-1) - k p r^(n_b-1) for the polynomials of a branch, with r' = -2 p exactly. As a curve in the
+(r, p) plane it obeys p dp/du = (r^(n_a-1) + k p r^(n_b-1) + rho)/2, and comparison with the true curve gives, as long
+as the force is not attractive,
 
     |p^2/p_true^2 - 1| <= eta,    eta = integral of |rho|/p_true^2 du,
 
-in loading and in unloading alike: relative errors never grow. The residual is a polynomial, computed in balls;
-no enclosure is carried from step to step.
+in loading and in unloading alike: relative errors never grow. Where unloading goes on to x = 0 against an attractive
+force, it is the error of p^2 that never grows. The residual is a polynomial, computed in balls; no enclosure is
+carried from step to step.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from flint import arb, arb_poly, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
-from viscopade.collision.flow import Branch, Dyadic, Piece
+from viscopade.collision.flow import Branch, Dyadic, Motion, Piece
 
 GUARD_BITS = 32  # within a piece p may grow by a factor of e^6, nine bits
 # For |k| of this many bits or more the balance of energy gives the work, at the cost of few bits.
 ENERGY_FROM = -2
+PARTS, LEADING = 8, 100  # of a piece, on which the speed is shown to be positive, and of its coefficients
 
 
 class Ends(NamedTuple):
@@ -29,9 +33,9 @@ class Ends(NamedTuple):
     p: arb
     """F (loading) or m (unloading)."""
     time: arb
-    """Integral of r ds over the branch."""
+    """Integral of r^(m-1) ds over the branch."""
     work: arb
-    """Integral of p r^2 dr over the branch."""
+    """Integral of p r^(n_b-1) dr over the branch."""
 
 
 def ends(branch: Branch) -> Ends:
@@ -50,53 +54,91 @@ def ends(branch: Branch) -> Ends:
 def _ends(branch: Branch) -> Ends:
     functions = [_Functions.of(branch, piece) for piece in branch.pieces]
     residuals = [_residual(branch.k, f) for f in functions]
+    for f in functions[:-1]:
+        _require_motion(f, arb(1))
+    _require_motion(functions[-1], fixed_point(branch.root, 0, branch.bits))
+    if branch.k.mantissa < 0 and branch.motion.attractive:
+        return _attracted(branch, functions, residuals)
     shares = _shares(branch, functions, residuals)
     eta = 2 * sum(shares, arb(0)).abs_upper()
     if not eta < arb(1) / 4:
         raise ArithmeticError("the residual is too large")
     z, eta_end = _before_the_end(branch, functions, residuals, shares, eta)
+    return _completed(branch, _summed(branch, functions, z, eta, eta_end), functions[-1].r(z))
+
+
+def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb) -> Ends:
+    """Enclose the integrals up to z in the last piece, and p there, from bounds of the errors of p^2."""
     pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))
     uncertain = 1 + _plus_minus(eta)
     time = sum((f.time(limit) for f, limit in pairs), arb(0)) * uncertain
     work = arb(0) if branch.k.size > ENERGY_FROM else sum((f.work(limit) for f, limit in pairs), arb(0)) * uncertain
-    return _completed(branch, Ends(functions[-1].p(z) * (1 + _plus_minus(eta_end)), time, work), functions[-1].r(z))
+    return Ends(functions[-1].p(z) * (1 + _plus_minus(eta_end)), time, work)
 
 
 class _Functions(NamedTuple):
-    """R = 1 - u, Y = du/dz = 2 h p and S = R^2 of a piece."""
+    """R = 1 - u, Y = du/dz = 2 h p of a piece, and powers of R."""
 
     r: arb_poly
     y: arb_poly
-    s: arb_poly
+    common: arb_poly
+    elastic: arb_poly
+    viscous: arb_poly
     h: arb
+    motion: Motion
 
     @classmethod
     def of(cls, branch: Branch, piece: Piece) -> _Functions:
         u = arb_poly(fmpz_poly(piece.u)) * arb(2) ** -branch.bits
         r = 1 - u
-        return cls(r, u.derivative(), r * r, piece.h.ball())
+        powers = {power: r**power for power in {*branch.motion.factors}}
+        common, elastic, viscous = (powers[power] for power in branch.motion.factors)
+        return cls(r, u.derivative(), common, elastic, viscous, piece.h.ball(), branch.motion)
 
     def p(self, z: arb) -> arb:
         return self.y(z) / (2 * self.h)
 
+    def force(self, z: arb, k: arb) -> arb:
+        """Enclose r^d - |k| p, which has the sign of the force."""
+        return self.elastic(z) - abs(k) * self.p(z)
+
     def contraction(self, k: arb, eta: arb) -> arb:
         """Bound the factor by which an error shrinks during a piece of unloading."""
-        return (k * self.h * self.r(arb(1)) ** 2 * (1 - eta)).exp()  # r falls
+        return (k * self.h * self.r(arb(1)) ** (self.motion.n_b - 1) * (1 - eta)).exp()  # r falls
 
     def time(self, z: arb) -> arb:
-        """Enclose the integral of r ds from 0 to z."""
-        return self.r.integral()(z) * self.h
+        """Enclose the integral of r^(m-1) ds from 0 to z."""
+        return _polynomial_power(self.r, self.motion.m - 1).integral()(z) * self.h
 
     def work(self, z: arb) -> arb:
-        """Enclose the integral of p r^2 dr = Y^2 R^2/(2 h) dz from 0 to z."""
-        y_r = self.y * self.r
-        return (y_r * y_r).integral()(z) / (2 * self.h)
+        """Enclose the integral of p r^(n_b-1) dr = Y^2 R^(n_b-1)/(2 h) dz from 0 to z."""
+        return (self.y * self.y * self.common * self.viscous).integral()(z) / (2 * self.h)
+
+
+def _polynomial_power(base: arb_poly, exponent: int) -> arb_poly:
+    return base if exponent == 1 else base**exponent
 
 
 def _residual(k: Dyadic, f: _Functions) -> arb:
-    """Bound |u'' - S (2 h^2 S + h k Y)| = 2 h^2 |rho| on 0 <= z <= 1."""
-    right = f.s * (f.s * (2 * f.h**2) + f.y * (f.h * k.ball()))
+    """Bound |u'' - S (2 h^2 r^elastic + h k r^viscous Y)| = 2 h^2 |rho| on 0 <= z <= 1 (`flow.taylor`)."""
+    drag = f.y if f.motion.d >= 0 else f.viscous * f.y
+    right = f.common * (f.elastic * (2 * f.h**2) + drag * (f.h * k.ball()))
     return (f.y.derivative() - right)(arb(0, 1)).abs_upper()
+
+
+def _require_motion(f: _Functions, end: arb) -> None:
+    """Show that Y > 0 up to z = end, but for z = 0 at the turning point: so r falls, and p is a function of u.
+
+    Y, or Y/z, is expanded around the middle of each part; what stands behind its first coefficients is added up.
+    """
+    with working(64):
+        coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
+        rest = sum((abs(c) for c in coefficients[LEADING:]), arb(0))
+        speed = arb_poly(coefficients[:LEADING])
+        for i in range(PARTS):
+            part = speed(arb_poly([(2 * i + 1) * end / (2 * PARTS), end / (2 * PARTS)]))
+            if not part[0] > sum((abs(c) for c in part.coeffs()[1:]), rest):
+                raise ArithmeticError("the speed may vanish before the end")
 
 
 def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -> list[arb]:
@@ -115,14 +157,14 @@ def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -
 
 
 def _first_piece(branch: Branch, f: _Functions) -> arb:
-    """Return the factor of the residual for the piece that starts with p = 0, where eta is at most max|rho|/r^4.
+    """Return the factor of the residual for the piece that starts with p = 0, where eta is at most max|rho|/r^(n_a-1).
 
     In unloading it is twice that, but for what the factor 5/4 covers.
     """
     least_r = 1 - (1 - f.r)(arb(0, 1)).abs_upper()
     if not least_r > 0:
         raise ArithmeticError("the first piece is too long")
-    return (2 if branch.k.mantissa < 0 else 1) / (2 * f.h**2 * least_r**4)
+    return (2 if branch.k.mantissa < 0 else 1) / (2 * f.h**2 * least_r ** (branch.motion.n_a - 1))
 
 
 def _before_the_end(
@@ -136,11 +178,16 @@ def _before_the_end(
             raise ArithmeticError("the end lies before the last piece")
         error = error * f.contraction(k, eta) + share if k < 0 else error + share
     error = 2 * (error + shares[-1])
+    return _last(branch, lambda z: _is_before(functions[-1], z, k, error, residuals[-1])), error
+
+
+def _last(branch: Branch, is_before: Callable[[arb], bool]) -> arb:
+    """Return z in the last piece, close to the end and certainly not behind it."""
     back = len(branch.pieces[-1].u)
     while back < 1 << branch.bits:
         z = fixed_point(max(branch.root - back, 0), 0, branch.bits)
-        if _is_before(functions[-1], z, k, error, residuals[-1]):
-            return z, error
+        if is_before(z):
+            return z
         back *= 4
     raise ArithmeticError("the end was not separated")
 
@@ -148,32 +195,67 @@ def _before_the_end(
 def _is_before(f: _Functions, z: arb, k: arb, eta: arb, residual: arb) -> bool:
     """Whether z is certainly not behind the end, if the start of the piece is not.
 
-    In loading r >= 0 says so. In unloading r^2 - |k| p must be larger than what it can be behind the end.
+    As r falls, r >= 0 says so for an end at r = 0. With delayed recovery r^d - |k| p must be larger than what it can
+    be behind the end.
     """
-    r, p, disturbance = f.r(z), f.p(z), residual / (2 * f.h)
-    if not (0 <= r <= 2 and p > 0):
+    if not (0 <= f.r(z) <= 2 and f.y(z) > 0):
         return False
-    if not k < 0:
-        return bool(disturbance < arb(1) / 3 or disturbance < k / 8)
-    small = disturbance < arb(1) / 3 and disturbance * f.h < arb(1) / 2
-    return bool(small and r * r >= -k * p * (1 + 2 * eta) + 2 * (8 * f.h - k) * disturbance)
+    if not (k < 0 and f.motion.delayed):
+        return True
+    disturbance = residual / (2 * f.h)
+    return bool(f.elastic(z) >= -k * f.p(z) * (1 + 2 * eta) + 2 * (8 * f.h - k) * disturbance)
 
 
 def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
     """Add what is missing between r, just before the end, and the end itself: step 4 of the proof."""
-    p, k = before.p, abs(branch.k.ball())
-    if branch.k.mantissa >= 0:
-        growth = 2 * r**3 * (1 + k * p)
-        if not growth < p * p:
-            raise ArithmeticError("the end of loading was not reached")
-        p_end = (p * p + _up_to(growth)).sqrt()
-        rest, balance = r * r, p_end**2 - arb(1) / 5
+    motion, p, k = branch.motion, before.p, abs(branch.k.ball())
+    n_a, n_b, d = motion.n_a, motion.n_b, motion.d
+    if branch.k.mantissa < 0 and motion.delayed:
+        force = r**d - k * p
+        p_end = (p * p + _up_to(r ** (n_b - 1) / r ** (d - 1) * force * force)).sqrt()
+        r_c = (k * p_end).root(d)
+        rest = (r**d - k * p_end).abs_upper() / (d * r_c ** (d - 1))  # of r
+        rest_of_time, lost = r ** (motion.m - 1) * rest / (2 * p), r ** (n_b - 1) * rest
+        balance = (1 - r_c**n_a) / n_a - p_end**2
     else:
-        force = r * r - k * p
-        p_end = (p * p + _up_to(r * force * force)).sqrt()
-        rest, balance = r * r - k * p_end, (1 - (k * p_end).sqrt() ** 5) / 5 - p_end**2
-    work = balance / k if branch.k.size > ENERGY_FROM else before.work + _up_to(p_end * r * rest)
-    return Ends(p_end, before.time + _up_to(rest / (4 * p)), work)
+        growth, drag = 2 * r**n_a / n_a, 4 * k * p * r**n_b / n_b
+        if not 2 * (growth + drag) < p * p:
+            raise ArithmeticError("the end was not reached")
+        # Damping slows the bodies in unloading; in loading, which is followed backwards, it adds to the speed.
+        change = _up_to(growth) - _up_to(drag) if branch.k.mantissa < 0 else _up_to(growth + drag)
+        p_end = (p * p + change).sqrt()
+        rest_of_time, lost = r**motion.m / p, 2 * r**n_b
+        balance = abs(p_end**2 - arb(1) / n_a)
+    work = balance / k if branch.k.size > ENERGY_FROM else before.work + _up_to(p_end * lost)
+    return Ends(p_end, before.time + _up_to(rest_of_time), work)
+
+
+def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]) -> Ends:
+    """Enclose the end of unloading at r = 0, before which the force is attractive.
+
+    d(p^2 - p_true^2)/du has the sign that makes the difference smaller, but for the residual: at any u it is at most
+    the integral of |rho| du so far, to which every joint adds what p^2 jumps there.
+    """
+    unit = arb(2) ** -branch.bits
+    total, least = arb(0), arb(1)
+    for i, (f, residual) in enumerate(zip(functions, residuals, strict=True)):
+        square = 4 * f.h**2
+        jump = 8 * unit * f.y[0] / square + (8 * unit) ** 2 / square if i else arb(0)
+        total += 2 * residual / square * (f.r(arb(0)) - f.r(arb(1))).abs_upper() + jump
+        if i:
+            least = least.min(f.p(arb(0)).lower() ** 2)  # p rises, then falls: at the joints and the end it is least
+    f = functions[-1]
+    z = _last(branch, lambda z: bool(0 <= f.r(z) <= 2))
+    least = least.min(f.p(z).lower() ** 2)
+    eta = (total / least).abs_upper()
+    k, start = branch.k.ball(), functions[0]
+    first = _first_piece(branch, start) * residuals[0]
+    if not (eta < arb(1) / 8 and first < arb(1) / 8):
+        raise ArithmeticError("the residual is too large")
+    if not start.force(arb(1), k) > 4 * first * abs(k) * start.p(arb(1)):
+        raise ArithmeticError("the force is attractive in the first piece")
+    eta = (2 * eta).max(2 * first)
+    return _completed(branch, _summed(branch, functions, z, eta, eta), f.r(z))
 
 
 def _plus_minus(bound: arb) -> arb:

@@ -3,6 +3,7 @@
 __all__ = [
     "asymptotics",
     "equation",
+    "law",
     "pade",
     "paper",
     "series",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
+
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
     import sympy
@@ -16,31 +19,40 @@ class ScaledEquation(NamedTuple):
     """The compression as a function applied to time, x(tau); `x.func` is the bare function."""
     tau: sympy.Symbol
     kappa: sympy.Symbol
-    """v*^2 = beta v^(1/5) (section 2.1), positive."""
+    """Damping, positive; v*^2 = beta v^(1/5) for the paper's law (section 2.1)."""
 
 
-def scaled_equation() -> ScaledEquation:
-    """Return x'' + x^(3/2) + kappa x' sqrt(x) with its symbols (eq:equationOfMotionNatUnit, section 2.1).
+def rational(number: Fraction) -> sympy.Rational:
+    """Return a fraction as a SymPy number."""
+    import sympy
 
-    x and tau are pure numbers, compression and time in units of `Pair.length_scale` and `Pair.time_scale`.
-    The equation holds during contact, which ends as `end_of_contact` says. `derivations/01_scaling.py`
-    derives it.
+    return sympy.Rational(number.numerator, number.denominator)
+
+
+def scaled_equation(law: Law | str = VISCOELASTIC) -> ScaledEquation:
+    """Return x'' + x^a + kappa x' x^b with its symbols (sections 2.1 and 2.9).
+
+    The paper's law is x'' + x^(3/2) + kappa x' sqrt(x) (eq:equationOfMotionNatUnit). x and tau are pure numbers,
+    compression and time in units of `Law.length_scale` and `Law.time_scale`. The equation holds during contact, which
+    ends as `end_of_contact` says. `derivations/01_scaling.py` and `15_laws.py` derive it.
     """
     import sympy
 
     tau, kappa = sympy.Symbol("tau", real=True), sympy.Symbol("kappa", positive=True)
     x = sympy.Function("x", nonnegative=True)(tau)
-    lhs = x.diff(tau, 2) + sympy.sqrt(x) ** 3 + kappa * x.diff(tau) * sympy.sqrt(x)
+    of = law_of(law)
+    lhs = x.diff(tau, 2) + x ** rational(of.elastic) + kappa * x.diff(tau) * x ** rational(of.damping)
     return ScaledEquation(lhs, x, tau, kappa)
 
 
-def end_of_contact() -> sympy.Eq:
-    """Return the condition x'' = 0 that ends the contact (eq:tEndAdvanced), as SymPy equality.
+def end_of_contact(law: Law | str = VISCOELASTIC) -> sympy.Eq:
+    """Return the condition that ends the contact as SymPy equality: x'' = 0 (eq:tEndAdvanced), or x = 0.
 
-    Its symbols are those of `scaled_equation`. The force vanishes there while the spheres are still
-    compressed: x = kappa eps (section 2.1).
+    Its symbols are those of `scaled_equation`. With delayed recovery the force vanishes while the spheres are still
+    compressed: x = kappa eps for the paper's law (section 2.1).
     """
     import sympy
 
-    equation = scaled_equation()
-    return sympy.Eq(equation.x.diff(equation.tau, 2), 0)
+    of = law_of(law)
+    equation = scaled_equation(of)
+    return sympy.Eq(equation.x.diff(equation.tau, 2) if of.delayed else equation.x, 0)

@@ -33,6 +33,7 @@ from viscopade.arithmetic.balls import (
     to_mpf,
     working,
 )
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 from viscopade.theory.series import derived
 
 DOUBLET_TOLERANCE = 0.01
@@ -239,8 +240,10 @@ def horner(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64
     return value
 
 
-def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade:
+def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> Pade:
     """Return the Padé approximant [m/n] of eps(v*), everything proven to `digits` significant digits.
+
+    For another law of contact (`law_of`) v* is kappa^(1/law.d), and n = m + `Law.excess` decays nearly like eps.
 
     Raises
     ------
@@ -253,22 +256,23 @@ def pade(m: SupportsIndex, n: SupportsIndex, digits: SupportsIndex = 30) -> Pade
         arguments.integer("m", m, 0, arguments.MAX_DEGREE),
         arguments.integer("n", n, 0, arguments.MAX_DEGREE),
         arguments.digits(digits),
+        law_of(law),
     )
 
 
 @lru_cache(maxsize=64)
-def _pade(m: int, n: int, digits: int) -> Pade:
+def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
     series_digits = digits + 8 + int(0.7 * (m + n))
     limit = 10 * (digits + m + n + 10)
     while series_digits <= limit:
-        h = derived(m + n + LOOK_AHEAD, series_digits).h
+        h = derived(m + n + LOOK_AHEAD, series_digits, law).h
         with working(bits_for(series_digits) + 64):
             try:
                 return _solved(h, m, n, digits)
             except _TooWideError as shortage:
                 series_digits += shortage.digits + 4
             except ZeroDivisionError:
-                _refuse_if_degenerate(m, n)
+                _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(f"[{m}/{n}] is not determined by {limit} digits of the series")
 
@@ -510,7 +514,7 @@ def _is_real(value: acb, values: Sequence[acb]) -> bool:
     return True
 
 
-def _refuse_if_degenerate(m: int, n: int) -> None:
+def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
     """Raise `DegenerateError` if the system for b is singular identically in lambda_1, lambda_3, … .
 
     The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra. Only small n are
@@ -522,10 +526,10 @@ def _refuse_if_degenerate(m: int, n: int) -> None:
 
     from viscopade.theory.symbolic import h_polynomial  # SymPy: loaded only for a system that looks singular
 
-    h = {k: h_polynomial(k) for k in range(m + n + 1)}
+    h = {k: h_polynomial(k, law) for k in range(m + n + 1)}
     matrix = sympy.Matrix(n, n, lambda j, i: h.get(m + int(j) - int(i), sympy.Integer(0)))
     if sympy.expand(matrix.det(method="berkowitz")) == 0:
         raise DegenerateError(
-            f"[{m}/{n}] does not exist: the order conditions contradict each other, because h_1 = h_3 = 0. "
+            f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0. "
             "Accepted are for instance the neighbours with another m or n, such as [0/3], [2/5] or [1/4]"
         )

@@ -1,12 +1,16 @@
 """The series eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced) with a proven enclosure of every coefficient.
 
-The way from the equation of motion to h_k has four steps, each a function below:
+The way from the equation of motion to h_k has four steps, each a function below. For a law of contact (a, b),
+nu = (a + 1)/(b + 1) = n_a/n_b (section 2.9), in brackets for the paper's law:
 
 1. `g_coefficients`: G_n, the coefficients of V(K) = g(0) (section 2.2), by Taylor series from both ends of
    0 <= r <= 1, in the ball arithmetic of functions of `viscopade.arithmetic.function_balls`;
 2. `lambda_coefficients`: the odd function Lambda of time reversal (section 2.4), not needed for
-3. `_log_eps0`: ln eps0 as a power series in kappa = v*^2, from eps0 = V(-K)/V(K), kappa = (5/4)^(2/5) K V(K)^(1/5);
-4. `end_series`, `series`: eps = eps0 H((4/5) v*^5 sqrt(eps0)) with the rational series H (section 2.3).
+3. `_log_eps0`: ln eps0 as a power series in kappa, from eps0 = V(-K)/V(K), kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)
+   [(5/4)^(2/5) K V(K)^(1/5)];
+4. `end_series`, `series`: with v* = kappa^(1/d), d = n_a - n_b [2], and the rational series H (section 2.3),
+   eps = eps0 H(2/(a+1) v*^n_a eps0^e), e = (2 n_b - n_a)/d [(4/5) v*^5 sqrt(eps0)]; eps0 itself, d = 1, where nothing
+   is delayed.
 
 Steps 2 to 4 are arithmetic of truncated power series in balls (FLINT), which has no truncation error.
 """
@@ -18,8 +22,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import log2
-from typing import Any, SupportsIndex
+from math import comb, floor, log2, pi, sin
+from typing import Any, NamedTuple, SupportsIndex
 
 import numpy as np
 from flint import arb, arb_series, fmpq, fmpq_poly, fmpq_series, fmpz_poly
@@ -27,14 +31,10 @@ from mpmath import mp
 from numpy.typing import NDArray
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import bits_for, decimal_string, fixed_point, to_mpf, working
+from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_point, to_mpf, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up
 from viscopade.progress import track
-
-# Where the two Taylor series meet: at r = 15/32 both converge about equally fast, like 0.469^j around r = 0 and like
-# ((17/32) / (2 sin(pi/5)))^j = 0.452^j around the turning point r = 1.
-MEETING_POINT = Fraction(15, 32)
-BITS_PER_TERM = 1.09  # -log2(15/32), rounded down
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 GUARD_BITS = 16
 # Two attempts usually suffice; this many mean that a coefficient is exactly zero.
@@ -53,11 +53,14 @@ class Series:
         Significant digits to which every coefficient is determined.
     h : tuple of flint.arb, length order + 1
         Proven enclosures of h_0 … h_order.
+    law : Law
+        The law of contact; v* = kappa^(1/law.d).
     """
 
     order: int
     digits: int
     h: tuple[arb, ...]
+    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         if len(self.h) != self.order + 1:
@@ -98,7 +101,7 @@ def _determined(ball: arb, digits: int) -> bool:
     return decimal_string(ball, digits) is not None
 
 
-def series(order: SupportsIndex, digits: SupportsIndex = 30) -> Series:
+def series(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> Series:
     """Return h_0 … h_order, each proven to `digits` significant digits.
 
     Parameters
@@ -107,57 +110,81 @@ def series(order: SupportsIndex, digits: SupportsIndex = 30) -> Series:
         Highest power of v*, 0 to 1000.
     digits : int
         Significant digits, 1 to 5000.
+    law : Law or str
+        Law of contact, or its name or exponents (`law_of`). The series runs in v* = kappa^(1/law.d).
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not an integer or out of range.
+        If an argument is not an integer or out of range, or there is no such law.
 
     Notes
     -----
     Working precision and number of Taylor terms come from `digits` and `order`; if the enclosures turn out too wide
     they are raised by what was missing, so the digits asked for are always there.
     """
-    return _series(arguments.order(order), arguments.digits(digits))
+    return _series(arguments.order(order), arguments.digits(digits), law_of(law))
 
 
 _derivations: deque[Series] = deque(maxlen=16)  # the latest ones
 
 
 @lru_cache(maxsize=64)
-def _series(order: int, digits: int) -> Series:
+def _series(order: int, digits: int, law: Law) -> Series:
     """Return h_0 … h_order out of a longer and more accurate series, if one was derived: its balls may be narrower."""
     for known in tuple(_derivations):  # another thread may append
         h = known.h[: order + 1]
-        if known.order >= order and known.digits >= digits and all(_determined(h_k, digits) for h_k in h):
-            return Series(order, digits, h)
-    return derived(order, digits)
+        enough = known.law == law and known.order >= order and known.digits >= digits
+        if enough and all(_determined(h_k, digits) for h_k in h):
+            return Series(order, digits, h, law)
+    return derived(order, digits, law)
 
 
 @lru_cache(maxsize=16)
-def derived(order: int, digits: int) -> Series:
+def derived(order: int, digits: int, law: Law = VISCOELASTIC) -> Series:
     """Return h_0 … h_order, derived to just these digits: the balls are the same whatever was derived before."""
-    found = Series(order, digits, _enclosed(lambda effort: _h(order, effort), order // 2, digits))
+    h = _enclosed(lambda effort: _h(order, effort, law), order // law.d, digits, law)
+    found = Series(order, digits, h, law)
     _derivations.append(found)
     return found
 
 
-def lambda_coefficients(count: SupportsIndex, digits: SupportsIndex = 30) -> tuple[arb, ...]:
-    """Return enclosures of lambda_1, lambda_3, … (`count` of them), Lambda(nu) = sum lambda_k nu^k (section 2.4).
+def lambda_coefficients(
+    count: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC
+) -> tuple[arb, ...]:
+    """Return enclosures of lambda_1, lambda_3, … (`count` of them), -ln eps0 = sum lambda_k (kappa eps0^c)^k.
 
-    Every decimal is determined to `digits` significant digits.
+    c = 1/nu - 1/2 (section 2.4). Every decimal is determined to `digits` significant digits.
     """
-    count = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4)
-    return _enclosed(lambda effort: _lambda(2 * count, effort), 2 * count, arguments.digits(digits))
+    count, of = arguments.integer("count", count, 1, arguments.MAX_ORDER // 4), law_of(law)
+    return _enclosed(lambda effort: _lambda(2 * count, effort, of), 2 * count, arguments.digits(digits), of)
 
 
-def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30) -> tuple[arb, ...]:
+def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | str = VISCOELASTIC) -> tuple[arb, ...]:
     """Return enclosures of G_0 … G_order, the coefficients of V(K) = g(0) (section 2.2), to `digits` digits."""
-    n = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2)
-    return _enclosed(lambda effort: _g(n, effort), n, arguments.digits(digits))
+    n, of = arguments.integer("order", order, 0, arguments.MAX_ORDER // 2), law_of(law)
+    return _enclosed(lambda effort: _g(n, effort, of), n, arguments.digits(digits), of)
 
 
 # --- effort: how much precision and how many terms ----------------------------------------------------------------
+
+
+class MeetingPoint(NamedTuple):
+    """The r at which the Taylor series around r = 0 and r = 1 meet, and the bits that a term gains at least."""
+
+    r: Fraction
+    bits_per_term: float
+
+    @classmethod
+    def of(cls, n_a: int) -> MeetingPoint:
+        """Return where both converge about equally fast.
+
+        The nearest singularities, the roots of r^n_a = 1, are at distance 1 of r = 0 and 2 sin(pi/n_a) of r = 1.
+        For n_a = 5 the series meet at 15/32; they converge like 0.469^j and ((17/32)/1.176)^j = 0.452^j.
+        """
+        radius = 2 * sin(pi / max(n_a, 2))
+        r = Fraction(round(32 / (1 + radius)), 32)
+        return cls(r, floor(-100 * log2(max(float(r), float(1 - r) / radius))) / 100)
 
 
 @dataclass(frozen=True)
@@ -168,58 +195,62 @@ class Effort:
     terms: int
 
     @classmethod
-    def guess(cls, orders: int, digits: int) -> Effort:
+    def guess(cls, orders: int, digits: int, law: Law) -> Effort:
         """Return an estimate of the effort for `orders` orders in K; its slopes were measured, not proven.
 
-        The singularities at the fifth roots of unity grow by one power an order, so Taylor coefficient j of g_n is
+        The singularities at the roots of unity grow by one power an order, so Taylor coefficient j of g_n is
         larger than that of g_0 by about j^n/n!, and an order costs about log2(1 + terms/orders) bits of truncation.
+        The larger nu, the faster fall the h_k, and the more bits an order costs.
         """
-        bits = bits_for(digits) + GUARD_BITS
+        shrinking = min(max(6.0 * float(law.nu - Fraction(5, 3)), 0.0), 2.0)
+        bits = bits_for(digits) + GUARD_BITS + shrinking * orders
         lost = orders * (log2(1 + bits / max(orders, 1)) + 0.4)
-        terms = int((bits + lost) / BITS_PER_TERM) + 8
+        terms = int((bits + lost) / MeetingPoint.of(law.n_a).bits_per_term) + 8
         return cls(int(bits + 2.2 * orders) + terms.bit_length() + 8, terms)
 
-    def raised(self, missing_bits: int) -> Effort:
+    def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
         more = missing_bits + 8
-        return Effort(self.bits + more, self.terms + int(more / BITS_PER_TERM) + 1)
+        return Effort(self.bits + more, self.terms + int(more / bits_per_term) + 1)
 
 
-def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int) -> tuple[arb, ...]:
+def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int, law: Law) -> tuple[arb, ...]:
     """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
-    effort = Effort.guess(orders, digits)
+    bits_per_term = MeetingPoint.of(law.n_a).bits_per_term
+    effort = Effort.guess(orders, digits, law)
     for _ in range(MAX_ATTEMPTS):
         try:
             balls = compute(effort)
         except ArithmeticError:
-            effort = effort.raised(effort.bits)
+            effort = effort.raised(effort.bits, bits_per_term)
             continue
         if all(_determined(ball, digits) for ball in balls):
             return balls
         # An enclosure may be narrow and still straddle a rounding boundary: then a few more bits settle it.
         accuracy = min(ball.rel_accuracy_bits() for ball in balls)
-        effort = effort.raised(max(bits_for(digits) + GUARD_BITS - accuracy, 0))
+        effort = effort.raised(max(bits_for(digits) + GUARD_BITS - accuracy, 0), bits_per_term)
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
 # --- step 1: G_n ------------------------------------------------------------------------------------------------------
 
 
-def _g(order: int, effort: Effort) -> tuple[arb, ...]:
+def _g(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
+    values = _g_fixed_point(order, effort, law.n_a, law.n_b)
     with working(effort.bits):
-        return tuple(fixed_point(value, error, effort.bits) for value, error in _g_fixed_point(order, effort))
+        return tuple(fixed_point(value, error, effort.bits) for value, error in values)
 
 
 @lru_cache(maxsize=16)
-def _g_fixed_point(order: int, effort: Effort) -> tuple[tuple[int, int], ...]:
+def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tuple[int, int], ...]:
     """Return G_0 … G_order as (value, error) in units of 2^-bits, from the hierarchy of section 2.2.
 
-    With P_n = 5 int_r^1 g_{n-1} s^2 ds the hierarchy reads 2 g_0 g_n = P_n - sum_{0<i<n} g_i g_{n-i}. On the inner
-    side, r = 15/32 y, all of g_n is expanded; on the outer side, 1 - r = 17/32 y, g_n = y^((n+1)/2) f_n(y) and f_n
-    is. The two meet at y = 1.
+    With P_n = n_a int_r^1 g_{n-1} s^(n_b-1) ds the hierarchy reads 2 g_0 g_n = P_n - sum_{0<i<n} g_i g_{n-i}. On the
+    inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
+    The two meet at y = 1, a + b = 1 (`MeetingPoint`).
     """
-    algebra = Wiener(effort.bits, effort.terms)
-    inner, outer = _Inner(algebra), _Outer(algebra)
+    algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.of(n_a).r
+    inner, outer = _Inner(algebra, meeting, n_a, n_b), _Outer(algebra, meeting, n_a, n_b)
     values = [(1 << effort.bits, 0)]
     for n in track(range(1, order + 1), "perturbation orders"):
         p_meeting = outer.advance(n)
@@ -239,17 +270,18 @@ def _next_order(
 class _Outer:
     """Taylor series around the turning point: 1 - r = a y, g_n = y^((n+1)/2) f_n, P_n = y^((n+2)/2) p_n."""
 
-    def __init__(self, algebra: Wiener) -> None:
-        a = 1 - MEETING_POINT
+    def __init__(self, algebra: Wiener, meeting: Fraction, n_a: int, n_b: int) -> None:
+        a = 1 - meeting
         self.algebra = algebra
-        # g_0^2 = 1 - (1 - a y)^5 = y f_0^2
-        f0, self.half_inverse = algebra.root_and_half_inverse([5 * a, -10 * a**2, 10 * a**3, -5 * a**4, a**5])
+        # g_0^2 = 1 - (1 - a y)^n_a = y f_0^2
+        square = [-comb(n_a, j) * (-a) ** j for j in range(1, n_a + 1)]
+        f0, self.half_inverse = algebra.root_and_half_inverse(square)
         self.f = [f0]
         scale = a.denominator
-        self.weight = fmpz_poly([scale, -a.numerator]) ** 2  # scale^2 (1 - a y)^2
-        self.weight_norm = (scale + a.numerator) ** 2
-        self.scale = scale**2
-        self.factor = 10 * a  # of the integral below
+        self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)  # scale^(n_b-1) (1 - a y)^(n_b-1)
+        self.weight_norm = (scale + a.numerator) ** (n_b - 1)
+        self.scale = scale ** (n_b - 1)
+        self.factor = 2 * n_a * a  # of the integral below
 
     def advance(self, n: int) -> tuple[int, int]:
         """Append f_n and return P_n at y = 1 as (value, error)."""
@@ -258,7 +290,7 @@ class _Outer:
         return int(sum(p.polynomial.coeffs())), p.error
 
     def _integral(self, n: int) -> FunctionBall:
-        """Return p_n: its coefficient j is 10 a / (n + 2 + 2 j) times that of f_{n-1} (1 - a y)^2."""
+        """Return p_n: its coefficient j is 2 n_a a / (n + 2 + 2 j) times that of f_{n-1} (1 - a y)^(n_b-1)."""
         previous = self.f[n - 1]
         top, bottom = self.factor.numerator, self.factor.denominator * self.scale
         integrand = (previous.polynomial * self.weight).coeffs()
@@ -270,12 +302,12 @@ class _Outer:
 class _Inner:
     """Taylor series around r = 0: r = b y."""
 
-    def __init__(self, algebra: Wiener) -> None:
-        b = MEETING_POINT
+    def __init__(self, algebra: Wiener, b: Fraction, n_a: int, n_b: int) -> None:
         self.algebra = algebra
-        f0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *4 * [Fraction(0)], -(b**5)])
+        f0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
         self.g = [f0]
-        self.factor = 5 * b**3  # of the integral below
+        self.n_b = n_b
+        self.factor = n_a * b**n_b  # of the integral below
 
     def advance(self, n: int, p_meeting: int, p_meeting_error: int) -> tuple[int, int]:
         """Append g_n, given P_n at y = 1, and return G_n = g_n(0) as (value, error)."""
@@ -292,41 +324,43 @@ class _Inner:
         return self.algebra.element(coefficients, p_meeting_error + 2 * error)
 
     def _integral(self, n: int) -> tuple[list[int], int]:
-        """Return the coefficients of 5 b^3 int_0^y g_{n-1} q^2 dq, and the error's norm."""
-        previous = self.g[n - 1]
+        """Return the coefficients of n_a b^n_b int_0^y g_{n-1} q^(n_b-1) dq, and the error's norm."""
+        previous, n_b = self.g[n - 1], self.n_b
         top, bottom = self.factor.numerator, self.factor.denominator
-        coefficients = [int(top * c) // (bottom * (j + 3)) for j, c in enumerate(previous.polynomial.coeffs())]
-        return [0, 0, 0, *coefficients], divided_up(top * previous.error, 3 * bottom) + len(coefficients)
+        coefficients = [int(top * c) // (bottom * (j + n_b)) for j, c in enumerate(previous.polynomial.coeffs())]
+        return [*n_b * [0], *coefficients], divided_up(top * previous.error, n_b * bottom) + len(coefficients)
 
 
 # --- steps 2 and 3: from V(K) to Lambda and to eps0 -----------------------------------------------------------------
 
 
-def _logarithms(orders: int, effort: Effort) -> tuple[arb_series, arb_series]:
+def _logarithms(orders: int, effort: Effort, law: Law) -> tuple[arb_series, arb_series]:
     """Return ln V(K) and ln V(-K) to K^orders. To be called within `working`."""
-    g = _g(orders, effort)
+    g = _g(orders, effort, law)
     mirrored = [-x if n % 2 else x for n, x in enumerate(g)]
     return tuple(arb_series(list(c), orders + 1).log() for c in (g, mirrored))  # type: ignore[return-value]
 
 
-def _k_times(exponent: arb_series, orders: int) -> arb_series:
-    """Return (5/4)^(2/5) K exp(exponent) to K^orders."""
-    scale = (arb(25) / 16).root(5)
-    return arb_series([arb(0), scale], orders + 1) * exponent.exp()
+def _k_times(log_v: arb_series, exponent: Fraction, orders: int, law: Law) -> arb_series:
+    """Return ((a+1)/2)^(1-1/nu) K exp(exponent log_v) to K^orders."""
+    base, power = law.kappa_scale
+    squared = base**power.numerator
+    scale = (arb(squared.numerator) / squared.denominator).root(power.denominator)
+    return arb_series([arb(0), scale], orders + 1) * (log_v * ball_of(exponent)).exp()
 
 
-def _lambda(orders: int, effort: Effort) -> tuple[arb, ...]:
-    """Return lambda_1, lambda_3, … below nu^orders: Lambda = -ln eps0 in nu = (5/4)^(2/5) K (V(K) V(-K))^(1/10)."""
+def _lambda(orders: int, effort: Effort, law: Law) -> tuple[arb, ...]:
+    """Return lambda_1, lambda_3, … below order `orders`, from kappa eps0^c = scale K (V(K) V(-K))^c."""
     with working(effort.bits, orders + 1):
-        forward, backward = _logarithms(orders, effort)
-        nu = _k_times((forward + backward) / 10, orders)
-        return tuple(_padded((forward - backward)(nu.reversion()), orders + 1)[1::2])
+        forward, backward = _logarithms(orders, effort, law)
+        argument = _k_times(forward + backward, law.c, orders, law)
+        return tuple(_padded((forward - backward)(argument.reversion()), orders + 1)[1::2])
 
 
-def _log_eps0(orders: int, effort: Effort) -> arb_series:
+def _log_eps0(orders: int, effort: Effort, law: Law) -> arb_series:
     """Return ln eps0 as a power series in kappa to kappa^orders. To be called within `working`."""
-    forward, backward = _logarithms(orders, effort)
-    kappa = _k_times(forward / 5, orders)
+    forward, backward = _logarithms(orders, effort, law)
+    kappa = _k_times(forward, 2 * law.c, orders, law)
     return (backward - forward)(kappa.reversion()) if orders else arb_series([arb(0)], 1)
 
 
@@ -341,27 +375,35 @@ def _padded(power_series: arb_series, length: int) -> list[arb]:
 
 
 @lru_cache(maxsize=8)
-def end_series(order: int) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order, the rational coefficients of H(delta) (section 2.3).
+def end_series(order: int, law: Law = VISCOELASTIC) -> tuple[Fraction, ...]:
+    """Return H_0 … H_order, the rational coefficients of H(delta) (section 2.3); 1, 0, 0, … if nothing is delayed.
 
-    In units of the end values, s = sqrt(H) p, h = H k(p), mu = delta sqrt(H), the problem reads
-    k^2 = 1 + mu (1 - p^5 - 5 int_p^1 k q^2 dq), and H = 1/k(0). Each order of mu is a polynomial in p, and Lagrange's
-    inversion of mu(delta) gives H_j = 2/(2+j) [mu^j] k(0)^(-(2+j)/2).
+    With delta = (K U)^(n_a/d)/U^2, U = V(-K), and in units of the end values, s = H^(1/d) p, h = H k(p),
+    mu = delta H^e, e = (2 n_b - n_a)/d, the problem reads k^2 = 1 + mu (1 - p^n_a - n_a int_p^1 k q^(n_b-1) dq), and
+    H = 1/k(0). Each order of mu is a polynomial in p, and Lagrange's inversion of mu(delta) gives
+    H_j = 1/j [mu^(j-1)] F'/F F^(1 + e j), F(mu) = 1/k(0).
     """
+    if not law.delayed:
+        return (Fraction(1), *order * [Fraction(0)])
+    n_a, n_b = law.n_a, law.n_b
     k = [fmpq_poly([1])]
     for i in range(1, order + 1):
-        integral = (k[i - 1] * fmpq_poly([0, 0, 1])).integral()
-        right = 5 * (integral - integral(fmpq(1)))
+        integral = (k[i - 1] * fmpq_poly([*(n_b - 1) * [0], 1])).integral()
+        right = n_a * (integral - integral(fmpq(1)))
         if i == 1:
-            right += fmpq_poly([1, 0, 0, 0, 0, -1])
+            right += fmpq_poly([1, *(n_a - 1) * [0], -1])
         products = 2 * sum((k[j] * k[i - j] for j in range(1, (i + 1) // 2)), fmpq_poly())
         if i % 2 == 0:
             products += k[i // 2] * k[i // 2]
         k.append((right - products) / 2)
+    end = [Fraction(1)]
     with working(64, order + 1):
-        log_k0: Any = fmpq_series([k_i[0] for k_i in k], prec=order + 1).log()  # the stub lacks products with fmpq
-        coefficients = [fmpq(2, 2 + j) * _coefficient((log_k0 * fmpq(-(2 + j), 2)).exp(), j) for j in range(order + 1)]
-    return tuple(Fraction(int(c.p), int(c.q)) for c in coefficients)
+        log_f: Any = -fmpq_series([k_i[0] for k_i in k], prec=order + 1).log()  # the stub lacks products with fmpq
+        for j in range(1, order + 1):
+            power = 1 + law.e * j
+            c = _coefficient(log_f.derivative() * (log_f * fmpq(power.numerator, power.denominator)).exp(), j - 1) / j
+            end.append(Fraction(int(c.p), int(c.q)))
+    return tuple(end)
 
 
 def _require_terms(power_series: arb_series | fmpq_series, length: int) -> None:
@@ -376,16 +418,25 @@ def _coefficient(power_series: fmpq_series, j: int) -> fmpq:
     return coefficients[j] if j < len(coefficients) else fmpq(0)
 
 
-def _h(order: int, effort: Effort) -> tuple[arb, ...]:
-    """Return h_0 … h_order from eps = sum_j H_j (4/5)^j v*^(5j) eps0^(1 + j/2)."""
-    orders = order // 2
+def _h(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
+    """Return h_0 … h_order from eps = sum_j H_j (2/(a+1))^j v*^(n_a j) eps0^(1 + e j), eps0 in powers of v*^d."""
+    orders = order // law.d
     with working(effort.bits, orders + 1):
-        log_eps0 = _log_eps0(orders, effort)
+        log_eps0 = _log_eps0(orders, effort, law)
         h = [arb(0)] * (order + 1)
-        for j, end_coefficient in enumerate(end_series(order // 5)):
-            factor = end_coefficient * Fraction(4, 5) ** j
-            factor_ball = arb(factor.numerator) / factor.denominator
-            power = _padded((log_eps0 * (arb(2 + j) / 2)).exp(), orders + 1)
-            for n in range((order - 5 * j) // 2 + 1):
-                h[5 * j + 2 * n] += factor_ball * power[n]
+        for j, end_coefficient in enumerate(end_series(order // law.n_a if law.delayed else 0, law)):
+            factor_ball = ball_of(end_coefficient * (2 / (law.elastic + 1)) ** j)
+            exponent = 1 + law.e * j
+            power = _padded((log_eps0 * ball_of(exponent)).exp(), orders + 1)
+            for n in range((order - law.n_a * j) // law.d + 1):
+                if not _vanishes(exponent, n, law):
+                    h[law.n_a * j + law.d * n] += factor_ball * power[n]
         return tuple(h)
+
+
+def _vanishes(exponent: Fraction, n: int, law: Law) -> bool:
+    """Whether the coefficient of kappa^n in eps0^exponent is exactly 0, as it may be for nu > 2.
+
+    By Lagrange's inversion it is a multiple of [nu^n] exp(-(exponent + n c) Lambda(nu))/(exponent + n c), Lambda odd.
+    """
+    return n > 0 and n % 2 == 0 and exponent + n * law.c == 0

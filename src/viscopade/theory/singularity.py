@@ -23,7 +23,7 @@ from mpmath import mp
 from viscopade import arguments
 from viscopade.arithmetic.balls import bits_for, to_mpf, working
 from viscopade.theory.pade import _product_coefficient, order_system
-from viscopade.theory.series import _series
+from viscopade.theory.series import series
 
 # Time on the creeping orbit from its arrival at z = 0 to the singular start, to 2 digits. Found by search; the other
 # zeros are on other sheets of eps, or belong to singularities farther from v* = 0.
@@ -205,7 +205,7 @@ def from_coefficients(order: SupportsIndex = SERIES_ORDER) -> Singularity:
     """
     order = arguments.integer("order", order, LEAST_ORDER, arguments.MAX_ORDER)
     digits = order // 2
-    h = _series(order, digits).h
+    h = series(order, digits).h
     guess = from_four([float(h_k.mid()) for h_k in h])
     with working(bits_for(3 * order), order + 1):
         z = arb_series([arb(0)] * 5 + [arb(2)], order + 1) * arb_series([h_k.mid() for h_k in h], order + 1).sqrt()
@@ -241,4 +241,4 @@ def _pade_zero(f: Sequence[arb], n: int, guess: complex) -> mp.mpc:
 
 
 def _floats() -> list[float]:
-    return [float(h_k.mid()) for h_k in _series(SERIES_ORDER, SERIES_ORDER // 2).h]
+    return [float(h_k.mid()) for h_k in series(SERIES_ORDER, SERIES_ORDER // 2).h]

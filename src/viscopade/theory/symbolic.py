@@ -8,8 +8,9 @@ The way from the scaled equation to eps = 1 + sum h_k v*^k (eq:epsSeriesAdvanced
 4. `delayed_recovery_series`: the rational series H of the delayed recovery (section 2.3);
 5. `h_polynomial`: every h_k as a polynomial with rational coefficients in lambda_1, lambda_3, ….
 
-G_1, G_2, G_3, and with them lambda_1 and lambda_3, are known in terms of the Gamma function (`g_1_at_0` …).
-`derivations/03_turning_point.py` to `08_closed_forms.py` derive all of this.
+G_1, and with it lambda_1, is known in terms of the Gamma function for every law of contact, G_2, G_3 and lambda_3 for
+the paper's (`g_1_at_0` …). `derivations/03_turning_point.py` to `08_closed_forms.py` derive all of this for the
+paper's law, `15_laws.py` for the others.
 """
 
 from __future__ import annotations
@@ -24,38 +25,46 @@ import sympy as sp
 from flint import fmpq, fmpq_poly
 
 from viscopade import arguments
-from viscopade.theory.equation import scaled_equation
+from viscopade.theory.equation import rational, scaled_equation
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 r = sp.Symbol("r", positive=True)
-"""sqrt(x/x_max), from 0 at first contact to 1 at the turning point."""
+"""(x/x_max)^((b+1)/n_b), from 0 at first contact to 1 at the turning point; sqrt(x/x_max) for the paper's law."""
 K = sp.Symbol("K", real=True)
-"""sqrt(4/5) kappa x_max^(1/4), the parameter of the curve (kappa, eps0); unloading is loading with -K."""
+"""sqrt(2/(a+1)) kappa x_max^(b-(a-1)/2), the parameter of the curve (kappa, eps0); unloading is loading with -K."""
 g = sp.Function("g", nonnegative=True)(r)
-"""|x'| / (sqrt(4/5) x_max^(5/4)), the speed."""
+"""|x'| / (sqrt(2/(a+1)) x_max^((a+1)/2)), the speed."""
 
-_KAPPA_SCALE = sp.Rational(5, 4) ** sp.Rational(2, 5)  # of kappa = (5/4)^(2/5) K V(K)^(1/5)
+
+def _kappa_scale(law: Law) -> sp.Expr:
+    """Return ((a+1)/2)^(1-1/nu) of kappa = ((a+1)/2)^(1-1/nu) K V(K)^(2/nu-1)."""
+    base, power = law.kappa_scale
+    return rational(base) ** rational(power)
+
 
 # --- the turning point and the hierarchy --------------------------------------------------------------------
 
 
-def turning_point_equation() -> sp.Eq:
-    """Return d(g^2)/dr = -5 r^4 - 5 K g r^2, the loading phase without time (section 2.2).
+def turning_point_equation(law: Law | str = VISCOELASTIC) -> sp.Eq:
+    """Return d(g^2)/dr = -n_a r^(n_a-1) - n_a K g r^(n_b-1), the loading phase without time (sections 2.2 and 2.9).
 
-    It follows from eq:equationOfMotionNatUnit by x = x_max r^2, x' = sqrt(4/5) x_max^(5/4) g(r) and
-    kappa = sqrt(5/4) K x_max^(-1/4). The initial condition is g(1) = 0. Unloading is the same with -K for K.
+    For the paper's law it is d(g^2)/dr = -5 r^4 - 5 K g r^2. It follows from the scaled equation
+    (eq:equationOfMotionNatUnit) by x = x_max r^(n_b/(b+1)), x' = sqrt(2/(a+1)) x_max^((a+1)/2) g(r) and
+    kappa = sqrt((a+1)/2) K x_max^((a-1)/2-b). The initial condition is g(1) = 0. Unloading is the same with -K for K.
 
     Returns
     -------
     sympy.Eq
         In the module's symbols `r`, `K` and `g`.
     """
-    equation = scaled_equation()
-    x, tau = equation.x, equation.tau
+    of = law_of(law)
+    equation = scaled_equation(of)
+    x, tau, a, b = equation.x, equation.tau, rational(of.elastic), rational(of.damping)
     x_max = sp.Symbol("x_max", positive=True)
-    compression = x_max * r**2
-    speed = sp.sqrt(sp.Rational(4, 5)) * x_max ** sp.Rational(5, 4) * g
+    compression = x_max * r ** (of.n_b / (b + 1))
+    speed = sp.sqrt(2 / (a + 1)) * x_max ** ((a + 1) / 2) * g
     acceleration = speed * speed.diff(r) / compression.diff(r)  # x'' = x' dx'/dx
-    kappa = sp.sqrt(sp.Rational(5, 4)) * K * x_max ** sp.Rational(-1, 4)
+    kappa = sp.sqrt((a + 1) / 2) * K * x_max ** ((a - 1) / 2 - b)
     in_r = equation.lhs.subs(x.diff(tau, 2), acceleration).subs(x.diff(tau), speed).subs(x, compression)
     (slope,) = sp.solve(in_r.subs(equation.kappa, kappa), g.diff(r))
     return sp.Eq(sp.Derivative(g**2, r), sp.expand(2 * g * slope))
@@ -72,7 +81,7 @@ def g_function(n: SupportsIndex) -> sp.Expr:
     return sp.Function(f"g_{arguments.integer('n', n, 0, arguments.MAX_ORDER)}")(r)
 
 
-def hierarchy(n: SupportsIndex) -> sp.Eq:
+def hierarchy(n: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Eq:
     """Return the equation of order K^n that g = sum K^n g_n(r) gives in the turning point equation.
 
     It is linear in g_n if n >= 1, and integrates to the recursion of section 2.2. The initial condition is
@@ -82,6 +91,8 @@ def hierarchy(n: SupportsIndex) -> sp.Eq:
     ----------
     n : int
         Order, 0 to 1000.
+    law : Law or str
+        Law of contact (`law_of`).
 
     Returns
     -------
@@ -94,7 +105,7 @@ def hierarchy(n: SupportsIndex) -> sp.Eq:
         If `n` is not an integer from 0 to 1000.
     """
     n = arguments.integer("n", n, 0, arguments.MAX_ORDER)
-    equation = turning_point_equation()
+    equation = turning_point_equation(law)
     ansatz = sum(K**i * g_function(i) for i in range(n + 1))
     sides = (side.subs(g, ansatz).doit().expand().coeff(K, n) for side in equation.args)
     return sp.Eq(*sides)
@@ -103,13 +114,17 @@ def hierarchy(n: SupportsIndex) -> sp.Eq:
 # --- the end of contact -------------------------------------------------------------------------------------
 
 
-def delayed_recovery_series(order: SupportsIndex) -> tuple[Fraction, ...]:
-    """Return H_0 … H_order of eps = eps0 H(delta), delta = (4/5) v*^5 sqrt(eps0), exactly (section 2.3).
+def delayed_recovery_series(order: SupportsIndex, law: Law | str = VISCOELASTIC) -> tuple[Fraction, ...]:
+    """Return H_0 … H_order of eps = eps0 H(delta), exactly (section 2.3): 1, 0, 0, … if nothing is delayed.
+
+    delta = 2/(a+1) v*^n_a eps0^((2 n_b - n_a)/d), which is (4/5) v*^5 sqrt(eps0) for the paper's law.
 
     Parameters
     ----------
     order : int
         Highest power of delta, 0 to 1000.
+    law : Law or str
+        Law of contact (`law_of`).
 
     Returns
     -------
@@ -123,33 +138,35 @@ def delayed_recovery_series(order: SupportsIndex) -> tuple[Fraction, ...]:
 
     Notes
     -----
-    With h = sum delta^j h_j(s) the defining problem h^2 = 1 - delta s^5 + 5 delta int_0^s h q^2 dq gives
-    polynomials h_j. Contact ends where s^2 = h, so that H = sum delta^j h_j(sqrt(H)): as h_0 = 1, coefficient
+    With h = sum delta^j h_j(s) the defining problem h^2 = 1 - delta s^n_a + n_a delta int_0^s h q^(n_b-1) dq gives
+    polynomials h_j. Contact ends where s^d = h, so that H = sum delta^j h_j(H^(1/d)): as h_0 = 1, coefficient
     n of the right side needs H_0 … H_(n-1) only.
     """
-    return _end_series(arguments.order(order))
+    return _end_series(arguments.order(order), law_of(law))
 
 
 @lru_cache(maxsize=8)
-def _end_series(order: int) -> tuple[Fraction, ...]:
-    polynomials = _unloading_polynomials(order)
+def _end_series(order: int, law: Law) -> tuple[Fraction, ...]:
+    if not law.delayed:
+        return (Fraction(1), *order * [Fraction(0)])
+    polynomials = _unloading_polynomials(order, law)
     end_values = [fmpq(1)]
-    powers = [[fmpq(1)] for _ in range(5 * order + 1)]  # powers[m][i]: coefficient i of H^(m/2)
+    powers = [[fmpq(1)] for _ in range(law.n_a * order + 1)]  # powers[m][i]: coefficient i of H^(m/d)
     for n in range(1, order + 1):
         terms = (c * powers[m][n - j] for j in range(1, n + 1) for m, c in enumerate(polynomials[j]))
         end_values.append(sum(terms, fmpq(0)))
         for m, power in enumerate(powers):
-            power.append(_next_in_power(end_values, power, fmpq(m, 2)))
+            power.append(_next_in_power(end_values, power, fmpq(m, law.d)))
     return tuple(Fraction(int(value.p), int(value.q)) for value in end_values)
 
 
-def _unloading_polynomials(order: int) -> list[list[fmpq]]:
+def _unloading_polynomials(order: int, law: Law) -> list[list[fmpq]]:
     """Return the coefficients of h_0(s) … h_order(s), ascending."""
     h = [fmpq_poly([1])]
     for j in range(1, order + 1):
-        right = 5 * (h[j - 1] * fmpq_poly([0, 0, 1])).integral()
+        right = law.n_a * (h[j - 1] * fmpq_poly([*(law.n_b - 1) * [0], 1])).integral()
         if j == 1:
-            right -= fmpq_poly([0, 0, 0, 0, 0, 1])
+            right -= fmpq_poly([*law.n_a * [0], 1])
         products = sum((h[i] * h[j - i] for i in range(1, j)), fmpq_poly())
         h.append((right - products) / 2)
     return [polynomial.coeffs() for polynomial in h]
@@ -186,13 +203,15 @@ def G_symbol(n: SupportsIndex) -> sp.Symbol:
     return sp.Symbol(f"G_{arguments.integer('n', n, 1, arguments.MAX_ORDER)}", positive=True)
 
 
-def lambda_from_G(k: SupportsIndex) -> sp.Expr:
-    """Return lambda_k as a polynomial in G_1 … G_k, times (4/5)^(2k/5) (sections 2.2 and 2.4).
+def lambda_from_G(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
+    """Return lambda_k as a polynomial in G_1 … G_k, times ((a+1)/2)^(k/nu-k) (sections 2.2, 2.4 and 2.9).
 
     Parameters
     ----------
     k : int
         Odd, 1 to 999.
+    law : Law or str
+        Law of contact (`law_of`).
 
     Raises
     ------
@@ -201,32 +220,35 @@ def lambda_from_G(k: SupportsIndex) -> sp.Expr:
 
     Notes
     -----
-    Let ln V(K) = E(K) + O(K), even and odd. Then Lambda = -ln eps0 = 2 O(K), and
-    nu = kappa eps0^(1/10) = (5/4)^(2/5) K exp(E/5). Lagrange's inversion gives
-    lambda_k = (2/k) (5/4)^(-2k/5) [K^(k-1)] O'(K) exp(-k E/5).
+    Let ln V(K) = E(K) + O(K), even and odd, and c = 1/nu - 1/2, which is 1/10 for the paper's law. Then
+    Lambda = -ln eps0 = 2 O(K), and its argument is kappa eps0^c = ((a+1)/2)^(1-1/nu) K exp(2 c E). Lagrange's
+    inversion gives lambda_k = (2/k) ((a+1)/2)^(k/nu-k) [K^(k-1)] O'(K) exp(-2 c k E).
     """
-    k = _odd(k)
+    k, of = _odd(k), law_of(law)
+    rate = -2 * k * rational(of.c)
     domain, *symbols = sp.ring([G_symbol(n) for n in range(1, k + 1)], sp.QQ)
     values = [domain.one, *symbols]
     logarithm = [domain.zero]
     for n in range(1, k + 1):
         known = sum((j * logarithm[j] * values[n - j] for j in range(1, n)), domain.zero)
         logarithm.append(values[n] - known * sp.QQ(1, n))
-    power = [domain.one]  # exp(-k E/5), odd coefficients left zero
+    power = [domain.one]  # exp(-2 c k E), odd coefficients left zero
     for n in range(1, k):
         even = sum((j * logarithm[j] * power[n - j] for j in range(2, n + 1, 2)), domain.zero)
-        power.append(even * sp.QQ(-k, 5 * n))
+        power.append(even * sp.QQ(rate.p, rate.q * n))
     polynomial = sum((n * logarithm[n] * power[k - n] for n in range(1, k + 1, 2)), domain.zero)
-    return sp.expand(polynomial.as_expr() * sp.Rational(2, k)) * _KAPPA_SCALE**-k
+    return sp.expand(polynomial.as_expr() * sp.Rational(2, k)) * _kappa_scale(of) ** -k
 
 
-def h_polynomial(k: SupportsIndex) -> sp.Expr:
+def h_polynomial(k: SupportsIndex, law: Law | str = VISCOELASTIC) -> sp.Expr:
     """Return h_k of eq:epsSeriesAdvanced as a polynomial in lambda_1, lambda_3, … (section 2.4).
 
     Parameters
     ----------
     k : int
         Order in v*, 0 to 1000; the number of terms grows like that of the partitions of k/2 into odd parts.
+    law : Law or str
+        Law of contact (`law_of`); v* = kappa^(1/law.d).
 
     Returns
     -------
@@ -240,28 +262,32 @@ def h_polynomial(k: SupportsIndex) -> sp.Expr:
 
     Notes
     -----
-    Let p = 10 + 5j. From eps = sum_j H_j (4/5)^j v*^(5j) eps0^(p/10), eps0 = exp(-Lambda(nu)),
-    nu = kappa eps0^(1/10) and Lagrange's inversion, with the sum over 5j + 2n = k,
+    Let q = 1 + e j, e = (2 n_b - n_a)/d, and c = 1/nu - 1/2; q = 1 + j/2, c = 1/10 for the paper's law. From
+    eps = sum_j H_j (2/(a+1))^j v*^(n_a j) eps0^q, eps0 = exp(-Lambda(x)), x = kappa eps0^c and Lagrange's inversion,
+    with the sum over n_a j + d n = k,
 
-        h_k = sum H_j (4/5)^j p/(p+n) [nu^n] exp(-(p+n)/10 Lambda(nu)).
+        h_k = sum H_j (2/(a+1))^j q/(q + c n) [x^n] exp(-(q + c n) Lambda(x)).
     """
-    k = arguments.integer("k", k, 0, arguments.MAX_ORDER)
+    k, of = arguments.integer("k", k, 0, arguments.MAX_ORDER), law_of(law)
     terms: list[sp.Expr] = []
-    for j, end_value in enumerate(delayed_recovery_series(k // 5)):
-        n, odd = divmod(k - 5 * j, 2)
-        if not odd:
-            p = 10 + 5 * j
-            factor = end_value * Fraction(4, 5) ** j * Fraction(p, p + n)
-            terms += _exponential_terms(factor, Fraction(-(p + n), 10), n)
+    for j, end_value in enumerate(delayed_recovery_series(k // of.n_a, of)):
+        n, rest = divmod(k - of.n_a * j, of.d)
+        if not rest and end_value:
+            q = 1 + of.e * j
+            terms += _exponential_terms(end_value * (2 / (of.elastic + 1)) ** j, q, -(q + of.c * n), n)
     return sp.Add(*terms)
 
 
-def _exponential_terms(factor: Fraction, rate: Fraction, n: int) -> Iterator[sp.Expr]:
-    """Yield the monomials of factor [nu^n] exp(rate Lambda(nu))."""
+def _exponential_terms(factor: Fraction, q: Fraction, rate: Fraction, n: int) -> Iterator[sp.Expr]:
+    """Yield the monomials of -factor q/rate [x^n] exp(rate Lambda(x)), also for rate = 0."""
+    if n == 0:
+        yield rational(factor)
+        return
     for partition in _odd_partitions(n, n):
-        weight = factor * prod(rate**times / factorial(times) for times in partition.values())
+        count = sum(partition.values())
+        weight = -factor * q * rate ** (count - 1) / prod(map(factorial, partition.values()))
         monomial = sp.Mul(*(lambda_symbol(part) ** times for part, times in partition.items()))
-        yield sp.Rational(weight.numerator, weight.denominator) * monomial
+        yield rational(weight) * monomial
 
 
 def _odd_partitions(n: int, largest: int) -> Iterator[dict[int, int]]:
@@ -285,9 +311,15 @@ def _odd(k: SupportsIndex) -> int:
 # --- closed forms -------------------------------------------------------------------------------------------
 
 
-def g_1_at_0() -> sp.Expr:
-    """Return G_1 = B(3/5, 3/2)/2 in terms of the Gamma function (section 2.2)."""
-    return sp.sqrt(sp.pi) * sp.gamma(sp.Rational(3, 5)) / (4 * sp.gamma(sp.Rational(21, 10)))
+def g_1_at_0(law: Law | str = VISCOELASTIC) -> sp.Expr:
+    """Return G_1 = B(1/nu, 3/2)/2 in terms of the Gamma function (section 2.2)."""
+    return _beta_1(law_of(law)) / 2
+
+
+def _beta_1(law: Law) -> sp.Expr:
+    """Return B(1/nu, 3/2)."""
+    inverse = rational(1 / law.nu)
+    return sp.sqrt(sp.pi) * sp.gamma(inverse) / (2 * sp.gamma(inverse + sp.Rational(3, 2)))
 
 
 def g_2_at_0() -> sp.Expr:
@@ -307,10 +339,13 @@ def g_3_at_0() -> sp.Expr:
     return sp.Rational(7, 25) * g_1**3 - sp.Rational(5, 22) * g_1 + sp.Rational(125, 2904) * _beta_9_5()
 
 
-def lambda_1() -> sp.Expr:
-    """Return lambda_1 = 2 (4/5)^(2/5) G_1 = 1.153… in terms of the Gamma function (section 2.4)."""
-    five, two = sp.Integer(5) ** sp.Rational(2, 5), sp.Integer(2) ** sp.Rational(1, 5)
-    return sp.sqrt(sp.pi) * sp.gamma(sp.Rational(3, 5)) / (five * two * sp.gamma(sp.Rational(21, 10)))
+def lambda_1(law: Law | str = VISCOELASTIC) -> sp.Expr:
+    """Return lambda_1 = B(1/nu, 3/2) ((a+1)/2)^(1/nu-1) in terms of the Gamma function (sections 2.4 and 2.9).
+
+    It is 2 (4/5)^(2/5) G_1 = 1.153… for the paper's law.
+    """
+    of = law_of(law)
+    return _beta_1(of) / _kappa_scale(of)
 
 
 def lambda_3() -> sp.Expr:
@@ -318,7 +353,7 @@ def lambda_3() -> sp.Expr:
 
     Proven in derivations/08_closed_forms.py.
     """
-    return sp.Rational(125, 1452) * _KAPPA_SCALE**-3 * _beta_9_5() - lambda_1() ** 3 / 600
+    return sp.Rational(125, 1452) * _kappa_scale(VISCOELASTIC) ** -3 * _beta_9_5() - lambda_1() ** 3 / 600
 
 
 def _beta_9_5() -> sp.Expr:

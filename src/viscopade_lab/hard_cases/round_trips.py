@@ -75,19 +75,26 @@ def rounding_interval(text: str, digits: int) -> tuple[Fraction, Fraction]:
     return Fraction(number) - half, Fraction(number) + half
 
 
+def _inverse(name: str, portion: Fraction | str, digits: int) -> exact.Collision:
+    """Return the collision with this eps, or this 1 - eps."""
+    if name == "epsilon":
+        return exact.invert(portion, digits)
+    return exact.invert(one_minus_epsilon=portion, digits=digits)
+
+
 def exact_there_and_back(v_star: str, digits: int) -> ProvenTrip:
     """Go from v* to the smaller portion, rounded to `digits`, and back from both ends of what was rounded."""
     there = exact.collision(v_star, digits)
     name = _smaller(there)
     low, high = rounding_interval(there.decimals()[name], digits)
-    ends = [exact.invert(digits=digits + 6, **{name: end}).v_star for end in (low, high)]
+    ends = [_inverse(name, end, digits + 6) for end in (low, high)]
     v = float(v_star)
     return _hull(ends, Fraction(v_star), v, digits, float((high - low) / low) / _slope(name, v))
 
 
 def exact_back_and_there(name: str, portion: str, digits: int) -> ProvenTrip:
     """Go from a portion, at most 1/2, to v*, rounded, and back."""
-    there = exact.invert(digits=digits, **{name: portion})
+    there = _inverse(name, portion, digits)
     low, high = rounding_interval(there.decimals()["v_star"], digits)
     ends = [getattr(exact.collision(end, digits + 6), name) for end in (low, high)]
     v = there.floats()["v_star"]

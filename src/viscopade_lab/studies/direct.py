@@ -14,13 +14,15 @@ dtau = 2 s dtheta the motion becomes polynomial,
     ds/dtheta = u,    du/dtheta = -2 s^2 (s^2 + kappa u),    dtau/dtheta = 2 s,    s(0) = 0, u(0) = 1, tau(0) = 0,
 
 so s, u and tau are analytic in theta through first contact and through x = 0 at the other end. There is one recursion
-for all of it, and a step's length follows from how fast its coefficients decay.
+for all of it, and a step's length follows from how fast its coefficients decay. `collide_by` does the same for any law
+of contact (a, b), with x = s^m, dtau = m s^(m-1) dtheta and du/dtheta = -m (s^(m(a+1)-1) + kappa u s^(m(b+1)-1)).
 
 Below it is a rival, what one would type today: `odefun_epsilon`.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,6 +31,8 @@ from typing import Literal, TypeAlias
 
 import mpmath
 from mpmath import mpf
+
+from viscopade.theory.law import VISCOELASTIC, Law
 
 End = Literal["force", "position"]
 Exact: TypeAlias = str | int | float | Fraction | mpf
@@ -79,41 +83,57 @@ class _State:
 class _Motion:
     """The equation of motion in theta, in an mpmath context of its own."""
 
-    def __init__(self, kappa: Fraction, digits: int, terms: int) -> None:
+    def __init__(self, kappa: Fraction, digits: int, terms: int, law: Law = VISCOELASTIC) -> None:
         self.ctx = mpmath.mp.clone()
         self.ctx.dps = digits + 5
         self.kappa = self.ctx.mpf(kappa.numerator) / kappa.denominator
         self.terms = terms
         self.log2_tolerance = -digits * math.log2(10)
+        self.m, (n_a, n_b) = law.m, law.powers
+        self.common = min(n_a, n_b) - 1
+        self.elastic, self.viscous = n_a - 1 - self.common, n_b - 1 - self.common
 
     def force(self, state: _State) -> mpf:
-        """s^2 + kappa u: the force over sqrt(x)."""
-        return state.s * state.s + self.kappa * state.u
+        """Return s^2 + kappa u: the force over sqrt(x), or over another power of s for another law."""
+        return state.s**self.elastic + self.kappa * state.u * state.s**self.viscous
+
+    def force_slope(self, state: _State) -> mpf:
+        """Return the derivative of `force` with respect to theta."""
+        s, u = state.s, state.u
+        drag = self.acceleration(state) * s**self.viscous + self._slope(self.viscous, s) * u * u
+        return self._slope(self.elastic, s) * u + self.kappa * drag
+
+    @staticmethod
+    def _slope(power: int, s: mpf) -> mpf:
+        return power * s ** (power - 1) if power else 0 * s
 
     def acceleration(self, state: _State) -> mpf:
         """du/dtheta."""
-        return -2 * state.s * state.s * self.force(state)
+        return -self.m * state.s**self.common * self.force(state)
 
     def taylor(self, start: _State) -> tuple[list[mpf], list[mpf], list[mpf]]:
         """Taylor coefficients of s, u and tau in theta about `start`."""
         s, u, tau = [start.s], [start.u], [start.tau]
-        square: list[mpf] = []  # s^2
-        force: list[mpf] = []  # s^2 + kappa u
+        powers: list[list[mpf]] = [[] for _ in range(max(self.common, self.elastic, self.viscous, self.m - 1) + 1)]
+        force: list[mpf] = []
         for j in range(self.terms):
-            square.append(self.ctx.fdot(s, s[::-1]))
-            force.append(square[j] + self.kappa * u[j])
+            powers[0].append(self.ctx.mpf(j == 0))
+            for lower, power in itertools.pairwise(powers):
+                power.append(self.ctx.fdot(lower, s[j::-1]))
+            drag = self.ctx.fdot(powers[self.viscous], u[::-1]) if self.viscous else u[j]
+            force.append(powers[self.elastic][j] + self.kappa * drag)
             s.append(u[j] / (j + 1))
-            u.append(-2 * self.ctx.fdot(square, force[::-1]) / (j + 1))
-            tau.append(2 * s[j] / (j + 1))
+            u.append(-self.m * self.ctx.fdot(powers[self.common], force[::-1]) / (j + 1))
+            tau.append(self.m * powers[self.m - 1][j] / (j + 1))
         return s, u, tau
 
     def length(self, coefficients: tuple[list[mpf], ...]) -> mpf:
-        """Length of a step whose last terms are all below the tolerance.
+        """Length of a step whose last terms are all below the tolerance, at most 1: less than a collision.
 
         Single coefficients can vanish (at first contact most do), so it looks at the last eight.
         """
         magnitudes = ((float(self.ctx.mag(c[j])), j) for c in coefficients for j in range(self.terms - 7, len(c)))
-        return self.ctx.mpf(2) ** min((self.log2_tolerance - m) / j for m, j in magnitudes)
+        return self.ctx.mpf(2) ** min(0.0, *((self.log2_tolerance - m) / j for m, j in magnitudes))
 
     def at(self, coefficients: tuple[list[mpf], ...], theta: mpf) -> _State:
         """Evaluate a step's polynomials."""
@@ -141,7 +161,7 @@ def _end_of_contact(motion: _Motion, end: End) -> _Event:
         # seen too.
         lambda y: bool(y.u < 0 and (y.s <= 0 or motion.force(y) <= 0)),
         motion.force,
-        lambda y: 2 * y.s * y.u + motion.kappa * motion.acceleration(y),
+        motion.force_slope,
     )
 
 
@@ -206,12 +226,23 @@ def collide(v_star: Exact, digits: int = 30, end: End = "force", terms_per_digit
     if end == "position" and exact > LARGEST_FOR_POSITION:
         raise ValueError(f"end='position' needs too many steps beyond v_star = {LARGEST_FOR_POSITION}")
     carried = digits + 15 + _guard(exact, end)
-    motion = _Motion(exact * exact, carried, round(terms_per_digit * carried))
+    return _collided(_Motion(exact * exact, carried, round(terms_per_digit * carried)), digits, end)
+
+
+def collide_by(law: Law, kappa: Exact, digits: int = 30, terms_per_digit: float = TERMS_PER_DIGIT) -> Direct:
+    """Follow one collision by a law of contact, at a positive kappa neither very small nor very large."""
+    exact = _exact(kappa)
+    carried = digits + 25 + _guard(exact, "position")
+    motion = _Motion(exact, carried, round(terms_per_digit * carried), law)
+    return _collided(motion, digits, "force" if law.delayed else "position")
+
+
+def _collided(motion: _Motion, digits: int, end: End) -> Direct:
     ctx = motion.ctx
     events = _turning_point(motion), _end_of_contact(motion, end)
     turning, last = _follow(motion, _State(ctx.zero, ctx.one, ctx.zero), events)
-    x_c = ctx.zero if end == "position" else last.s**2
-    results = -last.u, 1 + last.u, turning.s**2, last.tau, x_c
+    x_c = ctx.zero if end == "position" else last.s**motion.m
+    results = -last.u, 1 + last.u, turning.s**motion.m, last.tau, x_c
     return Direct(*(_rounded(value, digits) for value in results))
 
 

@@ -1,0 +1,294 @@
+"""Laws of contact: m xi'' + k xi^a + c xi^b xi' = 0, of which the paper's law of viscoelastic spheres is (3/2, 1/2).
+
+In the units `Law.length_scale` and `Law.time_scale` it reads x'' + x^a + kappa x^b x' = 0, x(0) = 0, x'(0) = 1. For
+the coefficient of restitution the family has one parameter, nu = (a + 1)/(b + 1) (section 2.9).
+`derivations/15_laws.py` derives all that stands here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal, NamedTuple, cast
+
+from viscopade import arguments
+
+End = Literal["force", "return"]
+ENDS: tuple[End, ...] = ("force", "return")
+
+LARGEST_EXPONENT = 10  # of a and b
+LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
+
+_ACCEPTED = f"a rational number such as 3/2 or 0.25, from 0 to {LARGEST_EXPONENT}"
+
+
+@dataclass(frozen=True)
+class Law:
+    """Law of contact x'' + x^a + kappa x^b x' = 0 with an end of contact.
+
+    Parameters
+    ----------
+    elastic : str, int, float or Fraction
+        Exponent a of the elastic force, > 0; taken exactly.
+    damping : str, int, float or Fraction
+        Exponent b of the compression in the damping, >= 0.
+    end : str
+        "force": contact ends where the force vanishes, x'' = 0. "return": it ends where x = 0 again.
+        For nu <= 1 both are the same.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an exponent is not a number, out of range, or has so large a denominator that it is no law of contact.
+
+    Examples
+    --------
+    >>> Law("3/2", "1/2").nu
+    Fraction(5, 3)
+    """
+
+    elastic: Fraction
+    damping: Fraction
+    end: End = "force"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "elastic", _exponent("a", self.elastic, least=Fraction(1, 1000)))
+        object.__setattr__(self, "damping", _exponent("b", self.damping, least=Fraction(0)))
+        if self.end not in ENDS:
+            raise ValueError(f"end is {self.end!r}: accepted is 'force' or 'return'")
+        if max(self.powers) > LARGEST_POWER:
+            raise ValueError(
+                f"the exponents {self} have too large denominators: accepted are a, b with m (a + 1) and m (b + 1) "
+                f"whole numbers up to {LARGEST_POWER} for one m, such as 3/2,1/4"
+            )
+
+    def __str__(self) -> str:
+        """Return A,B as the command line takes it."""
+        return f"{self.elastic},{self.damping}"
+
+    @property
+    def nu(self) -> Fraction:
+        """(a + 1)/(b + 1), the only parameter that eps as a function knows (section 2.9)."""
+        return (self.elastic + 1) / (self.damping + 1)
+
+    @property
+    def n_a(self) -> int:
+        """Numerator of nu in lowest terms: the elastic force is r^(n_a - 1) in the turning point equation."""
+        return self.nu.numerator
+
+    @property
+    def n_b(self) -> int:
+        """Denominator of nu in lowest terms: the damping is g r^(n_b - 1) there."""
+        return self.nu.denominator
+
+    @cached_property
+    def m(self) -> int:
+        """The least m for which x = x_max r^m makes both forces polynomials in r; 2 for Hertz."""
+        return math.lcm(self.elastic.denominator, self.damping.denominator)
+
+    @cached_property
+    def powers(self) -> tuple[int, int]:
+        """M (a + 1) and m (b + 1), a multiple of n_a and n_b."""
+        return int(self.m * (self.elastic + 1)), int(self.m * (self.damping + 1))
+
+    @property
+    def delayed(self) -> bool:
+        """Whether the force vanishes before x = 0, and contact ends there (eq:tEndAdvanced)."""
+        return self.end == "force" and self.nu > 1
+
+    @property
+    def d(self) -> int:
+        """Eps is a power series in v* = kappa^(1/d): 2 for the paper's law, v* = kappa^(1/2)."""
+        return self.n_a - self.n_b if self.delayed else 1
+
+    @property
+    def c(self) -> Fraction:
+        """1/nu - 1/2: kappa ~ v^(2 c), and ln eps0 is an odd function of kappa eps0^c (section 2.4)."""
+        return 1 / self.nu - Fraction(1, 2)
+
+    @property
+    def e(self) -> Fraction:
+        """Exponent in eps = eps0 H(delta), delta = 2/(a+1) v*^n_a eps0^e (section 2.3): 1/2 for the paper's law."""
+        return Fraction(2 * self.n_b - self.n_a, self.d)
+
+    @property
+    def kappa_scale(self) -> tuple[Fraction, Fraction]:
+        """Base and exponent of ((a + 1)/2)^(1 - 1/nu), for kappa = base^exponent K V(K)^(2 c) (section 2.2)."""
+        return (self.elastic + 1) / 2, 1 - 1 / self.nu
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the end exists for small kappa only: return, nu >= 2 (for nu = 2 below damping ratio 1)."""
+        return self.end == "return" and self.nu >= 2
+
+    @property
+    def decay(self) -> Fraction | None:
+        """P of eps ~ kappa^-p as kappa -> infinity, or None if the end does not exist there.
+
+        With delayed recovery it is nu, as eps -> K^-nu; else nu/(2 - nu).
+        """
+        if self.delayed:
+            return self.nu
+        return None if self.bounded else self.nu / (2 - self.nu)
+
+    @property
+    def excess(self) -> int:
+        """The k of the approximants [m/m+k] that decay nearly like eps: 3 for the paper's law, eps ~ v*^(-10/3)."""
+        return 0 if self.decay is None else max(round(self.decay * self.d), 1)
+
+    def kappa(self, speed: float, *, k: float, c: float, mass: float) -> float:
+        """Return kappa = (c/mass) (k/mass)^(-(b+1)/(a+1)) v^(2/nu - 1).
+
+        Parameters
+        ----------
+        speed : float
+            Impact speed v > 0, length/time.
+        k, c : float
+            Constants of the force k xi^a + c xi^b xi'. For Hertz' contact k is `Pair.rho`.
+        mass : float
+            Effective mass, `Pair.m_eff`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is not a positive number (c and speed may be 0).
+        """
+        number = _physical(speed=speed, k=k, damping=c, mass=mass)
+        return number["damping"] / number["mass"] * _power(number, 1 / self.nu, 2 * self.c)
+
+    def length_scale(self, speed: float, *, k: float, mass: float) -> float:
+        """Return the unit of x, (k/mass)^(-1/(a+1)) v^(2/(a+1)), a length; arguments as for `kappa`."""
+        power = 1 / (self.elastic + 1)
+        return _power(_physical(speed=speed, k=k, mass=mass), power, 2 * power)
+
+    def time_scale(self, speed: float, *, k: float, mass: float) -> float:
+        """Return the unit of tau, (k/mass)^(-1/(a+1)) v^((1-a)/(a+1)), a time; arguments as for `kappa`."""
+        power = 1 / (self.elastic + 1)
+        return _power(_physical(speed=speed, k=k, mass=mass), power, 2 * power - 1)
+
+
+def _exponent(name: str, value: object, least: Fraction) -> Fraction:
+    """Return an exponent as an exact fraction; a string may be a fraction, such as 3/2."""
+    if isinstance(value, str) and value.count("/") == 1:
+        top, bottom = (
+            arguments.exact_number(name, part, _ACCEPTED, lambda x: abs(x) < 10**9) for part in value.split("/")
+        )
+        if not bottom:
+            raise ValueError(f"{name} is {value!r}: accepted is {_ACCEPTED}")
+        value = top / bottom
+    return arguments.exact_number(name, value, _ACCEPTED, lambda x: least <= x <= LARGEST_EXPONENT)
+
+
+def _physical(**values: float) -> dict[str, float]:
+    def allowed(name: str) -> Callable[[Fraction], bool]:
+        return (lambda x: x >= 0) if name in ("speed", "damping") else (lambda x: x > 0)
+
+    return {
+        name: float(
+            arguments.exact_number(name, value, "a positive number (speed and damping may be 0)", allowed(name))
+        )
+        for name, value in values.items()
+    }
+
+
+def _power(number: dict[str, float], compliance: Fraction, speed: Fraction) -> float:
+    """Return (mass/k)^compliance v^speed."""
+    v = number["speed"]
+    factor = math.inf if v == 0 and speed < 0 else float(v ** float(speed))
+    return float((number["mass"] / number["k"]) ** float(compliance)) * factor
+
+
+# --- laws with names --------------------------------------------------------------------------------------------------
+
+
+class NamedLaw(NamedTuple):
+    """A law of the literature, some of them with an exponent n of their own, and its own damping constant.
+
+    The damping constant c of the force is factor(n) constant k^power mass^(1 - power).
+    """
+
+    exponents: Callable[[Fraction], tuple[Fraction, Fraction]]
+    n: Fraction | None
+    """The exponent if none is given; None for a law without."""
+    constant: str
+    factor: Callable[[Fraction], Fraction]
+    power: Fraction
+    words: str
+
+    def damping_constant(self, constant: float, *, k: float, mass: float, n: Fraction = Fraction(1)) -> float:
+        """Return c of `Law.kappa` from the law's own constant."""
+        return float(self.factor(n) * constant * k ** float(self.power) * mass ** float(1 - self.power))
+
+
+_HALF = Fraction(1, 2)
+NAMED = {
+    "viscoelastic": NamedLaw(
+        lambda _: (Fraction(3, 2), _HALF), None, "A", lambda _: Fraction(3, 2), Fraction(1),
+        "viscoelastic spheres, the paper's law (eq:viscoelastic)",
+    ),
+    "linear": NamedLaw(
+        lambda _: (Fraction(1), Fraction(0)), None, "zeta", lambda _: Fraction(2), _HALF,
+        "spring-dashpot; zeta is the damping ratio",
+    ),
+    "tsuji": NamedLaw(
+        lambda _: (Fraction(3, 2), Fraction(1, 4)), None, "alpha", lambda _: Fraction(1), _HALF,
+        "Hertz' spring, damping of Tsuji et al. 1992",
+    ),
+    "hunt-crossley": NamedLaw(
+        lambda n: (n, n), Fraction(3, 2), "d", lambda _: Fraction(1), Fraction(1),
+        "force k xi^n (1 + d xi')",
+    ),
+    "kelvin-voigt": NamedLaw(
+        lambda n: (1 + 1 / n, 1 / n), Fraction(2), "A", lambda n: 1 + 1 / n, Fraction(1),
+        "axisymmetric body of profile r^n made of a Kelvin-Voigt material: cone 1, sphere 2",
+    ),
+}  # fmt: skip
+
+ACCEPTED_LAWS = (
+    ", ".join(name if named.n is None else f"{name}[:n]" for name, named in NAMED.items())
+    + ", or the exponents a,b such as 3/2,1/4"
+)
+
+VISCOELASTIC = Law(Fraction(3, 2), _HALF)
+"""The paper's law."""
+
+
+def law_of(text: str | Law, end: str | None = None) -> Law:
+    """Return the law of a name such as "tsuji" or "hunt-crossley:1", or of exponents such as "3/2,1/4".
+
+    Parameters
+    ----------
+    text : str or Law
+        A law is returned as it is, but for its end.
+    end : str, optional
+        "force" or "return"; if not given the law's own, which is "force" for a name.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no such law, or its exponents are refused (`Law`).
+
+    Examples
+    --------
+    >>> law_of("kelvin-voigt:1").nu
+    Fraction(3, 2)
+    """
+    if isinstance(text, Law):
+        return text if end is None else Law(text.elastic, text.damping, cast(End, end))
+    if not isinstance(text, str):
+        raise TypeError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}, or a Law")
+    name, _, n = text.strip().partition(":")
+    given = text.split(",")
+    if name in NAMED and (not n or NAMED[name].n is not None):
+        named = NAMED[name]
+        exponent = _exponent("n", n, Fraction(1, LARGEST_EXPONENT)) if n else named.n or Fraction(1)
+        exponents: Sequence[object] = named.exponents(exponent)
+    elif len(given) == 2:
+        exponents = [part.strip() for part in given]
+    else:
+        raise ValueError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}")
+    a, b = cast(tuple[Fraction, Fraction], exponents)
+    return Law(a, b, cast(End, end or "force"))
