@@ -32,7 +32,7 @@ DIGITS = 25
 NAMES = list(FIGURES)
 NAME = "tryingDifferentPadeLin"  # where one is enough
 OF_BEST = ["minimaxErrors", "frontier"]
-BEYOND = [*OF_BEST, "cooling"]  # the paper has nothing of the kind
+BEYOND = [*OF_BEST, "cooling", "universalCurves", "dampingFormulas"]  # the paper has nothing of the kind
 
 
 @pytest.fixture(scope="module")
@@ -180,6 +180,22 @@ def test_no_curve_has_another_name(sheets, name):
             *("exact", "constant", "slope-5-3", "slope-2", "simulated-exact", "simulated-constant"),
             *(f"{name}-error" for name in ("constant", "pade-1-4", "pade-3-6", "kernel")),
             *("simulated-constant-error", "simulated-pade-1-4-error"),
+        },
+        "universalCurves": {
+            f"{end}-{nu}-{axes}"
+            for axes in ("linear", "logarithmic")
+            for end in ("force", "return")
+            for nu in ("1", "5-4", "3-2", "5-3", "2", "5-2")
+            if nu != "1" or end == "force"
+        },
+        "dampingFormulas": {
+            name + suffix
+            for suffix in ("", "-error")
+            for name in (
+                *("exact", "lee-and-wang", "lankarani-and-nikravesh", "hunt-and-crossley", "herbert-and-mcwhannell"),
+                *("qin-and-lu", "safaeifar-and-farshidianfar", "gonthier-et-al", "hu-and-guo"),
+                *("ye-et-al-flores-et-al", "gharib-and-hurmuzlu"),
+            )
         },
     }
     found = gids(sheets[name])
@@ -337,6 +353,42 @@ def test_frontiers(sheets):
         numbers, errors = artist(sheets["frontier"], f"paper-{end}").get_data()
         assert list(numbers) == [2 * m + 3 for m in range(7)]
         assert errors[1] == pytest.approx(sampled_pade_error(1, 4, end), rel=2e-3)
+
+
+def test_universal_curves_with_closed_forms(sheets):
+    """nu = 1 by Lambert's function, nu = 2 by the damped oscillator."""
+    for end, nu in (("force", "1"), ("force", "2"), ("return", "2")):
+        for axes in ("linear", "logarithmic"):
+            for x, y in samples(artist(sheets["universalCurves"], f"{end}-{nu}-{axes}"), 5):
+                with mp.workdps(30):
+                    K = mpf(x)
+                    if nu == "1":
+                        expected = (1 + mp.lambertw(-(1 + K) * mp.exp(-(1 + K)))) / K
+                    else:
+                        root = mp.sqrt(1 - mp.mpc(K / 2) ** 2)
+                        angle = mp.pi if end == "return" else 2 * mp.acos(mp.mpc(K / 2))
+                        expected = mp.exp(-K / 2 * angle / root)
+                assert y == pytest.approx(float(mp.re(expected)), rel=1e-6, abs=0)
+
+
+def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):
+    for nu, largest in (("2", 2), ("5-2", 1.128)):
+        x, y = artist(sheets["universalCurves"], f"return-{nu}-linear").get_data()
+        assert 0.95 * largest < x[-1] < largest
+        assert 0 < y[-1] < 1e-4
+
+
+def test_delivered_eps(sheets):
+    """Of formulas that are asked for 1 - e = 0.04 … 1, against Lambert's function."""
+    formulas = {"hunt-and-crossley": lambda e: 3 * (1 - e) / 2, "gonthier-et-al": lambda e: (1 - e**2) / e}
+    for gid, formula in formulas.items():
+        for asked, y in samples(artist(sheets["dampingFormulas"], gid), 4)[:3]:
+            with mp.workdps(30):
+                z = formula(mpf(asked))
+                expected = (1 + mp.lambertw(-(1 + z) * mp.exp(-(1 + z))).real) / z
+            assert y == pytest.approx(float(expected), rel=1e-9)
+        line, error = (artist(sheets["dampingFormulas"], gid + suffix) for suffix in ("", "-error"))
+        np.testing.assert_allclose(line.get_ydata() - line.get_xdata(), error.get_ydata())
 
 
 def best_or_infinite(m, n, end):

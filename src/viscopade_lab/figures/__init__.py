@@ -3,5 +3,6 @@
 NAMES = (
     *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
     *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "frontier", "cooling"),
+    *("universalCurves", "dampingFormulas"),
 )
 FORMATS = ("svg", "pdf", "png")

@@ -1,0 +1,142 @@
+"""Damping formulas in wide use for Hunt-Crossley contacts, and the coefficient of restitution that each delivers.
+
+A contact with the force k x^n + lambda x^n x' is nu = 1 of section 2.9, for every n: its eps depends on z = lambda v/k
+alone, v being the impact speed. A damping formula gives lambda for a wanted eps = e, in the literature as
+lambda = chi(e) k/v, so its z is chi(e). Almost all are approximations of the same exact relation,
+
+    ln((1 + z)/(1 - z eps)) = z (1 + eps),
+
+and therefore deliver another eps than they are asked for. For small losses the exact z is 3 (1 - eps)/2.
+
+docs/results/laws.md names formulas that are left out, and says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mpmath import mp
+
+from viscopade.collision import exact
+
+ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
+DIGITS = 20
+LAW = "hunt-crossley:1"  # n = 1, the quickest; the z of every n is the same
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A damping formula from the literature.
+
+    Attributes
+    ----------
+    name : str
+        Its authors, short.
+    citation : str
+        Authors, journal, volume, pages and year.
+    text : str
+        The formula for z, in LaTeX.
+    z : callable
+        From e to z = lambda v/k, both mpmath numbers.
+    source : str
+        Where its form was read.
+    """
+
+    name: str
+    citation: str
+    text: str
+    z: Callable[[Any], Any]
+    source: str
+
+
+# The originals were not at hand: each form is that of a program, of public code that follows the review by Machado,
+# Moreira, Flores and Lankarani (Mech. Mach. Theory 53, 99-121, 2012), or of a review as we remember it.
+CODE, REVIEW = "public code after a review", "a review, from memory"
+
+FORMULAS = (
+    Formula(
+        "Hunt and Crossley",
+        "K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42, 440-445 (1975)",
+        r"\tfrac{3}{2} (1 - e)",
+        lambda e: 3 * (1 - e) / 2,
+        "manual of Simbody, code of MBDyn",
+    ),
+    Formula(
+        "Herbert and McWhannell",
+        "R. G. Herbert and D. C. McWhannell, J. Eng. Ind. 99, 513-518 (1977)",
+        r"6 (1 - e) / ((2 e - 1)^2 + 3)",
+        lambda e: 6 * (1 - e) / ((2 * e - 1) ** 2 + 3),
+        CODE,
+    ),
+    Formula(
+        "Lee and Wang",
+        "T. W. Lee and A. C. Wang, J. Mech. Transm. Autom. Des. 105, 534-540 (1983)",
+        r"\tfrac{3}{4} (1 - e)",
+        lambda e: 3 * (1 - e) / 4,
+        CODE,
+    ),
+    Formula(
+        "Lankarani and Nikravesh",
+        "H. M. Lankarani and P. E. Nikravesh, J. Mech. Des. 112, 369-376 (1990)",
+        r"\tfrac{3}{4} (1 - e^2)",
+        lambda e: 3 * (1 - e**2) / 4,
+        "code of MBDyn",
+    ),
+    Formula(
+        "Gonthier et al.",
+        "Y. Gonthier, J. McPhee, C. Lange and J.-C. Piedboeuf, Multibody Syst. Dyn. 11, 209-233 (2004)",
+        r"(1 - e^2) / e",
+        lambda e: (1 - e**2) / e,
+        CODE,
+    ),
+    Formula(
+        "Qin and Lu",  # also cited by their given names, as Zhiying and Qishao
+        "Qin Zhiying and Lu Qishao, J. Dyn. Control 4, 294-298 (2006)",
+        r"\tfrac{3}{4} (1 - e^2) \exp(2 (1 - e))",
+        lambda e: 3 * (1 - e**2) * mp.exp(2 * (1 - e)) / 4,
+        CODE,
+    ),
+    Formula(
+        "Ye et al.; Flores et al.",
+        "K. Ye, L. Li and H. Zhu, Earthq. Eng. Struct. Dyn. 38, 1135-1142 (2009); "
+        "P. Flores, M. Machado, M. T. Silva and J. M. Martins, Multibody Syst. Dyn. 25, 357-375 (2011)",
+        r"\tfrac{8}{5} (1 - e) / e",
+        lambda e: 8 * (1 - e) / (5 * e),
+        "manual of OpenSees, code of MBDyn",
+    ),
+    Formula(
+        "Gharib and Hurmuzlu",
+        "M. Gharib and Y. Hurmuzlu, J. Appl. Mech. 79, 064506 (2012)",
+        r"1 / e",
+        lambda e: 1 / e,
+        REVIEW,
+    ),
+    Formula(
+        "Hu and Guo",
+        "S. Hu and X. Guo, Multibody Syst. Dyn. 35, 131-151 (2015)",
+        r"\tfrac{3}{2} (1 - e) / e",
+        lambda e: 3 * (1 - e) / (2 * e),
+        CODE,
+    ),
+    Formula(
+        "Safaeifar and Farshidianfar",
+        "H. Safaeifar and A. Farshidianfar, Multibody Syst. Dyn. 50, 233-257 (2020)",
+        r"\tfrac{5}{4} (1 - e) / e",
+        lambda e: 5 * (1 - e) / (4 * e),
+        REVIEW,
+    ),
+)
+
+
+def delivered(formula: Formula, e: str, digits: int = DIGITS) -> Any:
+    """Return the eps that a Hunt-Crossley contact delivers if a formula is asked for e, a decimal."""
+    with mp.workdps(digits + 10):
+        z = formula.z(mp.mpf(e))
+    return exact.collision(kappa=z, law=LAW, digits=digits).mpf()["epsilon"]
+
+
+def exact_z(e: str) -> Any:
+    """Return the z that delivers e, to `DIGITS` digits."""
+    return exact.invert(e, law=LAW, digits=DIGITS).mpf()["kappa"]

@@ -1,0 +1,191 @@
+"""Figures of the family of contact laws: the universal curves E_nu(K), and what damping formulas deliver."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from viscopade.collision import exact
+from viscopade.theory.law import End, Law
+from viscopade_lab import damping_formulas
+from viscopade_lab.figures.paper import (
+    BLACK,
+    BLUE,
+    DASH_DOT,
+    DASHED,
+    DOTTED,
+    EPSILON,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SHORT,
+    SKY,
+    VERMILION,
+    Figure,
+    Floats,
+    Look,
+    figure,
+    label_axes,
+    new_sheet,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
+
+DIGITS = 8  # more than a figure shows
+
+# --- universal curves -------------------------------------------------------------------------------------------------
+
+COLORS: Mapping[Fraction, str] = {
+    Fraction(1): BLACK,
+    Fraction(5, 4): SKY,
+    Fraction(3, 2): GREEN,
+    Fraction(5, 3): BLUE,
+    Fraction(2): ORANGE,
+    Fraction(5, 2): VERMILION,
+}
+"""Each nu that is drawn, and its colour."""
+
+ENDS: Mapping[End, tuple[float, ...]] = {"force": (), "return": SHORT}
+"""The ends of contact, and the dashes of their curves."""
+
+DAMPINGS = np.concatenate([np.linspace(0.02, 0.5, 9), np.linspace(0.58, 3, 26), np.geomspace(3.4, 100, 12)])
+LEAST_SHOWN = 1e-6  # of eps
+# Where the end x = 0 ceases to exist, eps falls to 0 on a short way: halving the distance to there so often shows it.
+HALVINGS = 12
+
+
+def law_with(nu: Fraction, end: End = "force") -> Law:
+    """Return a law of this nu for which kappa is K."""
+    return Law(nu - 1, Fraction(0), end) if nu > 1 else Law(Fraction(1), Fraction(1), end)
+
+
+def epsilon(law: Law, kappa: float) -> float:
+    """Return eps; nan if contact never ends."""
+    try:
+        return float(exact.collision(kappa=kappa, law=law, digits=DIGITS).floats()["epsilon"])
+    except ValueError:
+        if law.bounded:
+            return np.nan
+        raise
+
+
+def curve(law: Law) -> tuple[Floats, Floats]:
+    """Return kappa and eps along the curve of a law, as far as it is shown or exists."""
+    points: list[tuple[float, float]] = []
+    for damping in DAMPINGS.tolist():
+        value = epsilon(law, damping)
+        if np.isnan(value):
+            points += _approach(law, points[-1][0], damping)
+            break
+        points.append((damping, value))
+        if value < LEAST_SHOWN:
+            break
+    kappa, values = np.array(points).T
+    return kappa, values
+
+
+def _approach(law: Law, inside: float, outside: float) -> Iterator[tuple[float, float]]:
+    """Yield points between a kappa where contact ends and one where it never does."""
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        value = epsilon(law, middle)
+        if np.isnan(value):
+            outside = middle
+        else:
+            inside = middle
+            yield middle, value
+            if value < LEAST_SHOWN:
+                return
+
+
+@figure(
+    "eps of the contact laws of one family over their only parameter, for both ends of contact",
+    r"""The universal curves $\varepsilon = E_\nu(K)$ of the contact laws $\ddot{x} + x^a + \kappa x^b \dot{x} = 0$ with
+    $\nu = (a + 1)/(b + 1)$ and $K = \kappa (b + 1)^{-(a - b)/(a + 1)}$. Solid: contact ends where the force vanishes.
+    Dashed: contact ends at $x = 0$. Both ends are one for $\nu = 1$. Top: linear axes. Bottom: logarithmic axes, where
+    the powers of large $K$ are straight lines, $K^{-\nu}$ for the solid curves and $K^{-\nu/(2 - \nu)}$ for the dashed
+    ones with $\nu < 2$; for $\nu \geq 2$ the dashed curves end, and beyond contact never returns to $x = 0$.""",
+)
+def _universal_curves() -> Sheet:
+    sheet, (top, bottom) = new_sheet(5.0, (1, 1.25))
+    label_axes(top, "", EPSILON, (0, 3), (0, 1.02), "")
+    label_axes(bottom, "$K$", EPSILON, (0.05, 100), (LEAST_SHOWN, 1.5), "xy")
+    for nu, color in COLORS.items():
+        for end, dashes in ENDS.items():
+            if nu > 1 or end == "force":
+                kappa, value = curve(law_with(nu, end))
+                for axes, where in ((top, "linear"), (bottom, "logarithmic")):
+                    name = f"{end}-{nu}-{where}".replace("/", "-")
+                    _draw(axes, Look(color, dashes, 1.0 if dashes else 1.2), kappa, value, name)
+    _key(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
+    _key(bottom, [("end: force 0", Look(BLACK)), ("end: $x = 0$", Look(BLACK, SHORT))], "center left", 1)
+    return sheet
+
+
+def _draw(axes: Axes, look: Look, x: Floats, y: Floats, gid: str) -> None:
+    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
+    if look.dashes:
+        line.set_dashes(look.dashes)
+
+
+def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
+    from matplotlib.lines import Line2D
+
+    lines = [
+        Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
+        for _, look in names
+    ]
+    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
+    where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
+
+
+# --- damping formulas -------------------------------------------------------------------------------------------------
+
+ASKED = np.linspace(0.04, 1, 33)
+LARGEST_SHOWN = 0.07  # of the errors in the lower part
+
+LOOKS: Mapping[str, Look] = {
+    "Lee and Wang": Look(ORANGE, DASHED),
+    "Lankarani and Nikravesh": Look(VERMILION),
+    "Hunt and Crossley": Look(BLUE),
+    "Herbert and McWhannell": Look(GREEN, DASH_DOT),
+    "Qin and Lu": Look(PURPLE),
+    "Safaeifar and Farshidianfar": Look(GREEN, DOTTED),
+    "Gonthier et al.": Look(BLACK, SHORT),
+    "Hu and Guo": Look(BLUE, DASHED),
+    "Ye et al.; Flores et al.": Look(VERMILION, DOTTED),
+    "Gharib and Hurmuzlu": Look(SKY),
+}
+"""How the curve of each formula is drawn, from the one that delivers most at small e downward."""
+
+
+@figure(
+    "the eps that damping formulas in wide use deliver, against the eps they are asked for",
+    r"""Hunt-Crossley contacts, $F = k x^n (1 + d \dot{x})$ with any $n$: $\varepsilon$ delivered by damping formulas
+    from the literature against the $e$ that they are asked for. Top: delivered $\varepsilon$; a formula that is right
+    would lie on the broad grey line. Bottom: delivered $\varepsilon$ minus $e$, magnified.""",
+)
+def _damping_formulas() -> Sheet:
+    sheet, (top, bottom) = new_sheet(6.0, (1.2, 1))
+    label_axes(top, "", "delivered " + EPSILON, (0, 1), (0, 1), "")
+    label_axes(bottom, "asked $e$", f"delivered {EPSILON} $-$ $e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
+    top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
+    bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
+    formulas = {formula.name: formula for formula in damping_formulas.FORMULAS}
+    for name, look in LOOKS.items():
+        given = np.array([float(damping_formulas.delivered(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        gid = re.sub(r"\W+", "-", name.lower()).strip("-")
+        _draw(top, look, ASKED, given, gid)
+        _draw(bottom, look, ASKED, given - ASKED, f"{gid}-error")
+    _key(sheet, list(LOOKS.items()), "outside lower center", 2)
+    return sheet
+
+
+FIGURES: Mapping[str, Figure] = {"universalCurves": _universal_curves, "dampingFormulas": _damping_formulas}
