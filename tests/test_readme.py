@@ -79,10 +79,12 @@ def test_console_examples(block, tmp_path):
     assert of_viscopade(first.removeprefix("$ "), tmp_path) == expected
 
 
-def test_python_example(tmp_path):
+def test_python_examples(tmp_path):
     pairs = pairwise(blocks((USAGE / "python.md").read_text("utf-8")))
-    ((code, expected),) = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert output_of([sys.executable, "-c", code], tmp_path) == expected
+    examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
+    assert len(examples) == 2
+    for code, expected in examples:
+        assert output_of([sys.executable, "-c", code], tmp_path) == expected
 
 
 def test_the_example_in_the_package():

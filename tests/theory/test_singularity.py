@@ -7,6 +7,7 @@ import pytest
 from mpmath import mp
 
 from viscopade.theory import singularity
+from viscopade.theory.law import law_of
 from viscopade.theory.series import series
 
 
@@ -95,3 +96,23 @@ def test_flints_precision_and_mpmaths_are_left_alone():
     before = ctx.prec, ctx.cap, mp.dps
     singularity.from_flow(20)
     assert (ctx.prec, ctx.cap, mp.dps) == before
+
+
+@pytest.mark.parametrize(
+    ("law", "radius"),
+    [
+        ("linear", 2),  # critical damping with the other sign
+        (law_of("linear", "return"), 2),
+        ("tsuji", 5**0.5),
+        ("hunt-crossley", 1),  # the speed at which negative damping balances every force
+        ("viscoelastic", None),
+    ],
+    ids=str,
+)
+def test_nearest_singularity_of_a_law(law, radius):
+    found = singularity.nearest(law)
+    wanted = singularity.from_flow(12).radius if radius is None else radius
+    assert abs(found.radius / wanted - 1) < 0.01
+    assert found.uncertainty < 0.02
+    if radius is None:
+        assert abs(found.argument - singularity.from_flow(12).argument) < 0.01

@@ -128,7 +128,7 @@ DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=T
 
 
 def with_law(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorate a command with --law and --end; `contact_law` makes a law of what they are given."""
+    """Decorate a command with --law and --end; `viscopade.theory.law.law_of` makes a law of what they are given."""
     command = click.option(
         "--end",
         type=click.Choice(["force", "return"]),

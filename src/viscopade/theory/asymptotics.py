@@ -26,8 +26,9 @@ from functools import lru_cache
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
-from viscopade.arithmetic.balls import bits_for, fixed_point, working
+from viscopade.arithmetic.balls import ball_of, bits_for, fixed_point, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up, norm
+from viscopade.theory.law import Law
 
 GUARD_BITS = 64
 
@@ -260,6 +261,25 @@ def _ball(number: fmpq) -> arb:
 
 
 # --- v* -> infinity ---------------------------------------------------------------------------------------------------
+
+
+def overdamped(law: Law, digits: int) -> PowerExpansion:
+    """Return the leading term of eps for kappa -> infinity by any law with delayed recovery, as a power of kappa.
+
+    eps -> K^-nu with K = kappa (b+1)^-(1-1/nu), that is (b+1)^(nu-1) kappa^-nu (section 2.9). For the paper's law
+    `viscous` has the terms that follow.
+
+    Raises
+    ------
+    ValueError
+        If contact ends at x = 0: then the power is `Law.decay`, but no closed form of the factor is known.
+    """
+    if not law.delayed:
+        raise ValueError(f"law is {law} with end {law.end!r}: accepted is nu > 1 with end 'force'")
+    power = law.nu - 1
+    with working(bits_for(digits) + GUARD_BITS):
+        factor = ball_of(law.damping + 1).root(power.denominator) ** power.numerator
+        return PowerExpansion((-law.n_a, law.n_b), ((1, factor),))
 
 
 @lru_cache(maxsize=8)

@@ -12,12 +12,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal, NamedTuple, cast
+from typing import Literal, NamedTuple
 
 from viscopade import arguments
 
 End = Literal["force", "return"]
 ENDS: tuple[End, ...] = ("force", "return")
+Exponent = str | int | float | Fraction
 
 LARGEST_EXPONENT = 10  # of a and b
 LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
@@ -25,7 +26,7 @@ LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopad
 _ACCEPTED = f"a rational number such as 3/2 or 0.25, from 0 to {LARGEST_EXPONENT}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Law:
     """Law of contact x'' + x^a + kappa x^b x' = 0 with an end of contact.
 
@@ -52,13 +53,18 @@ class Law:
 
     elastic: Fraction
     damping: Fraction
-    end: End = "force"
+    end: End
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "elastic", _exponent("a", self.elastic, least=Fraction(1, 1000)))
-        object.__setattr__(self, "damping", _exponent("b", self.damping, least=Fraction(0)))
-        if self.end not in ENDS:
-            raise ValueError(f"end is {self.end!r}: accepted is 'force' or 'return'")
+    def __init__(self, elastic: Exponent, damping: Exponent, end: str = "force") -> None:
+        values = {
+            "elastic": _exponent("a", elastic, least=Fraction(1, 1000)),
+            "damping": _exponent("b", damping, least=Fraction(0)),
+            "end": end,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)  # the class is frozen
+        if end not in ENDS:
+            raise ValueError(f"end is {end!r}: accepted is 'force' or 'return'")
         if max(self.powers) > LARGEST_POWER:
             raise ValueError(
                 f"the exponents {self} have too large denominators: accepted are a, b with m (a + 1) and m (b + 1) "
@@ -286,7 +292,7 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     Fraction(3, 2)
     """
     if isinstance(text, Law):
-        return text if end is None else Law(text.elastic, text.damping, cast(End, end))
+        return text if end is None else Law(text.elastic, text.damping, end)
     if not isinstance(text, str):
         raise TypeError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}, or a Law")
     name, _, n = text.strip().partition(":")
@@ -294,10 +300,10 @@ def law_of(text: str | Law, end: str | None = None) -> Law:
     if name in NAMED and (not n or NAMED[name].n is not None):
         named = NAMED[name]
         exponent = _exponent("n", n, Fraction(1, LARGEST_EXPONENT)) if n else named.n or Fraction(1)
-        exponents: Sequence[object] = named.exponents(exponent)
+        exponents: Sequence[Exponent] = named.exponents(exponent)
     elif len(given) == 2:
         exponents = [part.strip() for part in given]
     else:
         raise ValueError(f"law is {text!r}: accepted is {ACCEPTED_LAWS}")
-    a, b = cast(tuple[Fraction, Fraction], exponents)
-    return Law(a, b, cast(End, end or "force"))
+    a, b = exponents
+    return Law(a, b, end or "force")

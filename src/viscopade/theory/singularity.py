@@ -17,11 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, SupportsIndex
 
-from flint import acb, arb, arb_mat, arb_series
+from flint import acb, acb_poly, arb, arb_mat, arb_series
 from mpmath import mp
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import bits_for, to_mpf, working
+from viscopade.theory.law import Law
 from viscopade.theory.pade import _product_coefficient, order_system
 from viscopade.theory.series import series
 
@@ -35,12 +36,13 @@ STEP = 0.1
 MOST_DIGITS = 40
 SERIES_ORDER, LEAST_ORDER = 120, 60
 MAX_NEWTON = 60
+COMMON = 0.03  # relative distance of poles that are taken for one
 CARRIED_DIGITS = 50
 
 
 @dataclass(frozen=True)
 class Singularity:
-    """The singularity of eps(v*) in the upper right quarter plane; its mirror image below the axis is one too.
+    """The singularity of eps(v*) nearest to v* = 0, in the upper half plane; its mirror image is one, too.
 
     Attributes
     ----------
@@ -238,6 +240,52 @@ def _pade_zero(f: Sequence[arb], n: int, guess: complex) -> mp.mpc:
         if abs(value / slope) < 1e-20:
             return +_context().mpc(v)
     raise ArithmeticError(f"[{n}/{n}] has no zero near {guess}")
+
+
+def nearest(law: Law | str, order: SupportsIndex = LEAST_ORDER) -> Singularity:
+    """Find the singularity nearest to v* = 0 for any law of contact, to two or three digits, from h_0 … h_order.
+
+    The nearest pole of the Padé approximant [n-1/n] of d ln eps/dv* that two thirds of the orders give, too: a pole of
+    one approximant alone is an artefact. The difference of the two is the uncertainty. `from_flow` and
+    `from_coefficients` know the kind of the singularity of the paper's law, and are far more accurate.
+
+    Parameters
+    ----------
+    law : Law or str
+        Law of contact (`law_of`); v* = kappa^(1/law.d).
+    order : int
+        60 to 1000.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `order` is not an integer or out of range, or there is no such law.
+    ArithmeticError
+        If no pole is common to both approximants.
+    """
+    order = arguments.integer("order", order, LEAST_ORDER, arguments.MAX_ORDER)
+    h = series(order, order, law).h
+    with working(bits_for(3 * order), order + 1):
+        f = arb_series([h_k.mid() for h_k in h], order + 1)
+        rates = [c.mid() for c in (f.derivative() / f).coeffs()]
+        n = len(rates) // 2
+        few, many = (_poles(rates, degree) for degree in (2 * n // 3, n))
+        for pole in many:
+            distance = min(_size(pole - other) for other in few) / _size(pole)
+            if distance < COMMON:
+                break
+        else:
+            raise ArithmeticError("no singularity is common to two approximants")
+    value = _context().mpc(to_mpf(pole.real), to_mpf(abs(pole.imag)))
+    return Singularity(mp.mpc(value), mp.mpf(distance))
+
+
+def _poles(f: Sequence[arb], n: int) -> list[acb]:
+    """Return the poles of [n-1/n] of a series, nearest to 0 first; they are not enclosed."""
+    matrix, right = order_system(f, n - 1, n, arb(0))
+    b = [arb(1), *arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="approx").entries()]
+    found = acb_poly([c.mid() for c in b]).roots(tol=1e-12)
+    return sorted(map(_middle, found), key=_size)
 
 
 def _floats() -> list[float]:
