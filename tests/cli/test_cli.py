@@ -234,7 +234,7 @@ def test_reproduce_fails_on_a_mismatch_and_writes_nothing(tmp_path, monkeypatch)
     ("arguments", "shown_words"),
     [
         (["coefficients", "--order", "60", "--digits", "60"], "perturbation orders"),
-        (["epsilon", "--v-star", "2", "--digits", "400"], "Newton's method"),
+        (["epsilon", "--v-star", "2", "--digits", "100"], "Newton's method"),
         (["claims", "--only", "table-entries"], "claims"),
     ],
 )
