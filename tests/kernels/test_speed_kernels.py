@@ -730,14 +730,22 @@ def any_bits(given, rounds):
 SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 
 
-@pytest.mark.parametrize(("level", "rounds"), [("-O0", 1000), pytest.param("-O2", 30_000, marks=slow)])
-@pytest.mark.parametrize("rules", ["-fno-fast-math", "-ffast-math"])
-@pytest.mark.parametrize("name", ["cc", pytest.param("clang", marks=slow)])
-@each_tier
+OF_THE_DAY = daily.chosen([tier for tier in names.TIERS if tier not in FEW["fast"]])
+QUICKLY = {"-fno-fast-math": (*FEW["fast"], OF_THE_DAY), "-ffast-math": FEW["fast"]}
+ANY_BITS = [
+    pytest.param(
+        *(tier, name, rules, level, rounds),
+        marks=() if (name, level) == ("cc", "-O0") and tier in QUICKLY[rules] else slow,
+    )
+    for tier in names.TIERS
+    for name in ("cc", "clang")
+    for rules in QUICKLY
+    for level, rounds in (("-O0", 1000), ("-O2", 30_000))
+]
+
+
+@pytest.mark.parametrize(("tier", "name", "rules", "level", "rounds"), ANY_BITS)
 def test_no_undefined_behaviour_for_any_bits(tmp_path, tier, name, rules, level, rounds):
-    rest = [] if rules == "-ffast-math" else [daily.chosen([t for t in names.TIERS if t not in FEW["fast"]])]
-    if level == "-O0" and tier not in (*FEW["fast"], *rest):
-        pytest.skip("among the slow ones")
     flags = (level, rules)
     command = named_compiler(name, "c99", flags)
     sanitized = [*command, *SANITIZERS]
