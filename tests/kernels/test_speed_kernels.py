@@ -731,7 +731,7 @@ SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 
 
 OF_THE_DAY = daily.chosen([tier for tier in names.TIERS if tier not in FEW["fast"]])
-QUICKLY = {"-fno-fast-math": (*FEW["fast"], OF_THE_DAY), "-ffast-math": FEW["fast"]}
+QUICKLY = {"-fno-fast-math": (*FEW["fast"], OF_THE_DAY), "-ffast-math": ("full",)}
 ANY_BITS = [
     pytest.param(
         *(tier, name, rules, level, rounds),
