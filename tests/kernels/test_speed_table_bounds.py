@@ -22,7 +22,7 @@ E = Fraction(1, 2**60)
 
 
 def eps(w):
-    found = exact.collision(beta="1", speed=w, digits=40).decimals()
+    found = exact.collision(beta="1", speed=w, digits=30).decimals()
     return Fraction(found["epsilon"]), Fraction(found["one_minus_epsilon"])
 
 
