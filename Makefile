@@ -8,10 +8,15 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce test check test-slow exhaustive hardcases processors matrix bench simulators lint format clean
+.PHONY: reproduce exported drawn test check test-slow exhaustive hardcases processors matrix bench simulators lint format clean
 
-reproduce: $(READY)
+# One after the other; `make -j2 reproduce` does both at once.
+reproduce: exported drawn
+
+exported: $(READY)
 	$(BIN)/viscopade reproduce --out exports
+
+drawn: $(READY)
 	$(BIN)/viscopade figures --out docs/figures
 
 test: $(NATIVE) lint

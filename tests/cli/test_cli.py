@@ -57,7 +57,10 @@ SAMPLE = Path(__file__).parents[1] / "data" / "bench_result.json"
 
 
 def test_report_is_written_from_a_result(tmp_path):
-    result = called("report", "--from", SAMPLE, "--out", tmp_path / "new", "--format", "svg")
+    content = json.loads(SAMPLE.read_text())
+    few = [row for row in content["rows"] if row["id"] in ("lookup_1em5", "pow_3_6", "copy")]
+    (tmp_path / "few.json").write_text(json.dumps({**content, "rows": few, "curves": []}))
+    result = called("report", "--from", tmp_path / "few.json", "--out", tmp_path / "new", "--format", "svg")
     assert result.returncode == 0
     names = {"report.html", "speed_against_error.svg", "speed_against_error_float.svg"}
     assert {path.name for path in (tmp_path / "new").iterdir()} == names
@@ -251,7 +254,7 @@ def test_reproduce_fails_on_a_mismatch_and_writes_nothing(tmp_path, monkeypatch)
     ("arguments", "shown_words"),
     [
         (["coefficients", "--order", "60", "--digits", "60"], "perturbation orders"),
-        (["epsilon", "--v-star", "2", "--digits", "400"], "Newton's method"),
+        (["epsilon", "--v-star", "2", "--digits", "100"], "Newton's method"),
         (["claims", "--only", "table-entries"], "claims"),
     ],
 )

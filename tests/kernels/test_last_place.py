@@ -39,7 +39,7 @@ BUILDS = {
     "clang": ("-O3", "-march=native", "-ffp-contract=fast"),
 }
 EXACT_BUILDS = [name for name in BUILDS if name not in ("fast-math", "clang")]
-ALL_STANDARDS = ("c99", "c11", "c2x", "c++17", "c++20")
+ALL_STANDARDS = ("c99", "c2x", "c++17", "c++20")
 
 INTERFACE = "".join(
     f"""

@@ -234,7 +234,7 @@ def test_accuracy_is_met_by_bound_and_rounding_together(wanted):
 
 def test_accuracy_is_met_where_rounding_counts():
     """What is wanted is just above what the best approximant alone would have, but below its sum with rounding."""
-    best = prove_rational.of_minimax(4, 8, 1)
+    best = prove_rational.of_minimax(2, 5, 1)
     bound, size = (Fraction(x) for x in (best.variants[0].certificate.bound, best.variants[0].rounding))
     wanted = bound + size / 2
     kernel = prove_rational.accurate(str(float(wanted)), 1)

@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests import daily
 from tests.compiled import WARNINGS
 from tests.kernels.speed_headers import (
     FORMS,
@@ -35,7 +36,7 @@ from viscopade.kernels.forms import speed_table, speed_table_last_place
 from viscopade.kernels.targets import speed
 from viscopade_lab.exhaustive import speed_floats
 
-STANDARDS = ("c99", "c11", "c17", "c2x", "c++17", "c++20")
+STANDARDS = ("c99", "c2x", "c++17", "c++20")
 FUSED = ("-ffp-contract=fast",)
 PLAIN = ("-ffp-contract=off",)
 BUILDS = {
@@ -61,8 +62,15 @@ each_form = pytest.mark.parametrize("form", FORMS)
 each_function = pytest.mark.parametrize("function", FUNCTIONS)
 
 
-FEW = {"native": ("1e-5", "1e-7", "full"), "clang": ("1e-5",), "fast": ("1e-3", "full"), "clang-fast": ("1e-3",)}
-"""Builds that take long, and those of their kernels that are tested always."""
+FEW = {
+    "O0": ("1e-3", "full"),
+    "native": ("1e-5", "1e-7", "full"),
+    "clang-O0": (daily.chosen(names.TIERS),),
+    "clang": ("1e-5",),
+    "fast": ("1e-3", "full"),
+    "clang-fast": ("1e-3",),
+}
+"""Builds that take long or give the bits of another, and those of their kernels that are tested always."""
 
 
 def few(builds):
@@ -722,13 +730,22 @@ def any_bits(given, rounds):
 SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 
 
-@pytest.mark.parametrize(("level", "rounds"), [("-O0", 1000), pytest.param("-O2", 30_000, marks=slow)])
-@pytest.mark.parametrize("rules", ["-fno-fast-math", "-ffast-math"])
-@pytest.mark.parametrize("name", ["cc", pytest.param("clang", marks=slow)])
-@each_tier
+OF_THE_DAY = daily.chosen([tier for tier in names.TIERS if tier not in FEW["fast"]])
+QUICKLY = {"-fno-fast-math": (*FEW["fast"], OF_THE_DAY), "-ffast-math": ("full",)}
+ANY_BITS = [
+    pytest.param(
+        *(tier, name, rules, level, rounds),
+        marks=() if (name, level) == ("cc", "-O0") and tier in QUICKLY[rules] else slow,
+    )
+    for tier in names.TIERS
+    for name in ("cc", "clang")
+    for rules in QUICKLY
+    for level, rounds in (("-O0", 1000), ("-O2", 30_000))
+]
+
+
+@pytest.mark.parametrize(("tier", "name", "rules", "level", "rounds"), ANY_BITS)
 def test_no_undefined_behaviour_for_any_bits(tmp_path, tier, name, rules, level, rounds):
-    if (level, rules) == ("-O0", "-ffast-math") and tier not in FEW["fast"]:
-        pytest.skip("among the slow ones")
     flags = (level, rules)
     command = named_compiler(name, "c99", flags)
     sanitized = [*command, *SANITIZERS]

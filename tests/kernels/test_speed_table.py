@@ -28,8 +28,8 @@ FULL = LastPlaceTable()
 
 
 def true(w: Fraction, base: int) -> Fraction:
-    """Eps - base, by integration of the motion to 40 digits: a route without tables."""
-    root = exact.collision(beta="1", speed=w, digits=40)
+    """Eps - base, by integration of the motion to 30 digits: a route without tables."""
+    root = exact.collision(beta="1", speed=w, digits=30)
     return -Fraction(root.decimals()["one_minus_epsilon"]) if base else Fraction(root.decimals()["epsilon"])
 
 

@@ -22,7 +22,7 @@ E = Fraction(1, 2**60)
 
 
 def eps(w):
-    found = exact.collision(beta="1", speed=w, digits=40).decimals()
+    found = exact.collision(beta="1", speed=w, digits=30).decimals()
     return Fraction(found["epsilon"]), Fraction(found["one_minus_epsilon"])
 
 
@@ -162,7 +162,7 @@ def test_roundings_of_a_row_stay_within_the_bound_and_come_near_it(degree, kind)
         for piece in table.pieces(index, degree):
             bound = table._rounding_on(index, piece, form)
             ends = float(piece.centre - piece.half), float(piece.centre + piece.half)
-            m = np.random.default_rng(index).uniform(*ends, 600).astype(kind)
+            m = np.random.default_rng(index).uniform(*ends, 250).astype(kind)
             found = max(errors(table, table.row(index), m, kind))
             assert found <= bound
             closest = max(closest, float(found / bound))

@@ -16,21 +16,27 @@ import pytest
 from matplotlib.text import Annotation, Text
 from mpmath import mp, mpf
 
+from tests import daily
+from viscopade import restitution
 from viscopade.approximation import minimax
 from viscopade.arrays import double
 from viscopade.collision import exact
+from viscopade.collision.spheres import v_star
 from viscopade.generated import MARKER, marker_line
+from viscopade.simulators import gas
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
 from viscopade_lab import figures
-from viscopade_lab.figures import FORMATS, paper
+from viscopade_lab.figures import FORMATS, cooling, paper
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, MAX_M
 from viscopade_lab.figures.registry import FIGURES, content, drawn, render
 
 DIGITS = 25
 NAMES = list(FIGURES)
 NAME = "tryingDifferentPadeLin"  # where one is enough
+# Every figure as SVG; this one, and another every day, in every format.
+SAVED = [(name, kind) for name in NAMES for kind in FORMATS if kind == "svg" or name in (NAME, daily.chosen(NAMES))]
 OF_BEST = ["minimaxErrors", "frontier"]
 BEYOND = [*OF_BEST, "cooling", "universalCurves", "dampingFormulas"]  # the paper has nothing of the kind
 
@@ -47,7 +53,7 @@ def sheets():
 @pytest.fixture(scope="module")
 def files(sheets):
     with drawn(NAME):  # the style, which the files of all figures are saved in
-        return {f"{name}.{kind}": content(sheets[name], name, kind) for name in FIGURES for kind in FORMATS}
+        return {f"{name}.{kind}": content(sheets[name], name, kind) for name, kind in SAVED}
 
 
 def gids(sheet):
@@ -424,6 +430,43 @@ def test_the_frontiers_factors_and_degrees_are_those_of_the_points(sheets):
             assert minimax.fit(m, n, end).error == pytest.approx(best[k], rel=1e-3)
 
 
+def drawn_line(sheets, gid):
+    return np.array(artist(sheets["cooling"], gid).get_data())
+
+
+@pytest.mark.parametrize("exponent", ["-5/3", "-2"])
+def test_power_laws_of_the_gas(sheets, exponent):
+    x, y = drawn_line(sheets, "slope" + exponent.replace("/", "-"))
+    power, _, root = exponent.partition("/")
+    assert np.diff(np.log(y)) / np.diff(np.log(x)) == pytest.approx(float(power) / float(root or 1), rel=1e-10)
+
+
+@pytest.mark.parametrize("name", ["exact", "constant"])
+def test_simulated_temperatures_lie_on_the_curves(sheets, name):
+    x, y = drawn_line(sheets, name)
+    at, simulated = drawn_line(sheets, f"simulated-{name}")
+    assert simulated == pytest.approx(np.exp(np.interp(np.log(at), np.log(x), np.log(y))), rel=0.2, abs=0)
+    functions = {"exact": lambda speed: restitution(speed, cooling.BETA), "constant": cooling.constant_restitution()}
+    assert y == pytest.approx(gas.maxwellian(functions[name], x), rel=1e-6, abs=0)
+
+
+def test_errors_of_the_gas(sheets):
+    x, reference = drawn_line(sheets, "exact")
+    for name, m, n in (("pade-1-4-error", 1, 4), ("pade-3-6-error", 3, 6)):
+        found = pade(m, n)
+        expected = gas.maxwellian(lambda speed, found=found: found(v_star(speed, cooling.BETA)), x) / reference - 1
+        assert drawn_line(sheets, name)[1] == pytest.approx(np.abs(expected), rel=1e-3, abs=0)
+    assert np.max(drawn_line(sheets, "kernel-error")[1]) < 1e-4
+    assert np.all(drawn_line(sheets, "constant-error")[1][-10:] > 0.5)
+
+
+def test_simulated_errors_of_the_gas(sheets):
+    for name, allowed in (("constant", 0.3), ("pade-1-4", 3.0)):
+        at, simulated = drawn_line(sheets, f"simulated-{name}-error")
+        x, error = drawn_line(sheets, f"{name}-error")
+        assert simulated[-1] == pytest.approx(np.interp(at[-1], x, error), rel=allowed)
+
+
 # --- how it looks -----------------------------------------------------------------------------------------------------
 
 
@@ -502,8 +545,12 @@ def test_lines_are_told_apart_without_colour(sheets):
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
 
 
-def test_every_figure_in_every_format(files):
-    assert set(files) == {f"{name}.{kind}" for name in FIGURES for kind in FORMATS}
+def test_files_are_what_their_names_say(files):
+    assert len(files) >= len(FIGURES) + 2
+    are_what_their_names_say(files)
+
+
+def are_what_their_names_say(files):
     for name, data in files.items():
         stem, kind = name.split(".")
         assert data.startswith(MAGIC[kind])
@@ -518,8 +565,12 @@ def test_same_bytes_again(files):
 
 
 @pytest.mark.slow
-def test_same_bytes_again_of_all(files):
-    assert render(formats=FORMATS) == files
+def test_every_figure_in_every_format(files):
+    found = render(formats=FORMATS)
+    assert set(found) == {f"{name}.{kind}" for name in FIGURES for kind in FORMATS}
+    assert files.items() <= found.items()
+    are_what_their_names_say(found)
+    assert render(formats=FORMATS) == found
 
 
 def test_no_date_and_no_trace_of_the_machine(files):

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from pathlib import Path
 
 import matplotlib
@@ -56,6 +56,11 @@ def html(files):
 def drawn_report(data, formats=report.FORMATS):
     """The report's files on a result as JSON holds it."""
     return report.render(Result.from_json(data), formats)
+
+
+def words_of_page(data):
+    """The page without pictures, whose drawing takes a second."""
+    return page.html(Result.from_json(data), {}, [])
 
 
 def small(data, **changes):
@@ -238,7 +243,7 @@ def test_shows_the_sampled_error_where_it_exceeds_the_proof(data):
     (point,) = (p for p in panel(result, "double", "throughput").points if p.row.id == "lookup_1em5")
     assert (point.error, point.proven) == (9e-6, False)
     assert "the sampled error 9.00e-6 is larger than the proven bound 6.7e-6 (without the root)" in " ".join(
-        drawn_report(changed, [])["report.html"].split()
+        words_of_page(changed).split()
     )
 
 
@@ -264,7 +269,7 @@ def test_what_the_root_adds_is_explained_and_more_is_an_alarm(data, form, share)
     found = with_error(
         data, proven=f"{bound!r}", proven_of="v_star", format=form, relative=bound + share * added, loss=0
     )
-    text = drawn_report(found, [])["report.html"]
+    text = words_of_page(found)
     (error,) = Result.from_json(found).errors
     assert error.exceeds_proof
     assert len(alarms(text)) == (share > 1) == error.contradicts_proof
@@ -274,7 +279,7 @@ def test_what_the_root_adds_is_explained_and_more_is_an_alarm(data, form, share)
 
 def test_the_same_error_of_a_kernel_of_the_speed_is_an_alarm(data):
     errors = {"proven": "1 ulp", "format": "double", "relative": 4e-15, "loss": 0}
-    shown = [drawn_report(with_error(data, proven_of=of, **errors), [])["report.html"] for of in ("v_star", "speed")]
+    shown = [words_of_page(with_error(data, proven_of=of, **errors)) for of in ("v_star", "speed")]
     assert [len(alarms(text)) for text in shown] == [0, 1]
 
 
@@ -311,7 +316,7 @@ def test_a_printed_error_is_rounded_up():
 def test_a_method_without_error_is_named(data):
     changed = small(data)
     changed["errors"] = [e for e in changed["errors"] if e["id"] != "pow_3_6"]
-    assert "no error is known: pow + [3/6], 6 digits (double)" in drawn_report(changed, [])["report.html"]
+    assert "no error is known: pow + [3/6], 6 digits (double)" in words_of_page(changed)
 
 
 @pytest.mark.parametrize(
@@ -439,8 +444,14 @@ def crowded(data):
     return changed
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("kind", ["double", "float", "crowded"])
+@pytest.mark.parametrize(
+    ("kind", "layout"),
+    [
+        *product(("double", "float"), LAYOUTS),
+        ("crowded", "narrow"),
+        pytest.param("crowded", "wide", marks=pytest.mark.slow),
+    ],
+)
 def test_every_point_has_a_label_and_nothing_overlaps(data, kind, layout):
     result = Result.from_json(crowded(data) if kind == "crowded" else data)
     shown = panels(result, "float" if kind == "float" else "double")
@@ -645,16 +656,14 @@ def test_bytes_are_the_same_whatever_the_hash_seed(data, tmp_path):
         "for name, content in render(Result.from_json(json.load(sys.stdin))).items():\n"
         "    print(name, hashlib.sha256(content if isinstance(content, bytes) else content.encode()).hexdigest())\n"
     )
-    few = json.dumps(small(data))
-    outputs = [
-        subprocess.run(
-            [sys.executable, "-c", code], check=True, capture_output=True, text=True, input=few,
-            env={**os.environ, "PYTHONHASHSEED": seed, "MPLCONFIGDIR": str(tmp_path), "TZ": zone},
-        ).stdout
-        for seed, zone in (("1", "UTC"), ("2", "Asia/Tokyo"))
-    ]  # fmt: skip
-    assert outputs[0] == outputs[1]
-    assert len(outputs[0].split()) == 6
+    few = small(data)
+    variables = {**os.environ, "PYTHONHASHSEED": "2", "MPLCONFIGDIR": str(tmp_path), "TZ": "Asia/Tokyo"}
+    words = [sys.executable, "-c", code]
+    run = subprocess.run(words, check=True, capture_output=True, text=True, input=json.dumps(few), env=variables)
+    found = dict(line.split() for line in run.stdout.splitlines())
+    here = {name: text if isinstance(text, bytes) else text.encode() for name, text in drawn_report(few).items()}
+    assert found == {name: hashlib.sha256(content).hexdigest() for name, content in here.items()}
+    assert len(found) == 3
 
 
 def test_settings_of_matplotlib_are_left_alone(data):

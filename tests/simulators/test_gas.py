@@ -16,7 +16,7 @@ from tests.kernels.speed_headers import Functions, header, named_compiler
 from viscopade.approximation import half_line
 from viscopade.collision.spheres import v_star
 from viscopade.simulators import gas
-from viscopade_lab.figures import cooling, registry
+from viscopade_lab.figures import cooling
 
 BETA = 1.307
 
@@ -315,7 +315,7 @@ def test_bad_input_elsewhere(kind, message, call):
     assert "\n" not in str(caught.value)
 
 
-# --- the kernel of speed, and the figure ------------------------------------------------------------------------------
+# --- the kernel of speed ----------------------------------------------------------------------------------------------
 
 
 def test_the_kernel_of_the_figure_is_that_of_the_header(tmp_path):
@@ -336,50 +336,6 @@ def test_errors_of_the_kernel_are_what_it_promises():
     star = v_star(speeds, BETA)
     error = np.abs(cooling.kernel_restitution("1e-3")(speeds) - vp.epsilon(star))
     assert np.max(error / np.minimum(vp.epsilon(star), vp.one_minus_epsilon(star))) < 4.1e-4
-
-
-@pytest.fixture(scope="module")
-def sheet():
-    with registry.drawn("cooling") as drawn:
-        yield drawn
-
-
-def line(sheet, gid):
-    (found,) = sheet.findobj(lambda artist: artist.get_gid() == gid)
-    return np.array(found.get_data())
-
-
-@pytest.mark.parametrize("exponent", ["-5/3", "-2"])
-def test_figure_power_laws(sheet, exponent):
-    x, y = line(sheet, "slope" + exponent.replace("/", "-"))
-    power, _, root = exponent.partition("/")
-    assert np.diff(np.log(y)) / np.diff(np.log(x)) == pytest.approx(float(power) / float(root or 1), rel=1e-10)
-
-
-@pytest.mark.parametrize("name", ["exact", "constant"])
-def test_figure_simulated_temperatures_lie_on_the_curves(sheet, name):
-    x, y = line(sheet, name)
-    at, simulated = line(sheet, f"simulated-{name}")
-    assert simulated == pytest.approx(np.exp(np.interp(np.log(at), np.log(x), np.log(y))), rel=0.2, abs=0)
-    restitution = {"exact": exact, "constant": cooling.constant_restitution()}[name]
-    assert y == pytest.approx(gas.maxwellian(restitution, x), rel=1e-6, abs=0)
-
-
-def test_figure_errors(sheet):
-    x, reference = line(sheet, "exact")
-    for name, m, n in (("pade-1-4-error", 1, 4), ("pade-3-6-error", 3, 6)):
-        pade = vp.pade(m, n)
-        expected = gas.maxwellian(lambda speed, pade=pade: pade(v_star(speed, BETA)), x) / reference - 1
-        assert line(sheet, name)[1] == pytest.approx(np.abs(expected), rel=1e-3, abs=0)
-    assert np.max(line(sheet, "kernel-error")[1]) < 1e-4
-    assert np.all(line(sheet, "constant-error")[1][-10:] > 0.5)
-
-
-def test_figure_simulated_errors(sheet):
-    for name, allowed in (("constant", 0.3), ("pade-1-4", 3.0)):
-        at, simulated = line(sheet, f"simulated-{name}-error")
-        x, error = line(sheet, f"{name}-error")
-        assert simulated[-1] == pytest.approx(np.interp(at[-1], x, error), rel=allowed)
 
 
 # --- what is written about it -----------------------------------------------------------------------------------------

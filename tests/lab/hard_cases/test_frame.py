@@ -13,6 +13,7 @@ import click.testing
 import numpy as np
 import pytest
 
+from tests import daily
 from viscopade.cli import main
 from viscopade_lab import hard_cases
 from viscopade_lab.hard_cases import Case, Chart, ChartCurve, Check, Finding, Outcome, ResultTable, page, picture
@@ -386,17 +387,31 @@ def test_the_committed_report_has_every_case_thoroughly_and_all_pass(committed):
     ]
 
 
-def test_the_committed_page_and_figures_are_made_from_the_committed_numbers(committed):
-    files = page.files(committed)
-    assert {path.name for path in REPORT.iterdir()} == set(files)
-    for name, content in files.items():
-        if isinstance(content, str):
-            assert (REPORT / name).read_text() == content, name
-        else:  # places in a figure may differ a little between machines
-            words, places = split((REPORT / name).read_text())
-            wanted, there = split(content.decode())
-            assert words == wanted, name
-            np.testing.assert_allclose(places, there, atol=0.1, err_msg=name)
+def test_the_committed_page_is_made_from_the_committed_numbers(committed):
+    figures = {f"{finding.name}.svg" for finding in committed if finding.result.charts}
+    assert {path.name for path in REPORT.iterdir()} == {page.PAGE, page.NUMBERS, *figures}
+    assert (REPORT / page.PAGE).read_text() == page.markdown(committed)
+    assert (REPORT / page.NUMBERS).read_text() == page.numbers(committed)
+
+
+def assert_same_figure(finding):
+    """Places in a figure may differ a little between machines."""
+    words, places = split((REPORT / f"{finding.name}.svg").read_text())
+    wanted, there = split(picture.svg(finding).decode())
+    assert words == wanted, finding.name
+    np.testing.assert_allclose(places, there, atol=0.1, err_msg=finding.name)
+
+
+def test_a_committed_figure_is_made_from_the_committed_numbers(committed):
+    """Another one every day."""
+    assert_same_figure(daily.chosen([finding for finding in committed if finding.result.charts]))
+
+
+@pytest.mark.slow
+def test_the_committed_figures_are_made_from_the_committed_numbers(committed):
+    for finding in committed:
+        if finding.result.charts:
+            assert_same_figure(finding)
 
 
 def split(text):

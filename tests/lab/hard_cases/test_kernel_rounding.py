@@ -62,6 +62,13 @@ def test_quick_run_passes(result):
     assert_readable(result)
 
 
+def test_a_search_is_the_same_again(functions):
+    for function in functions[::5]:
+        once, again = (case.largest_error(function, case.OFF, 50, 1, generator()) for _ in range(2))
+        assert once == again
+
+
+@pytest.mark.slow
 def test_it_is_the_same_again(result):
     assert case.CASE.run(False) == result
 
