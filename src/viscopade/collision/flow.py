@@ -439,10 +439,12 @@ def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> list[int]:
     """Return the first coefficients of a power of r, in units of 2^-bits."""
     if power == 0:
         return [1 << bits, *(length - 1) * [0]]
-    total = [*map(int, r.coeffs()[:length])]
-    for _ in range(power - 1):
+    if power == 1:
+        return _cut(r * (1 << bits), bits, 0, length)
+    total = _cut(r * r, bits, 0, length)
+    for _ in range(power - 2):
         total = _cut(fmpz_poly(total) * r, bits, 0, length)
-    return total + [0] * (length - len(total))
+    return total
 
 
 def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:

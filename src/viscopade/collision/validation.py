@@ -112,7 +112,8 @@ class _Functions(NamedTuple):
 
     def work(self, z: arb) -> arb:
         """Enclose the integral of p r^(n_b-1) dr = Y^2 R^(n_b-1)/(2 h) dz from 0 to z."""
-        return (self.y * self.y * self.common * self.viscous).integral()(z) / (2 * self.h)
+        damping = self.common if self.motion.d >= 0 else self.common * self.viscous
+        return (self.y * self.y * damping).integral()(z) / (2 * self.h)
 
 
 def _polynomial_power(base: arb_poly, exponent: int) -> arb_poly:
