@@ -157,6 +157,21 @@ def test_there_and_back(law, epsilon):
         assert close(back.mpf()["epsilon"], mpf(epsilon), 22)
 
 
+@pytest.mark.parametrize(("law", "epsilon"), [("4,5/3", "1e-5"), ("3/2,1/2", "1e-6"), ("linear", "1e-9")])
+def test_a_small_epsilon_at_the_older_end(law, epsilon):
+    """The search needs more bits than the answer, because the error of p^2 is absolute."""
+    law = law_of(law, "return")
+    there = exact.invert(epsilon, 12, law=law)
+    back = exact.collision(kappa=there.decimals()["kappa"], digits=8, law=law)
+    with mp.workdps(30):
+        assert close(back.mpf()["epsilon"], mpf(epsilon), 5)
+
+
+def test_an_epsilon_that_is_reached_too_slowly_is_refused():
+    with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
+        exact.invert("1e-9", 5, law="1,1")
+
+
 def test_speeds_and_betas():
     """kappa = beta v^(2/nu-1)."""
     at_speed = exact.collision(beta="0.3", speed="32", law="kelvin-voigt:1", digits=20)

@@ -366,7 +366,7 @@ class _AtK:
         end = r_c**m / (d * self.unloading.p * time)
         if not r_c > arb(1) / 2:
             return end
-        least = r_c ** (min(d - n_b, 0) + min(n_b - m, 0) + m - d)
+        least = r_c ** (min(d - n_b, 0) + m - d)  # n_b >= m
         return end.min(3 * least)
 
 
@@ -457,12 +457,18 @@ class _Restitution:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        loading, unloading = _branches(k, accuracy, self.law)
-        with working(accuracy + GUARD_BITS):
-            at = _AtK(k.ball(), ends(loading), ends(unloading), self.law)
-            log_odds = at.one_minus_epsilon.log() - at.epsilon.log()
-            slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
-            return (self.log_odds() - log_odds) / slope
+        for _ in range(MAX_ATTEMPTS):
+            loading, unloading = _branches(k, accuracy, self.law)
+            with working(accuracy + GUARD_BITS):
+                try:
+                    at = _AtK(k.ball(), ends(loading), ends(unloading), self.law)
+                except ArithmeticError:  # against an attractive force, a small eps needs more bits
+                    accuracy *= 2
+                    continue
+                log_odds = at.one_minus_epsilon.log() - at.epsilon.log()
+                slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
+                return (self.log_odds() - log_odds) / slope
+        raise ArithmeticError("the end was not enclosed")
 
     def enclosed(self, at: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
@@ -520,6 +526,17 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
 
 def _collision(wanted: _Wanted, digits: int) -> Collision:
     """Solve for k and enclose, with more and more bits until every decimal is determined."""
+    try:
+        return _determined(wanted, digits)
+    except NoEndError:
+        smaller = "a larger epsilon" if isinstance(wanted, _Restitution) else "a smaller kappa"
+        raise ValueError(
+            f"contact of the law {wanted.law} does not end at x = 0, or too slowly to be followed, with so much "
+            f"damping: accepted is {smaller}" + (", or end 'force'" if wanted.law.nu > 1 else "")
+        ) from None
+
+
+def _determined(wanted: _Wanted, digits: int) -> Collision:
     accuracy = bits_for(digits) + GUARD_DIGIT_BITS
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)
@@ -528,13 +545,7 @@ def _collision(wanted: _Wanted, digits: int) -> Collision:
     more = 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
-        try:
-            loading, unloading = _branches(k, accuracy, wanted.law)
-        except NoEndError:
-            raise ValueError(
-                f"contact of the law {wanted.law} does not end at x = 0, or too slowly to be followed, with so much "
-                "damping: accepted is a smaller kappa" + (", or end 'force'" if wanted.law.nu > 1 else "")
-            ) from None
+        loading, unloading = _branches(k, accuracy, wanted.law)
         with working(accuracy + GUARD_BITS):
             try:
                 balls = wanted.enclosed(_AtK(k.ball(), ends(loading), ends(unloading), wanted.law))

@@ -242,7 +242,7 @@ def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]
     for i, (f, residual) in enumerate(zip(functions, residuals, strict=True)):
         square = 4 * f.h**2
         jump = 8 * unit * f.y[0] / square + (8 * unit) ** 2 / square if i else arb(0)
-        total += 2 * residual / square * (f.r(arb(0)) - f.r(arb(1))).abs_upper() + jump
+        total += 2 * residual / square * f.r(arb(0)).abs_upper() + jump  # r falls from there, to 0 at most
         if i:
             least = least.min(f.p(arb(0)).lower() ** 2)  # p rises, then falls: at the joints and the end it is least
     f = functions[-1]
