@@ -213,9 +213,9 @@ def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
     n_a, n_b, d = motion.n_a, motion.n_b, motion.d
     if branch.k.mantissa < 0 and motion.delayed:
         force = r**d - k * p
-        p_end = (p * p + _up_to(r ** (n_b - 1) / r ** (d - 1) * force * force)).sqrt()
+        p_end = (p * p + _up_to(r ** (n_b - 1) * force * _least(force / r ** (d - 1), r))).sqrt()
         r_c = (k * p_end).root(d)
-        rest = (r**d - k * p_end).abs_upper() / (d * r_c ** (d - 1))  # of r
+        rest = _least((r**d - k * p_end).abs_upper() / (d * r_c ** (d - 1)), r)  # of r
         rest_of_time, lost = r ** (motion.m - 1) * rest / (2 * p), r ** (n_b - 1) * rest
         balance = (1 - r_c**n_a) / n_a - p_end**2
     else:
@@ -229,6 +229,11 @@ def _completed(branch: Branch, before: Ends, r: arb) -> Ends:
         balance = abs(p_end**2 - arb(1) / n_a)
     work = balance / k if branch.k.size > ENERGY_FROM else before.work + _up_to(p_end * lost)
     return Ends(p_end, before.time + _up_to(rest_of_time), work)
+
+
+def _least(bound: arb, r: arb) -> arb:
+    """Return the smaller of two bounds of what is missing of r; the first is none where r may be 0."""
+    return bound.abs_upper().min(r.abs_upper()) if bound.is_finite() else r.abs_upper()
 
 
 def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]) -> Ends:

@@ -87,7 +87,7 @@ def exact_there_and_back(v_star: str, digits: int) -> ProvenTrip:
     there = exact.collision(v_star, digits)
     name = _smaller(there)
     low, high = rounding_interval(there.decimals()[name], digits)
-    ends = [_inverse(name, end, digits + 6) for end in (low, high)]
+    ends = [_inverse(name, end, digits + 6).v_star for end in (low, high)]
     v = float(v_star)
     return _hull(ends, Fraction(v_star), v, digits, float((high - low) / low) / _slope(name, v))
 

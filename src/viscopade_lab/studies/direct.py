@@ -90,6 +90,7 @@ class _Motion:
         self.terms = terms
         self.log2_tolerance = -digits * math.log2(10)
         self.m, (n_a, n_b) = law.m, law.powers
+        self.longest = 0.0 if n_a <= 2 else math.inf
         self.common = min(n_a, n_b) - 1
         self.elastic, self.viscous = n_a - 1 - self.common, n_b - 1 - self.common
 
@@ -128,12 +129,14 @@ class _Motion:
         return s, u, tau
 
     def length(self, coefficients: tuple[list[mpf], ...]) -> mpf:
-        """Length of a step whose last terms are all below the tolerance, at most 1: less than a collision.
+        """Length of a step whose last terms are all below the tolerance.
+
+        At most 1, which is less than a collision, for a linear motion, whose series converge everywhere.
 
         Single coefficients can vanish (at first contact most do), so it looks at the last eight.
         """
         magnitudes = ((float(self.ctx.mag(c[j])), j) for c in coefficients for j in range(self.terms - 7, len(c)))
-        return self.ctx.mpf(2) ** min(0.0, *((self.log2_tolerance - m) / j for m, j in magnitudes))
+        return self.ctx.mpf(2) ** min(self.longest, *((self.log2_tolerance - m) / j for m, j in magnitudes))
 
     def at(self, coefficients: tuple[list[mpf], ...], theta: mpf) -> _State:
         """Evaluate a step's polynomials."""
