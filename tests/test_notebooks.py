@@ -1,8 +1,7 @@
 """Every notebook runs with the installed package, without a warning, and shows what its committed copy shows.
 
 Text is compared, images are not: numbers may differ by one unit in the last printed place, as the C library's rounding
-does between machines; everything else has to be the same, but for the width of white space. Of the four notebooks that
-take longest two are run, every day the other two; `make test-slow` runs all.
+does between machines; everything else has to be the same, but for the width of white space.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ import pytest
 from jupyter_client import AsyncKernelManager
 from nbclient import NotebookClient
 
-from tests import daily
 from tests.patience import HANGS
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
@@ -45,9 +43,6 @@ PATH = re.compile(r"(?<![\w./])/(?:\w[\w.-]*/)+\w|\b[A-Z]:\\\w")
 IMAGES = ("image/png",)
 
 every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-LONG = ("02_derivation.ipynb", "03_which_approximant.ipynb", "06_granular_gas.ipynb", "07_hard_cases.ipynb")
-OTHER_DAYS = daily.chosen((LONG[::2], LONG[1::2]))
-TODAYS = [pytest.param(path, marks=pytest.mark.slow if path.name in OTHER_DAYS else ()) for path in NOTEBOOKS]
 
 
 @lru_cache(maxsize=len(NOTEBOOKS))
@@ -127,7 +122,7 @@ def test_there_are_seven_notebooks_numbered_without_a_gap():
     assert [path.name[:3] for path in NOTEBOOKS] == ["01_", "02_", "03_", "04_", "05_", "06_", "07_"]
 
 
-@pytest.mark.parametrize("path", TODAYS, ids=lambda path: path.stem)
+@every_notebook
 def test_runs_and_shows_what_is_committed(path):
     notebook = executed(path)
     shown, expected = list(outputs(notebook)), list(outputs(committed(path)))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import viscopade
+from tests.closed_forms import nu_1, nu_2
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
@@ -39,17 +40,6 @@ def at(law: Law, kappa: str, digits: int = 30) -> exact.Collision | None:
 
 
 # --- closed forms -----------------------------------------------------------------------------------------------------
-
-
-def nu_1(kappa: mpf) -> mpf:
-    return (1 + mp.lambertw(-(1 + kappa) * mp.exp(-1 - kappa)).real) / kappa
-
-
-def nu_2(zeta: mpf, end: str) -> mpf:
-    w = mp.sqrt(abs(1 - zeta * zeta))
-    if zeta < 1:
-        return mp.exp(-zeta * (mp.pi if end == "return" else mp.pi - 2 * mp.asin(zeta)) / w)
-    return mp.exp(-(zeta / w) * mp.log((zeta + w) / (zeta - w)))
 
 
 def close(ours: mpf, theirs: mpf, digits: int) -> bool:

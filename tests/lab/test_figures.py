@@ -17,6 +17,7 @@ from matplotlib.text import Annotation, Text
 from mpmath import mp, mpf
 
 from tests import daily
+from tests.closed_forms import nu_1, nu_2
 from viscopade import restitution
 from viscopade.approximation import minimax
 from viscopade.arrays import double
@@ -368,13 +369,8 @@ def test_universal_curves_with_closed_forms(sheets):
             for x, y in samples(artist(sheets["universalCurves"], f"{end}-{nu}-{axes}"), 5):
                 with mp.workdps(30):
                     K = mpf(x)
-                    if nu == "1":
-                        expected = (1 + mp.lambertw(-(1 + K) * mp.exp(-(1 + K)))) / K
-                    else:
-                        root = mp.sqrt(1 - mp.mpc(K / 2) ** 2)
-                        angle = mp.pi if end == "return" else 2 * mp.acos(mp.mpc(K / 2))
-                        expected = mp.exp(-K / 2 * angle / root)
-                assert y == pytest.approx(float(mp.re(expected)), rel=1e-6, abs=0)
+                    expected = nu_1(K) if nu == "1" else nu_2(K / 2, end)
+                assert y == pytest.approx(float(expected), rel=1e-6, abs=0)
 
 
 def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):
@@ -391,7 +387,7 @@ def test_delivered_eps(sheets):
         for asked, y in samples(artist(sheets["dampingFormulas"], gid), 4)[:3]:
             with mp.workdps(30):
                 z = formula(mpf(asked))
-                expected = (1 + mp.lambertw(-(1 + z) * mp.exp(-(1 + z))).real) / z
+                expected = nu_1(z)
             assert y == pytest.approx(float(expected), rel=1e-9)
         line, error = (artist(sheets["dampingFormulas"], gid + suffix) for suffix in ("", "-error"))
         np.testing.assert_allclose(line.get_ydata() - line.get_xdata(), error.get_ydata())

@@ -6,6 +6,7 @@ import pytest
 import sympy as sp
 from mpmath import mp, mpf
 
+from tests.closed_forms import nu_1, nu_2
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.theory import symbolic
 from viscopade.theory.law import ENDS, NAMED, VISCOELASTIC, Law, law_of
@@ -98,24 +99,12 @@ def test_refused_constants():
 # --- the series -------------------------------------------------------------------------------------------------------
 
 
-def nu_1(kappa):
-    """K eps = 1 - sigma, sigma = -W_0(-(1 + K) exp(-(1 + K)))."""
-    return (1 + mp.lambertw(-(1 + kappa) * mp.exp(-1 - kappa)).real) / kappa
-
-
-def nu_2(kappa, end):
-    """Damping ratio zeta = kappa/2 below 1."""
-    zeta = kappa / 2
-    angle = mp.pi if end == "return" else mp.pi - 2 * mp.asin(zeta)
-    return mp.exp(-zeta * angle / mp.sqrt(1 - zeta * zeta))
-
-
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize(("name", "squared"), [("linear", 1), ("tsuji", 1.25)])
 def test_nu_2_against_the_closed_form(name, squared, end):
     """E_2(K) with kappa = (b+1)^(1/2) K."""
     with mp.workdps(120):
-        closed = mp.taylor(lambda kappa: nu_2(kappa / mp.sqrt(squared), end), 0, 12)
+        closed = mp.taylor(lambda kappa: nu_2(kappa / mp.sqrt(squared) / 2, end), 0, 12)
         for ours, theirs in zip(series(12, 40, law_of(name, end)).mpf(), closed, strict=True):
             assert mp.almosteq(ours, theirs, rel_eps=mpf(10) ** -38)
 

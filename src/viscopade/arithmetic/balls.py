@@ -57,6 +57,12 @@ def ball_of(number: Fraction) -> arb:
     return arb(number.numerator) / number.denominator
 
 
+def rational_power(base: arb, exponent: Fraction) -> arb:
+    """Return a power of a positive ball."""
+    power: arb = (base**exponent.numerator).root(exponent.denominator)
+    return power
+
+
 def decimal_string(ball: arb, digits: int) -> str | None:
     """Return the number that `ball` encloses, correctly rounded to `digits` significant digits.
 

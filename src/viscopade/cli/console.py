@@ -19,6 +19,7 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.latex import latex_cell
+from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -131,7 +132,7 @@ def with_law(command: Callable[..., None]) -> Callable[..., None]:
     """Decorate a command with --law and --end; `viscopade.theory.law.law_of` makes a law of what they are given."""
     command = click.option(
         "--end",
-        type=click.Choice(["force", "return"]),
+        type=click.Choice(ENDS),
         help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
     )(command)
     return click.option(
@@ -139,15 +140,12 @@ def with_law(command: Callable[..., None]) -> Callable[..., None]:
         default="viscoelastic",
         show_default=True,
         metavar="NAME|A,B",
-        help="Law of contact: viscoelastic, linear, tsuji, hunt-crossley[:n], kelvin-voigt[:n], or the exponents of "
-        "x'' + x^A + kappa x^B x' = 0.",
+        help=f"Law of contact x'' + x^A + kappa x^B x' = 0: {ACCEPTED_LAWS}.",
     )(command)
 
 
 def law_words(law: Law) -> tuple[dict[str, Any], str]:
     """Return a law that is not the paper's as JSON fields and as a line; nothing for the paper's."""
-    from viscopade.theory.law import VISCOELASTIC
-
     if law == VISCOELASTIC:
         return {}, ""
     end = "where the force vanishes" if law.end == "force" else "at x = 0"

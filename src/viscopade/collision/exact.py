@@ -27,7 +27,7 @@ from flint import arb, fmpz
 from mpmath import mp
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, to_mpf, working
+from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
 from viscopade.collision.validation import Ends, ends
@@ -354,7 +354,7 @@ class _AtK:
         sensitivity = of_scale + self.unloading_slope + (self._end_sensitivity(time) if self.law.delayed else 0)
         if not delta * (sensitivity + motion.n_a) < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        x_max = _root_power(1 / (2 * motion.m * f * f), power)
+        x_max = rational_power(1 / (2 * motion.m * f * f), power)
         return {
             "x_max": x_max * _within(ball_of(2 * power) * delta),
             "tau_c": 2 * motion.m * f * x_max * time * _within(delta * sensitivity),
@@ -373,11 +373,6 @@ class _AtK:
 def _log_kappa(law: Law, k: arb, f: arb) -> arb:
     """Return ln kappa = ln((2 m)^(1/nu-1) k F^(2 c))."""
     return k.log() + f.log() * ball_of(2 * law.c) - (arb(2) * law.m).log() * ball_of(1 - 1 / law.nu)
-
-
-def _root_power(base: arb, exponent: Fraction) -> arb:
-    power: arb = base.root(exponent.denominator) ** exponent.numerator
-    return power
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -486,7 +481,7 @@ class _Restitution:
         if self.speed is None:
             return numbers
         power = 2 * self.law.c
-        return {**numbers, "beta": kappa / _root_power(ball_of(self.speed), power) if power else kappa}
+        return {**numbers, "beta": kappa / rational_power(ball_of(self.speed), power) if power else kappa}
 
 
 _Wanted = _Speed | _Restitution

@@ -194,7 +194,7 @@ class Branch:
         for piece in self.pieces:
             with working(bits, len(piece.u) // 2 + 8):
                 y, r = self._half(piece.y), 1 - self._half(piece.u)
-                damping, h = _series_power(r, self.motion.n_b - 1), piece.h.ball()
+                damping, h = r ** (self.motion.n_b - 1), piece.h.ball()
                 growth = (h * self.k.ball() * damping.integral()).exp()
                 q_series = growth * (q + (damping * y * y / growth).integral() / (4 * h))
                 end = arb(1) if piece is not self.pieces[-1] else fixed_point(self.root, 0, self.bits)
@@ -207,13 +207,6 @@ class Branch:
         unit = arb(2) ** -self.bits
         length = len(self.pieces[0].u) // 2 + 8
         return arb_series([c * unit for c in coefficients[:length]], length)
-
-
-def _series_power(base: arb_series, exponent: int) -> arb_series:
-    power = arb_series([1], base.prec)
-    for _ in range(exponent):
-        power = power * base
-    return power
 
 
 def _value(series: arb_series, z: arb) -> arb:

@@ -108,16 +108,12 @@ class _Functions(NamedTuple):
 
     def time(self, z: arb) -> arb:
         """Enclose the integral of r^(m-1) ds from 0 to z."""
-        return _polynomial_power(self.r, self.motion.m - 1).integral()(z) * self.h
+        return (self.r ** (self.motion.m - 1)).integral()(z) * self.h
 
     def work(self, z: arb) -> arb:
         """Enclose the integral of p r^(n_b-1) dr = Y^2 R^(n_b-1)/(2 h) dz from 0 to z."""
         damping = self.common if self.motion.d >= 0 else self.common * self.viscous
         return (self.y * self.y * damping).integral()(z) / (2 * self.h)
-
-
-def _polynomial_power(base: arb_poly, exponent: int) -> arb_poly:
-    return base if exponent == 1 else base**exponent
 
 
 def _residual(k: Dyadic, f: _Functions) -> arb:

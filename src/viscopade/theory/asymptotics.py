@@ -26,7 +26,7 @@ from functools import lru_cache
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
-from viscopade.arithmetic.balls import ball_of, bits_for, fixed_point, working
+from viscopade.arithmetic.balls import ball_of, bits_for, fixed_point, rational_power, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up, norm
 from viscopade.theory.law import Law
 
@@ -59,7 +59,7 @@ class PowerExpansion:
 
     def terms(self, at: arb) -> tuple[arb, ...]:
         """Return the terms in their order, at FLINT's precision."""
-        y = _power(at, self.root)
+        y = rational_power(at, Fraction(*self.root))
         return tuple(c * y**n for n, c in self.coefficients)
 
 
@@ -85,17 +85,12 @@ class LogExpansion:
 
     def terms(self, at: arb) -> tuple[arb, ...]:
         """Return the terms in their order, at FLINT's precision."""
-        x = self.scale * _power(at, self.root)
-        first, log_x = self.factor * _power(x, self.power), x.log()
+        x = self.scale * rational_power(at, Fraction(*self.root))
+        first, log_x = self.factor * rational_power(x, Fraction(*self.power)), x.log()
         return tuple(first * p(log_x) / x**n for n, p in enumerate(self.polynomials))
 
 
 Expansion = PowerExpansion | LogExpansion
-
-
-def _power(value: arb, exponent: tuple[int, int]) -> arb:
-    top, bottom = exponent
-    return value**top if bottom == 1 else value.root(bottom) ** top
 
 
 # --- v* -> 0 ----------------------------------------------------------------------------------------------------------
@@ -276,9 +271,8 @@ def overdamped(law: Law, digits: int) -> PowerExpansion:
     """
     if not law.delayed:
         raise ValueError(f"law is {law} with end {law.end!r}: accepted is nu > 1 with end 'force'")
-    power = law.nu - 1
     with working(bits_for(digits) + GUARD_BITS):
-        factor = ball_of(law.damping + 1).root(power.denominator) ** power.numerator
+        factor = rational_power(ball_of(law.damping + 1), law.nu - 1)
         return PowerExpansion((-law.n_a, law.n_b), ((1, factor),))
 
 

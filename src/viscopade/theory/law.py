@@ -23,7 +23,7 @@ Exponent = str | int | float | Fraction
 LARGEST_EXPONENT = 10  # of a and b
 LARGEST_POWER = 40  # of r = (x/x_max)^(1/m) in the polynomial flow of `viscopade.collision.flow`
 
-_ACCEPTED = f"a rational number such as 3/2 or 0.25, from 0 to {LARGEST_EXPONENT}"
+LEAST_ELASTIC = Fraction(1, 1000)
 
 
 @dataclass(frozen=True, init=False)
@@ -57,7 +57,7 @@ class Law:
 
     def __init__(self, elastic: Exponent, damping: Exponent, end: str = "force") -> None:
         values = {
-            "elastic": _exponent("a", elastic, least=Fraction(1, 1000)),
+            "elastic": _exponent("a", elastic, least=LEAST_ELASTIC),
             "damping": _exponent("b", damping, least=Fraction(0)),
             "end": end,
         }
@@ -187,14 +187,15 @@ class Law:
 
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
     """Return an exponent as an exact fraction; a string may be a fraction, such as 3/2."""
+    accepted = f"a rational number such as 3/2 or 0.25, from {least} to {LARGEST_EXPONENT}"
     if isinstance(value, str) and value.count("/") == 1:
         top, bottom = (
-            arguments.exact_number(name, part, _ACCEPTED, lambda x: abs(x) < 10**9) for part in value.split("/")
+            arguments.exact_number(name, part, accepted, lambda x: abs(x) < 10**9) for part in value.split("/")
         )
         if not bottom:
-            raise ValueError(f"{name} is {value!r}: accepted is {_ACCEPTED}")
+            raise ValueError(f"{name} is {value!r}: accepted is {accepted}")
         value = top / bottom
-    return arguments.exact_number(name, value, _ACCEPTED, lambda x: least <= x <= LARGEST_EXPONENT)
+    return arguments.exact_number(name, value, accepted, lambda x: least <= x <= LARGEST_EXPONENT)
 
 
 def _physical(**values: float) -> dict[str, float]:
@@ -228,10 +229,8 @@ class NamedLaw(NamedTuple):
     exponents: Callable[[Fraction], tuple[Fraction, Fraction]]
     n: Fraction | None
     """The exponent if none is given; None for a law without."""
-    constant: str
     factor: Callable[[Fraction], Fraction]
     power: Fraction
-    words: str
 
     def damping_constant(self, constant: float, *, k: float, mass: float, n: Fraction = Fraction(1)) -> float:
         """Return c of `Law.kappa` from the law's own constant."""
@@ -239,28 +238,19 @@ class NamedLaw(NamedTuple):
 
 
 _HALF = Fraction(1, 2)
+_WHOLE, _ONE = Fraction(1), lambda _: Fraction(1)
 NAMED = {
-    "viscoelastic": NamedLaw(
-        lambda _: (Fraction(3, 2), _HALF), None, "A", lambda _: Fraction(3, 2), Fraction(1),
-        "viscoelastic spheres, the paper's law (eq:viscoelastic)",
-    ),
-    "linear": NamedLaw(
-        lambda _: (Fraction(1), Fraction(0)), None, "zeta", lambda _: Fraction(2), _HALF,
-        "spring-dashpot; zeta is the damping ratio",
-    ),
-    "tsuji": NamedLaw(
-        lambda _: (Fraction(3, 2), Fraction(1, 4)), None, "alpha", lambda _: Fraction(1), _HALF,
-        "Hertz' spring, damping of Tsuji et al. 1992",
-    ),
-    "hunt-crossley": NamedLaw(
-        lambda n: (n, n), Fraction(3, 2), "d", lambda _: Fraction(1), Fraction(1),
-        "force k xi^n (1 + d xi')",
-    ),
-    "kelvin-voigt": NamedLaw(
-        lambda n: (1 + 1 / n, 1 / n), Fraction(2), "A", lambda n: 1 + 1 / n, Fraction(1),
-        "axisymmetric body of profile r^n made of a Kelvin-Voigt material: cone 1, sphere 2",
-    ),
-}  # fmt: skip
+    # viscoelastic spheres, the paper's law (eq:viscoelastic); the constant is A
+    "viscoelastic": NamedLaw(lambda _: (Fraction(3, 2), _HALF), None, lambda _: Fraction(3, 2), _WHOLE),
+    # spring-dashpot; the constant is the damping ratio
+    "linear": NamedLaw(lambda _: (Fraction(1), Fraction(0)), None, lambda _: Fraction(2), _HALF),
+    # Hertz' spring with the damping of Tsuji et al. 1992; the constant is alpha
+    "tsuji": NamedLaw(lambda _: (Fraction(3, 2), Fraction(1, 4)), None, _ONE, _HALF),
+    # force k xi^n (1 + d xi'); the constant is d
+    "hunt-crossley": NamedLaw(lambda n: (n, n), Fraction(3, 2), _ONE, _WHOLE),
+    # axisymmetric body of profile r^n made of a Kelvin-Voigt material, cone 1, sphere 2; the constant is A
+    "kelvin-voigt": NamedLaw(lambda n: (1 + 1 / n, 1 / n), Fraction(2), lambda n: 1 + 1 / n, _WHOLE),
+}
 
 ACCEPTED_LAWS = (
     ", ".join(name if named.n is None else f"{name}[:n]" for name, named in NAMED.items())

@@ -31,7 +31,7 @@ from mpmath import mp
 from numpy.typing import NDArray
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_point, to_mpf, working
+from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_point, rational_power, to_mpf, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -344,8 +344,7 @@ def _logarithms(orders: int, effort: Effort, law: Law) -> tuple[arb_series, arb_
 def _k_times(log_v: arb_series, exponent: Fraction, orders: int, law: Law) -> arb_series:
     """Return ((a+1)/2)^(1-1/nu) K exp(exponent log_v) to K^orders."""
     base, power = law.kappa_scale
-    squared = base**power.numerator
-    scale = (arb(squared.numerator) / squared.denominator).root(power.denominator)
+    scale = rational_power(ball_of(base), power)
     return arb_series([arb(0), scale], orders + 1) * (log_v * ball_of(exponent)).exp()
 
 
