@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from viscopade.kernels import requests, store
+from viscopade import store
+from viscopade.kernels import requests
 
 TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
 

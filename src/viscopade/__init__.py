@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from viscopade.arrays.double import epsilon, one_minus_epsilon
     from viscopade.arrays.native import backend, restitution
     from viscopade.collision import exact
+    from viscopade.collision.curve import curve
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
@@ -33,6 +34,7 @@ __all__ = [
     "__version__",
     "backend",
     "beta_from_restitution",
+    "curve",
     "double",
     "epsilon",
     "exact",
@@ -49,6 +51,7 @@ _HOME = {
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
     **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
     "Law": "viscopade.theory.law",
+    "curve": "viscopade.collision.curve",
     "pade": "viscopade.theory.pade",
     "series": "viscopade.theory.series",
 }

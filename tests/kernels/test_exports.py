@@ -14,9 +14,9 @@ from mpmath import mp, mpf
 
 from tests import compiled, daily
 from tests.cli import called
-from viscopade import pade, series
+from viscopade import pade, series, store
 from viscopade.cli.main import command
-from viscopade.kernels import requests, store
+from viscopade.kernels import requests
 from viscopade.kernels.prove_rational import of_pade
 from viscopade.kernels.requests import NAMES, PAPER_DEGREES
 
@@ -66,7 +66,7 @@ def test_all_records_are_what_is_made():
         for name in NAMES:
             assert requests.file(name) == committed(name)
     assert records == {record: store.of_package(record) for record in records}
-    assert records.keys() == {path.name for path in (Path(store.__file__).parents[1] / store.FOLDER).iterdir()}
+    assert records.keys() == {path.name for path in (Path(store.__file__).parent / store.FOLDER).iterdir()}
 
 
 def test_the_directory_holds_these_files_and_no_others():

@@ -20,13 +20,14 @@ from mpmath import mp, mpf
 
 from tests import compiled, daily
 from tests.kernels.test_last_place import power_law
+from viscopade import store
 from viscopade.approximation import half_line, inverse, lacunary
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
 from viscopade.collision import exact
-from viscopade.kernels import expressions, prove_lacunary, store
+from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_horner, by_powers, chain, in_pairs, powers
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start

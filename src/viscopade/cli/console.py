@@ -113,7 +113,7 @@ DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits
 
 def _leave_cache_alone(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted:
-        from viscopade.kernels import store
+        from viscopade import store
 
         context.with_resource(store.without_cache())
 

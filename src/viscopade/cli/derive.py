@@ -44,7 +44,8 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     With --out, also write all exported files (C headers, tables, modules): every kernel is fitted and proven anew, and
     compared with the package's record of it. If anything disagrees, the exit status is 1 and nothing is written.
     """
-    from viscopade.kernels import requests, store
+    from viscopade import store
+    from viscopade.kernels import requests
     from viscopade.theory.paper import CITATION, approximants, compare
 
     if out is not None:

@@ -1,6 +1,7 @@
 """The exact collision: spheres and pairs, the flow around the turning point, proven digits of eps, proven tables."""
 
 __all__ = [
+    "curve",
     "exact",
     "panel_proof",
     "spheres",

@@ -41,6 +41,7 @@ MAX_ATTEMPTS = 12
 GUARD_BITS = 32  # of ball arithmetic, beyond the accuracy asked for
 GUARD_DIGIT_BITS = 12  # so that an enclosure rarely lies across a boundary of rounding
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
+LOW_ACCURACY = 60  # of what becomes a double
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
 
@@ -326,6 +327,21 @@ class _AtK:
         return lost / (self.loading.p**2 * (1 + self.epsilon))
 
     @property
+    def log_odds(self) -> arb:
+        """Ln((1 - eps)/eps)."""
+        return self.one_minus_epsilon.log() - self.epsilon.log()
+
+    @property
+    def x_max(self) -> arb:
+        """(2 m F^2)^(-1/(a+1))."""
+        return rational_power(1 / (2 * self.motion.m * self.loading.p**2), 1 / (self.law.elastic + 1))
+
+    @property
+    def tau_over_x(self) -> arb:
+        """tau_c/x_max = 2 m F T."""
+        return 2 * self.motion.m * self.loading.p * (self.loading.time + self.unloading.time)
+
+    @property
     def least_slope(self) -> arb:
         """A lower bound of -d ln eps/d ln k."""
         return self.k * self.loading.work / (2 * self.loading.p**2)
@@ -349,15 +365,14 @@ class _AtK:
     def course(self, delta: arb) -> dict[str, arb]:
         """Enclose x_max and tau_c likewise."""
         motion, power = self.motion, 1 / (self.law.elastic + 1)
-        f, time = self.loading.p, self.loading.time + self.unloading.time
+        time = self.loading.time + self.unloading.time
         of_scale = ball_of(abs(1 - 2 * power))
         sensitivity = of_scale + self.unloading_slope + (self._end_sensitivity(time) if self.law.delayed else 0)
         if not delta * (sensitivity + motion.n_a) < arb(1) / 8:
             raise ArithmeticError("k is too far off")
-        x_max = rational_power(1 / (2 * motion.m * f * f), power)
         return {
-            "x_max": x_max * _within(ball_of(2 * power) * delta),
-            "tau_c": 2 * motion.m * f * x_max * time * _within(delta * sensitivity),
+            "x_max": self.x_max * _within(ball_of(2 * power) * delta),
+            "tau_c": self.tau_over_x * self.x_max * _within(delta * sensitivity),
         }
 
     def _end_sensitivity(self, time: arb) -> arb:
@@ -452,18 +467,10 @@ class _Restitution:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        for _ in range(MAX_ATTEMPTS):
-            loading, unloading = _branches(k, accuracy, self.law)
-            with working(accuracy + GUARD_BITS):
-                try:
-                    at = _AtK(k.ball(), ends(loading), ends(unloading), self.law)
-                except ArithmeticError:  # against an attractive force, a small eps needs more bits
-                    accuracy *= 2
-                    continue
-                log_odds = at.one_minus_epsilon.log() - at.epsilon.log()
-                slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
-                return (self.log_odds() - log_odds) / slope
-        raise ArithmeticError("the end was not enclosed")
+        at, (loading, unloading) = _at(k, accuracy, self.law)
+        with working(accuracy + GUARD_BITS):
+            slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
+            return (self.log_odds() - at.log_odds) / slope
 
     def enclosed(self, at: _AtK) -> dict[str, arb]:
         """Enclose the collision, from what is proven for a k nearby."""
@@ -581,6 +588,41 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
 def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
     motion = Motion.of(law)
     return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
+
+
+def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
+    """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
+    for _ in range(MAX_ATTEMPTS):
+        loading, unloading = _branches(k, accuracy, law)
+        with working(accuracy + GUARD_BITS):
+            try:
+                return _AtK(k.ball(), ends(loading), ends(unloading), law), (loading, unloading)
+            except ArithmeticError:
+                accuracy *= 2
+    raise ArithmeticError("the end was not enclosed")
+
+
+def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
+    """Return ln(kappa/k), ln((1 - eps)/eps) - ln kappa, ln x_max and tau_c/x_max at a k, in double precision."""
+    with working(128):
+        k = Dyadic.nearest(arb(log_k).exp(), 96)
+    at, _ = _at(k, LOW_ACCURACY, law)
+    with working(LOW_ACCURACY + GUARD_BITS):
+        log_kappa, log = at.log_kappa, at.k.log()
+        found = log_kappa - log, at.log_odds - log_kappa, at.x_max.log(), at.tau_over_x
+        return (float(found[0]), float(found[1]), float(found[2]), float(found[3]))
+
+
+def log_k_of(log_kappa: float, law: Law) -> float:
+    """Return ln k where kappa is tiny, to first order."""
+    return log_kappa + float(1 - 1 / law.nu) * math.log(2 * law.m) + float(law.c) * math.log(Motion.of(law).n_a)
+
+
+def log_k_of_epsilon(epsilon: str, law: Law) -> float:
+    """Return ln k at which eps has a value."""
+    found = invert(epsilon, 15, law=law).floats()
+    log_f = -(float(law.elastic + 1) * math.log(found["x_max"]) + math.log(2 * law.m)) / 2
+    return log_k_of(math.log(found["kappa"]), law) - float(law.c) * (math.log(Motion.of(law).n_a) + 2 * log_f)
 
 
 def _within(log_error: arb) -> arb:

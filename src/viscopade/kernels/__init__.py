@@ -11,7 +11,6 @@ __all__ = [
     "registry_arrays",
     "requests",
     "rounding",
-    "store",
     "toolchain",
     "v_star",
 ]

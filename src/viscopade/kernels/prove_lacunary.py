@@ -25,7 +25,7 @@ from viscopade.kernels.forms.rounding_bounds import Size
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
-from viscopade.kernels.store import recorded
+from viscopade.store import recorded
 
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")

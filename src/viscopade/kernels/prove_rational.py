@@ -22,7 +22,7 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
-from viscopade.kernels.store import recorded
+from viscopade.store import recorded
 from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants

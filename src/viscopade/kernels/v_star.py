@@ -12,7 +12,7 @@ from viscopade.collision import panel_proof
 from viscopade.generated import WIDTH
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.forms.rounding_bounds import ULPS, of_speed
-from viscopade.kernels.store import recorded
+from viscopade.store import recorded
 
 _DECADES = 30
 USUAL = Fraction(10) ** _DECADES

@@ -38,8 +38,8 @@ from viscopade.collision.panel_proof import PanelRow
 from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
-from viscopade.kernels.store import recorded
 from viscopade.progress import track
+from viscopade.store import recorded
 
 FUNCTIONS = ("epsilon", "one_minus_epsilon")
 

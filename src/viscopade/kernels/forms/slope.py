@@ -33,7 +33,7 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.forms.formulas import constants, named
 from viscopade.kernels.forms.rounding_bounds import Values
-from viscopade.kernels.store import recorded
+from viscopade.store import recorded
 
 
 def slope_program(form: Powers) -> Program:

@@ -36,8 +36,8 @@ from viscopade.kernels.enclosure import polynomial
 from viscopade.kernels.expressions import Run
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.rounding import Rounded, arithmetic
-from viscopade.kernels.store import recorded
 from viscopade.progress import track
+from viscopade.store import recorded
 
 OCTAVES = 128
 """Of w, in every table: a power of 2, so that the range is checked by a shift."""

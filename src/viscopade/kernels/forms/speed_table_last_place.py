@@ -24,8 +24,8 @@ from viscopade.kernels.expressions import Run
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w
 from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
-from viscopade.kernels.store import recorded
 from viscopade.progress import track
+from viscopade.store import recorded
 
 DEGREE = 10
 SPLIT = 3

@@ -45,7 +45,7 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.forms.formulas import constants, named
 from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest
 from viscopade.kernels.rounding import Rounded, arithmetic
-from viscopade.kernels.store import recorded
+from viscopade.store import recorded
 
 ROOT = 30  # y = w^(1/ROOT)
 THIRTIETH = "thirtieth"

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from viscopade import store
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels import prove_lacunary, prove_rational, store
+from viscopade.kernels import prove_lacunary, prove_rational
 from viscopade.kernels.forms.speed_table import RowBounds, Table, table_rows
 from viscopade.kernels.prove_lacunary import half_line_kernel
 
-FOLDER = Path(store.__file__).parents[1] / store.FOLDER
+FOLDER = Path(store.__file__).parent / store.FOLDER
 SCENE = "from viscopade.kernels.prove_rational import accurate; print(accurate('1e-2', '0.5').variants[0].a)"
 
 
@@ -205,7 +206,7 @@ def test_changed_sources_have_another_digest(monkeypatch, tmp_path):
 
     package = tmp_path / "viscopade"
     shutil.copytree(FOLDER.parents[1], package, ignore=shutil.ignore_patterns("__pycache__", "*.so"))
-    monkeypatch.setattr(store, "__file__", str(package / "kernels" / "store.py"))
+    monkeypatch.setattr(store, "__file__", str(package / "store.py"))
     found = [digest()]
     for name in ("arguments.py", "collision/flow.py", "data/double.txt"):
         (package / name).write_text((package / name).read_text() + "# changed\n")
@@ -219,7 +220,7 @@ def test_changed_sources_have_another_digest(monkeypatch, tmp_path):
 
 def test_no_two_recorded_functions_share_a_name():
     """The name is part of the key, and the module is not."""
-    sources = (path.read_text("utf-8") for path in Path(store.__file__).parents[1].rglob("*.py"))
+    sources = (path.read_text("utf-8") for path in Path(store.__file__).parent.rglob("*.py"))
     names = [name.strip("_") for text in sources for name in re.findall(r"@recorded\ndef (\w+)", text)]
     assert len(names) == len(set(names)) >= 10
 

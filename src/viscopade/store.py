@@ -231,7 +231,7 @@ def _cached(key: list[Any]) -> Path | None:
 @lru_cache(maxsize=1)
 def _sources() -> str | None:
     """Return a digest of everything that records depend on; None if the sources are not files (in an archive)."""
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parent
     wings = ("arithmetic", "arrays", "theory", "collision", "approximation", "kernels")
     files = [path for wing in wings for path in (root / wing).rglob("*.py")]
     if not files:

@@ -1,0 +1,297 @@
+r"""The exact functions of any law of contact in double precision, on NumPy arrays.
+
+`curve` makes a table of a law when it is first asked for, and `store` keeps it. With s = ln kappa,
+
+    L(s) = ln((1 - eps)/eps) - s,    X(s) = ln x_max,    T(s) = tau_c/x_max
+
+are smooth, and constant for small kappa. For large kappa ln eps, X and T are straight lines (sections 2.5 and 2.9).
+Between these ends they are interpolated by Chebyshev polynomials on panels, and L likewise as a function of
+ln((1 - eps)/eps), for the inverse.
+
+The values at the nodes come from collisions at chosen k, so no equation is solved for them: ln kappa itself is first
+interpolated as a function of ln k. Errors are sampled (`ERROR`), in contrast to `exact.collision`, which proves digits.
+For the paper's law `arrays.double` is more accurate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from viscopade.arrays import checked
+from viscopade.arrays.checked import Accepted, FloatArray, Values
+from viscopade.collision import exact
+from viscopade.collision.flow import Motion
+from viscopade.progress import track
+from viscopade.store import recorded
+from viscopade.theory.law import Law, law_of
+
+ERROR = 2e-13
+"""Largest relative error of all results (sampled: tests/collision/test_curve.py)."""
+
+NODES = 28  # on a panel
+PANELS = 6  # before any is halved
+SMALL = 1e-14  # of the last coefficients, relative to the largest one, or to 1
+NARROWEST = 2.0**-8  # panel
+CONSTANT = 38.0  # below ln kappa = -CONSTANT times a power, L, X and T are constant to double precision
+STRAIGHT = 48.0  # beyond ln k = STRAIGHT/2 they are straight lines
+BISECTIONS = 24  # until the slope of a straight line finishes
+STEP = 2.0**-12  # for differences
+LEAST_EPSILON = "1e-3"  # where contact ends against an attractive force
+
+_PORTIONS = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
+
+
+@dataclass(frozen=True)
+class Interpolant:
+    """Functions that Chebyshev polynomials interpolate on panels; constant before them, straight lines behind them.
+
+    Attributes
+    ----------
+    ends : tuple of float
+        Of the panels, ascending.
+    coefficients : tuple
+        For each function and panel, the coefficients of the Chebyshev polynomials.
+    slopes : tuple of float
+        For each function, its slope behind the last panel.
+    """
+
+    ends: tuple[float, ...]
+    coefficients: tuple[tuple[tuple[float, ...], ...], ...]
+    slopes: tuple[float, ...]
+
+    def __call__(self, function: int, s: FloatArray) -> FloatArray:
+        """Return the values of a function."""
+        ends, table = np.array(self.ends), np.array(self.coefficients[function]).T
+        inside = np.clip(s, ends[0], ends[-1])
+        panel = np.clip(np.searchsorted(ends, inside, side="right") - 1, 0, len(ends) - 2)
+        low, high = ends[panel], ends[panel + 1]
+        z = (2 * inside - low - high) / (high - low)
+        value, slope = chebyshev.chebval(z, table[:, panel], tensor=False), self.slopes[function]
+        return value + slope * np.maximum(s - ends[-1], 0) if slope else value
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What `curve` knows of a law.
+
+    Attributes
+    ----------
+    of_s : Interpolant
+        L, X and T as functions of s = ln kappa.
+    of_odds : Interpolant
+        -L as a function of ln((1 - eps)/eps).
+    """
+
+    of_s: Interpolant
+    of_odds: Interpolant
+
+
+class Curve:
+    """The functions of one law: eps, 1 - eps, x_max and tau_c of kappa, and kappa of eps.
+
+    Each method takes a number, a list or an array, and returns a float or an array with relative errors of at most
+    `ERROR` (sampled). It raises TypeError for what is no real number, and ValueError for a number out of range:
+    negative or NaN, or beyond `kappa_max`.
+
+    Attributes
+    ----------
+    law : Law
+    kappa_max : float
+        Largest kappa of eps: infinite, but for an end at x = 0 against an attractive force.
+    kappa_max_of_course : float
+        Largest kappa of x_max and tau_c: finite for every end at x = 0, which contact reaches more and more slowly.
+    """
+
+    def __init__(self, law: Law, tables: Tables) -> None:
+        self.law, self._tables = law, tables
+        self._decay = 1.0 if law.decay is None else float(law.decay)  # None: nothing is asked behind the last panel
+        last = math.exp(tables.of_s.ends[-1])
+        self.kappa_max = last if Motion.of(law).attractive else math.inf
+        self.kappa_max_of_course = math.inf if law.delayed else last
+
+    def epsilon(self, kappa: Values) -> Values:
+        """Return the coefficient of restitution at kappa >= 0."""
+        return self._of_kappa(lambda s: 1 / (1 + np.exp(self._log_odds(s))), kappa, self.kappa_max)
+
+    def one_minus_epsilon(self, kappa: Values) -> Values:
+        """Return 1 - eps, without cancellation at small kappa."""
+        return self._of_kappa(lambda s: 1 / (1 + np.exp(-self._log_odds(s))), kappa, self.kappa_max)
+
+    def x_max(self, kappa: Values) -> Values:
+        """Return the maximal compression in units of `Law.length_scale`."""
+        return self._of_kappa(lambda s: np.exp(self._tables.of_s(1, s)), kappa, self.kappa_max_of_course)
+
+    def tau_c(self, kappa: Values) -> Values:
+        """Return the contact's duration in units of `Law.time_scale`."""
+        return self._of_kappa(self._tau_c, kappa, self.kappa_max_of_course)
+
+    def kappa_from(self, epsilon: Values | None = None, *, one_minus_epsilon: Values | None = None) -> Values:
+        """Return the kappa whose coefficient of restitution is `epsilon`, or one minus `one_minus_epsilon`.
+
+        Raises
+        ------
+        TypeError
+            If not exactly one of the two is given.
+        """
+        if (epsilon is None) == (one_minus_epsilon is None):
+            raise TypeError("accepted is exactly one of epsilon and one_minus_epsilon")
+        if epsilon is not None:
+            return checked.elementwise(lambda e: self._kappa(1 - e, e), "epsilon", epsilon, self._portions(False))
+        assert one_minus_epsilon is not None
+        return checked.elementwise(
+            lambda loss: self._kappa(loss, 1 - loss), "one_minus_epsilon", one_minus_epsilon, self._portions(True)
+        )
+
+    def _portions(self, loss: bool) -> Accepted:
+        if not Motion.of(self.law).attractive:
+            return _PORTIONS
+        least = float(LEAST_EPSILON)
+        if loss:
+            return Accepted(f"a number >= 0 and <= {1 - least}", lambda x: (x >= 0) & (x <= 1 - least))
+        return Accepted(f"a number >= {least} and <= 1", lambda x: (x >= least) & (x <= 1))
+
+    def _of_kappa(self, function: Callable[[FloatArray], FloatArray], kappa: Values, largest: float) -> Values:
+        accepted = Accepted(
+            "a number >= 0, or inf"
+            if largest == math.inf
+            else f"a number >= 0 and <= {largest:.6g}, for the law {self.law} with end {self.law.end!r}",
+            lambda x: (x >= 0) & (x <= largest),
+        )
+        return checked.elementwise(lambda k: self._at(function, k), "kappa", kappa, accepted)
+
+    def _at(self, function: Callable[[FloatArray], FloatArray], kappa: FloatArray) -> FloatArray:
+        with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
+            return function(np.log(kappa))
+
+    def _log_odds(self, s: FloatArray) -> FloatArray:
+        """Return ln((1 - eps)/eps)."""
+        last = np.array(self._tables.of_s.ends[-1])
+        near = np.where(s == -np.inf, s, np.minimum(s, last) + self._tables.of_s(0, s))
+        log_epsilon = -np.logaddexp(0, near) - self._decay * np.maximum(s - last, 0)
+        return np.where(s <= last, near, np.log(-np.expm1(log_epsilon)) - log_epsilon)
+
+    def _tau_c(self, s: FloatArray) -> FloatArray:
+        of_s = self._tables.of_s
+        return np.where(s == np.inf, 0.0, np.exp(of_s(1, s)) * of_s(2, s))
+
+    def _kappa(self, loss: FloatArray, epsilon: FloatArray) -> FloatArray:
+        with np.errstate(divide="ignore", over="ignore", under="ignore", invalid="ignore"):
+            log_odds = np.log(loss) - np.log(epsilon)
+            last = np.array(self._tables.of_odds.ends[-1])
+            near = np.minimum(log_odds, last) + self._tables.of_odds(0, log_odds)
+            beyond = np.maximum(np.logaddexp(0, log_odds) - np.logaddexp(0, last), 0) / self._decay
+            return np.exp(np.where(np.isinf(log_odds), log_odds, near + beyond))
+
+
+def curve(law: Law | str) -> Curve:
+    """Return the functions of a law of contact in double precision.
+
+    The first call for a law takes seconds to a minute. Later ones, of other processes too, read the user's cache.
+
+    Parameters
+    ----------
+    law : Law or str
+        Law of contact, or its name or exponents (`law_of`).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no such law.
+
+    Examples
+    --------
+    >>> import viscopade as vp
+    >>> vp.curve("hunt-crossley").epsilon([0, 1, 10]).round(12).tolist()
+    [1.0, 0.59362426004, 0.099981624753]
+    """
+    return _curve(law_of(law))
+
+
+@lru_cache(maxsize=32)
+def _curve(law: Law) -> Curve:
+    return Curve(law, curve_tables(law))
+
+
+@recorded
+def curve_tables(law: Law) -> Tables:
+    """Make the tables of a law."""
+    power = 1 / float(law.damping + 1)
+    of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, *_ends_of_k(law))
+    span = np.array([of_k.ends[0], of_k.ends[-1]])
+
+    def log_kappa(log_k: FloatArray) -> FloatArray:
+        return log_k + of_k(0, log_k)
+
+    def log_odds(log_k: FloatArray) -> FloatArray:
+        return log_kappa(log_k) + of_k(1, log_k)
+
+    def of_s(s: FloatArray) -> FloatArray:
+        log_k = _solved(log_kappa, s, span)
+        return np.array([of_k(i, log_k) for i in (1, 2, 3)])
+
+    def of_odds(odds: FloatArray) -> FloatArray:
+        return -of_k(1, _solved(log_odds, odds, span))[None]
+
+    by_s = interpolant(of_s, *log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
+    return Tables(by_s, interpolant(of_odds, *log_odds(span)))
+
+
+def _ends_of_k(law: Law) -> tuple[float, float]:
+    """Return ln k where L, X and T become constant, and where they become straight lines or contact ends no more."""
+    motion = Motion.of(law)
+    # The first corrections are of order kappa or, with delayed recovery, kappa^(n_b/d) of L and r_c^m of T.
+    slow = CONSTANT * max(1.0, law.d / law.n_b, motion.d / motion.m)
+    first = exact.log_k_of(-slow, law)
+    if law.delayed:
+        return first, STRAIGHT / 2
+    if motion.attractive:
+        return first, exact.log_k_of_epsilon(LEAST_EPSILON, law)
+    # Creeping bodies forget how they came in like exp(-k^2/(2 n)).
+    return first, math.log(2 * max(motion.n_b, 2 * motion.n_b - motion.n_a) * CONSTANT) / 2
+
+
+def _solved(function: Callable[[FloatArray], FloatArray], wanted: FloatArray, span: FloatArray) -> FloatArray:
+    """Return x with function(x) = wanted, for an increasing function, by bisection, then by the secant's slope."""
+    low, high = (np.full_like(wanted, end) for end in span)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        below = function(middle) < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    x = (low + high) / 2
+    for _ in range(2):
+        inside = np.clip(x, *(span + np.array([1, -1]) * STEP))
+        slope = (function(inside + STEP) - function(inside - STEP)) / (2 * STEP)
+        x = np.clip(x + (wanted - function(x)) / slope, *span)
+    return x
+
+
+def interpolant(
+    functions: Callable[[FloatArray], FloatArray], low: float, high: float, slopes: tuple[float, ...] = ()
+) -> Interpolant:
+    """Interpolate functions (first axis of what is returned) on panels that are halved until that is accurate."""
+    angles = np.pi * (np.arange(NODES) + 0.5) / NODES
+    transform = 2 / NODES * np.cos(np.outer(np.arange(NODES), angles))
+    transform[0] /= 2
+    starts = np.linspace(low, high, PANELS + 1)
+    ends, found = [float(low)], list[FloatArray]()
+    for i in track(range(PANELS), "panels"):
+        waiting = [(starts[i], starts[i + 1])]
+        while waiting:
+            left, right = waiting.pop()
+            values = functions((left + right) / 2 + (right - left) / 2 * np.cos(angles))
+            coefficients = values @ transform.T
+            size = np.maximum(np.abs(coefficients).max(axis=1), 1.0)
+            if (np.abs(coefficients[:, -2:]).max(axis=1) > SMALL * size).any() and right - left > NARROWEST:
+                waiting += [((left + right) / 2, right), (left, (left + right) / 2)]
+                continue
+            ends.append(float(right))
+            found.append(coefficients)
+    rows = np.array(found).transpose(1, 0, 2).tolist()
+    table = tuple(tuple(tuple(row) for row in function) for function in rows)
+    return Interpolant(tuple(ends), table, slopes or (0.0,) * len(table))
