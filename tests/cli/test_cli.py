@@ -524,3 +524,10 @@ def test_unwritable_directory(tmp_path):
     result = called("export", "c", "-o", tmp_path / "x.h")
     assert result.returncode == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_pade_proves_its_error_up_to_a_v_star():
+    words = ["pade", "2", "--law", "hunt-crossley", "--digits", "8", "--v-star-max", "1"]
+    bound = json_of(*words)["proven_error"]
+    assert 1.8e-4 < float(bound) < 2e-4
+    assert f"proven: |[2/3] - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= 1" in called(*words).stdout

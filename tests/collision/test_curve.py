@@ -116,7 +116,7 @@ def test_what_does_not_exist_is_refused():
 
 
 def test_interpolation_halves_panels_where_it_must():
-    of = interpolant(lambda x: np.array([np.tanh(20 * x)]), -3, 3)
+    of = interpolant(lambda x: np.array([np.tanh(20 * x)]), np.array([-3.0, 3.0]))
     widths = np.diff(of.ends)
     assert widths.min() < widths.max() / 4
     x = np.linspace(-3, 3, 1001)

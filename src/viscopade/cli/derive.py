@@ -107,9 +107,12 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
 @click.argument("m", type=Whole("m", 0, arguments.MAX_DEGREE))
 @click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
+@click.option("--v-star-max", help="Prove a bound of the error for 0 <= v* <= this number, 0.001 to 100.")
 @with_law
 @STYLE
-def pade_command(m: int, n: int | None, digits: int, law: str, end: str | None, style: str) -> None:
+def pade_command(
+    m: int, n: int | None, digits: int, v_star_max: str | None, law: str, end: str | None, style: str
+) -> None:
     """Print the Padé approximant [M/N] of eps(v*).
 
     The output has its coefficients, poles and zeros, and the range of v* where it may be used. M is the degree of the
@@ -123,6 +126,12 @@ def pade_command(m: int, n: int | None, digits: int, law: str, end: str | None, 
     of = law_of(law, end)
     fields, line = law_words(of)
     p = pade(m, m + of.excess if n is None else n, digits, of)
+    bound = None
+    if v_star_max is not None:
+        from viscopade.kernels.prove_law import error_up_to
+
+        bound = error_up_to(p.a, p.b, of, v_star_max)
+        fields |= {"v_star_max": v_star_max, "proven_error": bound}
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
@@ -133,6 +142,8 @@ def pade_command(m: int, n: int | None, digits: int, law: str, end: str | None, 
             say(line)
         say(f"{p.label} {p.verdict}")
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
+        if bound is not None:
+            say(f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}")
         say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
         for d in p.doublets():
             pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))

@@ -3,6 +3,7 @@
 __all__ = [
     "curve",
     "exact",
+    "law_panels",
     "panel_proof",
     "spheres",
 ]

@@ -72,7 +72,7 @@ class Interpolant:
         panel = np.clip(np.searchsorted(ends, inside, side="right") - 1, 0, len(ends) - 2)
         low, high = ends[panel], ends[panel + 1]
         z = (2 * inside - low - high) / (high - low)
-        value, slope = chebyshev.chebval(z, table[:, panel], tensor=False), self.slopes[function]
+        slope, value = self.slopes[function], np.asarray(chebyshev.chebval(z, table[:, panel], tensor=False))
         return value + slope * np.maximum(s - ends[-1], 0) if slope else value
 
 
@@ -222,8 +222,8 @@ def _curve(law: Law) -> Curve:
 def curve_tables(law: Law) -> Tables:
     """Make the tables of a law."""
     power = 1 / float(law.damping + 1)
-    of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, *_ends_of_k(law))
-    span = np.array([of_k.ends[0], of_k.ends[-1]])
+    span = np.array(_ends_of_k(law))
+    of_k = interpolant(lambda log_k: np.array([exact.at_k(x, law) for x in log_k]).T, span)
 
     def log_kappa(log_k: FloatArray) -> FloatArray:
         return log_k + of_k(0, log_k)
@@ -238,8 +238,8 @@ def curve_tables(law: Law) -> Tables:
     def of_odds(odds: FloatArray) -> FloatArray:
         return -of_k(1, _solved(log_odds, odds, span))[None]
 
-    by_s = interpolant(of_s, *log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
-    return Tables(by_s, interpolant(of_odds, *log_odds(span)))
+    by_s = interpolant(of_s, log_kappa(span), (0.0, -power, 2 * float(law.nu) * power))
+    return Tables(by_s, interpolant(of_odds, log_odds(span)))
 
 
 def _ends_of_k(law: Law) -> tuple[float, float]:
@@ -272,14 +272,14 @@ def _solved(function: Callable[[FloatArray], FloatArray], wanted: FloatArray, sp
 
 
 def interpolant(
-    functions: Callable[[FloatArray], FloatArray], low: float, high: float, slopes: tuple[float, ...] = ()
+    functions: Callable[[FloatArray], FloatArray], span: FloatArray, slopes: tuple[float, ...] = ()
 ) -> Interpolant:
     """Interpolate functions (first axis of what is returned) on panels that are halved until that is accurate."""
     angles = np.pi * (np.arange(NODES) + 0.5) / NODES
     transform = 2 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     transform[0] /= 2
-    starts = np.linspace(low, high, PANELS + 1)
-    ends, found = [float(low)], list[FloatArray]()
+    starts = np.linspace(span[0], span[1], PANELS + 1)
+    ends, found = [float(span[0])], list[FloatArray]()
     for i in track(range(PANELS), "panels"):
         waiting = [(starts[i], starts[i + 1])]
         while waiting:

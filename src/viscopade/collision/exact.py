@@ -613,6 +613,17 @@ def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
         return (float(found[0]), float(found[1]), float(found[2]), float(found[3]))
 
 
+def log_k(kappa: Fraction, law: Law) -> float:
+    """Return ln k at kappa > 0."""
+    wanted = _Speed(kappa, Fraction(1), {}, law)
+    guess, known = wanted.guess()
+    k = Dyadic.nearest(guess, 64)
+    if known < LEAST_KNOWN:
+        k, known = _approached(wanted, k), LEAST_KNOWN
+    with working(128):
+        return float(_solved(wanted, k, known, LOW_ACCURACY).ball().log())
+
+
 def log_k_of(log_kappa: float, law: Law) -> float:
     """Return ln k where kappa is tiny, to first order."""
     return log_kappa + float(1 - 1 / law.nu) * math.log(2 * law.m) + float(law.c) * math.log(Motion.of(law).n_a)
@@ -620,9 +631,7 @@ def log_k_of(log_kappa: float, law: Law) -> float:
 
 def log_k_of_epsilon(epsilon: str, law: Law) -> float:
     """Return ln k at which eps has a value."""
-    found = invert(epsilon, 15, law=law).floats()
-    log_f = -(float(law.elastic + 1) * math.log(found["x_max"]) + math.log(2 * law.m)) / 2
-    return log_k_of(math.log(found["kappa"]), law) - float(law.c) * (math.log(Motion.of(law).n_a) + 2 * log_f)
+    return log_k(Fraction(invert(epsilon, 15, law=law).decimals()["kappa"]), law)
 
 
 def _within(log_error: arb) -> arb:

@@ -3,9 +3,10 @@ r"""Collisions of a whole interval of v*: branches of `flow` whose coefficients 
 For k = k(z) > 0, a polynomial, and a scale of time c(z) > 0, another, one piece is
 
     u(y; z) = sum_j u_j(z) y^j,    0 <= y <= 1,    s = s_0 + H c(z) y,
-    u_yy = S (2 H^2 c^2 S + H c k u_y),    S = (1 - u)^2,
+    u_yy = S (2 H^2 c^2 r^elastic + H c k r^viscous u_y),    S = r^common,    r = 1 - u,
 
-exactly as in `flow` for every single z, with the step h = H c(z). So the theorem of `validation` holds for every z;
+exactly as in `flow` for every single z, with the step h = H c(z) and the powers of `flow.Motion.factors` (for the
+paper's law S = r^2, and both others are 2 and 0). So the theorem of `validation` holds for every z;
 here its quantities are bounded for all z at once, by the sum of the absolute values of a polynomial's coefficients
 (docs/theory/exact-function.md, step 7). How the polynomials were found is again of no importance.
 """
@@ -22,13 +23,14 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
-from viscopade.collision.flow import Dyadic, integrate
+from viscopade.collision.flow import HERTZ, Dyadic, Motion, integrate
 
 SCALE_BITS = 30
 SCALE_NODES = 5
 END_IN_LAST = 0.7  # where in the last piece the end lies
 CUT_BEHIND = 4  # powers of z that a residual takes into account beyond those of the polynomials
 ROUGH = 40  # bits of the times that only lay out the pieces
+PARTS = 8  # of a piece, on which the speed is shown to be positive
 SPARE_TERMS = 1.3  # coefficients of a piece, compared with those of a single branch: steps are a little longer
 
 
@@ -103,6 +105,8 @@ class ParametricBranch:
         At the joints u is continuous, exactly.
     end : fmpz_poly
         y close to the end in the last piece, in units of 2^-bits.
+    motion : Motion
+        With no attractive force.
     """
 
     k: Scaled
@@ -112,8 +116,11 @@ class ParametricBranch:
     degree: int
     pieces: tuple[ParametricPiece, ...]
     end: fmpz_poly
+    motion: Motion = HERTZ
 
     def __post_init__(self) -> None:
+        if self.motion.attractive:
+            raise ValueError("an attractive force is not provided for")
         if any(c != 0 for c in chain(*(p.coeffs() for p in self.pieces[0].u[:2]))):
             raise ValueError("a branch starts with u = p = 0")
         if any(piece.step.mantissa <= 0 for piece in self.pieces):
@@ -147,7 +154,9 @@ def _value(ring: Wiener, coefficients: Sequence[fmpz_poly], y: FunctionBall) -> 
 # --- integration ------------------------------------------------------------------------------------------------------
 
 
-def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int) -> ParametricBranch:
+def integrated(
+    k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int, motion: Motion = HERTZ
+) -> ParametricBranch:
     """Integrate for all z.
 
     Parameters
@@ -162,29 +171,25 @@ def integrated(k: Scaled, unloading: bool, accuracy: int, degree: int, gap: int)
         `end` is where r is larger by 2^-gap than at the true end.
     """
     signed = Scaled(-k.polynomial, k.exponent) if unloading else k
-    middle = signed.at(0 if k.polynomial[0] != 0 else 1)
-    branch = integrate(middle, accuracy)
-    scale = _scale(signed, accuracy)
+    branch = integrate(signed.at(_on_panel(k, fmpq(0))), accuracy, motion)
+    scale = _scale(signed, motion)
     bits = branch.bits + 8
     terms = int(SPARE_TERMS * len(branch.pieces[0].u))
     steps = _stretched([piece.h for piece in branch.pieces], branch.root / 2.0**branch.bits)
-    grow = _Growth(signed, scale, bits, degree, terms)
+    grow = _Growth(signed, scale, bits, degree, terms, motion)
     pieces: list[ParametricPiece] = []
     for step in steps:
         pieces.append(grow.piece(step, pieces[-1] if pieces else None))
-    end = _end(pieces[-1], k if unloading else None, scale, bits, degree, gap)
-    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end)
+    end = _end(pieces[-1], k if unloading and motion.delayed else None, motion.d, scale, bits, degree, gap)
+    return ParametricBranch(k, scale, unloading, bits, degree, tuple(pieces), end, motion)
 
 
-def _scale(k: Scaled, accuracy: int) -> Scaled:
-    """Return the polynomial that makes the time until the end the same for all z, nearly; 1 where k(0) = 0."""
+def _scale(k: Scaled, motion: Motion) -> Scaled:
+    """Return the polynomial that makes the time until the end the same for all z, nearly."""
     one = 1 << SCALE_BITS
-    if k.polynomial[0] == 0:
-        return Scaled(fmpz_poly([one]), -SCALE_BITS)
-    nodes = [
-        fmpq(round(math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) * 2**20), 2**20) for i in range(SCALE_NODES)
-    ]
-    times = [_duration(k.at(z)) for z in nodes]
+    cosines = [math.cos((2 * i + 1) * math.pi / (2 * SCALE_NODES)) for i in range(SCALE_NODES)]
+    nodes = [_on_panel(k, fmpq(round(c * 2**20), 2**20)) for c in cosines]
+    times = [_duration(k.at(z), motion) for z in nodes]
     middle = times[SCALE_NODES // 2]
     values = fmpq_mat([[fmpq(time * one // middle)] for time in times])
     vandermonde = fmpq_mat([[z**n for n in range(SCALE_NODES)] for z in nodes])
@@ -192,9 +197,14 @@ def _scale(k: Scaled, accuracy: int) -> Scaled:
     return Scaled(fmpz_poly([int(c.p // c.q) for c in coefficients]), -SCALE_BITS)
 
 
-def _duration(k: Dyadic) -> int:
+def _on_panel(k: Scaled, z: fmpq) -> fmpq:
+    """Return z, or (1 + z)/2 where k vanishes at 0 and z >= 0 is all that counts."""
+    return z if k.polynomial[0] != 0 else (1 + z) / 2
+
+
+def _duration(k: Dyadic, motion: Motion) -> int:
     """Return the time from the turning point to the end, roughly, in a unit of the same exponent for all similar k."""
-    branch = integrate(k, ROUGH)
+    branch = integrate(k, ROUGH, motion)
     with working(128):
         whole = sum((piece.h.ball() for piece in branch.pieces[:-1]), arb(0))
         total = whole + branch.pieces[-1].h.ball() * fixed_point(branch.root, 0, branch.bits)
@@ -219,6 +229,7 @@ class _Growth:
     bits: int
     degree: int
     terms: int
+    motion: Motion = HERTZ
 
     def piece(self, step: Dyadic, before: ParametricPiece | None) -> ParametricPiece:
         """Return the piece that follows `before`, or the first."""
@@ -236,25 +247,38 @@ class _Growth:
         return fmpz_poly([c >> shift if shift >= 0 else c << -shift for c in coefficients])
 
     def _coefficients(self, start: fmpz_poly, slope: fmpz_poly, step: Dyadic) -> list[fmpz_poly]:
-        """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}, V = 2 H^2 c^2 S + H c k u_y."""
+        """Compare coefficients of y^j: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
         elastic, viscous = _factors(self.k, self.scale, step)
         kept = self.degree + 1  # coefficients: `_floor` drops the others
         u, r = [start, slope], [(1 << self.bits) - start, -slope]
-        s: list[fmpz_poly] = []
+        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r}
+        powers |= {power: [] for power in range(2, max(self.motion.factors) + 1)}
+        s, spring, drag = (powers[power] for power in self.motion.factors)
         v: list[fmpz_poly] = []
+
+        def product(a: list[fmpz_poly], b: list[fmpz_poly], j: int) -> fmpz_poly:
+            if a is b:
+                total = 2 * sum((a[i].mul_low(a[j - i], kept) for i in range((j + 1) // 2)), fmpz_poly())
+                return total if j % 2 else total + a[j // 2].mul_low(a[j // 2], kept)
+            return sum((a[i].mul_low(b[j - i], kept) for i in range(j + 1)), fmpz_poly())
+
+        y = [slope]
         for j in range(self.terms - 2):
-            square = 2 * sum((r[i].mul_low(r[j - i], kept) for i in range((j + 1) // 2)), fmpz_poly())
-            if j % 2 == 0:
-                square += r[j // 2].mul_low(r[j // 2], kept)
-            s.append(self._floor(square, self.bits))
+            powers[0].append(fmpz_poly([0 if j else 1 << self.bits]))
+            for power in range(2, len(powers)):
+                half = powers[power // 2]
+                powers[power].append(
+                    self._floor(product(half, half if power % 2 == 0 else powers[power - power // 2], j), self.bits)
+                )
+            damping = y[j] if self.motion.d >= 0 else self._floor(product(drag, y, j), self.bits)
             v.append(
-                self._floor(elastic.polynomial * s[j], -elastic.exponent)
-                + self._floor(viscous.polynomial * u[j + 1] * (j + 1), -viscous.exponent)
+                self._floor(elastic.polynomial * spring[j], -elastic.exponent)
+                + self._floor(viscous.polynomial * damping, -viscous.exponent)
             )
-            total = sum((s[i].mul_low(v[j - i], kept) for i in range(j + 1)), fmpz_poly())
             divisor = (j + 1) * (j + 2)
-            u.append(fmpz_poly([c // divisor for c in self._floor(total, self.bits).coeffs()]))
+            u.append(fmpz_poly([c // divisor for c in self._floor(product(s, v, j), self.bits).coeffs()]))
             r.append(-u[-1])
+            y.append((j + 2) * u[-1])
         return u
 
 
@@ -265,8 +289,8 @@ def _factors(k: Scaled, scale: Scaled, step: Dyadic) -> tuple[Scaled, Scaled]:
     return elastic, viscous
 
 
-def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
-    """Return y(z) where r = sqrt(k p) + 2^-gap (k = 0 in loading), by Newton's method on power series in z."""
+def _end(last: ParametricPiece, k: Scaled | None, d: int, scale: Scaled, bits: int, degree: int, gap: int) -> fmpz_poly:
+    """Return y(z) where r = (k p)^(1/d) + 2^-gap, by Newton's method on power series in z; without k, r = 2^-gap."""
     with working(bits, degree + 1):
         unit = arb(2) ** -bits
         u, y_, second = (
@@ -279,7 +303,7 @@ def _end(last: ParametricPiece, k: Scaled | None, scale: Scaled, bits: int, degr
             damping = arb_series(k.poly(), degree + 1) * inverse_step
         y = arb_series([arb(END_IN_LAST)], degree + 1)
         for _ in range(2 * bits.bit_length() + 4):
-            value, fall = _gap(u, y_, second, y, damping, gap)
+            value, fall = _gap(u, y_, second, y, damping, d, gap)
             y = _middle(y + value / fall)
         return fmpz_poly([_integer(c / unit) for c in y.coeffs()])
 
@@ -290,19 +314,24 @@ def _gap(
     second: list[arb_series],
     y: arb_series,
     damping: arb_series | None,
+    d: int,
     gap: int,
 ) -> tuple[arb_series, arb_series]:
     """Return r - threshold at y, and minus its derivative."""
     at_u, at_slope = _middle(_horner(u, y)), _middle(_horner(slope, y))
     value, fall = 1 - at_u - arb(2) ** -gap, at_slope
     if damping is not None:
-        low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // 2
-        inner = arb_series((damping * at_slope).coeffs()[2 * low :], u[0].prec)
-        root = _shift(inner.sqrt(), low)
-        value = value - root
-        rate = _shift(arb_series((damping * _horner(second, y)).coeffs()[2 * low :], u[0].prec) / inner.sqrt() / 2, low)
-        fall = fall + rate
+        low = next(i for i, c in enumerate(damping.coeffs()) if not c.mid().is_zero()) // d
+        inner = arb_series((damping * at_slope).coeffs()[d * low :], u[0].prec)
+        root = _root(inner, d)
+        value = value - _shift(root, low)
+        rate = arb_series((damping * _horner(second, y)).coeffs()[d * low :], u[0].prec)
+        fall = fall + _shift(rate * root / inner / d, low)
     return _middle(value), _middle(fall)
+
+
+def _root(series: arb_series, d: int) -> arb_series:
+    return series if d == 1 else (series.log() / d).exp()
 
 
 def _shift(series: arb_series, power: int) -> arb_series:
@@ -332,6 +361,10 @@ class ParametricEnds(NamedTuple):
     """2 H c(z)."""
     error: arb
     """Bound of |p_true/p - 1|."""
+    everywhere: arb
+    """Bound of the same before the end."""
+    lost: arb
+    """Bound of what the work lacks between the last point and the end."""
 
 
 def parametric_ends(branch: ParametricBranch, origin: bool = False) -> ParametricEnds:
@@ -344,6 +377,34 @@ def parametric_ends(branch: ParametricBranch, origin: bool = False) -> Parametri
     """
     with working(branch.bits + 64):
         return _Proof(branch, origin).ends()
+
+
+def parametric_work(branch: ParametricBranch, ends: ParametricEnds) -> arb_poly:
+    """Enclose 2 c times the work, the integral of p r^(n_b-1) dr, as a polynomial in z.
+
+    Errors are in its first coefficient. In terms of the polynomials it is the integral of u_y^2 r^(n_b-1)/(2 H c) dy; p
+    has the relative error `ends.everywhere`.
+    """
+    ring, total, one = Wiener(branch.bits, branch.degree + 1), arb_poly(), fmpz_poly([1 << branch.bits])
+    degree = branch.degree + CUT_BEHIND
+    stride = 2 * degree + 1
+    with working(branch.bits + 64):
+        unit = arb(2) ** -branch.bits
+        for piece in branch.pieces:
+            packing = _Packing(branch.bits, degree, stride, 2 * len(piece.u) * stride)
+            slope, r = _ball(_packed(piece.y, stride)), _ball(one - _packed(piece.u, stride))
+            integrand = packing.product(slope, slope)
+            for _ in range(branch.motion.n_b - 1):
+                integrand = packing.product(integrand, r)
+            flat = integrand.polynomial.coeffs()
+            blocks = [fmpz_poly(flat[i : i + stride]) for i in range(0, len(flat), stride)]
+            integral = [fmpz_poly()] + [fmpz_poly([c // (j + 1) for c in b.coeffs()]) for j, b in enumerate(blocks)]
+            end = ring.element(branch.end.coeffs(), 0) if piece is branch.pieces[-1] else ring.element(one.coeffs(), 0)
+            value = _value(ring, integral, end)
+            error = value.error + integrand.error + len(flat)
+            total += (arb_poly(value.polynomial) + arb(0, error)) * (unit / piece.step.ball())
+        uncertain = _norm(total) * ends.everywhere + 2 * branch.scale.most() * ends.lost
+        return total + arb(0, uncertain.abs_upper())
 
 
 class _Proof:
@@ -379,11 +440,11 @@ class _Proof:
         """Bound what each piece adds to eta (step 3)."""
         pieces = self.branch.pieces
         size = sum(norm(c.coeffs()) for c in pieces[0].u) * self.unit
-        least_r, step = 1 - size, self._least_step(pieces[0])
-        if not (least_r > 0 and step > 0):
+        power, least_r, step = self.branch.motion.n_a - 1, 1 - size, self._least_step(pieces[0])
+        if not ((power == 0 or least_r > 0) and step > 0):
             raise ArithmeticError("the first piece is too long")
         factor = 2 if self.branch.unloading else 1
-        shares = [factor * self.residuals[0] / (2 * step**2 * least_r**4)]
+        shares = [factor * self.residuals[0] / (2 * step**2 * least_r**power)]
         for (before, piece), residual in zip(pairwise(pieces), self.residuals[1:], strict=True):
             slope = least(piece.u[1]) * self.unit
             jump = self._jump(before, piece)
@@ -405,6 +466,7 @@ class _Proof:
         error = arb(0)
         for i, (piece, residual) in enumerate(zip(self.branch.pieces, self.residuals, strict=True)):
             self._require_small(piece, residual)
+            self._require_motion(piece)
             if i + 1 == len(self.branch.pieces):
                 break
             self._require_before(piece, _sum_element(self.branch, piece), residual, 2 * (error + self.shares[i]))
@@ -424,12 +486,29 @@ class _Proof:
             return arb(1)
         r = (1 - arb(norm(sum(piece.u, fmpz_poly()).coeffs())) * self.unit).max(arb(0))
         k = self.branch.k.least().max(arb(0))
-        return (-k * self._least_step(piece) * r**2 * (1 - self.eta)).exp()
+        return (-k * self._least_step(piece) * r ** (self.branch.motion.n_b - 1) * (1 - self.eta)).exp()
 
     def _require_small(self, piece: ParametricPiece, residual: arb) -> None:
         disturbance = residual / (2 * self._least_step(piece))
         if not (disturbance < arb(1) / 3 and residual < 1):
             raise ArithmeticError("the residual is too large")
+
+    def _require_motion(self, piece: ParametricPiece) -> None:
+        """Show that u_y > 0 up to the end, but for y = 0 at the turning point: so r falls, and p is a function of u.
+
+        The speed, or that divided by y, is expanded around the middle of each part of the piece.
+        """
+        last = piece is self.branch.pieces[-1]
+        limit = (arb(norm(self.branch.end.coeffs())) * self.unit).min(arb(1)) if last else arb(1)
+        speed = [c.coeffs() for c in (piece.y[1:] if piece is self.branch.pieces[0] else piece.y)]
+        with working(self.branch.bits):
+            of_y = [arb_poly([c[i] if i < len(c) else 0 for c in speed]) for i in range(max(map(len, speed)))]
+            for part in range(PARTS):
+                place = arb_poly([(2 * part + 1) * limit / (2 * PARTS), limit / (2 * PARTS)])
+                moved = [c(place).coeffs() for c in of_y]
+                rest = sum((abs(d) for c in moved for d in c[1:]), arb(0))
+                if not self._least_poly(arb_poly([c[0] if c else arb(0) for c in moved])) > rest:
+                    raise ArithmeticError("the speed may vanish before the end")
 
     def _require_before(
         self, piece: ParametricPiece, at: tuple[FunctionBall, FunctionBall], residual: arb, eta: arb
@@ -439,7 +518,7 @@ class _Proof:
         one = 1 << self.branch.bits
         if not (self._least(r) >= 0 and arb(r.bound) <= 2 * one and self._least(slope) > 0):
             raise ArithmeticError("the end lies before the last piece")
-        if not self.branch.unloading:
+        if not (self.branch.unloading and self.branch.motion.delayed):
             return
         force = self._force(piece, r, slope)
         slope_most = arb(slope.bound) * self.unit
@@ -448,10 +527,10 @@ class _Proof:
             raise ArithmeticError("the end lies before the last piece")
 
     def _force(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall) -> arb_poly:
-        """Enclose 2 h (r^2 - k p), the elements' errors being put into the first coefficient."""
+        """Enclose 2 h (r^d - k p), the elements' errors being put into the first coefficient."""
         r_poly, slope_poly = _enclosed(r, self.unit), _enclosed(slope, self.unit)
         step = self.branch.scale.poly() * (2 * piece.step.ball())
-        return r_poly * r_poly * step - self.branch.k.poly() * slope_poly
+        return r_poly**self.branch.motion.d * step - self.branch.k.poly() * slope_poly
 
     def _least(self, element: FunctionBall) -> arb:
         return self._least_poly(_enclosed(element, arb(1)))
@@ -459,9 +538,11 @@ class _Proof:
     def _least_poly(self, polynomial: arb_poly) -> arb:
         """Return a lower bound for |z| <= 1, or for 0 <= z <= 1."""
         first, *rest = polynomial.coeffs()
-        if self.origin and rest:
-            slope = rest[0] - sum((abs(c) for c in rest[1:]), arb(0))
-            return first.min(first + slope).lower()
+        if self.origin:
+            debt = arb(0)  # the terms so far are at least -debt z^i
+            for c in reversed(rest):
+                debt = (debt - c.lower()).max(arb(0))
+            return (first - debt).lower()
         return (first - sum((abs(c) for c in rest), arb(0))).lower()
 
     def _completed(self, piece: ParametricPiece, r: FunctionBall, slope: FunctionBall, eta: arb) -> ParametricEnds:
@@ -471,15 +552,18 @@ class _Proof:
         least_p = self._least(slope) * self.unit / (2 * self._most_step(piece))
         most_p = arb(slope.bound) * self.unit / (2 * self._least_step(piece)) * (1 + eta)
         most_r = arb(r.bound) * self.unit
-        if self.branch.unloading:
+        n_a, n_b, d = self.branch.motion.n_a, self.branch.motion.n_b, self.branch.motion.d
+        if self.branch.unloading and self.branch.motion.delayed:
             force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
-            growth = most_r * force**2
+            path = (most_r if n_b >= d else self._least(r) * self.unit) ** (n_b - d) * force
+            growth = path * force
         else:
-            growth = 2 * most_r**3 * (1 + self.k_most * most_p)
+            path = 2 * most_r**n_b
+            growth = 2 * most_r**n_a / n_a + 4 * self.k_most * most_p * most_r**n_b / n_b
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
-        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper())
+        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper(), self.eta, (2 * most_p * path).abs_upper())
 
 
 def _sum_element(branch: ParametricBranch, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:
@@ -499,40 +583,67 @@ def _norm(polynomial: arb_poly) -> arb:
 
 
 def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
-    """Bound |u_yy - S V|, V = 2 H^2 c^2 S + H c k u_y, for 0 <= y <= 1, |z| <= 1.
+    """Bound |u_yy - S V|, V = 2 H^2 c^2 r^elastic + H c k r^viscous u_y, for 0 <= y <= 1, |z| <= 1.
 
-    A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). S and V are cut like elements of
+    A polynomial in y and z becomes one in z alone by y = z^stride (Kronecker). Products are cut like elements of
     `Wiener`: what they are off by, in the norm, is added to that of u_yy - S V.
     """
     k = Scaled(-branch.k.polynomial, branch.k.exponent) if branch.unloading else branch.k
     elastic, viscous = _factors(k, branch.scale, piece.step)
     degree = max(c.degree() for c in piece.u) + CUT_BEHIND
     stride = degree + max(degree, elastic.polynomial.degree(), viscous.polynomial.degree()) + 1
+    packing = _Packing(branch.bits, degree, stride, len(piece.u) * stride)
     u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
-    r = fmpz_poly([1 << branch.bits]) - u
-    length = len(piece.u) * stride
-    s, s_error = _cut(r * r, branch.bits, degree, stride, length)
+    one = fmpz_poly([1 << branch.bits])
+    powers = [_ball(one), _ball(one - u)]
+    for power in range(2, max(branch.motion.factors) + 1):
+        powers.append(packing.product(powers[power // 2], powers[power - power // 2]))
+    s, spring, drag = (powers[power] for power in branch.motion.factors)
+    damping = _ball(slope)
+    if branch.motion.d < 0:
+        damping = packing.product(drag, damping)
     v, v_error = fmpz_poly(), 0
-    for factor, of in ((elastic, s), (viscous, slope)):
-        part, error = _cut(factor.polynomial * of, -factor.exponent, degree, stride, length)
+    for factor, of in ((elastic, spring), (viscous, damping)):
+        part, error = packing.cut(factor.polynomial * of.polynomial, -factor.exponent)
         v, v_error = v + part, v_error + error
-    v_error += shifted_up(norm(elastic.polynomial.coeffs()) * s_error, -elastic.exponent)
-    s_norm, v_norm = norm(s.coeffs()), norm(v.coeffs())
-    product_error = shifted_up((s_norm + s_error) * v_error + s_error * v_norm, branch.bits)
-    defect = shifted_up(norm((second * (1 << branch.bits) - s * v).coeffs()), branch.bits)
+        v_error += shifted_up(norm(factor.polynomial.coeffs()) * of.error, -factor.exponent)
+    product_error = packing.error(s, _ball(v, v_error))
+    defect = shifted_up(norm((second * (1 << branch.bits) - s.polynomial * v).coeffs()), branch.bits)
     return arb(defect + product_error) * arb(2) ** -branch.bits
 
 
-def _cut(polynomial: fmpz_poly, shift: int, degree: int, stride: int, length: int) -> tuple[fmpz_poly, int]:
-    """Return polynomial/2^shift, rounded down and cut behind z^degree, and a bound of the norm of what is missing."""
-    coefficients = polynomial.coeffs()
-    beyond: list[fmpz] = coefficients[length:]
-    kept: list[fmpz | int] = [*coefficients[:length]]
-    for start in range(0, length, stride):
-        beyond += coefficients[start + degree + 1 : min(start + stride, length)]
-        kept[start + degree + 1 : start + stride] = [0] * (stride - degree - 1)
-    return fmpz_poly([c >> shift for c in kept]), shifted_up(norm(beyond), shift) + len(kept)
+def _ball(polynomial: fmpz_poly, error: int = 0) -> FunctionBall:
+    return FunctionBall(polynomial, norm(polynomial.coeffs()), error)
+
+
+class _Packing(NamedTuple):
+    """Polynomials in y and z as polynomials in z, y = z^stride, cut behind z^degree and before z^length."""
+
+    bits: int
+    degree: int
+    stride: int
+    length: int
+
+    def product(self, a: FunctionBall, b: FunctionBall) -> FunctionBall:
+        """Return a product, cut, with a bound of the norm of its error."""
+        polynomial, error = self.cut(a.polynomial * b.polynomial, self.bits)
+        return _ball(polynomial, error + self.error(a, b))
+
+    def error(self, a: FunctionBall, b: FunctionBall) -> int:
+        """Bound by how much the errors of two factors change their product."""
+        return shifted_up(a.bound * b.error + a.error * b.norm, self.bits)
+
+    def cut(self, polynomial: fmpz_poly, shift: int) -> tuple[fmpz_poly, int]:
+        """Return polynomial/2^shift, rounded down and cut, and a bound of the norm of what is missing."""
+        coefficients = polynomial.coeffs()
+        beyond: list[fmpz] = coefficients[self.length :]
+        kept: list[fmpz | int] = [*coefficients[: self.length]]
+        for start in range(0, self.length, self.stride):
+            first, last = start + self.degree + 1, start + self.stride
+            beyond += coefficients[first : min(last, self.length)]
+            kept[first:last] = [0] * (self.stride - self.degree - 1)
+        return fmpz_poly([c >> shift for c in kept]), shifted_up(norm(beyond), shift) + len(kept)
 
 
 def _packed(coefficients: Sequence[fmpz_poly], stride: int) -> fmpz_poly:

@@ -6,6 +6,7 @@ __all__ = [
     "expressions",
     "names",
     "prove_lacunary",
+    "prove_law",
     "prove_rational",
     "registry",
     "registry_arrays",
