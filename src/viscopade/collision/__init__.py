@@ -1,7 +1,8 @@
-"""The exact collision: spheres and pairs, the flow around the turning point, proven digits of eps, proven tables."""
+"""The exact collision: spheres and pairs, the flow around the turning point, proven eps and tables; time steps."""
 
 __all__ = [
     "exact",
     "panel_proof",
     "spheres",
+    "steps",
 ]

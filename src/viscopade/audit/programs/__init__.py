@@ -1,0 +1,24 @@
+"""Programs with a formula from a wanted eps to damping: one module a program, with one object, PROGRAM."""
+
+from __future__ import annotations
+
+from viscopade.audit.program import Program
+from viscopade.audit.programs import lammps
+
+__all__: list[str] = []
+
+PROGRAMS: tuple[Program, ...] = (lammps.PROGRAM,)
+
+
+def program_of(name: str) -> Program:
+    """Return the program of a name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    found = {program.name: program for program in PROGRAMS}
+    if name not in found:
+        raise ValueError(f"program is {name!r}: accepted is {', '.join(found)}")
+    return found[name]
