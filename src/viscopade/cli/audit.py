@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from viscopade.audit.program import Audit, Program
 
 _FIGURES = 6  # of a number in a table
+_MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 
 
 @click.command()
@@ -116,9 +117,11 @@ def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole
 def _json(row: Audit) -> dict[str, Any]:
     from mpmath import mp
 
+    from viscopade.audit.measured import finest
     from viscopade.audit.program import DIGITS
 
     formula, stepped = row.formula, row.stepped
+    found = finest(row.program.name, formula.name, row.asked)
     return {
         "program": row.program.name,
         "formula": formula.name,
@@ -131,7 +134,7 @@ def _json(row: Audit) -> dict[str, Any]:
         "at_time_step": stepped and {"mean": stepped.mean, "least": stepped.least, "largest": stepped.largest},
         "why": list(row.reasons),
         "instead": None if row.instead is None else {formula.parameter: row.instead},
-        "measured": None,
+        "measured": None if found is None else {name: getattr(found, name) for name in _MEASURED},
         "source": f"{formula.source}, {row.program.version}",
     }
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from viscopade.audit import textbook
 from viscopade.collision import exact
 from viscopade.theory.law import End, Law
-from viscopade_lab import damping_formulas
 from viscopade_lab.figures.paper import (
     BLACK,
     BLUE,
@@ -178,9 +178,9 @@ def _damping_formulas() -> Sheet:
     label_axes(bottom, "asked $e$", f"delivered {EPSILON} $-$ $e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
-    formulas = {formula.name: formula for formula in damping_formulas.FORMULAS}
+    formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
     for name, look in LOOKS.items():
-        given = np.array([float(damping_formulas.delivered(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        given = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
         _draw(top, look, ASKED, given, gid)
         _draw(bottom, look, ASKED, given - ASKED, f"{gid}-error")

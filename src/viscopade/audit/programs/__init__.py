@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from viscopade.audit.program import Program
-from viscopade.audit.programs import lammps
+from viscopade.audit.programs import lammps, liggghts, mercurydpm, textbook, yade
 
 __all__: list[str] = []
 
-PROGRAMS: tuple[Program, ...] = (lammps.PROGRAM,)
+PROGRAMS: tuple[Program, ...] = tuple(module.PROGRAM for module in (lammps, liggghts, yade, mercurydpm, textbook))
 
 
 def program_of(name: str) -> Program:

@@ -20,8 +20,16 @@ from typing import Any
 
 from mpmath import mp
 
-from viscopade.audit.program import DampingFormula, Program, wanted_kappa
-from viscopade.audit.spring_dashpot import LINEAR, LINEAR_RETURN, TSUJI, TSUJI_RETURN, linear_kappa, tsuji_kappa
+from viscopade.audit.program import DampingFormula, Program
+from viscopade.audit.spring_dashpot import (
+    LINEAR,
+    LINEAR_RETURN,
+    TSUJI,
+    TSUJI_RETURN,
+    linear_kappa,
+    tsuji_kappa,
+    viscoelastic_kappa,
+)
 from viscopade.theory.law import VISCOELASTIC, law_of
 
 _SOURCE = "src/GRANULAR/gran_sub_mod_damping.cpp"
@@ -32,10 +40,6 @@ _POLYNOMIAL = ("4.8218", "-18.022", "27.467", "-22.348", "11.087", "-4.2783", "1
 def marshall(e: Any) -> Any:
     """Return Marshall's fit of Tsuji's alpha(e)."""
     return mp.polyval([mp.mpf(c) for c in _POLYNOMIAL], e)
-
-
-def _viscoelastic(e: Any) -> Any:
-    return wanted_kappa(VISCOELASTIC, mp.nstr(e, 20))
 
 
 PROGRAM = Program(
@@ -76,7 +80,7 @@ PROGRAM = Program(
             _E,
             lambda e: mp.sqrt(2) * marshall(e),
             ("0", "1"),
-            "approximate formula",
+            "other end",
             _SOURCE,
         ),
         DampingFormula(
@@ -107,7 +111,7 @@ PROGRAM = Program(
             ("0", "1e6"),
             "exact",
             _SOURCE,
-            written=_viscoelastic,
+            written=viscoelastic_kappa,
             note="eta_n0 as `viscopade simulators lammps` writes it.",
         ),
         DampingFormula(
@@ -118,7 +122,7 @@ PROGRAM = Program(
             ("0", "1e6"),
             "other end",
             _SOURCE,
-            written=_viscoelastic,
+            written=viscoelastic_kappa,
             note="eta_n0 as `viscopade simulators lammps` writes it, without its limit_damping.",
         ),
     ),

@@ -1,0 +1,61 @@
+"""What is run in every program for the audit: wanted eps, time steps and phases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from mpmath import mp
+
+from viscopade.audit.measured import Measurement
+from viscopade.audit.program import DampingFormula
+from viscopade.audit.programs import program_of
+from viscopade.collision import steps
+
+ASKED = ("0.9", "0.5", "0.3")
+TIME_STEPS = (0.1, 0.02, 0.001)
+PHASES = (0.25, 0.75)
+FINEST_PHASES = (0.5,)
+
+
+@dataclass(frozen=True)
+class AuditCase:
+    """A collision to be run: a formula, the eps asked of it, a time step in contact times, and a phase."""
+
+    program: str
+    formula: DampingFormula
+    asked: str
+    time_step: float
+    phase: float
+
+    @property
+    def parameter(self) -> float:
+        """What is written for the eps asked for."""
+        with mp.workdps(20):
+            return float(self.formula.written(mp.mpf(self.asked)))
+
+    def seconds(self, speed: float, k: float, mass: float) -> float:
+        """Return the time step of a contact with the elastic force k x^a."""
+        law = self.formula.law
+        return self.time_step * steps.contact_time(law) * law.time_scale(speed, k=k, mass=mass)
+
+    @property
+    def number_of_steps(self) -> int:
+        """After so many the bodies have parted."""
+        return round(12 / self.time_step) + 10
+
+    def measured(self, version: str, epsilon: float) -> Measurement:
+        """Return what came out."""
+        return Measurement(
+            self.program, self.formula.name, version, self.asked, self.time_step, self.phase, round(epsilon, 12)
+        )
+
+
+def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
+    """Yield the cases of a program, without those of formulas that are left out."""
+    for formula in program_of(program).formulas:
+        if formula.name not in left_out:
+            for asked in ASKED:
+                for step in TIME_STEPS:
+                    for phase in FINEST_PHASES if step == min(TIME_STEPS) else PHASES:
+                        yield AuditCase(program, formula, asked, step, phase)
