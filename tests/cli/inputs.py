@@ -346,7 +346,7 @@ class Grammar:
 
 
 KNOWN = (
-    "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
+    "audit", "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
     "reproduce", "scene",
     "simulators",
 )  # fmt: skip

@@ -40,13 +40,31 @@ def test_seconds_need_a_contact_time():
         assert one["at_time_step"] == pytest.approx(other["at_time_step"])
 
 
+def test_the_largest_time_step_has_the_wanted_error():
+    words = ("--program", "liggghts", "--epsilon", "0.5", "--format", "json")
+    (row, *_) = json.loads(run(*words, "--step-error", "0.01").output)["rows"]
+    assert row["advice"]["error"] == 0.01
+    (again, *_) = json.loads(run(*words, "--time-step", repr(row["advice"]["largest_step"])).output)["rows"]
+    ends = (again["at_time_step"][name] for name in ("least", "largest"))
+    assert max(abs(end / float(row["delivered"]) - 1) for end in ends) == pytest.approx(0.01, rel=0.1)
+
+
+def test_formulas_that_do_not_accept_an_eps_are_named():
+    words = ("--program", "liggghts", "--epsilon", "0.01")
+    whole = json.loads(run(*words, "--format", "json").output)
+    assert {row["formula"] for row in whole["rows"]} == {"hertz/stiffness", "hertz/stiffness, limitForce on"}
+    assert len(whole["refused"]) == 4
+    assert "hooke would be given coefficientRestitution = 0.01, and accepts 0.05 to 1" in run(*words).output
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
         (("--program", "x"), "program is 'x': accepted is"),
-        (("--epsilon", "2"), "epsilon is '2': accepted is a number > 0 and <= 1"),
+        (("--epsilon", "2"), "epsilon is '2': accepted is a number from 0.001 to 1"),
         (("--time-step", "3"), "time-step is 3 contact times"),
         (("--time-step", "1", "--contact-time", "0"), "time-step is 0 contact times"),
+        (("--step-error", "0"), "step-error is 0: accepted is 1e-08 to 1"),
         (("--contact-time", "1"), "accepted with it is --time-step"),
     ],
 )

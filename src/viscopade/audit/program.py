@@ -96,9 +96,12 @@ class DampingFormula:
 
     def delivered(self, kappa: Any) -> Any:
         """Return the proven eps of the contact with a kappa, an mpmath number; None if the bodies never part."""
-        if self.law.bounded and kappa >= 2 and self.law.nu == 2:
-            return None  # damping ratio 1
-        return epsilon_of(self.law, kappa)
+        try:
+            return epsilon_of(self.law, kappa)
+        except ValueError:
+            if self.law.bounded:
+                return None
+            raise
 
     def parameter_of(self, kappa: Any) -> Any:
         """Return the parameter that gives the contact a kappa, an mpmath number; None if no accepted one does."""
@@ -165,6 +168,8 @@ class Audit:
         The parameter that delivers eps: in the continuum, or on average at the time step. None if there is none.
     reasons : tuple of str
         Why the delivered eps is not the one asked for, and why there is no parameter instead; sentences.
+    advice : Advice or None
+        How eps depends on the time step, if that was wanted.
     """
 
     program: Program
@@ -176,6 +181,26 @@ class Audit:
     stepped: steps.Stepped | None
     instead: float | None
     reasons: tuple[str, ...]
+    advice: Advice | None = None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """How the eps of a formula depends on the time step, which is in units of the undamped contact time.
+
+    Attributes
+    ----------
+    error : float
+        The wanted relative error of eps.
+    largest_step : float
+        The largest time step that keeps it, wherever in a step contact begins.
+    slope : float
+        The mean eps is that of the continuum plus slope times the time step, to first order.
+    """
+
+    error: float
+    largest_step: float
+    slope: float
 
 
 @cache
@@ -207,7 +232,9 @@ def wanted_kappa(law: Law, asked: str) -> Any:
         return exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).mpf()["v_star"] ** same_epsilon.d / factor
 
 
-def audited(program: Program, formula: DampingFormula, asked: str, time_step: float | None = None) -> Audit:
+def audited(
+    program: Program, formula: DampingFormula, asked: str, time_step: float | None = None, error: float | None = None
+) -> Audit:
     """Return what a formula delivers for a wanted eps, in the continuum and at a time step.
 
     Parameters
@@ -219,6 +246,8 @@ def audited(program: Program, formula: DampingFormula, asked: str, time_step: fl
         The wanted eps, a decimal > 0 and <= 1.
     time_step : float, optional
         In units of the undamped contact time (`steps.contact_time`).
+    error : float, optional
+        Wanted relative error of eps by the time step, for the advice.
 
     Raises
     ------
@@ -244,4 +273,13 @@ def audited(program: Program, formula: DampingFormula, asked: str, time_step: fl
     with mp.workdps(DIGITS):
         written = float(formula.written(mp.mpf(asked)))
     number = None if instead is None else float(instead)
-    return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons))
+    advice = None if error is None or delivered is None else advised(formula, float(kappa), float(delivered), error)
+    return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons), advice)
+
+
+def advised(formula: DampingFormula, kappa: float, delivered: float, error: float) -> Advice | None:
+    """Return how eps depends on the time step; None for a program without time steps."""
+    if formula.scheme is None:
+        return None
+    largest = steps.largest_step(formula.law, kappa, error, delivered, formula.scheme)
+    return Advice(error, largest, steps.step_slope(formula.law, kappa, formula.scheme))
