@@ -29,13 +29,12 @@ def test_reasons_are_right(program, formula):
 
 @rows
 def test_what_is_written_instead_delivers_what_is_asked_for(program, formula):
-    for asked in ("0.9", "0.5"):
-        found = audited(program, formula, asked)
-        if found.instead is None:
-            assert any("No accepted" in reason for reason in found.reasons)
-            continue
+    found = audited(program, formula, "0.5")
+    if found.instead is None:
+        assert any("No accepted" in reason for reason in found.reasons)
+    else:
         kappa = formula.kappa(mp.mpf(found.instead))
-        assert float(formula.delivered(kappa)) == pytest.approx(float(asked), rel=1e-9)
+        assert float(formula.delivered(kappa)) == pytest.approx(0.5, rel=1e-9)
 
 
 @rows

@@ -31,7 +31,7 @@ def test_the_table_has_a_column_for_each_eps():
 
 
 def test_seconds_need_a_contact_time():
-    words = ("--program", "lammps", "--epsilon", "0.5", "--format", "json")
+    words = ("--program", "mercurydpm", "--epsilon", "0.5", "--format", "json")
     scaled, seconds = (
         json.loads(run(*words, *more).output)["rows"]
         for more in (("--time-step", "0.02"), ("--time-step", "1e-6", "--contact-time", "5e-5"))
@@ -41,12 +41,12 @@ def test_seconds_need_a_contact_time():
 
 
 def test_the_largest_time_step_has_the_wanted_error():
-    words = ("--program", "liggghts", "--epsilon", "0.5", "--format", "json")
+    words = ("--program", "mercurydpm", "--epsilon", "0.5", "--format", "json")
     (row, *_) = json.loads(run(*words, "--step-error", "0.01").output)["rows"]
     assert row["advice"]["error"] == 0.01
     (again, *_) = json.loads(run(*words, "--time-step", repr(row["advice"]["largest_step"])).output)["rows"]
     ends = (again["at_time_step"][name] for name in ("least", "largest"))
-    assert max(abs(end / float(row["delivered"]) - 1) for end in ends) == pytest.approx(0.01, rel=0.1)
+    assert 0.005 < max(abs(end / float(row["delivered"]) - 1) for end in ends) < 0.011
 
 
 def test_formulas_that_do_not_accept_an_eps_are_named():

@@ -32,8 +32,8 @@ PHASES = np.arange(0.5, 64) / 64
 """Where in a step contact begins: the midpoints of 64 parts of it."""
 PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
 _STRETCH = 16  # steps between two looks at whether all bodies have parted
-_LOOKED_AT = 100  # time steps
-_TRIED, _REFINEMENTS = 33, 6  # dampings to look at, and how often
+_LOOKED_AT = 64  # time steps
+_TRIED, _REFINEMENTS = 17, 6  # dampings to look at, and how often
 _SMALL = 4000  # steps in a contact whose error is in proportion to the step
 
 
@@ -160,7 +160,7 @@ def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: S
     The error is the largest relative one over the phases, looked at for steps in a geometric sequence. Below the finest
     of them it is taken to be in proportion to the step.
     """
-    steps = np.geomspace(0.5, 2 / _SMALL, _LOOKED_AT)
+    steps = np.geomspace(0.5, 4 / _SMALL, _LOOKED_AT)
     found = epsilons(law, np.full(_LOOKED_AT, kappa), steps * contact_time(law), scheme)
     errors = np.nan_to_num(np.abs(found / epsilon - 1).max(-1), nan=math.inf)
     too_large = np.flatnonzero(errors > error)

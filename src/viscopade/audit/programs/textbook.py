@@ -32,8 +32,8 @@ def _with_ratio(name: str, law: Law, other: Law, factor: str, citations: tuple[s
     def formula(at: str, contact: Law) -> DampingFormula:
         reason: Reason = "exact" if at == contact.end else "other end"
         written = ratio_for_return if at == "return" else ratio_at_force_end
-        place = {"return": "x = 0", "force": "zero force"}
-        words = f"{name} made for the end at {place[at]}, which is at {place[contact.end]}"
+        place = {"return": "x = 0", "force": "force 0"}
+        words = f"{name}, zeta for the end at {place[at]}; contact ends at {place[contact.end]}"
         source = citations[at == "force"]
         return DampingFormula(words, contact, "damping ratio", kappa, _RATIO, reason, source, written=written)
 
