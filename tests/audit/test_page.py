@@ -30,6 +30,7 @@ def test_the_text(monkeypatch):
     for name in ("delivered_table", "measured_table"):
         monkeypatch.setattr(audit, name, lambda program: "")
     printed = CliRunner().invoke(audit.main).output
+    assert printed.startswith("# The")
     rows = {line for line in PAGE.splitlines() if line.startswith("|")}
     assert [line for line in printed.splitlines() if line and line[0] != "|"] == [
         line for line in PAGE.splitlines() if line and line not in rows

@@ -66,7 +66,7 @@ STEPS_TEXT = r"""
 LAMMPS, LIGGGHTS, MercuryDPM and YADE compute the damping with the velocity between two steps. Their velocity Verlet
 and leapfrog are then the same map as semi-implicit Euler's method,
 
-$$x \leftarrow x + h u, \qquad u \leftarrow u - h F(x, u),$$
+$$x_{{n+1}} = x_n + h u_n, \qquad u_{{n+1}} = u_n - h F(x_{{n+1}}, u_n),$$
 
 and the error of $\varepsilon$ is of first order in the step: $\varepsilon(t) \approx \varepsilon + s t$ on average,
 $t$ being the step in units of the contact time without damping. Where in a step contact begins is chance, so the
@@ -79,8 +79,8 @@ AFTER_STEPS = r"""
   For $a = b$ the $\varepsilon$ does not depend on the shape of the spring, so the function changes nothing.
 - **A linear dashpot scatters most.** Its damping jumps at the first contact, and so a fraction of a step changes
   $\varepsilon$ by as much as the error of first order.
-- A number instead of the one asked for makes up for the step: `viscopade audit --program lammps --epsilon 0.5
-  --time-step 0.02`.
+- Another number than the one asked for makes up for the step, and this prints it:
+  `viscopade audit --program lammps --epsilon 0.5 --time-step 0.02`.
 
 ## What was read
 """
@@ -118,7 +118,7 @@ def measured_table(program: Program) -> str:
 
 def _measured(program: Program, formula: DampingFormula) -> list[str]:
     found, run = audited(program, formula, CHOSEN), finest(program.name, formula.name, CHOSEN)
-    instead = "" if found.instead is None else f"{formula.parameter} = {found.instead:.6g}"
+    instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
     why = "" if formula.reason == "exact" else formula.reason
     written = [formula.name, number(found), why, instead if why else ""]
     if run is None:

@@ -63,7 +63,7 @@ PROGRAM = Program(
             ("0", "1"),
             "normalisation",
             _SOURCE,
-            note="alpha lacks the factor sqrt(2) between the mass of Tsuji et al. and m_eff.",
+            note="The damping lacks the factor √2 between the mass of Tsuji et al. and the effective mass.",
         ),
         DampingFormula(
             "hertz, tsuji",
@@ -112,7 +112,7 @@ PROGRAM = Program(
             "exact",
             _SOURCE,
             written=viscoelastic_kappa,
-            note="eta_n0 as `viscopade simulators lammps` writes it.",
+            note="`eta_n0` is as `viscopade simulators lammps` writes it.",
         ),
         DampingFormula(
             "hertz, viscoelastic",
@@ -123,7 +123,7 @@ PROGRAM = Program(
             "other end",
             _SOURCE,
             written=viscoelastic_kappa,
-            note="eta_n0 as `viscopade simulators lammps` writes it, without its limit_damping.",
+            note="`eta_n0` is as `viscopade simulators lammps` writes it, without its `limit_damping`.",
         ),
     ),
 )

@@ -49,7 +49,7 @@ PROGRAM = Program(
             _ACCEPTED,
             "normalisation",
             _LINEAR,
-            note="m_eff is that of two particles of one mass, and at a wall it is twice as large.",
+            note="The effective mass is taken to be that of two particles of one mass; at a wall it is twice as large.",
         ),
         DampingFormula(
             "HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient",

@@ -106,7 +106,7 @@ PROGRAM = Program(
             _NEARLY_ALL,
             "normalisation",
             _LINEAR,
-            note="Both the stiffness and the damping are made with m_eff = m/2, and at a wall it is m.",
+            note="Stiffness and damping are made with half of the mass that the sphere has.",
         ),
         DampingFormula(
             "ViscElPhys, young, en, et",
