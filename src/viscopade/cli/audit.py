@@ -118,7 +118,7 @@ def _columns(row: Audit, contact_time: float) -> dict[str, str]:
         "with the time step": "" if stepped is None else f"{stepped.mean:.{_FIGURES}g}",
         "from": "" if stepped is None else f"{stepped.least:.{_FIGURES}g}",
         "to": "" if stepped is None else f"{stepped.largest:.{_FIGURES}g}",
-        "write instead": "" if row.instead is None else f"{row.instead:.10g}",
+        "write instead": "" if row.instead is None else f"{row.instead:.{10 if stepped is None else _FIGURES}g}",
         "largest time step": "" if advice is None else f"{advice.largest_step * contact_time:.4g}",
         "d eps/d step": "" if advice is None else f"{advice.slope / contact_time:.3g}",
         "why": " ".join(row.reasons),
