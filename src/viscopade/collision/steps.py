@@ -31,6 +31,8 @@ Force = Callable[[Array, Array], Array]
 PHASES = np.arange(0.5, 64) / 64
 """Where in a step contact begins: the midpoints of 64 parts of it."""
 PATIENCE = 60  # undamped contact times, after which bodies that still touch do not part
+_SECANTS, _SOLVED = 40, 4e-15  # to solve a step, at most, and up to which error
+_NEARBY = 1e-6  # of the first secant
 _STRETCH = 16  # steps between two looks at whether all bodies have parted
 _LOOKED_AT = 64  # time steps
 _TRIED, _REFINEMENTS = 17, 6  # dampings to look at, and how often
@@ -60,6 +62,41 @@ def _drift_then_kick(x: Array, u: Array, h: Array, force: Force) -> tuple[Array,
 
 LAGGED = Scheme("damping from the velocity half a step before", _drift_then_kick)
 """Semi-implicit Euler; velocity Verlet and leapfrog with the damping of the velocity between two steps."""
+
+
+def _implicit(x: Array, u: Array, h: Array, force: Force) -> tuple[Array, Array]:
+    """Solve w = u - h F(x + h w, w), which is convex in w, by secants from its right."""
+
+    def missing(w: Array) -> Array:
+        return w - u + h * force(x + h * w, w)
+
+    was, w = u + _NEARBY * (1 + np.abs(u)), u
+    before, now = missing(was), missing(w)
+    for _ in range(_SECANTS):
+        if np.all(np.abs(now) < _SOLVED):
+            break
+        slope = np.divide(now - before, w - was, out=np.ones_like(w), where=w != was)
+        was, before, w = w, now, w - now / np.maximum(slope, 1)
+        now = missing(w)
+    w = np.where(x > 0, w, u)
+    return x + h * w, w
+
+
+IMPLICIT = Scheme("force at the end of the step", _implicit)
+"""Implicit Euler's method, in steps that begin in contact: laws with a, b = 1, 1 or 1, 0 and the end "force" only."""
+
+
+def _runge_kutta(x: Array, u: Array, h: Array, force: Force) -> tuple[Array, Array]:
+    after_x, after_u, slope_x, slope_u = x, u, u, -force(x, u)
+    for part, weight in ((0.5, 1), (0.5, 2), (1, 2), (0, 1)):
+        after_x, after_u = after_x + weight * h / 6 * slope_x, after_u + weight * h / 6 * slope_u
+        at, speed = x + part * h * slope_x, u + part * h * slope_u
+        slope_x, slope_u = speed, -force(at, speed)
+    return after_x, after_u
+
+
+RUNGE_KUTTA = Scheme("Runge-Kutta of fourth order", _runge_kutta)
+"""The classical method, with steps that know nothing of where contact begins or ends."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,21 @@ import click
 import viscopade
 from viscopade.audit import measured
 from viscopade.audit.measured import Measurement
-from viscopade_lab.programs import lammps_collisions, liggghts_collisions
+from viscopade_lab.programs import (
+    drake_collisions,
+    lammps_collisions,
+    liggghts_collisions,
+    mujoco_collisions,
+    opensim_collisions,
+)
 
-RUNNERS = {"lammps": lammps_collisions.audit_measurements, "liggghts": liggghts_collisions.audit_measurements}
+RUNNERS = {
+    "lammps": lammps_collisions.audit_measurements,
+    "liggghts": liggghts_collisions.audit_measurements,
+    "mujoco": mujoco_collisions.audit_measurements,
+    "drake": drake_collisions.audit_measurements,
+    "simbody": opensim_collisions.audit_measurements,
+}
 """For each program a function that yields its measurements, and raises RuntimeError if the program is not there."""
 
 

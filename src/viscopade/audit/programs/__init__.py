@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from viscopade.audit.program import Program
-from viscopade.audit.programs import lammps, liggghts, mercurydpm, textbook, yade
+from viscopade.audit.programs import drake, lammps, liggghts, mercurydpm, mujoco, simbody, textbook, yade
 
 __all__: list[str] = []
 
-PROGRAMS: tuple[Program, ...] = tuple(module.PROGRAM for module in (lammps, liggghts, yade, mercurydpm, textbook))
+PROGRAMS: tuple[Program, ...] = tuple(
+    module.PROGRAM for module in (lammps, liggghts, yade, mercurydpm, mujoco, drake, simbody, textbook)
+)
 
 
 def program_of(name: str) -> Program:
