@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 from viscopade.audit.program import Program
-from viscopade.audit.programs import drake, lammps, liggghts, mercurydpm, mujoco, simbody, textbook, yade
+from viscopade.audit.programs import (
+    chrono,
+    drake,
+    jaxdem,
+    kratos,
+    lammps,
+    liggghts,
+    mercurydpm,
+    mujoco,
+    simbody,
+    textbook,
+    yade,
+)
 
 __all__: list[str] = []
 
 PROGRAMS: tuple[Program, ...] = tuple(
-    module.PROGRAM for module in (lammps, liggghts, yade, mercurydpm, mujoco, drake, simbody, textbook)
+    module.PROGRAM
+    for module in (lammps, liggghts, yade, mercurydpm, mujoco, drake, simbody, chrono, kratos, jaxdem, textbook)
 )
 
 
