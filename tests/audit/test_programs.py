@@ -68,6 +68,14 @@ def test_a_time_step_adds_its_part():
     assert found.reasons == (f"The time step adds {found.stepped.mean - 0.5:+.2g} on average.",)
 
 
+def test_a_step_at_which_nothing_delivers_the_eps_still_gets_advice():
+    program = program_of("mercurydpm")
+    found = audited(program, program.formulas[0], "0.5", 1.0, 0.01)
+    assert found.instead is None
+    assert "accepted is" in found.reasons[-1]
+    assert 0 < found.advice.largest_step < 0.1
+
+
 def test_lammps_tsuji_before_its_square_root_of_two():
     """The 0.61 that people get who ask for 0.5."""
     program = program_of("lammps")

@@ -233,7 +233,11 @@ def wanted_kappa(law: Law, asked: str) -> Any:
 
 
 def audited(
-    program: Program, formula: DampingFormula, asked: str, time_step: float | None = None, error: float | None = None
+    program: Program,
+    formula: DampingFormula,
+    asked: str,
+    time_step: float | None = None,
+    step_error: float | None = None,
 ) -> Audit:
     """Return what a formula delivers for a wanted eps, in the continuum and at a time step.
 
@@ -246,7 +250,7 @@ def audited(
         The wanted eps, a decimal > 0 and <= 1.
     time_step : float, optional
         In units of the undamped contact time (`steps.contact_time`).
-    error : float, optional
+    step_error : float, optional
         Wanted relative error of eps by the time step, for the advice.
 
     Raises
@@ -273,13 +277,13 @@ def audited(
     with mp.workdps(DIGITS):
         written = float(formula.written(mp.mpf(asked)))
     number = None if instead is None else float(instead)
-    advice = None if error is None or delivered is None else advised(formula, float(kappa), float(delivered), error)
+    advice = None if step_error is None or delivered is None else advised(formula, kappa, delivered, step_error)
     return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons), advice)
 
 
-def advised(formula: DampingFormula, kappa: float, delivered: float, error: float) -> Advice | None:
+def advised(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -> Advice | None:
     """Return how eps depends on the time step; None for a program without time steps."""
     if formula.scheme is None:
         return None
-    largest = steps.largest_step(formula.law, kappa, error, delivered, formula.scheme)
-    return Advice(error, largest, steps.step_slope(formula.law, kappa, formula.scheme))
+    largest = steps.largest_step(formula.law, float(kappa), error, float(delivered), formula.scheme)
+    return Advice(error, largest, steps.step_slope(formula.law, float(kappa), formula.scheme))

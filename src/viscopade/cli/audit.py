@@ -14,7 +14,7 @@ from viscopade.cli.console import STYLE, Real, say, show
 if TYPE_CHECKING:
     from viscopade.audit.program import Audit, Program
 
-_LEAST_STEP, _LEAST_ERROR = 1e-4, 1e-8
+_LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
 _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 

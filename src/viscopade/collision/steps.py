@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,7 @@ _SECANTS, _SOLVED = 40, 4e-15  # to solve a step, at most, and up to which error
 _NEARBY = 1e-6  # of the first secant
 _STRETCH = 16  # steps between two looks at whether all bodies have parted
 _LOOKED_AT = 64  # time steps
-_TRIED, _REFINEMENTS = 17, 6  # dampings to look at, and how often
+_TRIED, _REFINEMENTS, _REACH = 17, 4, 8  # dampings to look at, how often, and how far: e^(8 step)
 _SMALL = 4000  # steps in a contact whose error is in proportion to the step
 
 
@@ -169,6 +170,7 @@ def epsilons(law: Law, kappa: ArrayLike, step: ArrayLike, scheme: Scheme = LAGGE
     return rebound(force_of(law, damping), h + 0 * damping, PHASES, longest=longest, scheme=scheme)
 
 
+@cache
 def stepped(law: Law, kappa: float, step: float, scheme: Scheme = LAGGED) -> Stepped:
     """Return eps at a time step.
 
@@ -185,12 +187,14 @@ def stepped(law: Law, kappa: float, step: float, scheme: Scheme = LAGGED) -> Ste
     return Stepped(float(found.mean()), float(found.min()), float(found.max()))
 
 
+@cache
 def step_slope(law: Law, kappa: float, scheme: Scheme = LAGGED) -> float:
     """Return d eps/d(step) at step 0, step in units of `contact_time`: the mean eps is eps + slope step, about."""
     coarse, fine = (stepped(law, kappa, 1 / n, scheme).mean for n in (_SMALL // 4, _SMALL // 2))
     return (coarse - fine) / (4 / _SMALL - 2 / _SMALL)
 
 
+@cache
 def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: Scheme = LAGGED) -> float:
     """Return the largest time step, in units of `contact_time`, up to which the error of eps is at most `error`.
 
@@ -207,8 +211,9 @@ def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: S
     return float(steps[last + 1]) if last + 1 < len(steps) else float(steps[-1] * error / errors[-1])
 
 
+@cache
 def compensated(law: Law, epsilon: float, step: float, near: float, scheme: Scheme = LAGGED) -> float:
-    """Return the kappa whose mean eps at a time step is `epsilon`, among kappa from `near`/8 to 8 `near`.
+    """Return the kappa whose mean eps at a time step is `epsilon`, among kappa near `near`: by a factor of e^(8 step).
 
     Raises
     ------
@@ -217,7 +222,7 @@ def compensated(law: Law, epsilon: float, step: float, near: float, scheme: Sche
     """
     if near == 0:
         return 0.0  # without damping no step changes eps
-    low, high = near / 8, near * 8
+    low, high = near * math.exp(-_REACH * step), near * math.exp(_REACH * step)
     for _ in range(_REFINEMENTS):
         kappas = np.geomspace(low, high, _TRIED)
         found = epsilons(law, kappas, np.full(_TRIED, step * contact_time(law)), scheme).mean(-1)
