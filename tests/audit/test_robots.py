@@ -9,7 +9,13 @@ import pytest
 
 from viscopade.audit.program import audited
 from viscopade.audit.programs import program_of
-from viscopade_lab.programs import audit_cases, drake_collisions, mujoco_collisions, opensim_collisions
+from viscopade_lab.programs import (
+    audit_cases,
+    drake_collisions,
+    kratos_collisions,
+    mujoco_collisions,
+    opensim_collisions,
+)
 
 MODULES = {
     "mujoco": ("mujoco", mujoco_collisions),
@@ -93,3 +99,11 @@ def test_the_time_constant_of_mujoco_is_two_steps_at_least():
     module = runner("mujoco")
     clipped, honest = (module.rebound(f"{timeconst} 0.3", 0.01) for timeconst in (0.001, 0.02))
     assert clipped == pytest.approx(honest, abs=1e-12)
+
+
+def test_kratos_does_what_is_predicted():
+    """The bisection of the program leaves 1e-4 of the linear law's damping ratio."""
+    pytest.importorskip("KratosMultiphysics", reason="there is no Python package KratosMultiphysics")
+    pytest.importorskip("KratosMultiphysics.DEMApplication", reason="there is no Python package KratosDEMApplication")
+    for found in kratos_collisions.audit_measurements(some("kratos", 0.1)):
+        assert found.epsilon == pytest.approx(found.predicted, abs=1e-10 if "Hertz" in found.formula else 1e-4)

@@ -16,6 +16,7 @@ from viscopade.audit import measured
 from viscopade.audit.measured import Measurement
 from viscopade_lab.programs import (
     drake_collisions,
+    kratos_collisions,
     lammps_collisions,
     liggghts_collisions,
     mujoco_collisions,
@@ -27,6 +28,7 @@ RUNNERS = {
     "liggghts": liggghts_collisions.audit_measurements,
     "mujoco": mujoco_collisions.audit_measurements,
     "drake": drake_collisions.audit_measurements,
+    "kratos": kratos_collisions.audit_measurements,
     "simbody": opensim_collisions.audit_measurements,
 }
 """For each program a function that yields its measurements, and raises RuntimeError if the program is not there."""
