@@ -22,6 +22,16 @@ def test_stored_collisions_are_what_the_map_predicts():
     assert max(worst.values()) < 1e-3
 
 
+def test_programs_that_are_asked_for_the_number_instead_deliver_what_is_wanted():
+    found = {}
+    for each in measurements():
+        if each.asked not in audit_cases.ASKED:
+            found.setdefault((each.program, each.formula, each.time_step), []).append(each.epsilon)
+    assert {program for program, _, _ in found} >= {"lammps", "liggghts"}
+    for values in found.values():
+        assert sum(values) / len(values) == pytest.approx(float(audit_cases.WANTED), abs=1e-3)
+
+
 def test_the_file_is_what_is_read():
     text = (measured.pkgutil.get_data("viscopade", measured.DATA)).decode()
     assert csv_text(measurements()) == text

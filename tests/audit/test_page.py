@@ -23,6 +23,7 @@ def test_tables_of_a_program(program):
 def test_other_tables():
     assert audit.sources_table() in PAGE
     assert audit.runs_table() in PAGE
+    assert audit.instead_table() in PAGE
 
 
 def test_the_text(monkeypatch):

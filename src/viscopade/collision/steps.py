@@ -36,7 +36,8 @@ _SECANTS, _SOLVED = 40, 4e-15  # to solve a step, at most, and up to which error
 _NEARBY = 1e-6  # of the first secant
 _STRETCH = 16  # steps between two looks at whether all bodies have parted
 _LOOKED_AT = 64  # time steps
-_TRIED, _REFINEMENTS, _REACH = 17, 4, 8  # dampings to look at, how often, and how far: e^(8 step)
+_TRIED, _CLOSE = 17, 1e-5  # dampings to look at, and how close two of them come
+_REACH, _FARTHEST = 8, (1000, 8)  # how far: by e^(8 step), or if that is not enough by these factors
 _SMALL = 4000  # steps in a contact whose error is in proportion to the step
 
 
@@ -213,7 +214,7 @@ def largest_step(law: Law, kappa: float, error: float, epsilon: float, scheme: S
 
 @cache
 def compensated(law: Law, epsilon: float, step: float, near: float, scheme: Scheme = LAGGED) -> float:
-    """Return the kappa whose mean eps at a time step is `epsilon`, among kappa near `near`: by a factor of e^(8 step).
+    """Return the kappa whose mean eps at a time step is `epsilon`, among kappa from `near`/1000 to 8 `near`.
 
     Raises
     ------
@@ -222,8 +223,17 @@ def compensated(law: Law, epsilon: float, step: float, near: float, scheme: Sche
     """
     if near == 0:
         return 0.0  # without damping no step changes eps
-    low, high = near * math.exp(-_REACH * step), near * math.exp(_REACH * step)
-    for _ in range(_REFINEMENTS):
+    reach = math.exp(_REACH * step)
+    try:
+        return _between(law, epsilon, step, (near / reach, near * reach), scheme)
+    except ValueError:
+        return _between(law, epsilon, step, (near / _FARTHEST[0], near * _FARTHEST[1]), scheme)
+
+
+def _between(law: Law, epsilon: float, step: float, dampings: tuple[float, float], scheme: Scheme) -> float:
+    """Return the kappa whose mean eps at a time step is `epsilon`, among those from a least to a largest one."""
+    low, high = dampings
+    while high > low * (1 + _CLOSE):
         kappas = np.geomspace(low, high, _TRIED)
         found = epsilons(law, kappas, np.full(_TRIED, step * contact_time(law)), scheme).mean(-1)
         below = np.flatnonzero(found <= epsilon)

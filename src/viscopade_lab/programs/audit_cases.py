@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from mpmath import mp
 
 from viscopade.audit.measured import Measurement
-from viscopade.audit.program import DampingFormula
+from viscopade.audit.program import DampingFormula, audited, same
 from viscopade.audit.programs import program_of
 from viscopade.collision import steps
 
@@ -16,6 +16,9 @@ ASKED = ("0.9", "0.5", "0.3")
 TIME_STEPS = (0.1, 0.02, 0.001)
 PHASES = (0.25, 0.75)
 FINEST_PHASES = (0.5,)
+WANTED = "0.5"
+INSTEAD = ((0.001, (0.5,)), (0.02, tuple((i + 0.5) / 8 for i in range(8))))
+"""Time steps and phases with which the number to write instead is tried."""
 
 
 @dataclass(frozen=True)
@@ -59,3 +62,22 @@ def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[Audi
                 for step in TIME_STEPS if formula.scheme else TIME_STEPS[-1:]:
                     for phase in FINEST_PHASES if step == min(TIME_STEPS) else PHASES:
                         yield AuditCase(program, formula, asked, step, phase)
+
+
+def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
+    """Yield the cases that ask a program for the number to write instead of `WANTED`, if it asks for an eps.
+
+    The first is for fine time steps; the others, over the phases, are for a step that the number makes up for.
+    """
+    found = program_of(program)
+    for formula in found.formulas:
+        if formula.name not in left_out and formula.written is same:
+            for step, phases in INSTEAD:
+                instead = audited(found, formula, WANTED, step).instead
+                for phase in phases if instead is not None else ():
+                    yield AuditCase(program, formula, f"{instead:.9g}", step, phase)
+
+
+def all_cases(program: str, left_out: frozenset[str] = frozenset()) -> list[AuditCase]:
+    """Return all cases of a program."""
+    return [*cases(program, left_out), *cases_instead(program, left_out)]

@@ -152,5 +152,5 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
     """
     program()
     version = importlib.metadata.version("KratosDEMApplication")
-    for case in some or audit_cases.cases("kratos"):
+    for case in some or audit_cases.all_cases("kratos"):
         yield case.measured(version, measured(case, case.parameter))

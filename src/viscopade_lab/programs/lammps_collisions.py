@@ -255,7 +255,7 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
     RuntimeError
         If LAMMPS is not there, or a collision has not ended.
     """
-    release, wanted = version(), some or list(audit_cases.cases("lammps", NEWER))
+    release, wanted = version(), some or audit_cases.all_cases("lammps", NEWER)
     with tempfile.TemporaryDirectory() as folder:
         output = _lmp("".join(map(_audit_script, wanted)), Path(folder))
     found = _AUDITED.findall(output)

@@ -162,7 +162,7 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
     if shutil.which(PROGRAM) is None:
         raise RuntimeError("there is no program liggghts: it is in Debian's package liggghts")
     release = version()
-    for case in some or audit_cases.cases(PROGRAM):
+    for case in some or audit_cases.all_cases(PROGRAM):
         words = [PROGRAM, "-in", "in.collision", "-log", "none"]
         rebound, gap = map(float, run_program(words, {"in.collision": _audit_script(case)}).split())
         if gap <= 0:
