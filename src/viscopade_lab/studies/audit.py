@@ -34,7 +34,7 @@ four can be computed:
   vanishes, or the reverse;
 - **other law.** The formula is made for another law of contact;
 - **normalisation.** The formula is made for another mass, radius or stiffness than the contact has;
-- **time step.** The program's damping takes a velocity that is half a step old.
+- **time step.** The program computes forces at single moments, most programs with a velocity that is half a step old.
 
 A fifth is that some formulas are approximations. `viscopade audit --program lammps --epsilon 0.5` prints the rows of
 this page for one program, with the reason and the number to write instead. With `--time-step` it computes the
