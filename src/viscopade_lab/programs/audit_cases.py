@@ -65,17 +65,32 @@ def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[Audi
 
 
 def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
-    """Yield the cases that ask a program for the number to write instead of `WANTED`, if it asks for an eps.
+    """Yield the cases that give a program the number to write instead of that for `WANTED`, as an eps asked for.
 
     The first is for fine time steps; the others, over the phases, are for a step that the number makes up for.
     """
     found = program_of(program)
     for formula in found.formulas:
-        if formula.name not in left_out and formula.written is same:
-            for step, phases in INSTEAD:
+        if formula.name not in left_out and (formula.written is same or formula.reason != "exact"):
+            for step, phases in INSTEAD if formula.scheme else INSTEAD[:1]:
                 instead = audited(found, formula, WANTED, step).instead
-                for phase in phases if instead is not None else ():
-                    yield AuditCase(program, formula, f"{instead:.9g}", step, phase)
+                asked = None if instead is None else asked_for(formula, instead)
+                for phase in () if asked is None else phases:
+                    yield AuditCase(program, formula, f"{asked:.9g}", step, phase)
+
+
+def asked_for(formula: DampingFormula, number: float) -> float | None:
+    """Return the eps for which people would write a number; None if there is none from 0.001 to 1."""
+    with mp.workdps(20):
+        low, high = mp.mpf("0.001"), mp.mpf(1)
+        at_low, at_high = formula.written(low), formula.written(high)
+        if not min(at_low, at_high) <= number <= max(at_low, at_high):
+            return None
+        for _ in range(40):
+            middle = (low + high) / 2
+            before = (formula.written(middle) < number) == (at_low < at_high)
+            low, high = (middle, high) if before else (low, middle)
+        return float(high)
 
 
 def all_cases(program: str, left_out: frozenset[str] = frozenset()) -> list[AuditCase]:

@@ -90,5 +90,5 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
         If MuJoCo is not there, or a collision has not ended.
     """
     version = program().__version__
-    for case in some or audit_cases.cases("mujoco"):
+    for case in some or audit_cases.all_cases("mujoco"):
         yield case.measured(version, measured(case, case.parameter))

@@ -82,5 +82,5 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
         If OpenSim is not there, or a collision has not ended.
     """
     version = f"OpenSim {program().GetVersion()}"
-    for case in some or audit_cases.cases("simbody"):
+    for case in some or audit_cases.all_cases("simbody"):
         yield case.measured(version, rebound(case.parameter))
