@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from mpmath import mp
 
+from tests.closed_forms import nu_2
 from viscopade import Pair, Sphere
 from viscopade.collision import exact, steps
 from viscopade.simulators import lammps
@@ -46,6 +48,15 @@ def test_a_lagged_linear_dashpot_is_a_recurrence_with_two_roots():
     assert np.linalg.det(matrix) == pytest.approx(1 - kappa * h)
     force = steps.force_of(law, kappa)
     assert float(steps.rebound(force, h, 0.5, longest=10)) == pytest.approx(-u, rel=1e-3)
+
+
+@pytest.mark.parametrize("end", ["force", "return"])
+def test_first_order_error_of_the_linear_contact(end):
+    """The lag multiplies both forces by 1 + kappa h/2, so the damping ratio kappa/2 by the root of that."""
+    with mp.workdps(30):
+        zeta, h = mp.mpf("0.2"), mp.mpf("1e-9")
+        expected = float((nu_2(zeta * (1 + zeta * h / 2), end) - nu_2(zeta, end)) / h * mp.pi)
+    assert steps.step_slope(law_of("linear", end), 0.4) == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("end", ["force", "return"])

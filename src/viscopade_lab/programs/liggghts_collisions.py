@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 
 from viscopade.audit.measured import Measurement
@@ -172,7 +173,9 @@ def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Meas
 
 def version() -> str:
     """Return what the program says of itself."""
-    done = subprocess.run([PROGRAM, "-h"], capture_output=True, text=True, timeout=60, check=False)
+    words = [PROGRAM, "-log", "none", "-h"]
+    with tempfile.TemporaryDirectory() as folder:  # where it writes a log all the same
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
     found = re.search(r"Version (\S+ \S+),", done.stdout)
     return "unknown" if found is None else found[1]
 

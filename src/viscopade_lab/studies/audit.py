@@ -196,7 +196,7 @@ def _steps(law: Law, name: str, words: str, scheme: steps.Scheme = steps.LAGGED)
     advice = advised(formula, kappa, wanted, ERROR)
     assert advice is not None
     slope = 0.0 if abs(advice.slope) < 1e-5 else advice.slope
-    contact_ends = ENDS[law.end] if law.delayed else "both"
+    contact_ends = ENDS[law.end] if law.nu > 1 else "both"
     values = (f"{value:.4f}" for value in (found.mean, found.least, found.largest))
     return [words, contact_ends, f"{slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
 
