@@ -104,3 +104,40 @@ def test_bodies_that_creep_do_not_part():
     found = steps.stepped(law_of("linear", "return"), 2.5, 0.01)
     assert math.isnan(found.mean)
     assert found.error(0.5) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("scheme", "name"),
+    [(steps.IMPLICIT, "linear"), (steps.IMPLICIT, "hunt-crossley:1"), (steps.RUNGE_KUTTA, "linear")],
+    ids=lambda part: getattr(part, "name", part),
+)
+def test_other_schemes_deliver_the_proven_eps_in_the_limit(scheme, name):
+    law = law_of(name)
+    coarse, fine = (steps.stepped(law, KAPPA, step, scheme).mean for step in (0.002, 0.001))
+    assert 2 * fine - coarse == pytest.approx(proven(law)["epsilon"], abs=5e-5)
+
+
+def test_implicit_steps_are_solved():
+    """A step of a Hunt-Crossley contact is a quadratic equation for the velocity after it."""
+    x, u, h, kappa = np.array([0.4]), np.array([0.7]), np.array([0.5]), 1.4
+    after_x, w = steps.IMPLICIT.step(x, u, h, steps.force_of(law_of("hunt-crossley:1"), kappa))
+    assert after_x == pytest.approx(x + h * w)
+    roots = np.roots([h[0] ** 2 * kappa, 1 + h[0] * (h[0] + kappa * x[0]), h[0] * x[0] - u[0]])
+    assert w[0] == pytest.approx(max(roots), abs=1e-14)
+
+
+def test_implicit_steps_damp_by_themselves():
+    """Each turns (x, u) by atan h and shortens it by sqrt(1 + h^2), if there is no dashpot."""
+    step = 0.01
+    h = step * math.pi
+    expected = (1 + h * h) ** (-math.pi / math.atan(h) / 2)
+    assert steps.stepped(law_of("linear"), 0.0, step, steps.IMPLICIT).mean == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_number_far_from_that_of_fine_steps_is_found_or_refused():
+    law, near = law_of("hunt-crossley:1"), 0.1664819507
+    kappa = steps.compensated(law, 0.9, 0.02, near, steps.IMPLICIT)
+    assert kappa < near / 10
+    assert steps.stepped(law, kappa, 0.02, steps.IMPLICIT).mean == pytest.approx(0.9, abs=1e-5)
+    with pytest.raises(ValueError, match=r"accepted is 0\.\d+ to 0\.64"):
+        steps.compensated(law, 0.9, 0.1, near, steps.IMPLICIT)
