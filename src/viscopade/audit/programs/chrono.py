@@ -5,9 +5,9 @@ Read in src/chrono/physics/ChContactSMC.cpp of projectchrono/chrono at commit 2b
 - Hooke: c from the damping ratio for contact that ends at x = 0. Hertz: Tsuji's damping with the same ratio.
 - A force that would pull is 0, without adhesion. Flores counts as Hooke.
 
-`ChTimestepperEulerImplicitLinearized::Advance` of src/chrono/timestepper/ChTimestepperImplicit.cpp (commit 071a3d8), the
-default, takes contact forces from the start of the step unless contacts are set to be stiff, and moves with the new
-velocity: semi-implicit Euler's method.
+The default time stepper is `ChTimestepperEulerImplicitLinearized` of src/chrono/timestepper/ChTimestepperImplicit.cpp
+(commit 071a3d8). It takes contact forces from the start of the step, unless contacts are set to be stiff, and moves with
+the new velocity: semi-implicit Euler's method.
 """
 
 from __future__ import annotations
