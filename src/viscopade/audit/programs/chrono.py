@@ -6,8 +6,8 @@ Read in src/chrono/physics/ChContactSMC.cpp of projectchrono/chrono at commit 2b
 - A force that would pull is 0, without adhesion. Flores counts as Hooke.
 
 The default time stepper is `ChTimestepperEulerImplicitLinearized` of src/chrono/timestepper/ChTimestepperImplicit.cpp
-(commit 071a3d8). It takes contact forces from the start of the step, unless contacts are set to be stiff, and moves with
-the new velocity: semi-implicit Euler's method.
+(commit 071a3d8). It takes contact forces from the start of the step, unless contacts are set to be stiff, and moves
+with the new velocity: semi-implicit Euler's method.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ Read in multibody of Drake (RobotLocomotion/drake at commit be259df):
   plant/tamsi_solver.cc (Tamsi): in head-on collisions all three have the impulse h k (x + h w) (1 + d w), w being the
   rate of compression at the step's end.
 - contact_solvers/sap/sap_friction_cone_constraint.cc (Sap): the impulse is h k (x + (h + tau) w), a linear dashpot
-  with c = k tau; tau is the sum of both `relaxation_time`. Stiff contacts, h k (h + tau) > 39 m, are softened. d is not
-  used.
+  with c = k tau; tau is the sum of both `relaxation_time`. Stiff contacts, h k (h + tau) > 39 m, are softened, which
+  needs steps of nearly a contact time and is not computed here. d is not used.
 - plant/contact_defaults_doxygen.h: "the inverse of the dissipation parameter, d, is the maximum bounce speed", with a
   reference to Hunt and Crossley (1975), whose d is 3 (1 - e)/(2 v).
 

@@ -10,7 +10,8 @@ Read in src/engine of MuJoCo 3.12.1 (google-deepmind/mujoco at commit a725507):
   is x'' + damping x' + stiffness x = 0, exactly. The default `solimp` changes eps by less than 0.005.
 - All are per effective mass: eps depends on no mass. That of free bodies is exact. A contact whose friction resists
   torsion or rolling (`condim` 4 or 6) in the default pyramidal cone has another, smaller eps.
-- `timeconst` counts as two time steps at least (flag `refsafe`).
+- `timeconst` counts as two time steps at least (flag `refsafe`), which is not computed here: it matters from
+  1/(2 pi dampratio) contact times a step on.
 
 `mj_Euler` and `mj_implicit` kick with the force at the start of a step and then drift, which is semi-implicit Euler's
 method: implicitfast takes no derivative of contact forces. `mj_RungeKutta` is the classical method.
