@@ -18,7 +18,8 @@ SOURCE = Path(__file__).parents[1] / "src"
 # Design section 3, from the ground up. The first four are files; a wing imports from those before it.
 WINGS = (
     *("arguments", "records", "progress", "generated"),
-    *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels", "simulators", "scene", "cli"),
+    *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels"),
+    *("simulators", "audit", "scene", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
 # Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory.

@@ -96,6 +96,10 @@ OPTIONS: Mapping[str, Sequence[str]] = {
     "--digits": ("1", "8", "30", "40", "0", "-5", "5001"),
     "--v-star": ("0", "inf", "1e-30", "0.3", "1", "1e20", "1e-1000", "1e101", "-1"),
     "--epsilon": ("0.9", "0.5", "1e-3", "0.999999", "1", "1e-30", "0", "1.01"),
+    "--program": ("lammps", "yade", "textbook", "mujoco", "", "x" * 500),
+    "--time-step": ("0.02", "0.3", "1e-3", "1", "0", "-1", "1e-9"),
+    "--contact-time": ("1", "0.1", "10", "0", "-1", "1e299"),
+    "--step-error": ("0.01", "0.1", "1", "1e-8", "0", "-1"),
     "--one-minus-epsilon": ("1e-30", "0.1", "0.5", "1e-8", "0", "1", "1e-2000"),
     "--young-modulus": ("1e7", "7e10", "1", "1e20", "0", "-1", "1e299", "1e-300"),
     "--poisson-ratio": ("0.3", "0.5", "-0.99", "0", "-1", "0.51"),
@@ -152,6 +156,7 @@ TAIL: Mapping[str, Sequence[Sequence[str]]] = {
     "claims": (("--only", "nothing"),),
     "figures": (("--only", "nothing"), ("--format", "gif")),
     "hardcases": (("--only", "nothing"),),
+    "audit": (("--program", "mercurydpm", "--epsilon", "0.5"), ("--program", "nothing"), ("--epsilon", "2")),
     "export": (("--full", "--inverse", "1"), ("--full", "--from-speed", "1e-3"), ("--size", "small", "--pade", "3/6")),
 }
 """What is refused, for commands that would take long."""
@@ -346,7 +351,7 @@ class Grammar:
 
 
 KNOWN = (
-    "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
+    "audit", "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
     "reproduce", "scene",
     "simulators",
 )  # fmt: skip

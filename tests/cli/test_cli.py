@@ -44,6 +44,7 @@ COMMANDS = (
     "pade",
     "epsilon",
     "invert",
+    "audit",
     "claims",
     "figures",
     "hardcases",

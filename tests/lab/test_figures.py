@@ -39,7 +39,7 @@ NAME = "tryingDifferentPadeLin"  # where one is enough
 # Every figure as SVG; this one, and another every day, in every format.
 SAVED = [(name, kind) for name in NAMES for kind in FORMATS if kind == "svg" or name in (NAME, daily.chosen(NAMES))]
 OF_BEST = ["minimaxErrors", "frontier"]
-BEYOND = [*OF_BEST, "cooling", "universalCurves", "dampingFormulas"]  # the paper has nothing of the kind
+BEYOND = [*OF_BEST, "cooling", "universalCurves", "dampingFormulas", "audit"]  # the paper has nothing of the kind
 
 
 @pytest.fixture(scope="module")
@@ -203,6 +203,14 @@ def test_no_curve_has_another_name(sheets, name):
                 *("qin-and-lu", "safaeifar-and-farshidianfar", "gonthier-et-al", "hu-and-guo"),
                 *("ye-et-al-flores-et-al", "gharib-and-hurmuzlu"),
             )
+        },
+        "audit": {
+            *("exact", "other-end", "half-mass", "both", "reverse", "measured"),
+            *(
+                f"{name}-{kind}"
+                for name in ("hooke-coeff_restitution", "hertz-coeff_restitution", "hertz-viscoelastic-limit_damping")
+                for kind in ("mean", "range", "points")
+            ),
         },
     }
     found = gids(sheets[name])
@@ -371,6 +379,21 @@ def test_universal_curves_with_closed_forms(sheets):
                     K = mpf(x)
                     expected = nu_1(K) if nu == "1" else nu_2(K / 2, end)
                 assert y == pytest.approx(float(expected), rel=1e-6, abs=0)
+
+
+def test_what_programs_deliver_with_closed_forms(sheets):
+    """A damping ratio made for x = 0, at zero force, with half of the mass, and with both; what is measured is near."""
+    for gid, share, end in (("other-end", 1, "force"), ("half-mass", mpf(0.5), "return"), ("both", mpf(0.5), "force")):
+        for asked, delivered in samples(artist(sheets["audit"], gid), 4):
+            with mp.workdps(30):
+                loss = -mp.log(asked)
+                expected = nu_2(mp.sqrt(share) * loss / mp.sqrt(mp.pi**2 + loss**2), end)
+            assert delivered == pytest.approx(float(expected), rel=0.02 if gid == "half-mass" else 1e-9)  # a fit
+    for name in ("hooke-coeff_restitution", "hertz-coeff_restitution", "hertz-viscoelastic-limit_damping"):
+        at, measured = artist(sheets["audit"], f"{name}-points").get_data()
+        steps, mean = artist(sheets["audit"], f"{name}-mean").get_data()
+        assert [round(step, 3) for step in (steps[0], steps[-1])] == [min(at), max(at)] == [0.001, 0.1]
+        assert abs(measured[np.argmin(at)] - mean[0]) < 1e-3
 
 
 def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):

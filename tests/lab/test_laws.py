@@ -11,15 +11,16 @@ import pytest
 from mpmath import mp, mpf
 
 from tests.closed_forms import nu_1
+from viscopade.audit import textbook
+from viscopade.audit.program import ASKED
+from viscopade.audit.textbook import HUNT_CROSSLEY
 from viscopade.collision import exact
 from viscopade.theory.law import Law
-from viscopade_lab import damping_formulas
-from viscopade_lab.damping_formulas import ASKED, FORMULAS
 from viscopade_lab.figures.laws import COLORS, law_with
 from viscopade_lab.studies import laws
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results" / "laws.md").read_text("utf-8")
-NAMED = {formula.name: formula for formula in FORMULAS}
+NAMED = {formula.name: formula for formula in HUNT_CROSSLEY}
 
 # Formulas that are right to first order in 1 - e: theirs is the 3/2 of Hunt and Crossley.
 FIRST_ORDER = [
@@ -58,12 +59,12 @@ def test_every_formula_is_normalised_to_z():
     """For e -> 1 the exact z is 3 (1 - e)/2; the others are known to be wrong there by a constant factor."""
     with mp.workdps(30):
         loss = mpf("1e-9")
-        slopes = {formula.name: float(formula.z(1 - loss) / loss) for formula in FORMULAS}
+        slopes = {formula.name: float(formula.z(1 - loss) / loss) for formula in HUNT_CROSSLEY}
         slopes.pop("Gharib and Hurmuzlu")  # made for small e: its z does not vanish
         assert {name for name, slope in slopes.items() if slope == pytest.approx(1.5, rel=1e-6)} == set(FIRST_ORDER)
         assert slopes["Lee and Wang"] == pytest.approx(0.75)
         assert slopes["Gonthier et al."] == pytest.approx(2)
-        exactly = damping_formulas.exact_z("0.999999")
+        exactly = textbook.exact_z("0.999999")
     assert float(exactly) == pytest.approx(1.5e-6, rel=1e-5)
 
 
@@ -72,13 +73,13 @@ def test_delivered_eps_is_that_of_lamberts_function(name):
     for e in ASKED:
         with mp.workdps(30):
             expected = nu_1(NAMED[name].z(mpf(e)))
-            assert abs(damping_formulas.delivered(NAMED[name], e) / expected - 1) < mpf("1e-18")
+            assert abs(textbook.delivered_by(NAMED[name], e) / expected - 1) < mpf("1e-18")
 
 
 @pytest.mark.parametrize("e", ASKED)
 def test_the_exact_z(e):
     with mp.workdps(30):
-        z, e = damping_formulas.exact_z(e), mpf(e)
+        z, e = textbook.exact_z(e), mpf(e)
         assert abs(mp.log((1 + z) / (1 - z * e)) / (z * (1 + e)) - 1) < mpf("1e-16")
         assert abs(nu_1(z) / e - 1) < mpf("1e-16")
 
@@ -89,7 +90,7 @@ def test_delivered_eps_by_integration_in_time(name, n):
     """For every exponent n of the contact."""
     for e in ("0.9", "0.5", "0.3"):
         z = float(NAMED[name].z(mpf(e)))
-        expected = float(damping_formulas.delivered(NAMED[name], e))
+        expected = float(textbook.delivered_by(NAMED[name], e))
         assert in_time(n, n, z, step=4e-3) == pytest.approx(expected, rel=1e-4)
 
 
@@ -189,7 +190,7 @@ def test_the_formulas_named_as_extreme_are_so():
     stated = dict(re.findall(r"^- \*\*(.+?)(?<!al)\.?\*\* The formula delivers ([\d.]+) times", PAGE, re.MULTILINE))
     assert len(stated) == 4
     for name, times in stated.items():
-        assert f"{float(damping_formulas.delivered(NAMED[name], '0.1')) / 0.1:.1f}" == times
+        assert f"{float(textbook.delivered_by(NAMED[name], '0.1')) / 0.1:.1f}" == times
 
 
 def test_the_other_numbers_of_the_text(tables):

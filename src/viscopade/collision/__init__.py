@@ -1,4 +1,4 @@
-"""The exact collision: spheres and pairs, the flow around the turning point, proven digits of eps, proven tables."""
+"""The exact collision: spheres and pairs, the flow around the turning point, proven eps and tables; time steps."""
 
 __all__ = [
     "curve",
@@ -6,4 +6,5 @@ __all__ = [
     "law_panels",
     "panel_proof",
     "spheres",
+    "steps",
 ]

@@ -10,5 +10,6 @@ __all__ = [
     "render",
     "setup",
     "stated",
+    "tsuji",
     "yade",
 ]

@@ -3,6 +3,6 @@
 NAMES = (
     *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
     *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "frontier", "cooling"),
-    *("universalCurves", "dampingFormulas"),
+    *("universalCurves", "dampingFormulas", "audit"),
 )
 FORMATS = ("svg", "pdf", "png")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from viscopade.audit import textbook
 from viscopade.collision import exact
 from viscopade.theory.law import End, Law
-from viscopade_lab import damping_formulas
 from viscopade_lab.figures.paper import (
     BLACK,
     BLUE,
@@ -123,19 +123,21 @@ def _universal_curves() -> Sheet:
                 kappa, value = curve(law_with(nu, end))
                 for axes, where in ((top, "linear"), (bottom, "logarithmic")):
                     name = f"{end}-{nu}-{where}".replace("/", "-")
-                    _draw(axes, Look(color, dashes, 1.0 if dashes else 1.2), kappa, value, name)
-    _key(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
-    _key(bottom, [("end: force 0", Look(BLACK)), ("end: $x = 0$", Look(BLACK, SHORT))], "center left", 1)
+                    draw_look(axes, Look(color, dashes, 1.0 if dashes else 1.2), kappa, value, name)
+    key_of(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
+    key_of(bottom, [("end: force 0", Look(BLACK)), ("end: $x = 0$", Look(BLACK, SHORT))], "center left", 1)
     return sheet
 
 
-def _draw(axes: Axes, look: Look, x: Floats, y: Floats, gid: str) -> None:
+def draw_look(axes: Axes, look: Look, x: Floats, y: Floats, gid: str) -> None:
+    """Draw a curve."""
     (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
     if look.dashes:
         line.set_dashes(look.dashes)
 
 
-def _key(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
+def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
+    """Draw a legend of names and looks."""
     from matplotlib.lines import Line2D
 
     lines = [
@@ -178,13 +180,13 @@ def _damping_formulas() -> Sheet:
     label_axes(bottom, "asked $e$", f"delivered {EPSILON} $-$ $e$", (0, 1), (-LARGEST_SHOWN, LARGEST_SHOWN), "")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     bottom.axhline(0, color=GREY, linewidth=3.4, gid="exact-error")
-    formulas = {formula.name: formula for formula in damping_formulas.FORMULAS}
+    formulas = {formula.name: formula for formula in textbook.HUNT_CROSSLEY}
     for name, look in LOOKS.items():
-        given = np.array([float(damping_formulas.delivered(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
+        given = np.array([float(textbook.delivered_by(formulas[name], str(e), DIGITS)) for e in ASKED.tolist()])
         gid = re.sub(r"\W+", "-", name.lower()).strip("-")
-        _draw(top, look, ASKED, given, gid)
-        _draw(bottom, look, ASKED, given - ASKED, f"{gid}-error")
-    _key(sheet, list(LOOKS.items()), "outside lower center", 2)
+        draw_look(top, look, ASKED, given, gid)
+        draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
+    key_of(sheet, list(LOOKS.items()), "outside lower center", 2)
     return sheet
 
 

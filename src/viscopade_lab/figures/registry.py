@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from viscopade.generated import marker_line
 from viscopade.progress import quietly, track
-from viscopade_lab.figures import FORMATS, cooling, laws, paper
+from viscopade_lab.figures import FORMATS, audit, cooling, laws, paper
 from viscopade_lab.figures.paper import PNG_DPI, STYLE, Figure, metadata
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
 
-FIGURES: Mapping[str, Figure] = {**paper.FIGURES, **cooling.FIGURES, **laws.FIGURES}
+FIGURES: Mapping[str, Figure] = {**paper.FIGURES, **cooling.FIGURES, **laws.FIGURES, **audit.FIGURES}
 
 
 def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:

@@ -19,7 +19,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,8 +28,11 @@ import click
 from rich.table import Table
 
 from viscopade import Pair, Sphere
+from viscopade.audit.measured import Measurement
 from viscopade.simulators import lammps
 from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.programs import audit_cases
+from viscopade_lab.programs.audit_cases import AuditCase
 from viscopade_lab.script import command, console
 
 COMMAND = "python -m viscopade_lab.programs.lammps_collisions"
@@ -207,6 +210,73 @@ def show(result: dict[str, Any]) -> None:
     out, unlike = console(150), result["unlike_mixed_by_lammps"]
     out.print(table)
     out.print(f"Unlike spheres without a line of their own, so that LAMMPS mixes eta_n0: eps = {unlike:.4f}")
+
+
+# --- for the audit ---------------------------------------------------------------------------------------------------
+
+NEWER = frozenset({"hertz, tsuji", "hertz, tsuji, limit_damping"})
+"""Formulas of the audit that the release at hand does not have yet."""
+_STIFFNESS, _FRICTIONLESS = 1e8, "tangential linear_nohistory 0 0"
+_AUDIT = """
+clear
+units lj
+atom_style sphere
+atom_modify map array
+boundary f f f
+newton off
+comm_modify vel yes
+region box block -5 5 -5 5 -5 5
+create_box 1 box
+create_atoms 1 single 0 0 {first}
+create_atoms 1 single 0 0 {second}
+set group all diameter 1
+set group all mass 2
+set atom 1 vz 0.5
+set atom 2 vz -0.5
+neighbor 1 bin
+pair_style granular
+pair_coeff * * {style}
+fix move all nve/sphere
+timestep {step}
+thermo 1000000000
+run {run}
+variable rebound equal vz[2]-vz[1]
+variable gap equal z[2]-z[1]-1
+print "audit $(v_rebound:%.15g) $(v_gap:%.15g)"
+"""
+_AUDITED = re.compile(r"^audit (\S+) (\S+)$", re.MULTILINE)
+
+
+def audit_measurements(some: Sequence[AuditCase] | None = None) -> Iterator[Measurement]:
+    """Yield the collisions of the audit, or some of them: two spheres of diameter 1 and mass 2 at speed 1, in one run.
+
+    Raises
+    ------
+    RuntimeError
+        If LAMMPS is not there, or a collision has not ended.
+    """
+    release, wanted = version(), some or audit_cases.all_cases("lammps", NEWER)
+    with tempfile.TemporaryDirectory() as folder:
+        output = _lmp("".join(map(_audit_script, wanted)), Path(folder))
+    found = _AUDITED.findall(output)
+    if len(found) != len(wanted) or any(float(gap) <= 0 for _, gap in found):
+        raise RuntimeError("collisions of the audit have not ended in LAMMPS")
+    for case, (rebound, _) in zip(wanted, found, strict=True):
+        yield case.measured(release, float(rebound))
+
+
+def _audit_script(case: AuditCase) -> str:
+    """Return the commands of one collision; R_eff is 1/4, m_eff 1, and the impact speed 1."""
+    normal, damping, *limited = case.formula.name.removesuffix(" (22 Jul 2025)").split(", ")
+    k = _STIFFNESS * (0.5 if normal == "hertz" else 1)  # of k x^a, where Hertz' force is _STIFFNESS sqrt(R_eff) x^(3/2)
+    number = {
+        "mass_velocity": case.parameter * math.sqrt(k),
+        "viscoelastic": case.parameter * k**0.6 / 0.5,
+    }.get(damping, case.parameter)
+    step = case.seconds(1, k, 1)
+    apart = 0.5 + case.phase * step / 2
+    style = " ".join([normal, f"{_STIFFNESS} {number!r}", _FRICTIONLESS, "damping", damping, *limited])
+    return _AUDIT.format(first=-apart, second=apart, style=style, step=repr(step), run=case.number_of_steps)
 
 
 main = command(measure, show)

@@ -10,9 +10,10 @@ from fractions import Fraction
 
 import click
 
+from viscopade.audit import textbook
+from viscopade.audit.program import ASKED
 from viscopade.collision import exact
 from viscopade.theory.law import Law
-from viscopade_lab import damping_formulas
 from viscopade_lab.figures.laws import COLORS, epsilon, law_with
 
 COMMON = (
@@ -90,15 +91,15 @@ def largest_damping(law: Law) -> float:
 
 def formulas() -> Iterator[list[str]]:
     """Yield the rows of damping formulas: name, formula, and the eps delivered for each one asked."""
-    for formula in damping_formulas.FORMULAS:
-        given = (f"{float(damping_formulas.delivered(formula, e)):.4f}" for e in damping_formulas.ASKED)
+    for formula in textbook.HUNT_CROSSLEY:
+        given = (f"{float(textbook.delivered_by(formula, e)):.4f}" for e in ASKED)
         yield [formula.name, f"${formula.text}$", *given]
-    yield ["**exact $z$**", "", *(f"**{float(damping_formulas.exact_z(e)):.6f}**" for e in damping_formulas.ASKED)]
+    yield ["**exact $z$**", "", *(f"**{float(textbook.exact_z(e)):.6f}**" for e in ASKED)]
 
 
 def sources() -> Iterator[list[str]]:
     """Yield where each formula is from: name, citation, and where its form was read."""
-    yield from ([formula.name, formula.citation, formula.source] for formula in damping_formulas.FORMULAS)
+    yield from ([formula.name, formula.citation, formula.source] for formula in textbook.HUNT_CROSSLEY)
 
 
 def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -115,7 +116,7 @@ def tables() -> Iterator[str]:
         [r"$\nu$", "force = 0", f"factor at $K = {LARGE}$", "$x = 0$", f"factor at $K = {LARGE_RETURN}$"],
         large_dampings(),
     )
-    yield markdown(["formula", "$z$", *(f"$e = {e}$" for e in damping_formulas.ASKED)], formulas())
+    yield markdown(["formula", "$z$", *(f"$e = {e}$" for e in ASKED)], formulas())
     yield markdown(["formula", "where published", "form from"], sources())
 
 

@@ -21,13 +21,12 @@ from mpmath import mp
 
 from viscopade.collision import exact
 
-ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
 DIGITS = 20
 LAW = "hunt-crossley:1"  # n = 1, the quickest; the z of every n is the same
 
 
 @dataclass(frozen=True)
-class Formula:
+class HuntCrossleyFormula:
     """A damping formula from the literature.
 
     Attributes
@@ -55,50 +54,50 @@ class Formula:
 # Moreira, Flores and Lankarani (Mech. Mach. Theory 53, 99-121, 2012), or of a review as we remember it.
 CODE, REVIEW = "public code after a review", "a review, from memory"
 
-FORMULAS = (
-    Formula(
+HUNT_CROSSLEY = (
+    HuntCrossleyFormula(
         "Hunt and Crossley",
         "K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42, 440-445 (1975)",
         r"\tfrac{3}{2} (1 - e)",
         lambda e: 3 * (1 - e) / 2,
         "manual of Simbody, code of MBDyn",
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Herbert and McWhannell",
         "R. G. Herbert and D. C. McWhannell, J. Eng. Ind. 99, 513-518 (1977)",
         r"6 (1 - e) / ((2 e - 1)^2 + 3)",
         lambda e: 6 * (1 - e) / ((2 * e - 1) ** 2 + 3),
         CODE,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Lee and Wang",
         "T. W. Lee and A. C. Wang, J. Mech. Transm. Autom. Des. 105, 534-540 (1983)",
         r"\tfrac{3}{4} (1 - e)",
         lambda e: 3 * (1 - e) / 4,
         CODE,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Lankarani and Nikravesh",
         "H. M. Lankarani and P. E. Nikravesh, J. Mech. Des. 112, 369-376 (1990)",
         r"\tfrac{3}{4} (1 - e^2)",
         lambda e: 3 * (1 - e**2) / 4,
         "code of MBDyn",
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Gonthier et al.",
         "Y. Gonthier, J. McPhee, C. Lange and J.-C. Piedboeuf, Multibody Syst. Dyn. 11, 209-233 (2004)",
         r"(1 - e^2) / e",
         lambda e: (1 - e**2) / e,
         CODE,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Qin and Lu",  # also cited by their given names, as Zhiying and Qishao
         "Qin Zhiying and Lu Qishao, J. Dyn. Control 4, 294-298 (2006)",
         r"\tfrac{3}{4} (1 - e^2) \exp(2 (1 - e))",
         lambda e: 3 * (1 - e**2) * mp.exp(2 * (1 - e)) / 4,
         CODE,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Ye et al.; Flores et al.",
         "K. Ye, L. Li and H. Zhu, Earthq. Eng. Struct. Dyn. 38, 1135-1142 (2009); "
         "P. Flores, M. Machado, M. T. Silva and J. M. Martins, Multibody Syst. Dyn. 25, 357-375 (2011)",
@@ -106,21 +105,21 @@ FORMULAS = (
         lambda e: 8 * (1 - e) / (5 * e),
         "manual of OpenSees, code of MBDyn",
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Gharib and Hurmuzlu",
         "M. Gharib and Y. Hurmuzlu, J. Appl. Mech. 79, 064506 (2012)",
         r"1 / e",
         lambda e: 1 / e,
         REVIEW,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Hu and Guo",
         "S. Hu and X. Guo, Multibody Syst. Dyn. 35, 131-151 (2015)",
         r"\tfrac{3}{2} (1 - e) / e",
         lambda e: 3 * (1 - e) / (2 * e),
         CODE,
     ),
-    Formula(
+    HuntCrossleyFormula(
         "Safaeifar and Farshidianfar",
         "H. Safaeifar and A. Farshidianfar, Multibody Syst. Dyn. 50, 233-257 (2020)",
         r"\tfrac{5}{4} (1 - e) / e",
@@ -130,7 +129,7 @@ FORMULAS = (
 )
 
 
-def delivered(formula: Formula, e: str, digits: int = DIGITS) -> Any:
+def delivered_by(formula: HuntCrossleyFormula, e: str, digits: int = DIGITS) -> Any:
     """Return the eps that a Hunt-Crossley contact delivers if a formula is asked for e, a decimal."""
     with mp.workdps(digits + 10):
         z = formula.z(mp.mpf(e))

@@ -1,0 +1,78 @@
+"""Drake: compliant point contact, with `hunt_crossley_dissipation` d or, in the approximation SAP, `relaxation_time`.
+
+Read in multibody of Drake (RobotLocomotion/drake at commit be259df):
+
+- plant/multibody_plant.cc and contact_model_doxygen.h: with time step 0 the force is k x (1 + d x'), a value below 0
+  is 0: Hunt-Crossley with n = 1. `SceneGraph`'s materials combine to k = k_A k_B/(k_A + k_B) and to
+  d = (k_B d_A + k_A d_B)/(k_A + k_B).
+- contact_solvers/sap/sap_hunt_crossley_constraint.cc (approximations Lagged, the default, and Similar) and
+  plant/tamsi_solver.cc (Tamsi): in head-on collisions all three have the impulse h k (x + h w) (1 + d w), w being the
+  rate of compression at the step's end.
+- contact_solvers/sap/sap_friction_cone_constraint.cc (Sap): the impulse is h k (x + (h + tau) w), a linear dashpot
+  with c = k tau; tau is the sum of both `relaxation_time`. Stiff contacts, h k (h + tau) > 39 m, are softened, which
+  needs steps of nearly a contact time and is not computed here. d is not used.
+- plant/contact_defaults_doxygen.h: "the inverse of the dissipation parameter, d, is the maximum bounce speed", with a
+  reference to Hunt and Crossley (1975), whose d is 3 (1 - e)/(2 v).
+
+A step that begins without contact has no force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from mpmath import mp
+
+from viscopade.audit.program import DampingFormula, Program
+from viscopade.audit.spring_dashpot import LINEAR, linear_kappa
+from viscopade.collision import steps
+from viscopade.theory.law import law_of
+
+
+def _hunt_crossley(
+    name: str, written: Callable[[Any], Any], source: str, scheme: steps.Scheme | None = None
+) -> DampingFormula:
+    """Return a formula for d; a continuous one if there is no scheme."""
+    accepted = ("0", "1e6")
+    law = law_of("hunt-crossley:1")
+    return DampingFormula(
+        name, law, "d v", mp.mpf, accepted, "approximate formula", f"multibody/{source}", written, scheme=scheme
+    )
+
+
+def first_order(e: Any) -> Any:
+    """Return d v for eps = e by Hunt and Crossley, right for small losses."""
+    return 3 * (1 - e) / 2
+
+
+def largest_bounce(e: Any) -> Any:
+    """Return d v for a largest bounce of e v."""
+    return 1 / e
+
+
+_CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sap/sap_hunt_crossley_constraint.cc"
+
+PROGRAM = Program(
+    "drake",
+    "Drake",
+    "commit be259df",
+    (
+        _hunt_crossley("continuous, d = 3 (1 - e)/(2 v)", first_order, _CONTINUOUS),
+        _hunt_crossley("continuous, d = 1/(e v)", largest_bounce, _CONTINUOUS),
+        _hunt_crossley("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", first_order, _DISCRETE, steps.IMPLICIT),
+        _hunt_crossley("lagged, similar or tamsi, d = 1/(e v)", largest_bounce, _DISCRETE, steps.IMPLICIT),
+        DampingFormula(
+            "sap, relaxation_time",
+            LINEAR,
+            "tau sqrt(k/m)",
+            mp.mpf,
+            ("0", "1e3"),
+            "other end",
+            "multibody/contact_solvers/sap/sap_friction_cone_constraint.cc",
+            linear_kappa,
+            note="tau is the sum of both materials' relaxation_time, and m the effective mass.",
+            scheme=steps.IMPLICIT,
+        ),
+    ),
+)

@@ -1,0 +1,98 @@
+"""What is run in every program for the audit: wanted eps, time steps and phases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from mpmath import mp
+
+from viscopade.audit.measured import Measurement
+from viscopade.audit.program import DampingFormula, audited, same
+from viscopade.audit.programs import program_of
+from viscopade.collision import steps
+
+ASKED = ("0.9", "0.5", "0.3")
+TIME_STEPS = (0.1, 0.02, 0.001)
+PHASES = (0.25, 0.75)
+FINEST_PHASES = (0.5,)
+WANTED = "0.5"
+INSTEAD = ((0.001, (0.5,)), (0.02, tuple((i + 0.5) / 8 for i in range(8))))
+"""Time steps and phases with which the number to write instead is tried."""
+
+
+@dataclass(frozen=True)
+class AuditCase:
+    """A collision to be run: a formula, the eps asked of it, a time step in contact times, and a phase."""
+
+    program: str
+    formula: DampingFormula
+    asked: str
+    time_step: float
+    phase: float
+
+    @property
+    def parameter(self) -> float:
+        """What is written for the eps asked for."""
+        with mp.workdps(20):
+            return float(self.formula.written(mp.mpf(self.asked)))
+
+    def seconds(self, speed: float, k: float, mass: float) -> float:
+        """Return the time step of a contact with the elastic force k x^a."""
+        law = self.formula.law
+        return self.time_step * steps.contact_time(law) * law.time_scale(speed, k=k, mass=mass)
+
+    @property
+    def number_of_steps(self) -> int:
+        """After so many the bodies have parted."""
+        return round(12 / self.time_step) + 10
+
+    def measured(self, version: str, epsilon: float) -> Measurement:
+        """Return what came out."""
+        return Measurement(
+            self.program, self.formula.name, version, self.asked, self.time_step, self.phase, round(epsilon, 12)
+        )
+
+
+def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
+    """Yield the cases of a program, without those of formulas that are left out."""
+    for formula in program_of(program).formulas:
+        if formula.name not in left_out:
+            for asked in ASKED:
+                for step in TIME_STEPS if formula.scheme else TIME_STEPS[-1:]:
+                    for phase in FINEST_PHASES if step == min(TIME_STEPS) else PHASES:
+                        yield AuditCase(program, formula, asked, step, phase)
+
+
+def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
+    """Yield the cases that give a program the number to write instead of that for `WANTED`, as an eps asked for.
+
+    The first is for fine time steps; the others, over the phases, are for a step that the number makes up for.
+    """
+    found = program_of(program)
+    for formula in found.formulas:
+        if formula.name not in left_out and (formula.written is same or formula.reason != "exact"):
+            for step, phases in INSTEAD if formula.scheme else INSTEAD[:1]:
+                instead = audited(found, formula, WANTED, step).instead
+                asked = None if instead is None else asked_for(formula, instead)
+                for phase in () if asked is None else phases:
+                    yield AuditCase(program, formula, f"{asked:.9g}", step, phase)
+
+
+def asked_for(formula: DampingFormula, number: float) -> float | None:
+    """Return the eps for which people would write a number; None if there is none from 0.001 to 1."""
+    with mp.workdps(20):
+        low, high = mp.mpf("0.001"), mp.mpf(1)
+        at_low, at_high = formula.written(low), formula.written(high)
+        if not min(at_low, at_high) <= number <= max(at_low, at_high):
+            return None
+        for _ in range(40):
+            middle = (low + high) / 2
+            before = (formula.written(middle) < number) == (at_low < at_high)
+            low, high = (middle, high) if before else (low, middle)
+        return float(high)
+
+
+def all_cases(program: str, left_out: frozenset[str] = frozenset()) -> list[AuditCase]:
+    """Return all cases of a program."""
+    return [*cases(program, left_out), *cases_instead(program, left_out)]

@@ -1,0 +1,254 @@
+"""The page docs/results/audit.md: the eps that programs deliver, beside what was measured in them.
+
+Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`. The measured values are the package's
+(`python -m viscopade_lab.programs.audit`); all others are computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import click
+from mpmath import mp
+
+from viscopade.audit.measured import Measurement, finest, measurements
+from viscopade.audit.program import ASKED, Audit, DampingFormula, Program, advised, audited, wanted_kappa
+from viscopade.audit.programs import PROGRAMS, program_of
+from viscopade.collision import steps
+from viscopade.theory.law import Law, law_of
+from viscopade_lab.programs import audit_cases
+from viscopade_lab.studies.laws import markdown
+
+CHOSEN = "0.5"
+STEP = 0.02
+ERROR = 0.01
+LAWS = ("viscoelastic", "tsuji", "linear", "hunt-crossley:1")
+OTHER_SCHEMES = (
+    ("linear", "linear, Runge-Kutta (MuJoCo's RK4)", steps.RUNGE_KUTTA),
+    ("linear", "linear, implicit (Drake's sap)", steps.IMPLICIT),
+    ("hunt-crossley:1", "hunt-crossley, implicit (Drake's lagged)", steps.IMPLICIT),
+)
+COARSE = 10  # steps in a contact
+ENDS = {"force": "force = 0", "return": "$x = 0$"}
+
+HEAD = r"""# The $\varepsilon$ you asked for: what programs deliver
+
+You ask a program for $\varepsilon = 0.5$, and its bodies rebound with 0.55 or 0.62. There are four reasons, and all
+four can be computed:
+
+- **other end.** The formula is made for contact that ends at $x = 0$, but the program ends it where the force
+  vanishes, or the reverse;
+- **other law.** The formula is made for another law of contact;
+- **normalisation.** The formula is made for another mass, radius or stiffness than the contact has;
+- **time step.** The program computes forces at single moments, most programs with a velocity that is half a step old.
+
+A fifth is that some formulas are approximations. `viscopade audit --program lammps --epsilon 0.5` prints the rows of
+this page for one program, with the reason and the number to write instead. With `--time-step` it computes the
+program's own sequence of steps, and with `--step-error 0.01` the largest time step whose error is one per cent.
+
+This page is the output of `python -m viscopade_lab.studies.audit`. The $\varepsilon$ without a time step are proven
+([any power-law contact](laws.md)); those with one are computed by the program's own map
+([`viscopade.collision.steps`](../../src/viscopade/collision/steps.py)). Measured values are from the programs
+themselves; `python -m viscopade_lab.programs.audit` stores them in
+[`audit.csv`](../../src/viscopade/data/audit.csv).
+
+![delivered eps over asked eps, and eps over the time step, with measured values](../figures/audit.svg)
+
+## Delivered, for fine time steps
+"""
+
+WITH_STEPS = r"""
+## Measured
+
+Each program is asked for $\varepsilon = {chosen}$. The number to write instead delivers {chosen} with a fine time
+step. *Measured* is with a time step of $t$, in units of the contact time without damping; *predicted* is for the
+same step and the same place in it where contact begins. The last column is the largest difference between the two
+over all collisions that were run: {runs} collisions, with $\varepsilon$ = {asked} asked for and $t$ from {least} to
+{largest}.
+"""
+
+INSTEAD_TEXT = rf"""
+## Asked for the number instead
+
+To get $\varepsilon = {audit_cases.WANTED}$, these programs were asked for another number, which makes up for the time
+step $t$ as well. The mean over where in a step contact begins is {audit_cases.WANTED}. A single collision is off by
+what the last two columns show.
+"""
+
+STEPS_TEXT = r"""
+## Time steps
+
+LAMMPS, LIGGGHTS, MercuryDPM and YADE compute the damping with the velocity between two steps. Their velocity Verlet
+and leapfrog are then the same map as semi-implicit Euler's method,
+
+$$x_{{n+1}} = x_n + h u_n, \qquad u_{{n+1}} = u_n - h F(x_{{n+1}}, u_n),$$
+
+and the error of $\varepsilon$ is of first order in the step: $\varepsilon(t) \approx \varepsilon + s t$ on average,
+$t$ being the step in units of the contact time without damping. Where in a step contact begins is chance, so the
+$\varepsilon$ of a program scatters around this mean. The table is for {chosen}; the last column is the number of
+steps in an undamped contact that keeps every $\varepsilon$ within {error}.
+
+MuJoCo (Euler, implicit and implicitfast), Chrono, Kratos and JaxDEM step in the same way. The last rows are for two
+others. Drake's discrete contacts take the force at the end of the step: implicit Euler's method, which damps by itself.
+MuJoCo's RK4 has no error of first order, but it scatters.
+"""
+
+AFTER_STEPS = r"""
+- **The lag leaves Hunt-Crossley contacts without an error of first order.** It multiplies the whole force by a function
+  of $x$. For $a = b$ the $\varepsilon$ does not depend on the shape of the spring, so the function changes nothing.
+- **A linear dashpot scatters most.** Its damping jumps at the first contact, and so a fraction of a step changes
+  $\varepsilon$ by as much as the error of first order.
+- **Implicit steps damp by themselves.** With ten steps in a contact and no dissipation at all Drake delivers
+  $\varepsilon$ = {highest} on average.
+- Another number than the one asked for makes up for the step, and this prints it:
+  `viscopade audit --program lammps --epsilon 0.5 --time-step 0.02`.
+
+## What was read
+"""
+
+
+def title_row(program: Program) -> str:
+    """Return the heading of a program."""
+    return f"### {program.title}"
+
+
+def delivered_table(program: Program) -> str:
+    """Return the table of delivered eps: one row a formula, one column an eps asked for."""
+    rows = ([formula.name, ENDS[formula.law.end], *_delivered(program, formula)] for formula in program.formulas)
+    return markdown(["formula", "contact ends at", *(f"{asked} asked" for asked in ASKED)], rows)
+
+
+def _delivered(program: Program, formula: DampingFormula) -> Iterator[str]:
+    for asked in ASKED:
+        try:
+            yield number(audited(program, formula, asked))
+        except ValueError:
+            yield "not accepted"
+
+
+def number(found: Audit) -> str:
+    """Return the delivered eps as text."""
+    return "never parts" if found.delivered is None else f"{float(found.delivered):.4f}"
+
+
+def measured_table(program: Program) -> str:
+    """Return the table for `CHOSEN`: delivered, why, the number to write instead, measured and predicted."""
+    head = ["formula", "delivered", "why", "write instead", "measured", "at $t$", "predicted", "largest difference"]
+    return markdown(head, (_measured(program, formula) for formula in program.formulas))
+
+
+def _measured(program: Program, formula: DampingFormula) -> list[str]:
+    found, run = audited(program, formula, CHOSEN), finest(program.name, formula.name, CHOSEN)
+    instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
+    why = "" if formula.reason == "exact" else formula.reason
+    written = [formula.name, number(found), why, instead if why else ""]
+    if run is None:
+        return [*written, "from the source", "", "", ""]
+    worst = max(abs(each.epsilon - each.predicted) for each in measurements() if _is_of(each, run))
+    return [*written, f"{run.epsilon:.6f}", f"{run.time_step:g}", f"{run.predicted:.6f}", f"{worst:.0e}"]
+
+
+def _is_of(one: Measurement, other: Measurement) -> bool:
+    return (one.program, one.formula) == (other.program, other.formula)
+
+
+def instead_table() -> str:
+    """Return the table of what programs delivered when they were asked for the number instead of `WANTED`."""
+    groups: dict[tuple[str, str, str, float], list[float]] = {}
+    for each in measurements():
+        if each.asked not in audit_cases.ASKED:
+            groups.setdefault((each.program, each.formula, each.asked, each.time_step), []).append(each.epsilon)
+    head = ["program", "formula", "asked of it", "$t$", "collisions", "mean", "least", "largest"]
+    rows = (
+        [program_of(name).title, formula, asked, f"{step:g}", str(len(found)), *_spread(found)]
+        for (name, formula, asked, step), found in groups.items()
+    )
+    return markdown(head, rows)
+
+
+def _spread(found: list[float]) -> list[str]:
+    return [f"{value:.4f}" for value in (sum(found) / len(found), min(found), max(found))]
+
+
+def steps_table() -> str:
+    """Return the table of laws: slope, range at `STEP`, and the number of steps for `ERROR`."""
+    head = ["law", "contact ends at", "$s$", f"mean at $t = {STEP}$", "least", "largest", "steps for 1 %"]
+    rows = [_steps(law, name, name.partition(":")[0]) for name in LAWS for law in _with_ends(name)]
+    others = (_steps(law_of(name), name, words, scheme) for name, words, scheme in OTHER_SCHEMES)
+    return markdown(head, [*rows, *others])
+
+
+def highest_epsilon() -> float:
+    """Return the mean eps that implicit steps, `COARSE` in a contact, leave of an undamped contact."""
+    return steps.stepped(law_of("hunt-crossley:1"), 0.0, 1 / COARSE, steps.IMPLICIT).mean
+
+
+def _with_ends(name: str) -> list[Law]:
+    """Return a law with the ends that differ for it."""
+    law = law_of(name)
+    return [law, law_of(name, "return")] if law.delayed else [law]
+
+
+def _steps(law: Law, name: str, words: str, scheme: steps.Scheme = steps.LAGGED) -> list[str]:
+    kappa, wanted = float(wanted_kappa(law, CHOSEN)), float(CHOSEN)
+    found = steps.stepped(law, kappa, STEP, scheme)
+    formula = DampingFormula(name, law, "kappa", mp.mpf, ("0", "1e6"), "exact", "", scheme=scheme)
+    advice = advised(formula, kappa, wanted, ERROR)
+    assert advice is not None
+    slope = 0.0 if abs(advice.slope) < 1e-5 else advice.slope
+    contact_ends = ENDS[law.end] if law.nu > 1 else "both"
+    values = (f"{value:.4f}" for value in (found.mean, found.least, found.largest))
+    return [words, contact_ends, f"{slope:.3f}", *values, f"{1 / advice.largest_step:.0f}"]
+
+
+def sources_table() -> str:
+    """Return the table of files and versions."""
+    rows = (
+        [program.title, program.version, ", ".join(dict.fromkeys(f"`{f.source}`" for f in program.formulas))]
+        for program in PROGRAMS
+        if program.name != "textbook"
+    )
+    return markdown(["program", "version read", "files"], rows)
+
+
+def notes(program: Program) -> Iterator[str]:
+    """Yield a line for each note of a formula."""
+    yield from (f"- *{formula.name}*: {formula.note}" for formula in program.formulas if formula.note)
+
+
+def runs_table() -> str:
+    """Return the table of versions that were run."""
+    versions = dict.fromkeys((each.program, each.version) for each in measurements())
+    counts = [sum(each.program == name for each in measurements()) for name, _ in versions]
+    rows = ([program_of(name).title, version, str(n)] for (name, version), n in zip(versions, counts, strict=True))
+    return markdown(["program", "version run", "collisions"], rows)
+
+
+def parts() -> Iterator[str]:
+    """Yield the page, part by part."""
+    yield HEAD
+    for program in PROGRAMS:
+        yield f"{title_row(program)}\n\n{delivered_table(program)}\n"
+    found = measurements()
+    asked = ", ".join(audit_cases.ASKED)
+    least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
+    yield WITH_STEPS.format(chosen=CHOSEN, runs=len(found), asked=asked, least=least, largest=largest)
+    for program in PROGRAMS:
+        if program.name != "textbook":
+            lines = "\n".join(notes(program))
+            yield f"{title_row(program)}\n\n{measured_table(program)}\n" + (f"\n{lines}\n" if lines else "")
+    yield f"{INSTEAD_TEXT}\n{instead_table()}\n"
+    yield STEPS_TEXT.format(chosen=rf"$\varepsilon = {CHOSEN}$", error="1 %")
+    yield steps_table()
+    yield AFTER_STEPS.format(highest=f"{highest_epsilon():.2f}")
+    yield f"{sources_table()}\n\n{runs_table()}"
+
+
+@click.command()
+def main() -> None:
+    """Print the page in Markdown."""
+    click.echo("\n".join(parts()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+"""The page of the audit is what its command prints: the text, and the tables of one program, another every day."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from tests import daily
+from viscopade.audit.programs import PROGRAMS
+from viscopade_lab.studies import audit
+
+PAGE = (Path(__file__).parents[2] / "docs" / "results" / "audit.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("program", [daily.chosen(PROGRAMS)], ids=lambda program: program.name)
+def test_tables_of_a_program(program):
+    assert audit.delivered_table(program) in PAGE
+    if program.name != "textbook":
+        assert audit.measured_table(program) in PAGE
+        assert all(note in PAGE for note in audit.notes(program))
+
+
+def test_other_tables():
+    assert audit.sources_table() in PAGE
+    assert audit.runs_table() in PAGE
+    assert audit.instead_table() in PAGE
+
+
+def test_the_text(monkeypatch):
+    """Without the tables, which take their time."""
+    for name in ("delivered_table", "measured_table"):
+        monkeypatch.setattr(audit, name, lambda program: "")
+    printed = CliRunner().invoke(audit.main).output
+    assert printed.startswith("# The")
+    rows = {line for line in PAGE.splitlines() if line.startswith("|")}
+    assert [line for line in printed.splitlines() if line and line[0] != "|"] == [
+        line for line in PAGE.splitlines() if line and line not in rows
+    ]
