@@ -30,6 +30,7 @@ def test_the_bound_is_tight(m, high):
     assert found * (1 - 1e-3) < bound < 1.02 * found
 
 
+@pytest.mark.slow
 def test_the_papers_law_by_two_proofs():
     """The proof by the table of panels shares the flow, but neither panels nor polynomials."""
     law, (known, *_) = law_of("3/2,1/2"), prove_rational.of_pade(3, 6).bounds
