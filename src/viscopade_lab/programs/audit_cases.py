@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from mpmath import mp
 
@@ -52,6 +54,20 @@ class AuditCase:
         return Measurement(
             self.program, self.formula.name, version, self.asked, self.time_step, self.phase, round(epsilon, 12)
         )
+
+
+def package(module: str, name: str) -> Any:
+    """Return a program's Python package.
+
+    Raises
+    ------
+    RuntimeError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise RuntimeError(f"there is no Python package {name}") from error
 
 
 def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:

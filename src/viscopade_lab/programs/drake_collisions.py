@@ -5,11 +5,10 @@ The Python package `drake` is needed. `python -m viscopade_lab.programs.audit` r
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from functools import partial
 
 from viscopade.audit.measured import Measurement
 from viscopade_lab.programs import audit_cases
@@ -21,18 +20,8 @@ _ACCURACY = 1e-10  # of the integrator where there is no time step
 _CONTACT_TIMES = 60
 
 
-def program() -> Any:
-    """Return the package of Drake.
-
-    Raises
-    ------
-    RuntimeError
-        If it is not installed.
-    """
-    try:
-        return importlib.import_module("pydrake.all")
-    except ImportError as error:
-        raise RuntimeError("there is no Python package drake") from error
+program = partial(audit_cases.package, "pydrake.all", "drake")
+"""Return the package, or raise RuntimeError if it is not installed."""
 
 
 def rebound(

@@ -65,11 +65,8 @@ def program() -> Any:
     RuntimeError
         If it or its application is not installed.
     """
-    try:
-        kratos = importlib.import_module("KratosMultiphysics")
-        importlib.import_module("KratosMultiphysics.DEMApplication")
-    except ImportError as error:
-        raise RuntimeError("there are no Python packages KratosMultiphysics and KratosDEMApplication") from error
+    kratos = audit_cases.package("KratosMultiphysics", "KratosMultiphysics")
+    audit_cases.package("KratosMultiphysics.DEMApplication", "KratosDEMApplication")
     kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
     kratos.ParallelUtilities.SetNumThreads(1)
     return kratos

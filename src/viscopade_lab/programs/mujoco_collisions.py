@@ -5,9 +5,8 @@ The Python package `mujoco` is needed. `python -m viscopade_lab.programs.audit` 
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator, Sequence
-from typing import Any
+from functools import partial
 
 from viscopade.audit.measured import Measurement
 from viscopade_lab.programs import audit_cases
@@ -28,18 +27,8 @@ _MODEL = """
 """
 
 
-def program() -> Any:
-    """Return the package of MuJoCo.
-
-    Raises
-    ------
-    RuntimeError
-        If it is not installed.
-    """
-    try:
-        return importlib.import_module("mujoco")
-    except ImportError as error:
-        raise RuntimeError("there is no Python package mujoco") from error
+program = partial(audit_cases.package, "mujoco", "mujoco")
+"""Return the package, or raise RuntimeError if it is not installed."""
 
 
 def rebound(

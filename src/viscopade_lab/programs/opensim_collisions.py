@@ -5,10 +5,9 @@ The Python package `opensim` is needed. `python -m viscopade_lab.programs.audit`
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from functools import partial
 
 from viscopade.audit.measured import Measurement
 from viscopade_lab.programs import audit_cases
@@ -19,18 +18,8 @@ _ACCURACY = 1e-9  # of the integrator
 _LOOKS, _INTERVAL = 200, 0.01  # s: times at which the sphere is looked at; a contact takes some 0.02 s
 
 
-def program() -> Any:
-    """Return the package of OpenSim.
-
-    Raises
-    ------
-    RuntimeError
-        If it is not installed.
-    """
-    try:
-        return importlib.import_module("opensim")
-    except ImportError as error:
-        raise RuntimeError("there is no Python package opensim") from error
+program = partial(audit_cases.package, "opensim", "opensim")
+"""Return the package, or raise RuntimeError if it is not installed."""
 
 
 def rebound(dissipation: float, speed: float = 1.0) -> float:
