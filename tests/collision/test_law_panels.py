@@ -6,7 +6,6 @@ from itertools import pairwise
 import pytest
 from flint import arb, arb_series
 
-from tests import daily
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
 from viscopade.collision import law_panels as module
@@ -14,9 +13,8 @@ from viscopade.collision.law_panels import law_panels, panel
 from viscopade.theory.law import law_of
 
 LAWS = ["hunt-crossley", "linear", "tsuji", "3/2,1/2", "3/2,1", "5/2,3"]
-TODAY = daily.chosen(LAWS[2:])
 every_law = pytest.mark.parametrize(
-    "name", [pytest.param(law, marks=() if law in (*LAWS[:2], TODAY) else pytest.mark.slow) for law in LAWS]
+    "name", [*LAWS[:2], *(pytest.param(law, marks=pytest.mark.slow) for law in LAWS[2:])]
 )
 HIGH = Fraction("0.9")
 WIDEST = 1e-11  # of what is proven

@@ -132,6 +132,9 @@ def law_panels(law: Law, high: Fraction) -> tuple[LawPanel, ...]:
                     raise
                 middle = (left + right) / 2 if left else right / 4
                 waiting += [(middle, right), (left, middle)]
+    with working(BITS, 1):
+        if not found[-1].course(arb_series([arb(1)])).v_star.coeffs()[0] > ball_of(high):
+            raise ArithmeticError("the panels end too early")
     return tuple(found)
 
 

@@ -85,6 +85,8 @@ def _on_part(a: Sequence[arb], b: Sequence[arb], law: Law, panel: LawPanel, cent
     )
     bound = arb(0)
     for at_centre, everywhere in zip(middle, whole, strict=True):
+        if min(at_centre.prec, everywhere.prec) <= ORDER:
+            raise TypeError("a series loses coefficients")
         terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
         bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
     return bound
