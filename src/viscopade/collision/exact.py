@@ -517,7 +517,7 @@ def _k_from_limits(log_kappa: float, law: Law) -> tuple[arb, int]:
     """Return k as if F were the larger of its limits, 1/sqrt(n_a) for slow and k/(2 n_b) for fast impacts."""
     motion, c = Motion.of(law), float(2 * law.c)
     scaled = log_kappa + float(1 - 1 / law.nu) * math.log(2 * motion.m)
-    slow = scaled + c / 2 * math.log(motion.n_a)
+    slow = log_k_of(log_kappa, law)
     fast = (scaled + c * math.log(2 * motion.n_b)) / (1 + c)
     with working(128):
         return arb(min(slow, fast) if c > 0 else max(slow, fast)).exp(), 1

@@ -14,6 +14,7 @@ n_a, n_b and d are those of nu in lowest terms, and m = n_b/(b + 1), a fraction.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import exp, log, log2
@@ -76,10 +77,7 @@ class LawPanel(NamedTuple):
         """Return the course at z, a series or a ball. To be called within `working`."""
         law, power = self.law, self.law.d if self.origin else 0
         f, p = (_at(e.slope, z) / _at(e.step, z) * arb(1, e.error) for e in (self.loading, self.unloading))
-        work = sum(
-            (_at(top, z) / _at(bottom, z) for top, bottom in self.work[1:]),
-            _at(self.work[0][0], z) / _at(self.work[0][1], z),
-        )
+        work = sum((_at(top, z) / _at(bottom, z) for top, bottom in self.work), z * 0)
         reduced = _at(arb_poly(self.k.poly().coeffs()[power:]), z)  # k/z^power
         epsilon = p / f
         scale = rational_power(2 * ball_of(law.n_b / (law.damping + 1)), 1 / law.nu - 1)
@@ -94,8 +92,13 @@ class LawPanel(NamedTuple):
 
 
 def _at(polynomial: arb_poly, z: arb_series) -> arb_series:
+    return series_at(polynomial.coeffs(), z)
+
+
+def series_at(coefficients: Sequence[arb], z: arb_series) -> arb_series:
+    """Return the polynomial with ascending coefficients at z."""
     total = z * 0
-    for c in reversed(polynomial.coeffs()):
+    for c in reversed(coefficients):
         total = total * z + c
     return total
 
@@ -128,9 +131,9 @@ def law_panels(law: Law, high: Fraction) -> tuple[LawPanel, ...]:
             try:
                 found.append(panel(law, left, right))
             except ArithmeticError:
-                if right - left < SHORTEST * right:
+                if right - left < max(SHORTEST * right, SHORTEST**2):
                     raise
-                middle = (left + right) / 2 if left else right / 4
+                middle = _dyadic(float((left + right) / 2 if left else right / 4))  # exact ends: no gap between panels
                 waiting += [(middle, right), (left, middle)]
     with working(BITS, 1):
         if not found[-1].course(arb_series([arb(1)])).v_star.coeffs()[0] > ball_of(high):

@@ -16,7 +16,7 @@ from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.collision.exact import Exact
-from viscopade.collision.law_panels import Course, LawPanel, law_panels
+from viscopade.collision.law_panels import Course, LawPanel, law_panels, series_at
 from viscopade.theory.law import Law
 
 LARGEST, SMALLEST = 100, Fraction(1, 10**3)  # v*
@@ -94,14 +94,7 @@ def _on_part(a: Sequence[arb], b: Sequence[arb], law: Law, panel: LawPanel, cent
 
 def _deviations(a: Sequence[arb], b: Sequence[arb], law: Law, course: Course) -> tuple[arb_series, arb_series]:
     """Return (N/D)/eps - 1 and (1 - N/D)/(1 - eps) - 1: 1 - N/D = v*^d S/D."""
-    top, bottom = _at(a, course.v_star), _at(b, course.v_star)
+    top, bottom = series_at(a, course.v_star), series_at(b, course.v_star)
     size = max(len(a), len(b))
     s = [(b[i] if i < len(b) else arb(0)) - (a[i] if i < len(a) else arb(0)) for i in range(law.d, size)]
-    return top / (bottom * course.epsilon) - 1, _at(s, course.v_star) / (bottom * course.loss_ratio) - 1
-
-
-def _at(coefficients: Sequence[arb], v_star: arb_series) -> arb_series:
-    total = v_star * 0
-    for c in reversed(coefficients):
-        total = total * v_star + c
-    return total
+    return top / (bottom * course.epsilon) - 1, series_at(s, course.v_star) / (bottom * course.loss_ratio) - 1
