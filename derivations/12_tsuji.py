@@ -13,7 +13,7 @@ import math
 
 import sympy as sp
 
-from viscopade.simulators import tsuji
+from viscopade.collision import tsuji
 
 m, k, alpha, x, u = sp.symbols("m k alpha x u", positive=True)
 force = -k * x ** sp.Rational(3, 2) - alpha * sp.sqrt(m * k) * x ** sp.Rational(1, 4) * u
@@ -119,7 +119,7 @@ assert rise == 0  # -ln eps falls with psi, as sin(2 psi) < 2 psi: it rises with
 assert sp.limit(beyond * 4 * sp.cosh(chi) ** 2, chi, sp.oo) == 1
 
 # %% [markdown]
-# ## The same in `viscopade.simulators.tsuji`
+# ## The same in `viscopade.collision.tsuji`
 
 # %%
 for number in (1e-9, 0.2, 1.0, 1.4, sp.Rational(157, 100)):

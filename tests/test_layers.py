@@ -17,9 +17,9 @@ SOURCE = Path(__file__).parents[1] / "src"
 
 # Design section 3, from the ground up. The first four are files; a wing imports from those before it.
 WINGS = (
-    *("arguments", "records", "progress", "generated"),
+    *("arguments", "records", "quantity", "progress", "generated"),
     *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels"),
-    *("simulators", "audit", "scene", "cli"),
+    *("audit", "simulators", "scene", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
 # Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory.

@@ -182,7 +182,7 @@ def test_lammps_with_a_thousand_steps():
 
 
 def test_the_number_to_write_into_liggghts():
-    from viscopade.simulators import tsuji
+    from viscopade.collision import tsuji
 
     sentence = r"`coefficientRestitution 0.3` with.*?gives eps = ([0-9.]+); the number to write is ([0-9.]+)"
     naive, right = re.search(sentence, page("usage/simulators"), re.DOTALL).groups()
@@ -192,7 +192,7 @@ def test_the_number_to_write_into_liggghts():
 
 def test_the_restitutions_of_the_tsuji_damping():
     """Wanted eps, e to write, eps if e = eps is written, betan."""
-    from viscopade.simulators import tsuji
+    from viscopade.collision import tsuji
 
     rows = re.findall(
         r"^\| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \|$", page("usage/simulators-dem"), re.MULTILINE

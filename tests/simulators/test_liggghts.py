@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from viscopade import Pair, Sphere
-from viscopade.simulators import lammps, liggghts, stated, tsuji
+from viscopade.collision import tsuji
+from viscopade.simulators import lammps, liggghts, stated
 from viscopade.simulators.setup import Contact, Setup, Units
 from viscopade_lab.programs import liggghts_collisions as validation
 from viscopade_lab.programs.two_spheres import integrated, setup, time_step

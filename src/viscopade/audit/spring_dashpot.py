@@ -2,7 +2,7 @@
 
 The contact m x'' + 2 zeta sqrt(k m) x' + k x = 0 has eps = exp(-pi zeta/sqrt(1 - zeta^2)) if it ends at x = 0, and a
 larger one if it ends where the force vanishes. Hertz' spring with Tsuji's damping has the same two functions of zeta
-(`viscopade.simulators.tsuji`). kappa is 2 zeta for the first, sqrt(5) zeta for the second.
+(`viscopade.collision.tsuji`). kappa is 2 zeta for the first, sqrt(5) zeta for the second.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 from mpmath import mp
 
 from viscopade.audit.program import wanted_kappa
-from viscopade.simulators import tsuji
+from viscopade.collision import tsuji
 from viscopade.theory.law import VISCOELASTIC, law_of
 
 LINEAR, LINEAR_RETURN = law_of("linear"), law_of("linear", "return")

@@ -7,4 +7,5 @@ __all__ = [
     "panel_proof",
     "spheres",
     "steps",
+    "tsuji",
 ]

@@ -5,7 +5,6 @@ __all__ = [
     "choice",
     "cost",
     "description",
-    "quantity",
     "read",
     "render",
     "runners",

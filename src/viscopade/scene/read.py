@@ -12,6 +12,7 @@ from typing import TypeVar, cast, get_args
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.quantity import factor, quantity, words
 from viscopade.records import Node
 from viscopade.scene.description import (
     Argument,
@@ -30,7 +31,6 @@ from viscopade.scene.description import (
     geometric_mean,
     with_constant,
 )
-from viscopade.scene.quantity import factor, quantity, words
 from viscopade.simulators.setup import Units
 
 MOST_BODIES = 40

@@ -10,6 +10,5 @@ __all__ = [
     "render",
     "setup",
     "stated",
-    "tsuji",
     "yade",
 ]

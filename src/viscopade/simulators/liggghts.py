@@ -10,7 +10,7 @@ as in `Pair` (at a wall R_eff and m_eff are the sphere's: `pair_gran_base.h`, `f
 `normal_model_hertz.h`, `surfacesIntersect`, with `createBetaEff` of `global_properties.cpp`:
     F = 4/3 E_eff sqrt(R_eff d) d - 2 sqrt(5/6) b sqrt(S m_eff) v_n, S = 2 E_eff sqrt(R_eff d) and
     b = ln e/sqrt(ln^2 e + pi^2) < 0, e being `coefficientRestitution`.
-    As S = 3/2 k sqrt(d) with Hertz's k, this is `viscopade.simulators.tsuji` with alpha = sqrt(5) |b|: |b| is the
+    As S = 3/2 k sqrt(d) with Hertz's k, this is `viscopade.collision.tsuji` with alpha = sqrt(5) |b|: |b| is the
     damping ratio, and e is its eps for the end at x = 0.
 
 Both end where x = 0, with attraction before it, unless `limitForce on` clips the force at 0. Then `hertz/stiffness` has
@@ -24,9 +24,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from viscopade.audit.programs.liggghts import LEAST_COEFFICIENT
+from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
 from viscopade.generated import template
-from viscopade.simulators import tsuji
 from viscopade.simulators.setup import SI, Contact, Setup
 from viscopade.simulators.stated import (
     ConstantEpsilon,
@@ -40,9 +41,8 @@ from viscopade.simulators.stated import (
 
 Model = Literal["hertz/stiffness", "hertz"]
 
-# createCoeffRest and createYoungsModulus refuse what is outside, the second without `soft_particles yes` or
+# createYoungsModulus refuses what is outside, without `soft_particles yes` or
 # `hard_particles yes`.
-LEAST_COEFFICIENT = 0.05
 SOFT, HARD = 5e6, 1e9
 
 

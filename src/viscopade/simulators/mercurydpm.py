@@ -9,7 +9,7 @@ and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and 
     `setDissipation` takes A.
 `HertzianViscoelasticInteraction::computeNormalForce`:
     F = k d + D sqrt(m_eff k) v_n, not clipped.
-    This is `viscopade.simulators.tsuji` with alpha = D, `setDissipation`'s argument, for contact that ends at x = 0.
+    This is `viscopade.collision.tsuji` with alpha = D, `setDissipation`'s argument, for contact that ends at x = 0.
     `setEffectiveElasticModulusAndRestitutionCoefficient` inverts that correctly.
 
 A pair of different species has a mixed species. Its E_eff is right by itself, as the program's harmonic mean of the two
@@ -21,9 +21,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from viscopade.collision import tsuji
 from viscopade.collision.spheres import Sphere
 from viscopade.generated import template
-from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
 

@@ -5,7 +5,7 @@ Read in `pkg/dem/HertzMindlin.cpp` of YADE, `Ip2_FrictMat_FrictMat_MindlinPhys::
 
     F = kno u^(3/2) + c v_n, clipped at 0 (without adhesion), kno = 4/3 E_eff sqrt(R_eff), kn = 3/2 kno sqrt(u).
 
-In all versions: c = 2 betan sqrt(m_eff kn). This is `viscopade.simulators.tsuji` with alpha = sqrt(6) betan, a damping
+In all versions: c = 2 betan sqrt(m_eff kn). This is `viscopade.collision.tsuji` with alpha = sqrt(6) betan, a damping
 ratio of zeta = sqrt(6/5) betan: eps does not depend on the speed. `betan` may be given, or `en`, from which the program
 takes betan by a fit of Thornton, Cummins and Cleary for the clipped force (2023.02a; older versions use Tsuji's formula
 for the end at x = 0 and are off by more). `betan` from here needs no fit.
@@ -31,9 +31,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from viscopade.arrays.double import epsilon as exact_epsilon
+from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
 from viscopade.generated import template
-from viscopade.simulators import tsuji
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
 from viscopade.theory.paper import TABLE

@@ -16,8 +16,8 @@ from viscopade.collision import spheres
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.registry import entries
+from viscopade.quantity import DIMENSIONS, quantity
 from viscopade.records import Node
-from viscopade.scene.quantity import DIMENSIONS, quantity
 from viscopade.scene.units import Scale
 from viscopade_lab.hard_cases.double_trips import UNIT, change_of_portion, ulp_of
 

@@ -17,7 +17,7 @@ from viscopade.audit.programs import (
     yade,
 )
 
-__all__: list[str] = []
+__all__ = ["liggghts"]
 
 PROGRAMS: tuple[Program, ...] = tuple(
     module.PROGRAM

@@ -27,8 +27,9 @@ from viscopade.audit.spring_dashpot import (
     tsuji_kappa,
     viscoelastic_kappa,
 )
-from viscopade.simulators.liggghts import LEAST_COEFFICIENT
 from viscopade.theory.law import VISCOELASTIC, law_of
+
+LEAST_COEFFICIENT = 0.05
 
 _E, _ACCEPTED, _KAPPA = "coefficientRestitution", (str(LEAST_COEFFICIENT), "1"), ("0", "1e6")
 _HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz", "hooke", "hertz_stiffness"))

@@ -7,7 +7,8 @@ import mpmath
 import pytest
 
 from viscopade import Pair, Sphere
-from viscopade.simulators import lammps, liggghts, mercurydpm, stated, tsuji, yade
+from viscopade.collision import tsuji
+from viscopade.simulators import lammps, liggghts, mercurydpm, stated, yade
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.programs.two_spheres import integrated, setup
 
