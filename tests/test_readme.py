@@ -3,6 +3,7 @@
 import doctest
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -42,7 +43,7 @@ def output_of(words, directory):
 
 
 def of_viscopade(line, directory):
-    return output_of([sys.executable, "-m", "viscopade", *line.removeprefix("viscopade ").split()], directory)
+    return output_of([sys.executable, "-m", "viscopade", *shlex.split(line.removeprefix("viscopade "))], directory)
 
 
 def test_the_readme_has_these_commands():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from decimal import Decimal
+from decimal import Decimal, localcontext
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,9 @@ _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][+-]?[0-9]{
 # A product of powers of names, with small exponents: nothing that Pint would have to compute.
 _POWER = r"[A-Za-zµμ°%]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_POWER}(?:(?: ?[*/·] ?| ){_POWER})*")
+_BETA = re.compile(r"([^(]*)\(([^()]*)\) ?(?:\^|\*\*) ?\(1/5\)")
 _LONGEST = 60
+_EXACT = 200  # digits: of a product of a short number and a unit
 _SHORT = 8  # characters of a factor that is a round number
 
 DIMENSIONS = {
@@ -72,6 +74,29 @@ def words(dimension: str, *, zero: bool = False) -> str:
     return f'a {dimension} {">=" if zero else ">"} 0, such as "2.5 {example}", or a number in {unit}'
 
 
+def si_decimal(text: str, dimension: str) -> str | None:
+    """Return a number with a unit of a dimension in SI units, as an exact decimal; None if the text is none."""
+    value = _decimal(text, DIMENSIONS[dimension][0])
+    return None if value is None else str(value)
+
+
+def beta_decimal(text: str) -> tuple[str, str, str] | None:
+    """Return the parts of a beta with its unit, such as "1.307 (s/cm)^(1/5)"; None if the text is none.
+
+    Returns
+    -------
+    tuple of str
+        The number, the unit, and the speed of 1 in that unit's lengths and times, in m/s: 0.01 for (s/cm)^(1/5).
+    """
+    match = _BETA.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    number = None if match is None else _NUMBER.fullmatch(match[1])
+    slowness = match and [part.strip() for part in match[2].split("/")]
+    if match is None or number is None or number[2] or slowness is None or len(slowness) != 2:
+        return None
+    speed = si_decimal(f"1 {slowness[1]}/{slowness[0]}", "speed")
+    return None if speed is None else (number[1], f"({match[2].strip()})^(1/5)", speed)
+
+
 def factor(node: Node, dimension: str) -> tuple[str, float]:
     """Return a unit's name, and its factor to SI units.
 
@@ -99,12 +124,18 @@ def _plain(value: object) -> float | None:
 
 def _in_si(text: str, unit: str) -> float | None:
     """Return a number with a unit in another unit, or None."""
+    value = _decimal(text, unit)
+    return None if value is None else float(value)
+
+
+def _decimal(text: str, unit: str) -> Decimal | None:
+    """Return a number with a unit in another unit, exactly, or None."""
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None or not _UNIT.fullmatch(match[2].strip()):
         return None
     size = _size(match[2].strip(), unit)
-    # As decimals: 2.5 mm is 0.0025 m, to the last bit.
-    return None if size is None else float(Decimal(match[1]) * size)
+    with localcontext(prec=_EXACT):  # as decimals: 2.5 mm is 0.0025 m, to the last bit
+        return None if size is None else Decimal(match[1]) * size
 
 
 @lru_cache(maxsize=256)

@@ -188,6 +188,42 @@ def test_epsilon_of_a_material():
     assert float(unequal["beta"]) < float(whole["beta"])
 
 
+def test_quantities_have_units():
+    """A number with a unit is the number in SI units, exactly; both commands print the same names and units."""
+    units = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "10 MPa", "--poisson-ratio", 0.3)
+    plain = json_of("epsilon", *BALL, "--dissipative-constant", 4e-5, "--speed", 0.5)
+    assert json_of("epsilon", *units, "--dissipative-constant", "40 us", "--speed", "50 cm/s") == plain
+    assert plain["units"] == {
+        "beta": "(s/m)^(1/5)",
+        "dissipative_constant": "s",
+        "max_compression": "m",
+        "contact_time": "s",
+    }
+    assert set(json_of("invert", "--epsilon", 0.9, *units, "--speed", 1)) == {*plain, "digits"}
+    of_beta = json_of("epsilon", "--beta", "1.307 (s/cm)^(1/5)", "--speed", "10 mm/s", "--digits", 60)
+    same = json_of("epsilon", "--beta", "1.307", "--speed", "1", "--digits", 60)  # 10 mm/s is 1 cm/s
+    assert of_beta.pop("units") == {"beta": "(s/cm)^(1/5)"}
+    assert same.pop("units") == {"beta": "(s/m)^(1/5)"}
+    assert of_beta == same
+    assert (
+        "  beta                   0.2" in called("epsilon", *BALL, "--dissipative-constant", 1e-4, "--speed", 1).stdout
+    )
+
+
+def test_where_the_model_does_not_hold():
+    """A material of 10 Pa: it was a compression of 693 radii without a word."""
+    words = ("--radius", 0.01, "--density", 2500, "--young-modulus", "10 Pa", "--poisson-ratio", 0.3, "--speed", 1)
+    for first in (("epsilon", "--dissipative-constant", 1e-6), ("invert", "--epsilon", "0.9")):
+        found = json_of(*first, *words)
+        assert [text.split()[1] for text in found["warnings"]] == ["overlap", "1"]
+        assert all(f"Warning: {text}." in called(*first, *words).stdout for text in found["warnings"])
+    hard = ("--radius", "1 cm", "--density", 2500, "--young-modulus", "70 GPa", "--poisson-ratio", 0.22)
+    hard = ("epsilon", *hard, "--dissipative-constant", "1 us", "--speed", "1 m/s")
+    assert json_of(*hard)["warnings"] == []
+    (warning,) = json_of(*hard, "--yield-strength", "1 MPa")["warnings"]
+    assert warning.startswith("1 m/s is beyond the ")
+
+
 def test_invert_with_and_without_a_material():
     assert json_of("invert", "--epsilon", "0.9")["v_star"] == exact.invert("0.9").decimals()["v_star"]
     tiny = json_of("invert", "--one-minus-epsilon", "1e-30", "--digits", 20)

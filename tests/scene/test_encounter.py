@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 import viscopade as vp
 from viscopade import Pair, Sphere
+from viscopade.collision import limits
 from viscopade.scene import description, encounter, read, sense, tolerance
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Temperature, Tolerance
 from viscopade.scene.units import setup
@@ -273,22 +274,22 @@ def test_yield_speed(scene):
     """Johnson, Contact Mechanics, section 11.5: m v^2/2 = 53 R^3 Y^5/E^4, with the number rounded."""
     pair, strength = met(scene).pair, 3e8
     energy = 53 * pair.R_eff**3 * strength**5 / pair.E_eff**4
-    assert sense.yield_speed(pair, strength) == pytest.approx(math.sqrt(2 * energy / pair.m_eff), rel=0.005)
+    assert limits.yield_speed(pair, strength) == pytest.approx(math.sqrt(2 * energy / pair.m_eff), rel=0.005)
 
 
 def test_pressure_at_the_yield_speed():
     """Without dissipation, the largest compression at that speed has the pressure 1.6 Y: p = 3 F/(2 pi a^2)."""
     one = Sphere(radius=2e-3, density=2500, young_modulus=70e9, poisson_ratio=0.22, dissipative_constant=0)
     pair = Pair(one, one)
-    _, depth, _ = law(pair, sense.yield_speed(pair, 3e8))
+    _, depth, _ = law(pair, limits.yield_speed(pair, 3e8))
     pressure = 3 * pair.rho * depth**1.5 / (2 * math.pi * pair.R_eff * depth)
     assert pressure == pytest.approx(1.6 * 3e8, rel=1e-6)
 
 
 def test_what_is_beyond_double_precision_is_no_error():
     pair = met(scene_of(GLASS)).pair
-    assert sense.yield_speed(pair, 1e300) == math.inf
-    assert sense.yield_speed(pair, 1e-300) == 0
+    assert limits.yield_speed(pair, 1e300) == math.inf
+    assert limits.yield_speed(pair, 1e-300) == 0
     thin = scene_of(GLASS, sizes=((10.0,) * 3,), phi=5e-324)
     assert encounter.mean_free_time(thin, met(thin)) > 1e300
 
@@ -340,7 +341,7 @@ def test_deep_contacts():
         return scene_of(replace(GLASS, young_modulus=1e7), speeds=SpeedLimits(1e-3, fastest))
 
     fastest = around(DEPTH, make, 1e-2, 10)
-    assert law(met(make(1.0)).pair, fastest)[1] / 2e-3 == pytest.approx(sense.LARGEST_OVERLAP, rel=1e-6)
+    assert law(met(make(1.0)).pair, fastest)[1] / 2e-3 == pytest.approx(limits.LARGEST_OVERLAP, rel=1e-6)
 
 
 def test_yielding():
@@ -348,8 +349,8 @@ def test_yielding():
         return scene_of(replace(GLASS, yield_strength=1e9), speeds=SpeedLimits(1e-3, fastest))
 
     fastest = around(YIELDING, make, 1e-2, 10)
-    limit = sense.yield_speed(met(make(1.0)).pair, 1e9)
-    assert fastest == pytest.approx(sense.NEAR_YIELD * limit, rel=1e-9)
+    limit = limits.yield_speed(met(make(1.0)).pair, 1e9)
+    assert fastest == pytest.approx(limits.NEAR_YIELD * limit, rel=1e-9)
     near, beyond = (" ".join(sense.warnings(make(f * limit), met(make(f * limit)))) for f in (0.9, 1.1))
     assert "is near the" in near
     assert "is beyond the" in beyond
@@ -369,7 +370,7 @@ def test_sound():
 
     fastest = around(SOUND, make, 1e-2, 1e4)
     crossing = 2 * 2e-3 / math.sqrt(70e9 / 2500)
-    assert law(met(make(1.0)).pair, fastest)[0] == pytest.approx(sense.SOUND_CROSSINGS * crossing, rel=1e-6)
+    assert law(met(make(1.0)).pair, fastest)[0] == pytest.approx(limits.SOUND_CROSSINGS * crossing, rel=1e-6)
 
 
 def test_sound_at_a_wall():
@@ -384,7 +385,7 @@ def test_relaxation():
     constant = around(RELAXATION, make, 1e-9, 1e-2)
     found = met(make(constant))
     assert found.strongest.first.radius == found.strongest.second.radius == 1e-3
-    assert constant / law(found.strongest, 1e-2)[0] == pytest.approx(sense.LONGEST_RELAXATION, rel=1e-6)
+    assert constant / law(found.strongest, 1e-2)[0] == pytest.approx(limits.LONGEST_RELAXATION, rel=1e-6)
 
 
 # --- what simulators are told -----------------------------------------------------------------------------------------
@@ -483,12 +484,12 @@ def test_document_has_the_limits():
     rows = dict(re.findall(r"^\| ([^|]+) \| ([<>] [\d.]+) \|", text, re.MULTILINE))
     assert rows == {
         "contact time / mean free time": f"> {sense.LONGEST_CONTACT:g}",
-        "overlap / smaller radius": f"> {sense.LARGEST_OVERLAP:g}",
-        "fastest speed / yield speed": f"> {sense.NEAR_YIELD:g}",
-        "contact time / time of sound through the sphere": f"< {sense.SOUND_CROSSINGS:g}",
-        "A / contact time": f"> {sense.LONGEST_RELAXATION:g}",
+        "overlap / smaller radius": f"> {limits.LARGEST_OVERLAP:g}",
+        "fastest speed / yield speed": f"> {limits.NEAR_YIELD:g}",
+        "contact time / time of sound through the sphere": f"< {limits.SOUND_CROSSINGS:g}",
+        "A / contact time": f"> {limits.LONGEST_RELAXATION:g}",
     }
-    assert f"this pressure is {sense.YIELD_PRESSURE:g} times the yield strength" in " ".join(text.split())
+    assert f"this pressure is {limits.YIELD_PRESSURE:g} times the yield strength" in " ".join(text.split())
 
 
 def test_document_on_tails():

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import STYLE, Real, say, show
+from viscopade import arguments
+from viscopade.cli.console import STYLE, Quantity, Real, double, say, show
 
 if TYPE_CHECKING:
     from viscopade.audit.program import Audit, Program
@@ -22,15 +23,15 @@ _MEASURED = ("epsilon", "time_step", "phase", "predicted", "version")
 @click.command()
 @click.option("--program", metavar="NAME", help="One program only; a wrong name prints the list.")
 @click.option("--epsilon", help="The wanted eps, > 0 and <= 1.  [default: 0.9, 0.75, 0.5, 0.3, 0.1]")
-@click.option("--time-step", type=Real("time-step"), help="Time step, in units of the undamped contact time.")
-@click.option("--contact-time", type=Real("contact-time"), help="That time, if the time step is in seconds.")
+@click.option("--time-step", help="Time step, in units of the undamped contact time.")
+@click.option("--contact-time", type=Quantity("contact-time", "time"), help="That time, if the time step is one, too.")
 @click.option("--step-error", type=Real("step-error"), help="Print the largest time step with this relative error.")
 @STYLE
 def audit(
     program: str | None,
     epsilon: str | None,
-    time_step: float | None,
-    contact_time: float | None,
+    time_step: str | None,
+    contact_time: str | None,
     step_error: float | None,
     style: str,
 ) -> None:
@@ -42,11 +43,11 @@ def audit(
 
     The contact time is that without damping, as `viscopade epsilon` prints it for a material with A = 0.
     """
-    from viscopade import arguments
     from viscopade.audit.program import ASKED
     from viscopade.audit.programs import PROGRAMS, program_of
 
-    step = _in_contact_times(time_step, contact_time)
+    unit = 1.0 if contact_time is None else double("contact-time", contact_time)
+    step = _in_contact_times(time_step, unit, contact_time is not None)
     chosen = PROGRAMS if program is None else (program_of(program),)
     if epsilon is not None:
         arguments.exact_number("epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
@@ -58,7 +59,7 @@ def audit(
     if epsilon is None:
         _show_table(style, wanted, found, whole)
     else:
-        columns = [_columns(row, contact_time or 1.0) for row in found]
+        columns = [_columns(row, unit) for row in found]
         used = [name for name in columns[0] if any(each[name] for each in columns)]
         rows = [[each[name] for name in used] for each in columns]
         show(style, used, rows, whole, title=f"eps = {epsilon} is asked for")
@@ -69,13 +70,17 @@ def audit(
         say(f"time step: {step:.6g} undamped contact times; eps on average, and its range over where contact begins")
 
 
-def _in_contact_times(time_step: float | None, contact_time: float | None) -> float | None:
-    """Return the time step in units of the undamped contact time."""
+def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool) -> float | None:
+    """Return the time step in units of the undamped contact time; it may be a time, such as "2 ms"."""
     if time_step is None:
-        if contact_time is not None:
+        if is_time:
             raise click.UsageError("--contact-time is given: accepted with it is --time-step")
         return None
-    step = time_step / (1 if contact_time is None else contact_time) if contact_time != 0 else 0
+    if is_time:
+        time_step = Quantity("time-step", "time").convert(time_step, None, None)
+    accepted = "a number of contact times, or a time with --contact-time"
+    step = float(arguments.exact_number("time-step", time_step, accepted, lambda x: abs(x) < 10**300))
+    step = step / contact_time if contact_time else 0
     if not _LEAST_STEP <= step <= 1:
         raise ValueError(f"time-step is {step:.4g} contact times: accepted is {_LEAST_STEP:g} to 1")
     return step

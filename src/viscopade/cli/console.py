@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     _Integer = click.ParamType[int]
     _Number = click.ParamType[float]
     _Pair = click.ParamType[tuple[int, int]]
+    _Text = click.ParamType[str]
 else:  # before Click 8.4 it takes no type
-    _Integer = _Number = _Pair = click.ParamType
+    _Integer = _Number = _Pair = _Text = click.ParamType
 
 
 class Whole(_Integer):
@@ -74,6 +75,41 @@ class Real(_Number):
             )
         except ValueError as error:
             self.fail(str(error))
+
+
+class Quantity(_Text):
+    """Type of an option: a number with a unit, or a plain one in SI units; either becomes a decimal in SI units."""
+
+    name = "quantity"
+
+    def __init__(self, label: str, dimension: str) -> None:
+        self.label, self.dimension = label, dimension
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Parse a number, or a number with a unit."""
+        try:
+            arguments.exact_number(self.label, value, "", lambda _: True)
+        except ValueError:
+            from viscopade import quantity
+
+            found = quantity.si_decimal(value, self.dimension)
+            if found is None:
+                unit, example = quantity.DIMENSIONS[self.dimension]
+                accepted = f'a {self.dimension}, such as "2.5 {example}", or a number in {unit}'
+                self.fail(f"{self.label} is {value!r}: accepted is {accepted}")
+            return found
+        return str(value)
+
+
+def double(label: str, number: str) -> float:
+    """Return a decimal as a double.
+
+    Raises
+    ------
+    ValueError
+        If it has no place there.
+    """
+    return float(arguments.exact_number(label, number, "a finite decimal number", lambda x: abs(x) < 10**300))
 
 
 class Degrees(_Pair):
@@ -154,12 +190,15 @@ def law_words(law: Law) -> tuple[dict[str, Any], str]:
     return {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}, line
 
 
-MATERIAL_HELP = {
-    "young_modulus": "Young modulus of the material, a pressure.",
-    "poisson_ratio": "Poisson ratio of the material, > -1 and <= 0.5.",
-    "density": "Density of the material, a mass per volume.",
-    "dissipative_constant": "Dissipative constant A of the material, a time.",
+MATERIAL = {
+    "radius": ("length", "Radius of both spheres; give the option twice for two different radii."),
+    "young_modulus": ("pressure", "Young modulus of the material."),
+    "poisson_ratio": ("", "Poisson ratio of the material, > -1 and <= 0.5."),
+    "density": ("density", "Density of the material."),
+    "dissipative_constant": ("time", "Dissipative constant A of the material."),
+    "yield_strength": ("pressure", "Yield strength of the material, for a warning; may be left out."),
 }
+"""By option, the dimension ("" if there is none) and the help."""
 
 
 def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -169,16 +208,22 @@ def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
         command = click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material.")(
             command
         )
-        for name in reversed(names):
-            option = click.option("--" + name.replace("_", "-"), type=Real(name), help=MATERIAL_HELP[name])
-            command = option(command)
-        help_text = "Radius of both spheres, a length; give the option twice for two different radii."
-        return click.option("--radius", "radii", type=Real("radius"), multiple=True, help=help_text)(command)
+        for name in ("yield_strength", *reversed(names)):
+            command = _material_option(name)(command)
+        return _material_option("radius", "radii", multiple=True)(command)
 
     return decorate
 
 
-def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> Pair | None:
+def _material_option(name: str, *also: str, **settings: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    dimension, text = MATERIAL[name]
+    flag, kind = "--" + name.replace("_", "-"), Quantity(name, dimension) if dimension else Real(name)
+    return click.option(flag, *also, type=kind, help=text, **settings)
+
+
+def pair_of(
+    radii: Sequence[str], wall: bool, yield_strength: str | None = None, **properties: str | float | None
+) -> Pair | None:
     """Return the pair of bodies that the options describe, or None if no option is given.
 
     Raises
@@ -188,15 +233,16 @@ def pair_of(radii: Sequence[float], wall: bool, **properties: float | None) -> P
     """
     from viscopade.collision.spheres import Pair, Sphere
 
-    if not radii and not wall and all(value is None for value in properties.values()):
+    if not radii and not wall and all(value is None for value in (yield_strength, *properties.values())):
         return None
     missing = [name for name, value in properties.items() if value is None] + ([] if radii else ["radius"])
     if missing:
         raise click.UsageError("a material also needs " + ", ".join("--" + name.replace("_", "-") for name in missing))
     if len(radii) > 2 - wall:
         raise click.UsageError(f"--radius is given {len(radii)} times: accepted is once or twice, and once with --wall")
-    values: dict[str, Any] = {"dissipative_constant": 0.0, **properties}
-    spheres = [Sphere(radius=radius, **values) for radius in radii]
+    values: dict[str, Any] = {"dissipative_constant": 0.0}
+    values |= {name: double(name, str(value)) for name, value in properties.items()}
+    spheres = [Sphere(radius=double("radius", radius), **values) for radius in radii]
     values.pop("density")
     return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
 

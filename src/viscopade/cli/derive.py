@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,9 @@ from viscopade.cli.console import (
     DIGITS_OPTION,
     ORDER,
     STYLE,
-    Real,
+    Quantity,
     Whole,
+    double,
     law_words,
     material,
     pair_of,
@@ -23,9 +25,11 @@ from viscopade.cli.console import (
     with_law,
 )
 from viscopade.cli.writer import check_targets, write_all
+from viscopade.theory.law import VISCOELASTIC
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
+    from viscopade.theory.law import Law
     from viscopade.theory.pade import Pade, Root
     from viscopade.theory.paper import PrintedCoefficient
 
@@ -153,8 +157,8 @@ def pade_command(
 @click.command()
 @click.option("--v-star", help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
 @click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
-@click.option("--beta", help="The damping beta in (time/length)^(1/5); with --speed, instead of --v-star.")
-@click.option("--speed", help="Impact speed in length/time.")
+@click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)'; with --speed, instead of --v-star.")
+@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed.")
 @material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
 @DIGITS_IF_EXACT
 @with_law
@@ -172,11 +176,12 @@ def epsilon(
 ) -> None:
     """Print eps, maximal compression and contact time.
 
-    Give either --v-star, or --kappa, or --beta and --speed, or a material and --speed, in any consistent units.
+    Give either --v-star, or --kappa, or --beta and --speed, or a material and --speed. Quantities may have units, such
+    as "1 cm/s"; plain numbers are in SI units.
 
-    For v*, kappa, or beta and a speed, every digit is proven. Then x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and
-    tau_c in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision and in your
-    units.
+    For v*, kappa, or beta and a speed, every digit is proven. x_max is in units of (rho/m_eff)^(-2/5) v^(4/5), and
+    tau_c in units of (rho/m_eff)^(-2/5) v^(-1/5). For a material, the numbers are in double precision, and sentences
+    say where the model does not hold.
 
     For another law of contact, k x^A + c x^B x', the units are (k/m)^(-1/(A+1)) v^(2/(A+1)) and that length over v, and
     kappa is (c/m) (k/m)^(-(B+1)/(A+1)) v^(2(B+1)/(A+1)-1).
@@ -194,7 +199,7 @@ def epsilon(
                 "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --digits and "
                 "--law"
             )
-        _show_numbers(_at_speed(pair, Real("speed").convert(speed, None, None)), {}, style)
+        _show_material(pair, double("speed", speed), {}, options["yield_strength"], {}, style)
         return
     given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
     if given != 1 or (beta is None) != (speed is None):
@@ -203,14 +208,20 @@ def epsilon(
             "--speed"
         )
     number = 30 if digits is None else digits
-    collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
-    _show_numbers(collision.decimals(), {"digits": collision.digits, **fields}, style, line)
+    if beta is not None and speed is not None and of == VISCOELASTIC:
+        factor, in_its_units, unit = _beta_and_speed(beta, speed)
+        collision = exact.collision(digits=number, beta=factor, speed=in_its_units)
+    else:
+        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
+        unit = "" if beta is None else _unit_of_beta(of)
+    units = {"beta": unit} if unit else {}
+    _show_numbers(collision.decimals(), units, {"digits": collision.digits, **fields}, style, line)
 
 
 @click.command()
 @click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
-@click.option("--speed", help="Impact speed in length/time; then beta is printed, too.")
+@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")
 @material("young_modulus", "poisson_ratio", "density")
 @DIGITS_OPTION
 @with_law
@@ -228,8 +239,10 @@ def invert(
     """Print the v*, beta and A that give a wanted eps.
 
     Without further options, the command prints v*, and for another law of contact its kappa. With --speed, it also
-    prints beta, kappa = beta speed^(2/nu-1). With a material and --speed, it also prints the dissipative constant A.
-    Use any consistent units. Every digit is proven, except for A, which is in double precision.
+    prints beta, kappa = beta speed^(2/nu-1). With a material and --speed, it also prints the dissipative constant A,
+    the maximal compression and the contact time, and sentences say where the model does not hold. Quantities may have
+    units, such as "1 cm/s"; plain numbers are in SI units. Every digit is proven, except for the material's numbers,
+    which are in double precision.
     """
     from viscopade.collision import exact
     from viscopade.theory.law import law_of
@@ -245,30 +258,82 @@ def invert(
     if pair is not None and fields:
         raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
-    numbers = collision.decimals()
-    if pair is not None:
+    proven = collision.decimals()
+    if pair is not None and speed is not None:
         precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
-        numbers["dissipative_constant"] = repr(pair.dissipative_constant(precise.floats()["beta"]))
-    _show_numbers(numbers, {"digits": digits, **fields}, style, line)
+        constant = pair.dissipative_constant(precise.floats()["beta"])
+        _show_material(
+            pair.damped(constant), double("speed", speed), proven, options["yield_strength"], {"digits": digits}, style
+        )
+        return
+    units = {} if speed is None else {"beta": _unit_of_beta(of)}
+    _show_numbers(proven, units, {"digits": digits, **fields}, style, line)
 
 
-def _at_speed(pair: Pair, speed: float) -> dict[str, str]:
-    """Return the numbers of a collision at a speed, in double precision."""
+def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
+    """Return the number of a beta, the speed in units that fit it, and the unit of beta: exact decimals both."""
+    from viscopade import quantity
+
+    parts = quantity.beta_decimal(beta)
+    if parts is None:
+        accepted = 'a number in (s/m)^(1/5), or one with its unit, such as "1.3 (s/cm)^(1/5)"'
+        arguments.exact_number("beta", beta, accepted, lambda _: True)
+        return beta, speed, _unit_of_beta(VISCOELASTIC)
+    number, unit, scale = parts
+    return number, Fraction(speed) / Fraction(scale), unit
+
+
+def _unit_of_beta(law: Law) -> str:
+    """Return the SI unit of beta, (s/m)^(2/nu - 1); "" if it has none."""
+    power = 2 / law.nu - 1
+    return "" if power == 0 else f"(s/m)^({power})" if power > 0 else f"(m/s)^({-power})"
+
+
+def _show_material(
+    pair: Pair, speed: float, proven: dict[str, str], strength: str | None, context: dict[str, Any], style: str
+) -> None:
+    """Show the numbers of a collision in double precision, but for the proven ones, and where the model fails."""
+    from viscopade.arrays import double as scaled
+    from viscopade.collision import limits
+
+    v_star = pair.v_star(speed)
     numbers = {
-        "beta": pair.beta,
-        "v_star": pair.v_star(speed),
+        "v_star": v_star,
         "epsilon": pair.epsilon(speed),
         "one_minus_epsilon": pair.one_minus_epsilon(speed),
+        "x_max": scaled.x_max(v_star),
+        "tau_c": scaled.tau_c(v_star),
+        "beta": pair.beta,
+        "dissipative_constant": pair.A,
         "max_compression": pair.max_compression(speed),
         "contact_time": pair.contact_time(speed),
     }
-    return {name: repr(float(value)) for name, value in numbers.items()}
+    units = {
+        "beta": _unit_of_beta(VISCOELASTIC),
+        "dissipative_constant": "s",
+        "max_compression": "m",
+        "contact_time": "s",
+    }
+    given = None if strength is None else double("yield_strength", strength)
+    warnings = list(limits.violations(pair, speed, yield_strength=given))
+    shown = {name: repr(float(value)) for name, value in numbers.items()} | proven
+    _show_numbers(shown, units, context, style, *(f"Warning: {text}." for text in warnings), warnings=warnings)
 
 
-def _show_numbers(numbers: dict[str, str], context: dict[str, Any], style: str, line: str = "") -> None:
-    show(style, ("quantity", "value"), numbers.items(), {**context, **numbers})
-    if style == "text" and line:
-        say(line)
+def _show_numbers(
+    numbers: dict[str, str], units: dict[str, str], context: dict[str, Any], style: str, *lines: str, **further: Any
+) -> None:
+    """Show numbers in a table with a column of units, if there are any, and lines below it."""
+    if units:
+        header: tuple[str, ...] = ("quantity", "value", "unit")
+        rows: list[tuple[str, ...]] = [(name, value, units.get(name, "")) for name, value in numbers.items()]
+        further = {"units": units, **further}
+    else:
+        header, rows = ("quantity", "value"), list(numbers.items())
+    show(style, header, rows, {**context, **numbers, **further})
+    for line in lines:
+        if style == "text" and line:
+            say(line)
 
 
 def _entry_row(entry: PrintedCoefficient) -> tuple[str, ...]:

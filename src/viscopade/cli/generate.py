@@ -1,4 +1,4 @@
-"""Commands that generate code and simulator parameters: export, scene, simulators."""
+"""Commands that generate code: export, scene."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade import simulators
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
     DIGITS,
@@ -15,9 +14,6 @@ from viscopade.cli.console import (
     ORDER,
     STYLE,
     Degrees,
-    Real,
-    material,
-    pair_of,
     read_file,
     say,
     show,
@@ -27,7 +23,6 @@ from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TA
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
-    from viscopade.simulators.setup import Setup
 
 
 @click.command()
@@ -174,90 +169,6 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
         click.echo(f"wrote {render.file_name(scene)} to {out}")
 
 
-@click.command("simulators")
-@click.argument("target", type=click.Choice(simulators.TARGETS))
-@click.argument("file", type=click.Path(path_type=Path), required=False)
-@click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
-@click.option("--speed", type=Real("speed"), help="Impact speed in m/s, instead of a scene.")
-@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
-@click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
-def simulators_command(
-    target: str,
-    file: Path | None,
-    epsilon: float | None,
-    speed: float | None,
-    tier: str | None,
-    output: Path | None,
-    **options: Any,
-) -> None:
-    """Print the contact parameters in a simulator's own words.
-
-    The simulators are LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS. Give either a scene as FILE, or a
-    material and a speed with either eps or A, all in SI units.
-    """
-    from viscopade.simulators.render import render
-
-    if output is not None:
-        check_targets([output])
-    if file is None:
-        setup = _setup_of_material(epsilon, speed, options)
-        words = _words(epsilon=epsilon, speed=speed, **options)
-        source = f"viscopade simulators {target} {words}"
-    else:
-        from viscopade.scene import units
-
-        if epsilon is not None or speed is not None or pair_of(**options) is not None:
-            raise click.UsageError(
-                "a scene and a material are given: accepted is either a scene or a material with --speed"
-            )
-        setup, source = units.setup(read_scene(file)), f"viscopade simulators {target} {file.name}"
-    if tier is not None and not target.startswith("rebound"):
-        raise click.UsageError(
-            f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
-        )
-    source += "" if tier is None else f" --tier {tier}"
-    text = render(target, setup, source, tier or "1e-5")
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        write(output, text)
-
-
-def _setup_of_material(epsilon: float | None, speed: float | None, options: dict[str, Any]) -> Setup:
-    """Return one pair of bodies with the given A, or with the A that gives the wanted eps."""
-    from viscopade.simulators.setup import of_pair
-
-    constant = options["dissipative_constant"]
-    if (epsilon is None) == (constant is None):
-        given = "neither" if constant is None else "both"
-        raise click.UsageError(
-            f"--epsilon and --dissipative-constant: {given} given, accepted is a scene, or a material with --speed and "
-            "exactly one of them"
-        )
-    options = options | {"dissipative_constant": 0.0 if constant is None else constant}
-    pair = pair_of(**options)
-    if pair is None or speed is None:
-        raise click.UsageError("a material also needs --speed, the impact speed that matters")
-    if epsilon is not None:
-        pair = pair.calibrated(speed, epsilon)
-    return of_pair(pair, speed)
-
-
-def _words(**options: Any) -> str:
-    """Return the options as the words of a command line."""
-    words = []
-    for name, value in options.items():
-        flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
-        if value is True:
-            words.append(flag)
-        elif isinstance(value, tuple):
-            words += (f"{flag} {item:g}" for item in value)
-        elif value is not None and value is not False:
-            words.append(f"{flag} {value:g}")
-    return " ".join(words)
-
-
 def read_scene(file: Path) -> Scene:
     """Return the scene that a TOML file describes."""
     from viscopade.scene.read import from_toml
@@ -265,4 +176,4 @@ def read_scene(file: Path) -> Scene:
     return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
 
 
-COMMANDS = (export, scene_command, simulators_command)
+COMMANDS = (export, scene_command)

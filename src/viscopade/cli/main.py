@@ -12,7 +12,7 @@ from typing import NoReturn, TextIO
 
 import click
 
-from viscopade.cli import audit, derive, generate
+from viscopade.cli import audit, derive, generate, simulators
 from viscopade.cli.console import keep_printing, tracker
 from viscopade.progress import shown_by
 
@@ -51,7 +51,7 @@ def command() -> None:
     """
 
 
-for found in (*derive.COMMANDS, *audit.COMMANDS, *generate.COMMANDS):
+for found in (*derive.COMMANDS, *audit.COMMANDS, *generate.COMMANDS, *simulators.COMMANDS):
     command.add_command(found)
 
 

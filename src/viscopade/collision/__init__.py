@@ -4,6 +4,7 @@ __all__ = [
     "curve",
     "exact",
     "law_panels",
+    "limits",
     "panel_proof",
     "spheres",
     "steps",

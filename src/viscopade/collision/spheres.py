@@ -298,8 +298,13 @@ class Pair:
         """
         v = checked.number("speed", speed, _POSITIVE)
         beta = beta_from_restitution(v, epsilon, one_minus_epsilon=one_minus_epsilon)
-        a = self.dissipative_constant(float(beta))
-        first, second = (replace(sphere, dissipative_constant=a) for sphere in (self.first, self.second))
+        return self.damped(self.dissipative_constant(float(beta)))
+
+    def damped(self, dissipative_constant: float) -> Pair:
+        """Return this pair of the same spheres, but both with a new dissipative constant A, a time."""
+        first, second = (
+            replace(sphere, dissipative_constant=dissipative_constant) for sphere in (self.first, self.second)
+        )
         return Pair(first, second)
 
     def length_scale(self, speed: Values) -> Values:

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from viscopade.collision import exact
+from viscopade.collision import exact, limits
 from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
 from viscopade.simulators.setup import Contact
@@ -70,8 +70,7 @@ class Encounter:
     @property
     def overlap(self) -> float:
         """Maximal compression of typical bodies at the fastest impact, over the smaller radius."""
-        radius = min(self.pair.first.radius, self.pair.second.radius)
-        return float(self.pair.max_compression(self.speeds[2])) / radius
+        return limits.overlap(self.pair, self.speeds[2])
 
     def contact(self) -> Contact:
         """Return the contact for simulators."""

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.scene import sense
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import encounters
 from viscopade.simulators.setup import Contact, Setup
@@ -64,8 +65,10 @@ class Scale:
 
 
 def setup(scene: Scene) -> Setup:
-    """Return the bodies and contacts of a scene in its units."""
+    """Return the bodies and contacts of a scene in its units, with the warnings on it."""
     scale = Scale(*scene.scale)
     bodies = {name: scale.sphere(scene.sphere(name)) for name in scene.bodies}
-    contacts = tuple(scale.contact(encounter.contact()) for encounter in encounters(scene))
-    return Setup(scene.title, bodies, contacts, scene.units)
+    met = encounters(scene)
+    contacts = tuple(scale.contact(encounter.contact()) for encounter in met)
+    warnings = tuple(text for encounter in met for text in sense.warnings(scene, encounter))
+    return Setup(scene.title, bodies, contacts, scene.units, warnings)

@@ -1,6 +1,9 @@
-"""Contact parameters in the words of simulators: LAMMPS, REBOUND, MercuryDPM, YADE and LIGGGHTS."""
+"""Contact parameters in the words of other programs: DEM codes, and robotics codes with contacts of their own."""
 
 TARGETS = ("lammps", "rebound-c", "rebound-python", "mercurydpm", "yade", "liggghts")
+"""Programs that get the viscoelastic law, or what is nearest to it."""
+SOFT = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
+"""Programs with a contact of their own law, whose stiffness is free."""
 
 __all__ = [
     "gas",
@@ -9,6 +12,8 @@ __all__ = [
     "rebound",
     "render",
     "setup",
+    "soft",
+    "soft_text",
     "stated",
     "yade",
 ]

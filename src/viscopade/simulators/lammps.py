@@ -270,7 +270,7 @@ def render(setup: Setup, command: str) -> str:
     return _render(
         "lammps.in.jinja",
         marker=marker_line(command),
-        title=one_line("title", setup.title),
+        opening=setup.opening,
         units=setup.units,
         units_command=units_command(setup.units),
         units_lines=_units_lines(setup.units),

@@ -21,7 +21,7 @@ accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitFo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 from viscopade.audit.programs.liggghts import LEAST_COEFFICIENT
@@ -81,9 +81,7 @@ def stiffness_errors(contact: Contact) -> ProgramErrors:
     gamman = stiffness(contact.pair).gamman
 
     def program(pair: Pair, speed: float) -> float:
-        a = gamman * pair.m_eff / (2 * pair.E_eff)  # what this size gets
-        first, second = (replace(body, dissipative_constant=a) for body in (pair.first, pair.second))
-        return Pair(first, second).epsilon(speed)
+        return pair.damped(gamman * pair.m_eff / (2 * pair.E_eff)).epsilon(speed)  # this size gets that A
 
     return program_errors(program, contact)
 

@@ -199,11 +199,12 @@ def _head(
     setup: Setup, named: dict[str, Contact], chosen: speed_kernel.SpeedKernel, command: str, use: str
 ) -> list[str]:
     """Return the lines of the comment that begins a file."""
-    units = setup.units
+    units, opening = setup.units, setup.opening
     return [
         marker_line(command),
         "",
-        *wrap(f"For REBOUND (written for 5.2.2): {one_line('the title of the setup', setup.title)}", WIDTH),
+        *wrap(f"For REBOUND (written for 5.2.2): {opening[0]}", WIDTH),
+        *(line for text in opening[1:] for line in wrap(text, WIDTH)),
         "",
         *wrap(
             "The coefficient of normal restitution eps of viscoelastic spheres. The simulation must use these units: "

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.generated import one_line
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,8 @@ class Setup:
         All that are meant to occur.
     units : Units
         Of all numbers.
+    warnings : tuple of str
+        Sentences on assumptions of the model that the contacts violate, without their full stops.
 
     Raises
     ------
@@ -100,6 +103,7 @@ class Setup:
     bodies: Mapping[str, Sphere]
     contacts: tuple[Contact, ...]
     units: Units = SI
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.contacts:
@@ -110,13 +114,20 @@ class Setup:
                     raise ValueError(f"there is no body {name!r}: accepted are {', '.join(self.bodies)}")
 
     @property
+    def opening(self) -> list[str]:
+        """First lines of a generated file, without comment marks: the title, which must be one line, and warnings."""
+        return [one_line("title", self.title), *(f"Warning: {text}." for text in self.warnings)]
+
+    @property
     def spheres(self) -> list[str]:
         """Names of the spheres."""
         return [name for name, body in self.bodies.items() if not body.is_wall]
 
 
-def of_pair(pair: Pair, speed: float) -> Setup:
-    """Return the setup of one pair at one speed, in SI units."""
+def of_pair(
+    pair: Pair, speed: float, speeds: tuple[float, float] | None = None, warnings: tuple[str, ...] = ()
+) -> Setup:
+    """Return the setup of one pair at one speed, or over the speeds from a slowest to a fastest one, in SI units."""
     if pair.second.is_wall:
         bodies = {"ball": pair.first, "wall": pair.second}
     elif pair.first == pair.second:
@@ -124,7 +135,7 @@ def of_pair(pair: Pair, speed: float) -> Setup:
     else:
         bodies = {"first": pair.first, "second": pair.second}
     names = list(bodies)
-    contact = Contact(names[0], names[-1], pair, speed, speed, speed)
-    return Setup(
-        "Two spheres" if len(bodies) == 1 or not pair.second.is_wall else "A ball and a wall", bodies, (contact,)
-    )
+    slowest, fastest = (speed, speed) if speeds is None else speeds
+    contact = Contact(names[0], names[-1], pair, slowest, speed, fastest)
+    title = "Two spheres" if len(bodies) == 1 or not pair.second.is_wall else "A ball and a wall"
+    return Setup(title, bodies, (contact,), warnings=warnings)

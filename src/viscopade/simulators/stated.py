@@ -109,7 +109,7 @@ def common(setup: Setup, command: str) -> dict[str, Any]:
     timestep = shortest_contact(setup) / STEPS
     return {
         "marker": marker_line(command),
-        "title": one_line("title", setup.title),
+        "opening": setup.opening,
         "setup": setup,
         "timestep": f"{timestep:.6g}",
         "step_error": f"{largest_step_error(setup, timestep):.1e}",

@@ -32,10 +32,11 @@ def rebound(
     dissipation: float = 0.0,
     relaxation_time: float = 0.0,
     speed: float = 1.0,
+    stiffness: float = STIFFNESS,
 ) -> float:
     """Return eps of a sphere that hits a half space at a speed; a time step of 0 is none.
 
-    Both materials have twice the `STIFFNESS` that is theirs in contact, the dissipation, and half of the relaxation
+    Both materials have twice the stiffness that is theirs in contact, the dissipation, and half of the relaxation
     time.
     """
     drake = program()
@@ -49,7 +50,7 @@ def rebound(
     material = drake.ProximityProperties()
     drake.AddContactMaterial(
         dissipation=dissipation,
-        point_stiffness=2 * STIFFNESS,
+        point_stiffness=2 * stiffness,
         friction=drake.CoulombFriction(0, 0),
         properties=material,
     )
@@ -59,7 +60,7 @@ def rebound(
     plant.Finalize()
     simulator = drake.Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    unit = math.pi * math.sqrt(MASS / STIFFNESS)
+    unit = math.pi * math.sqrt(MASS / stiffness)
     plant.SetPositions(context, [RADIUS + phase * speed * (step or unit / 100)])
     plant.SetVelocities(context, [-speed])
     if not step:

@@ -15,15 +15,17 @@ from viscopade_lab.programs.audit_cases import AuditCase
 
 RADIUS, MASS, STIFFNESS = 0.1, 2.0, 1e6
 _ACCURACY = 1e-9  # of the integrator
-_LOOKS, _INTERVAL = 200, 0.01  # s: times at which the sphere is looked at; a contact takes some 0.02 s
+_INTERVAL, _LONGEST = 0.01, 2.0  # s: times at which the sphere is looked at; a contact takes some 0.02 s
 
 
 program = partial(audit_cases.package, "opensim", "opensim")
 """Return the package, or raise RuntimeError if it is not installed."""
 
 
-def rebound(dissipation: float, speed: float = 1.0) -> float:
-    """Return eps of a sphere that hits a half space at a speed."""
+def collided(
+    dissipation: float, speed: float = 1.0, *, stiffness: float = STIFFNESS, interval: float = _INTERVAL
+) -> tuple[float, float]:
+    """Return eps, and the deepest penetration seen, of a sphere that hits a half space at a speed."""
     opensim = program()
     opensim.Logger.setLevelString("Off")
     zero, upright = opensim.Vec3(0), opensim.Vec3(0, 0, math.pi / 2)
@@ -33,7 +35,7 @@ def rebound(dissipation: float, speed: float = 1.0) -> float:
     joint = opensim.SliderJoint("slider", model.getGround(), zero, upright, ball, zero, upright)
     floor = opensim.ContactHalfSpace(zero, opensim.Vec3(0, 0, -math.pi / 2), model.getGround(), "floor")
     force = opensim.HuntCrossleyForce()
-    force.setStiffness(STIFFNESS)
+    force.setStiffness(stiffness)
     force.setDissipation(dissipation)
     for name in ("floor", "sphere"):
         force.addGeometry(name)
@@ -49,12 +51,19 @@ def rebound(dissipation: float, speed: float = 1.0) -> float:
     manager = opensim.Manager(model)
     manager.setIntegratorAccuracy(_ACCURACY)
     manager.initialize(state)
-    for i in range(1, _LOOKS):
-        state = manager.integrate(i * _INTERVAL)
-        velocity = float(height.getSpeedValue(state))
-        if velocity > 0 and height.getValue(state) > RADIUS:
-            return velocity / speed
+    deepest = 0.0
+    for i in range(1, round(_LONGEST / interval)):
+        state = manager.integrate(i * interval)
+        velocity, depth = float(height.getSpeedValue(state)), RADIUS - float(height.getValue(state))
+        deepest = max(deepest, depth)
+        if velocity > 0 and depth < 0:
+            return velocity / speed, deepest
     raise RuntimeError("a collision of the audit has not ended in OpenSim")
+
+
+def rebound(dissipation: float, speed: float = 1.0) -> float:
+    """Return eps of a sphere that hits a half space at a speed."""
+    return collided(dissipation, speed)[0]
 
 
 def measured(_: AuditCase, parameter: float) -> float:

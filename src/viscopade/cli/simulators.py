@@ -1,0 +1,222 @@
+"""Command that prints the contact parameters of other programs: simulators."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade import simulators
+from viscopade.cli.console import Quantity, Real, double, material, pair_of
+from viscopade.cli.generate import read_scene
+from viscopade.cli.writer import check_targets, write
+from viscopade.kernels.names import TIERS
+
+if TYPE_CHECKING:
+    from viscopade.simulators.setup import Setup
+
+_SOFT = ("stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
+"""Options of programs whose contacts have a law of their own."""
+
+
+class SpeedRange(click.ParamType):  # type: ignore[type-arg]
+    """Type of an option: two speeds, such as "1:20 cm/s"."""
+
+    name = "MIN:MAX"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """Parse two speeds; the unit of the second is that of the first, too, if that has none."""
+        speed = Quantity("speeds", "speed")
+        first, colon, second = value.partition(":")
+        unit = second.lstrip("+-.0123456789eE ")
+        if not colon:
+            self.fail(f'speeds is {value!r}: accepted is a slowest and a fastest speed, such as "1:20 cm/s"')
+        if first.strip(" +-.0123456789eE") == "" and unit:
+            first += f" {unit}"
+        return speed.convert(first.strip(), param, ctx), speed.convert(second.strip(), param, ctx)
+
+
+@click.command("simulators")
+@click.argument("target", type=click.Choice((*simulators.TARGETS, *simulators.SOFT)))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
+@click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
+@click.option("--speeds", type=SpeedRange(), help="Slowest and fastest impact: the text states the error of eps there.")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@click.option("--stiffness", type=Real("stiffness"), help="Stiffness of a contact, in SI units; for MuJoCo per mass.")
+@click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of a contact at --speed.")
+@click.option("--penetration", type=Quantity("penetration", "length"), help="Penetration in the fastest impact.")
+@click.option("--mass", type=Quantity("mass", "mass"), help="Effective mass, m1 m2/(m1 + m2).")
+@click.option("--time-step", type=Quantity("time-step", "time"), help="Time step for which the damping makes up.")
+@click.option("--step-error", type=Real("step-error"), help="Error of eps, for the longest time step.  [default: 0.01]")
+@click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
+    """Print the contact parameters in a program's own words.
+
+    LAMMPS, REBOUND (C or Python), MercuryDPM, YADE and LIGGGHTS get the viscoelastic law, or what is nearest to it.
+    Give either a scene as FILE, or a material and --speed with either eps or A.
+
+    MuJoCo, Drake, Simbody (OpenSim), Chrono and JaxDEM have contacts of their own, whose damping is exact at one speed.
+    Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
+    how soft contacts are; without them they last as long as the viscoelastic ones.
+
+    Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
+    """
+    if output is not None:
+        check_targets([output])
+    words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
+    soft = {name: options.pop(name) for name in _SOFT}
+    of_soft = target in simulators.SOFT
+    if not of_soft and any(value is not None for value in soft.values()):
+        flag = next(name for name, value in soft.items() if value is not None)
+        raise click.UsageError(
+            f"--{flag.replace('_', '-')} is given for {target}: accepted is {', '.join(simulators.SOFT)}"
+        )
+    if tier is not None and not target.startswith("rebound"):
+        raise click.UsageError(
+            f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
+        )
+    found = _given(file, **options)
+    text = _soft_text(target, found, words, soft) if of_soft else _text(target, found, words, tier)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write(output, text)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """The collisions that the options describe: a setup, or eps at a speed between bodies of which no more is known."""
+
+    setup: Setup | None
+    epsilon: float | None = None
+    speed: float = 1.0
+    speeds: tuple[float, float] | None = None
+
+
+def _given(
+    file: Path | None,
+    epsilon: float | None,
+    speed: str | None,
+    speeds: tuple[str, str] | None,
+    yield_strength: str | None,
+    **options: Any,
+) -> _Given:
+    from viscopade.scene import units
+
+    constant = options["dissipative_constant"]
+    without = {name: value for name, value in options.items() if name != "dissipative_constant"}
+    has_material = bool(without["radii"]) or any(value not in (None, False, ()) for value in without.values())
+    if file is not None:
+        if has_material or any(value is not None for value in (epsilon, speed, speeds, constant, yield_strength)):
+            raise click.UsageError(
+                "a scene and a material are given: accepted is either a scene or a material with --speed"
+            )
+        return _Given(units.setup(read_scene(file)))
+    if (epsilon is None) == (constant is None):
+        given = "neither" if constant is None else "both"
+        raise click.UsageError(
+            f"--epsilon and --dissipative-constant: {given} given, accepted is a scene, or a material with --speed and "
+            "exactly one of them"
+        )
+    if speed is None:
+        raise click.UsageError("a material also needs --speed, the impact speed that matters")
+    v = double("speed", speed)
+    ends = None if speeds is None else (double("speeds", speeds[0]), double("speeds", speeds[1]))
+    if ends is not None and not 0 < ends[0] <= v <= ends[1]:
+        raise ValueError(f"speeds are {ends[0]:g} and {ends[1]:g} m/s: accepted is 0 < MIN <= {v:g} <= MAX")
+    if not has_material and constant is None and yield_strength is None:
+        return _Given(None, epsilon, v, ends)
+    return _Given(_setup_of_material(epsilon, v, ends, yield_strength, options))
+
+
+def _setup_of_material(
+    epsilon: float | None,
+    speed: float,
+    speeds: tuple[float, float] | None,
+    yield_strength: str | None,
+    options: dict[str, Any],
+) -> Setup:
+    """Return one pair of bodies with the given A, or with the A that gives the wanted eps."""
+    from viscopade.collision import limits
+    from viscopade.simulators.setup import of_pair
+
+    constant = options["dissipative_constant"]
+    pair = pair_of(**options | {"dissipative_constant": 0.0 if constant is None else constant})
+    assert pair is not None  # some of its options are given
+    if epsilon is not None:
+        pair = pair.calibrated(speed, epsilon)
+    strength = None if yield_strength is None else double("yield_strength", yield_strength)
+    fastest = speed if speeds is None else speeds[1]
+    return of_pair(pair, speed, speeds, tuple(limits.violations(pair, fastest, yield_strength=strength)))
+
+
+def _text(target: str, found: _Given, words: str, tier: str | None) -> str:
+    from viscopade.simulators.render import render
+
+    if found.setup is None:
+        raise click.UsageError(
+            f"{target} needs a material: accepted is a scene, or --radius, --density, --young-modulus and "
+            "--poisson-ratio"
+        )
+    return render(target, found.setup, words, tier or "1e-5")
+
+
+def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
+    from viscopade.simulators import soft_text
+    from viscopade.simulators.setup import SI
+    from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
+
+    time, length, step, mass = (
+        None if soft[name] is None else double(name, soft[name])
+        for name in ("contact_time", "penetration", "time_step", "mass")
+    )
+    for name, value in (("mass", mass), ("time-step", step)):
+        if value is not None and value <= 0:
+            raise ValueError(f"{name} is {value:g}: accepted is a number > 0")
+    error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
+    if not 1e-8 <= error <= 1:
+        raise ValueError(f"step-error is {error:.4g}: accepted is 1e-08 to 1")
+    softness = Softness(soft["stiffness"], time, length)
+    if found.setup is None:
+        assert found.epsilon is not None
+        wanted = [Wanted.at(found.epsilon, found.speed, found.speeds, mass)]
+        opening, units = [f"A contact with eps = {found.epsilon:g} at {found.speed:g} m/s"], SI
+    else:
+        if mass is not None:
+            raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")
+        wanted = [Wanted.of(contact) for contact in found.setup.contacts]
+        opening, units = found.setup.opening, found.setup.units
+    return soft_text.render(
+        target,
+        wanted,
+        words,
+        opening=opening,
+        softness=softness,
+        time_step=step,
+        step_error=error,
+        units=units,
+    )
+
+
+def _words(file: Path | None, **options: Any) -> str:
+    """Return the file's name and the options as the words of a command line."""
+    words = [] if file is None else [file.name]
+    for name, value in options.items():
+        flag = "--" + {"radii": "radius"}.get(name, name).replace("_", "-")
+        if value is True:
+            words.append(flag)
+        elif name == "speeds" and value is not None:
+            words += [flag, ":".join(value)]
+        elif isinstance(value, tuple):
+            words += (word for item in value for word in (flag, item))
+        elif value is not None and value is not False:
+            words += [flag, f"{value:.12g}" if isinstance(value, float) else value]
+    return shlex.join(words)
+
+
+COMMANDS = (simulators_command,)

@@ -1,0 +1,100 @@
+"""Limits of the model: Hertz's theory, slow impacts, elastic material, the law of force."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from viscopade.collision.spheres import Pair
+
+LARGEST_OVERLAP = 0.03  # of the smaller radius
+NEAR_YIELD = 0.5  # of the speed at which the material yields
+SOUND_CROSSINGS = 5  # of the smaller sphere, that a contact should last at least
+LONGEST_RELAXATION = 0.3  # A over the contact time
+YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
+
+
+def violations(
+    pair: Pair,
+    fastest: float,
+    *,
+    strongest: Pair | None = None,
+    yield_strength: float | None = None,
+    unit: str = "m/s",
+) -> Iterator[str]:
+    """Yield a sentence, without its full stop, for each assumption of the model that a pair violates.
+
+    Parameters
+    ----------
+    pair : Pair
+        With typical radii.
+    fastest : float
+        Its fastest impact, a length/time.
+    strongest : Pair, optional
+        With the radii of the largest v* at a speed, if sizes are distributed.
+    yield_strength : float, optional
+        The smaller one of both materials, a pressure.
+    unit : str
+        Unit of speeds.
+    """
+    yield from _depth(pair, fastest)
+    yield from _yielding(pair, fastest, yield_strength, unit)
+    yield from _slowness(pair, fastest, unit)
+    yield from _relaxation(pair if strongest is None else strongest, fastest, unit)
+
+
+def overlap(pair: Pair, speed: float) -> float:
+    """Return the maximal compression at an impact speed over the smaller radius."""
+    return float(pair.max_compression(speed)) / min(pair.first.radius, pair.second.radius)
+
+
+def yield_speed(pair: Pair, strength: float) -> float:
+    """Return the impact speed at which the Hertzian pressure reaches `YIELD_PRESSURE` times the strength.
+
+    p = 2 E_eff/pi sqrt(xi/R_eff), and m_eff v^2/2 = 8/15 E_eff R_eff^(1/2) xi^(5/2) without dissipation.
+    """
+    try:
+        xi = pair.R_eff * (YIELD_PRESSURE * strength * math.pi / (2 * pair.E_eff)) ** 2
+        return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)
+    except OverflowError:  # stronger than any impact
+        return math.inf
+
+
+def _depth(pair: Pair, fastest: float) -> Iterator[str]:
+    share = overlap(pair, fastest)
+    if share > LARGEST_OVERLAP:
+        yield (
+            f"the overlap reaches {share:.2g} of the radius, more than {LARGEST_OVERLAP:g}: Hertz's theory "
+            "is for small contacts"
+        )
+
+
+def _yielding(pair: Pair, fastest: float, strength: float | None, unit: str) -> Iterator[str]:
+    limit = math.inf if strength is None else yield_speed(pair, strength)
+    if fastest > NEAR_YIELD * limit:
+        beyond = "beyond" if fastest > limit else "near"
+        yield (
+            f"{fastest:.3g} {unit} is {beyond} the {limit:.3g} {unit} at which the material begins to yield: eps "
+            "then falls faster, as plastic work is not in the model"
+        )
+
+
+def _slowness(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
+    crossing = min(
+        2 * s.radius / math.sqrt(s.young_modulus / s.density) for s in (pair.first, pair.second) if not s.is_wall
+    )
+    duration = float(pair.contact_time(fastest))
+    if duration < SOUND_CROSSINGS * crossing:
+        yield (
+            f"at {fastest:.3g} {unit} the contact lasts {duration / crossing:.2g} times as long as sound takes through "
+            f"the sphere, less than {SOUND_CROSSINGS} times: waves carry energy away, the theory is quasi-static"
+        )
+
+
+def _relaxation(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
+    share = pair.A / float(pair.contact_time(fastest))
+    if share > LONGEST_RELAXATION:
+        yield (
+            f"A is {share:.2g} of the contact time at {fastest:.3g} {unit}, more than {LONGEST_RELAXATION:g}: "
+            "the law of force is the first order in A over the duration"
+        )

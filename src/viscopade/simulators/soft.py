@@ -1,0 +1,310 @@
+"""Programs whose contacts have a law of their own: the damping for a wanted eps, and a stiffness of one's choice.
+
+MuJoCo, Drake, Simbody, Chrono and JaxDEM have no viscoelastic law. Each has another power-law contact
+(`viscopade.theory.law`), with a damping that `viscopade.audit` makes exact at one impact speed. At other speeds eps is
+that of the program's law, so it is off: `SoftContact.errors` says by how much.
+
+The damping does not depend on the stiffness. That is free: a stiff contact is short and shallow, and needs short time
+steps. With a force k x^a it is stated as k/m (m is the effective mass), which follows from the contact time or from the
+largest penetration alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from mpmath import mp
+
+from viscopade.arrays import double
+from viscopade.audit.program import Advice, DampingFormula, advised, epsilon_of, wanted_kappa
+from viscopade.collision import exact, steps
+from viscopade.collision.spheres import beta_from_restitution, v_star
+from viscopade.simulators.setup import Contact
+
+STEP_ERROR = 0.01
+"""Relative error of eps by the time step, for the longest step that the files state."""
+_CLOSE = 1e-10  # of the damping with the smallest maximal error
+_DIGITS = 15
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The viscoelastic collisions that a program's contact must come close to.
+
+    Attributes
+    ----------
+    name : str
+        Of the contact.
+    beta : float
+        eq:betadef, of typical bodies.
+    slowest, typical, fastest : float
+        Impact speeds; at the typical one eps must be exact.
+    mass, radius : float, optional
+        Effective ones.
+    contact_time : float, optional
+        Of the viscoelastic contact at the typical speed.
+    extremes : tuple of float
+        The least and the largest beta, if the bodies' sizes are distributed; else empty.
+    """
+
+    name: str
+    beta: float
+    slowest: float
+    typical: float
+    fastest: float
+    mass: float | None = None
+    radius: float | None = None
+    contact_time: float | None = None
+    extremes: tuple[float, ...] = ()
+
+    @classmethod
+    def at(cls, epsilon: float, speed: float, speeds: tuple[float, float] | None, mass: float | None) -> Wanted:
+        """Return viscoelastic collisions with an eps at a speed, between bodies of which no more is known."""
+        slowest, fastest = speeds or (speed, speed)
+        return cls("contact", float(beta_from_restitution(speed, epsilon)), slowest, speed, fastest, mass)
+
+    @classmethod
+    def of(cls, contact: Contact) -> Wanted:
+        """Return the collisions of a contact."""
+        pair = contact.pair
+        return cls(
+            contact.name,
+            pair.beta,
+            contact.slowest,
+            contact.typical,
+            contact.fastest,
+            pair.m_eff,
+            pair.R_eff,
+            float(pair.contact_time(contact.typical)),
+            tuple(size.beta for size in contact.extremes),
+        )
+
+    def epsilon(self, speed: float, beta: float | None = None) -> float:
+        """Return eps at a speed, of typical bodies or with another beta."""
+        return float(double.epsilon(v_star(speed, self.beta if beta is None else beta)))
+
+
+@dataclass(frozen=True)
+class Softness:
+    """How soft a contact is, by one of three numbers; the viscoelastic contact's duration if none is given.
+
+    Attributes
+    ----------
+    stiffness : float, optional
+        k of the force k x^a; for MuJoCo k/m.
+    contact_time : float, optional
+        At the typical speed.
+    penetration : float, optional
+        Largest compression at the fastest speed.
+
+    Raises
+    ------
+    ValueError
+        If more than one is given, or one is not a finite number > 0.
+    """
+
+    stiffness: float | None = None
+    contact_time: float | None = None
+    penetration: float | None = None
+
+    def __post_init__(self) -> None:
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} are given: accepted is one of them")
+        for name, value in given.items():
+            if not 0 < value < math.inf:
+                raise ValueError(f"{name} is {value!r}: accepted is a finite number > 0")
+
+
+@dataclass(frozen=True)
+class SoftContact:
+    """A program's contact that has the wanted eps at the typical speed.
+
+    Attributes
+    ----------
+    formula : DampingFormula
+        The program's, with its law, end of contact and integrator.
+    wanted : Wanted
+    softness : Softness
+    per_mass : bool
+        Whether the program's stiffness is k/m.
+    time_step : float or None
+        If given, the damping makes up for it.
+
+    Raises
+    ------
+    ValueError
+        If a time step is given and the contact's duration is not known, or no damping gives the wanted eps.
+    """
+
+    formula: DampingFormula
+    wanted: Wanted
+    softness: Softness = Softness()
+    per_mass: bool = False
+    time_step: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.time_step is not None and self.formula.scheme is None:
+            raise ValueError("a time step is given: accepted is none, as the program chooses its own")
+        if self.time_step is not None and self.stiffness_over_mass is None:
+            raise ValueError("a time step needs the contact's duration: accepted with it is a contact time")
+        if self.parameter is None:
+            dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
+            least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
+            raise ValueError(
+                f"epsilon is {self.epsilon:.6g}: accepted is {least:.4g} to {most:.4g}, which {self.formula.parameter} "
+                f"from {self.formula.accepted[0]} to {self.formula.accepted[1]} delivers"
+            )
+
+    @property
+    def epsilon(self) -> float:
+        """The wanted eps, at the typical speed."""
+        return self.wanted.epsilon(self.wanted.typical)
+
+    @cached_property
+    def kappa(self) -> float:
+        """Damping of the scaled equation at the typical speed; it makes up for the time step, if there is one."""
+        step, scheme = self._step(self.wanted.typical), self.formula.scheme
+        if step is None or scheme is None:
+            return self._continuum
+        return steps.compensated(self.formula.law, self.epsilon, step, self._continuum, scheme)
+
+    @property
+    def _continuum(self) -> float:
+        """The kappa without a time step."""
+        return float(wanted_kappa(self.formula.law, repr(self.epsilon)))
+
+    @property
+    def parameter(self) -> float | None:
+        """What the program's formula takes for `kappa`."""
+        return self._parameter(self.kappa)
+
+    def _parameter(self, kappa: float) -> float | None:
+        found = self.formula.parameter_of(mp.mpf(kappa))
+        return None if found is None else float(found)
+
+    @cached_property
+    def stiffness_over_mass(self) -> float | None:
+        """k/m of the force k x^a; None if nothing is known of it."""
+        given, wanted, law = self.softness, self.wanted, self.formula.law
+        if given.stiffness is not None:
+            if self.per_mass:
+                return given.stiffness
+            return None if wanted.mass is None else given.stiffness / wanted.mass
+        power = float(law.elastic) + 1
+        kappa = self._continuum  # a step is known only in units of what is computed here
+        if given.penetration is not None:
+            length = given.penetration / self._scaled(self._at(kappa, wanted.fastest))["x_max"]
+            return float((wanted.fastest ** (2 / power) / length) ** power)
+        duration = wanted.contact_time if given.contact_time is None else given.contact_time
+        if duration is None:
+            return None
+        time = duration / self._scaled(kappa)["tau_c"]
+        return float((wanted.typical ** (2 / power - 1) / time) ** power)
+
+    @property
+    def stiffness(self) -> float | None:
+        """Constant k of the force k x^a; None if it or the mass is not known."""
+        if self.softness.stiffness is not None and not self.per_mass:
+            return self.softness.stiffness
+        mass, over_mass = self.wanted.mass, self.stiffness_over_mass
+        return None if mass is None or over_mass is None else over_mass * mass
+
+    @property
+    def contact_time(self) -> float | None:
+        """Duration of contact at the typical speed."""
+        unit = self._time_scale(self.wanted.typical)
+        return None if unit is None else self._scaled(self.kappa)["tau_c"] * unit
+
+    @property
+    def penetration(self) -> float | None:
+        """Largest compression at the fastest speed."""
+        speed = self.wanted.fastest
+        unit = self._time_scale(speed)
+        return None if unit is None else self._scaled(self._at(self.kappa, speed))["x_max"] * unit * speed
+
+    def delivered(self, speed: float, kappa: float | None = None) -> float:
+        """Return eps at a speed; with a time step its mean over where in a step contact begins.
+
+        Parameters
+        ----------
+        speed : float
+        kappa : float, optional
+            Damping at the typical speed, instead of `kappa`.
+        """
+        damping, step = self._at(self.kappa if kappa is None else kappa, speed), self._step(speed)
+        if step is None or self.formula.scheme is None:
+            return float(epsilon_of(self.formula.law, mp.mpf(damping)))
+        return steps.stepped(self.formula.law, damping, step, self.formula.scheme).mean
+
+    @property
+    def range(self) -> steps.Stepped | None:
+        """Eps at the typical speed with the time step: single collisions differ."""
+        step = self._step(self.wanted.typical)
+        if step is None or self.formula.scheme is None:
+            return None
+        return steps.stepped(self.formula.law, self.kappa, step, self.formula.scheme)
+
+    def errors(self, kappa: float | None = None) -> list[tuple[float, float]]:
+        """Return eps/(viscoelastic eps) - 1 at the slowest and the fastest speed, for typical and for extreme sizes."""
+        ends = (self.wanted.slowest, self.wanted.fastest)
+        found = [self.delivered(speed, kappa) for speed in ends]
+        return [
+            (found[0] / self.wanted.epsilon(ends[0], beta) - 1, found[1] / self.wanted.epsilon(ends[1], beta) - 1)
+            for beta in (self.wanted.beta, *self.wanted.extremes)
+        ]
+
+    def balanced(self) -> tuple[float, float] | None:
+        """Return the parameter whose largest error over the speeds and sizes is smallest, and that error.
+
+        None if there is one speed only. Errors are largest at the ends, of opposite signs: the program's eps falls with
+        the speed at another rate at all speeds.
+        """
+        if self.wanted.slowest == self.wanted.fastest or self.kappa == 0:
+            return None
+
+        def spread(logarithm: Any) -> Any:
+            errors = [error for both in self.errors(float(mp.exp(logarithm))) for error in both]
+            return max(errors) + min(errors)
+
+        start = math.log(self.kappa)
+        found = math.exp(float(mp.findroot(spread, (start, start + 0.01), solver="secant", tol=_CLOSE)))
+        parameter = self._parameter(found)
+        return None if parameter is None else (parameter, max(abs(e) for both in self.errors(found) for e in both))
+
+    def advice(self, error: float = STEP_ERROR) -> Advice | None:
+        """Return how eps depends on the time step without a damping that makes up for it, in units of time.
+
+        None if there is no time step, or the duration of contact is not known.
+        """
+        unit = self._unit_of_steps(self.wanted.typical)
+        if unit is None:
+            return None
+        found = advised(self.formula, self._continuum, self.epsilon, error)
+        return None if found is None else Advice(error, found.largest_step * unit, found.slope / unit)
+
+    def _scaled(self, kappa: float) -> dict[str, float]:
+        """Return the numbers of the scaled equation."""
+        return exact.collision(kappa=repr(kappa), law=self.formula.law, digits=_DIGITS).floats()
+
+    def _at(self, kappa: float, speed: float) -> float:
+        """Return kappa at a speed, from that at the typical one."""
+        return float(kappa * (speed / self.wanted.typical) ** float(2 / self.formula.law.nu - 1))
+
+    def _time_scale(self, speed: float) -> float | None:
+        """Return the unit of tau at a speed."""
+        over_mass = self.stiffness_over_mass
+        return None if over_mass is None else self.formula.law.time_scale(speed, k=over_mass, mass=1.0)
+
+    def _unit_of_steps(self, speed: float) -> float | None:
+        """Return the undamped contact time at a speed."""
+        unit = self._time_scale(speed)
+        return None if unit is None else steps.contact_time(self.formula.law) * unit
+
+    def _step(self, speed: float) -> float | None:
+        """Return the time step in undamped contact times at a speed."""
+        unit = self._unit_of_steps(speed)
+        return None if unit is None or self.time_step is None else self.time_step / unit

@@ -1,0 +1,276 @@
+"""Programs with contacts of their own law: what `viscopade simulators` writes for them, run in them where they are."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from mpmath import mp
+
+import viscopade as vp
+from tests.closed_forms import nu_1, nu_2
+from viscopade import simulators
+from viscopade.cli.main import command
+from viscopade.simulators import soft_text
+from viscopade.simulators.soft import SoftContact, Softness, Wanted
+from viscopade_lab.programs import drake_collisions, mujoco_collisions, opensim_collisions
+
+PROGRAMS = soft_text.PROGRAMS
+ASKED = ("--epsilon", "0.5", "--speed", "1")
+SOFT = ("--contact-time", "31 ms")
+
+
+def text_of(*words):
+    result = CliRunner().invoke(command, ["simulators", *map(str, words)], standalone_mode=False)
+    if result.exception is not None:
+        raise result.exception
+    return result.output
+
+
+def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
+    program = PROGRAMS[name]
+    wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
+    return SoftContact(program.formula_of(name), wanted, Softness(**softness), program.per_mass, time_step)
+
+
+def test_the_programs_are_those_of_the_command_line():
+    assert tuple(PROGRAMS) == simulators.SOFT
+
+
+def own_epsilon(name, kappa):
+    """Eps of the program's law by its closed form."""
+    law = PROGRAMS[name].formula_of(name).law
+    if law.nu == 1:
+        return nu_1(mp.mpf(kappa))
+    return nu_2(mp.mpf(kappa / (2 if law.elastic == 1 else math.sqrt(5))), "force")
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("epsilon", [0.95, 0.5, 0.2])
+def test_the_damping_is_exact_at_one_speed_and_errors_elsewhere_are_stated(name, epsilon):
+    """Closed forms of both laws; the viscoelastic eps at another speed by the public array function."""
+    made = contact(name, epsilon, (0.1, 3.0), contact_time=0.02)
+    assert float(own_epsilon(name, made.kappa)) == pytest.approx(epsilon, rel=1e-12)
+    beta = vp.exact.invert(str(epsilon), 20, speed="1").floats()["beta"]
+    power = 1 if made.formula.law.nu == 1 else 0  # kappa is d v, or does not depend on the speed
+    own = [float(own_epsilon(name, made.kappa * v**power)) for v in (0.1, 3.0)]
+    expected = [mine / vp.restitution(v, beta) - 1 for mine, v in zip(own, (0.1, 3.0), strict=True)]
+    assert made.errors() == [pytest.approx(expected, rel=1e-9)]
+
+
+@pytest.mark.parametrize("name", ["mujoco", "drake", "simbody"])
+def test_no_other_damping_has_a_smaller_largest_error(name):
+    made = contact(name, 0.7, (0.1, 3.0), contact_time=0.02)
+    parameter, error = made.balanced()
+    slow, fast = made.errors(float(made.formula.kappa(mp.mpf(parameter))))[0]
+    assert slow == pytest.approx(-fast, rel=1e-6)
+    assert abs(slow) == pytest.approx(error, rel=1e-6)
+    for factor in (0.99, 1.01):
+        errors = made.errors(float(made.formula.kappa(mp.mpf(parameter))) * factor)
+        assert max(map(abs, errors[0])) > error
+
+
+def moved(name, made):
+    """Contact time and largest penetration by the equation of motion, m x'' = -force, in steps of time."""
+    law, k = made.formula.law, made.stiffness_over_mass
+    a, b = float(law.elastic), float(law.damping)
+    c = made.kappa * k ** float((law.damping + 1) / (law.elastic + 1))  # kappa at the speed 1
+
+    def slope(x, u):
+        return u, -(k * max(x, 0) ** a + c * max(x, 0) ** b * u) if x > 0 else 0.0
+
+    x, u, h, deepest, t = 0.0, 1.0, 1e-6, 0.0, 0.0
+    while True:
+        k1 = slope(x, u)
+        if u < 0 and k1[1] >= 0:  # the force pushes no more
+            return t, deepest
+        k2 = slope(x + h / 2 * k1[0], u + h / 2 * k1[1])
+        x, u, t = x + h * k2[0], u + h * k2[1], t + h
+        deepest = max(deepest, x)
+
+
+@pytest.mark.parametrize("name", ["mujoco", "simbody", "chrono"])
+def test_contact_lasts_and_reaches_as_stated(name):
+    made = contact(name, contact_time=0.02)
+    assert made.contact_time == pytest.approx(0.02, rel=1e-9)
+    time, depth = moved(name, made)
+    assert time == pytest.approx(0.02, abs=3e-6)
+    assert made.penetration == pytest.approx(depth, rel=1e-4)
+    same = [
+        contact(name, penetration=made.penetration),
+        contact(name, stiffness=made.stiffness_over_mass if name == "mujoco" else made.stiffness),
+    ]
+    for other in same:
+        assert other.contact_time == pytest.approx(0.02, rel=1e-9)
+        assert other.stiffness == pytest.approx(made.stiffness, rel=1e-9)
+
+
+def test_the_deepest_penetration_is_that_of_the_fastest_impact():
+    made = contact("simbody", speeds=(0.1, 4.0), penetration=0.003)
+    faster = contact("simbody", vp.restitution(4.0, made.wanted.beta), stiffness=made.stiffness)
+    assert made.penetration == pytest.approx(0.003, rel=1e-9)
+    assert made.penetration > faster.penetration  # at 1 m/s
+
+
+# --- in the programs --------------------------------------------------------------------------------------------------
+
+MODEL = """
+<mujoco>
+  <include file="contact.xml"/>
+  <option timestep="{step!r}" gravity="0 0 0"/>
+  <worldbody>
+    <geom class="contact" type="plane" size="1 1 .1" condim="1"/>
+    <body><freejoint/><geom class="contact" type="sphere" size="0.1" mass="3" condim="1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def available(collisions):
+    try:
+        return collisions.program()
+    except RuntimeError as error:
+        pytest.skip(str(error))
+
+
+def mujoco_drops(text, step, speed=1.0, phases=8):
+    """Eps and penetrations of a sphere that hits a plane; both have the class of the text."""
+    mujoco = available(mujoco_collisions)
+    model = mujoco.MjModel.from_xml_string(MODEL.format(step=step), {"contact.xml": text.encode()})
+    for i in range(phases):
+        data = mujoco.MjData(model)
+        data.qpos[2], data.qvel[2] = 0.1 + (i + 0.5) / phases * step * speed, -speed
+        deepest = 0.0
+        while data.qvel[2] <= 0 or data.qpos[2] <= 0.1:
+            mujoco.mj_step(model, data)
+            deepest = max(deepest, 0.1 - data.qpos[2])
+            assert data.time < 1
+        yield data.qvel[2] / speed, deepest
+
+
+def stated(text, pattern):
+    """The numbers after a word of the text."""
+    return float(text.split(pattern, 1)[1].split()[0].rstrip(",:"))
+
+
+def test_mujoco_delivers_what_was_asked_for():
+    text = text_of("mujoco", *ASKED, *SOFT)
+    found = np.array(list(mujoco_drops(text, 2e-5)))
+    assert found[:, 0].mean() == pytest.approx(0.5, abs=2e-4)
+    assert found[:, 1].max() == pytest.approx(stated(text, "the penetration reaches"), rel=1e-3)
+    longest = stated(text, "time steps up to")
+    worst = [np.abs(np.array(list(mujoco_drops(text, f * longest)))[:, 0] / 0.5 - 1).max() for f in (1, 2)]
+    assert worst[0] < 0.01 < worst[1]
+
+
+def test_mujoco_makes_up_for_its_time_step():
+    text = text_of("mujoco", *ASKED, *SOFT, "--time-step", "2 ms")
+    drops = np.array(list(mujoco_drops(text, 2e-3, phases=64)))[:, 0]
+    assert drops.mean() == pytest.approx(0.5, abs=1e-4)
+    assert drops.min() == pytest.approx(float(text.split("on average, ")[1].split()[0]), abs=1e-5)
+
+
+def test_mujoco_error_over_speeds():
+    text = text_of("mujoco", *ASKED, *SOFT, "--speeds", "10:200 cm/s")
+    slow = next(mujoco_drops(text, 1e-5, 0.1))[0]
+    beta = vp.exact.invert("0.5", 20, speed="1").floats()["beta"]
+    assert slow / vp.restitution(0.1, beta) - 1 == pytest.approx(stated(text, "error of eps: "), abs=2e-3)
+
+
+def module_of(text):
+    names = {}
+    exec(text, names)
+    return names
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-3])
+def test_drake_delivers_what_was_asked_for(step):
+    """A step of 0 is continuous contact."""
+    drake = available(drake_collisions)
+    words = () if step == 0 else ("--time-step", "1 ms")
+    text = text_of("drake", *ASKED, *SOFT, "--mass", drake_collisions.MASS, *words)
+    names = module_of(text)
+    found = names["properties"]("contact", drake.CoulombFriction(0, 0))
+    stiffness = found.GetProperty("material", "point_contact_stiffness")
+    dissipation = found.GetProperty("material", "hunt_crossley_dissipation")
+    phases = [(i + 0.5) / 8 for i in range(8 if step else 1)]
+    drops = [
+        drake_collisions.rebound(step, phase, dissipation=dissipation, stiffness=stiffness / 2) for phase in phases
+    ]
+    assert np.mean(drops) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_opensim_delivers_what_was_asked_for():
+    available(opensim_collisions)
+    text = text_of("simbody", *ASKED, *SOFT, "--mass", opensim_collisions.MASS)
+    names = module_of(text)
+    stiffness = names["stiffness"]("contact", opensim_collisions.RADIUS)
+    epsilon, depth = opensim_collisions.collided(names["DISSIPATION"]["contact"], stiffness=stiffness, interval=1e-4)
+    assert epsilon == pytest.approx(0.5, abs=1e-6)
+    assert depth == pytest.approx(stated(text, "the penetration reaches"), rel=1e-3)
+
+
+# --- scenes, materials, bad input -------------------------------------------------------------------------------------
+
+BALL = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "70 GPa", "--poisson-ratio", "0.22")
+
+
+@pytest.mark.parametrize("name", ["mujoco", "chrono"])
+def test_a_material_gives_its_own_contact_time_and_its_warnings(name):
+    text = text_of(name, *BALL, *ASKED, "--speeds", "0.5:2 m/s", "--yield-strength", "50 MPa")
+    ball = vp.Sphere(radius=0.01, density=2500, young_modulus=70e9, poisson_ratio=0.22, dissipative_constant=0)
+    pair = vp.Pair(ball, ball).calibrated(1.0, 0.5)
+    assert stated(text, "contact lasts") == pytest.approx(pair.contact_time(1.0), rel=1e-5)
+    assert "Warning: 2 m/s is beyond the" in text
+
+
+@pytest.mark.parametrize("name", ["mujoco", "simbody", "jaxdem"])
+def test_a_scene_has_every_contact(name, tmp_path):
+    (tmp_path / "two.toml").write_text(
+        'tolerance = { epsilon = 1e-3 }\n[material.glass]\nyoung_modulus = "70 GPa"\npoisson_ratio = 0.22\n'
+        'density = "2500 kg/m^3"\ndissipative_constant = "1 us"\n[body.bead]\nmaterial = "glass"\nradius = "1 mm"\n'
+        '[body.floor]\nmaterial = "glass"\nwall = true\n[speed]\nmin = "1 cm/s"\nmax = "1 m/s"\n',
+        encoding="utf-8",
+    )
+    text = text_of(name, tmp_path / "two.toml")
+    assert "bead-bead: eps = " in text
+    assert "bead-floor: eps = " in text
+    assert text.count("error of eps: ") == 2
+    if name in ("simbody", "jaxdem"):
+        assert set(module_of(text)["STIFFNESS"]) == {"bead-bead", "bead-floor"}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("mujoco", *ASKED), "MuJoCo needs a stiffness: accepted is --stiffness, --contact-time or --penetration"),
+        (("mujoco", *ASKED, *SOFT, "--stiffness", 1), "stiffness and contact_time are given: accepted is one of them"),
+        (("drake", *ASKED, "--time-step", "1 ms"), "a time step needs the contact's duration"),
+        (("simbody", *ASKED, *SOFT, "--time-step", "1 ms"), "accepted is none, as the program chooses its own"),
+        (("mujoco", "--epsilon", 0.5), "a material also needs --speed"),
+        (("mujoco", "--epsilon", 0, "--speed", 1, *SOFT), "epsilon is 0: accepted is a number > 0 and <= 1"),
+        (("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"), "with a time step of"),
+        (("mujoco", *ASKED, *SOFT, "--time-step", 0), "time-step is 0: accepted is a number > 0"),
+        (("mujoco", *ASKED, *SOFT, "--step-error", 3), "step-error is 3: accepted is 1e-08 to 1"),
+        (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "speeds are 2 and 3 m/s: accepted is 0 < MIN <= 1 <= MAX"),
+        (("mujoco", *ASKED, *SOFT, "--speeds", "3"), "accepted is a slowest and a fastest speed"),
+        (("mujoco", *ASKED, "--penetration", "-1 mm"), "accepted is"),
+        (("mujoco", *BALL, *ASKED, "--mass", 1), "--mass and bodies with masses are given"),
+        (("jaxdem", "--epsilon", 0.1, "--speed", 1), "epsilon is 0.1: accepted is 0.1399 to 1, which e from 1e-6 to 1"),
+        (("lammps", *ASKED), "lammps needs a material: accepted is a scene, or --radius"),
+        (("yade", *BALL, *ASKED, *SOFT), "--contact-time is given for yade: accepted is mujoco, drake"),
+    ],
+)
+def test_bad_input(words, message):
+    with pytest.raises(Exception, match=r".") as caught:
+        text_of(*words)
+    assert isinstance(caught.value, ValueError) or hasattr(caught.value, "format_message")
+    assert message in (getattr(caught.value, "message", None) or str(caught.value))
+
+
+def test_an_elastic_contact():
+    text = text_of("mujoco", "--epsilon", 1, "--speed", 1, *SOFT, "--speeds", "0.1:2")
+    assert 'solref="-10' in text
+    assert "error of eps: +0.00e+00 at the slowest, +0.00e+00 at the fastest speed" in text
+    assert [eps for eps, _ in itertools.islice(mujoco_drops(text, 1e-4), 2)] == pytest.approx([1, 1], abs=1e-3)
