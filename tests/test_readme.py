@@ -176,7 +176,7 @@ def test_the_readme_counts_the_statements_as_the_page_does():
 
 
 def test_lammps_with_a_thousand_steps():
-    rows = re.findall(r"^\| v\* = [^|]+\| \S+ \| \S+ \| (\S+) \|", page("usage/simulators-lammps"), re.MULTILINE)
+    rows = re.findall(r"^\| v\* = [^|]+\| \S+ \| \S+ \| (\S+) \|", page("usage/simulators/lammps"), re.MULTILINE)
     assert len(rows) == 10
     (stated,) = re.findall(r"delivers \S+ to (\S+) or better", page("usage/simulators"))
     assert float(stated) == max(abs(float(error)) for error in rows)
@@ -196,7 +196,7 @@ def test_the_restitutions_of_the_tsuji_damping():
     from viscopade.collision import tsuji
 
     rows = re.findall(
-        r"^\| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \|$", page("usage/simulators-dem"), re.MULTILINE
+        r"^\| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \| (0\.\d+) \|$", page("usage/simulators/liggghts"), re.MULTILINE
     )
     assert len(rows) == 7
     for wanted, write, naive, betan in rows:

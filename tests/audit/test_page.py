@@ -18,6 +18,8 @@ def test_tables_of_a_program(program):
     if program.name != "textbook":
         assert audit.measured_table(program) in PAGE
         assert all(note in PAGE for note in audit.notes(program))
+        own = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / f"{program.name}.md").read_text("utf-8")
+        assert audit.with_section(own, program) == own
 
 
 def test_other_tables():

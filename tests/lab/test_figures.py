@@ -25,6 +25,7 @@ from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
 from viscopade.generated import MARKER, marker_line
 from viscopade.simulators import gas
+from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
@@ -39,7 +40,8 @@ NAME = "tryingDifferentPadeLin"  # where one is enough
 # Every figure as SVG; this one, and another every day, in every format.
 SAVED = [(name, kind) for name in NAMES for kind in FORMATS if kind == "svg" or name in (NAME, daily.chosen(NAMES))]
 OF_BEST = ["minimaxErrors", "frontier"]
-BEYOND = [*OF_BEST, "cooling", "universalCurves", "dampingFormulas", "audit"]  # the paper has nothing of the kind
+# The paper has nothing of the kind.
+BEYOND = [*OF_BEST, *("cooling", "universalCurves", "dampingFormulas", "audit", "epsOverSpeed")]
 
 
 @pytest.fixture(scope="module")
@@ -211,6 +213,12 @@ def test_no_curve_has_another_name(sheets, name):
                 for name in ("hooke-coeff_restitution", "hertz-coeff_restitution", "hertz-viscoelastic-limit_damping")
                 for kind in ("mean", "range", "points")
             ),
+        },
+        "epsOverSpeed": {"viscoelastic"}
+        | {
+            name + suffix
+            for suffix in ("", "-difference")
+            for name in ("constant", "constant-asked", "hunt-crossley", "hunt-crossley-asked", "no-limit")
         },
     }
     found = gids(sheets[name])
@@ -394,6 +402,26 @@ def test_what_programs_deliver_with_closed_forms(sheets):
         steps, mean = artist(sheets["audit"], f"{name}-mean").get_data()
         assert [round(step, 3) for step in (steps[0], steps[-1])] == [min(at), max(at)] == [0.001, 0.1]
         assert abs(measured[np.argmin(at)] - mean[0]) < 1e-3
+
+
+def test_eps_over_the_speed(sheets):
+    """Closed forms of two laws; for the viscoelastic law with both ends the digits of the exact function."""
+    sheet, beta = sheets["epsOverSpeed"], exact.invert("0.5", DIGITS, speed="1").mpf()["beta"]
+    asked = 2 * mp.log(2) / mp.sqrt(mp.pi**2 + mp.log(2) ** 2)
+    for gid, kappa in (("hunt-crossley", None), ("hunt-crossley-asked", 0.75)):
+        d = mp.findroot(lambda z: nu_1(z) - 0.5, 1.4) if kappa is None else mpf(kappa)
+        for speed, y in samples(artist(sheet, gid)):
+            assert y == pytest.approx(float(nu_1(d * speed)), rel=1e-9)
+    for gid, eps in (("constant", 0.5), ("constant-asked", float(nu_2(asked / 2, "force")))):
+        assert artist(sheet, gid).get_ydata() == pytest.approx(eps, rel=1e-9)
+    for gid, end in (("viscoelastic", "force"), ("no-limit", "return")):
+        for speed, y in samples(artist(sheet, gid)):
+            kappa = mp.nstr(beta * mpf(speed) ** mpf("0.2"), 20)
+            expected = exact.collision(kappa=kappa, law=law_of("viscoelastic", end), digits=12).mpf()["epsilon"]
+            assert y == pytest.approx(float(expected), rel=1e-9)
+    line, difference = (artist(sheet, "no-limit" + suffix) for suffix in ("", "-difference"))
+    whole = artist(sheet, "viscoelastic").get_ydata()
+    np.testing.assert_allclose(difference.get_ydata(), line.get_ydata() / whole - 1)
 
 
 def test_curves_at_x_0_end_where_contact_ends_no_more(sheets):

@@ -284,8 +284,8 @@ def test_other_sizes_have_the_stated_error():
 
 
 def test_the_measured_table_is_what_the_scheme_gives():
-    """All columns of docs/usage/simulators-lammps.md up to 100,000 steps; the rows of two like spheres."""
-    document = (Path(__file__).parents[2] / "docs" / "usage" / "simulators-lammps.md").read_text()
+    """All columns of docs/usage/simulators/lammps.md up to 100,000 steps; the rows of two like spheres."""
+    document = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / "lammps.md").read_text()
     rows = re.findall(r"^\| v\* = (\S+) \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|", document, re.MULTILINE)
     assert [float(row[0]) for row in rows] == list(validation.V_STARS)
     for v_star, epsilon, *errors in rows:

@@ -213,13 +213,19 @@ def epsilon_of(law: Law, kappa: Any) -> Any:
 
 
 def _simplest(law: Law) -> tuple[Law, Any]:
-    """Return the law (nu - 1, 0), whose eps is quick to prove, and K/kappa: its eps at K is the law's (section 2.9)."""
-    if law.nu <= 1:
-        return law, mp.mpf(1)
-    power = (law.elastic - law.damping) / (law.elastic + 1)
+    """Return a law with the same nu, whose eps is quick to prove, and its kappa over the law's (section 2.9).
+
+    It is (nu - 1, 0), or for nu <= 1 the law with a = 1.
+    """
+    simplest = Law(law.nu - 1, 0, law.end) if law.nu > 1 else Law(1, 2 / law.nu - 1, law.end)
     with mp.workdps(DIGITS + _GUARD):
-        base = mp.mpf(law.damping.numerator) / law.damping.denominator + 1
-        return Law(law.nu - 1, 0, law.end), base ** (-mp.mpf(power.numerator) / power.denominator)
+        return simplest, _scale(law) / _scale(simplest)
+
+
+def _scale(law: Law) -> Any:
+    """Return K/kappa, (b + 1)^(-(a-b)/(a+1)), an mpmath number."""
+    base, power = law.damping + 1, (law.elastic - law.damping) / (law.elastic + 1)
+    return (mp.mpf(base.numerator) / base.denominator) ** (-mp.mpf(power.numerator) / power.denominator)
 
 
 @cache

@@ -2,7 +2,8 @@
 
 MuJoCo, Drake, Simbody, Chrono and JaxDEM have no viscoelastic law. Each has another power-law contact
 (`viscopade.theory.law`), with a damping that `viscopade.audit` makes exact at one impact speed. At other speeds eps is
-that of the program's law, so it is off: `SoftContact.errors` says by how much.
+that of the program's law, so it is off: `SoftContact.errors` says by how much. The error may be largest between the
+slowest and the fastest speed.
 
 The damping does not depend on the stiffness. That is free: a stiff contact is short and shallow, and needs short time
 steps. With a force k x^a it is stated as k/m (m is the effective mass), which follows from the contact time or from the
@@ -16,9 +17,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from mpmath import mp
 
 from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
 from viscopade.audit.program import Advice, DampingFormula, advised, epsilon_of, wanted_kappa
 from viscopade.collision import exact, steps
 from viscopade.collision.spheres import beta_from_restitution, v_star
@@ -26,7 +29,8 @@ from viscopade.simulators.setup import Contact
 
 STEP_ERROR = 0.01
 """Relative error of eps by the time step, for the longest step that the files state."""
-_CLOSE = 1e-10  # of the damping with the smallest maximal error
+_SPEEDS = 13  # at which errors are computed
+_CLOSE = 1e-12  # square of the difference of the greatest and the least error, where they are balanced
 _DIGITS = 15
 
 
@@ -117,6 +121,43 @@ class Softness:
         for name, value in given.items():
             if not 0 < value < math.inf:
                 raise ValueError(f"{name} is {value!r}: accepted is a finite number > 0")
+
+
+@dataclass(frozen=True)
+class SpeedErrors:
+    """Errors of a program's eps over a range of speeds, eps/(viscoelastic eps) - 1.
+
+    Attributes
+    ----------
+    slowest, fastest : float
+        At the ends.
+    greatest, least : float
+        Of all.
+    """
+
+    slowest: float
+    fastest: float
+    greatest: float
+    least: float
+
+    @property
+    def largest(self) -> float:
+        """The largest error in absolute value."""
+        return max(self.greatest, -self.least)
+
+
+def speed_errors(errors: FloatArray) -> SpeedErrors:
+    """Return what is stated of errors at speeds in a geometric sequence; between them they are parabolas."""
+    return SpeedErrors(float(errors[0]), float(errors[-1]), _peak(errors), -_peak(-errors))
+
+
+def _peak(values: FloatArray) -> float:
+    """Return the maximum of a smooth function: that of the parabola through its greatest value and both neighbours."""
+    i = int(np.argmax(values))
+    if i in (0, len(values) - 1):
+        return float(values[i])
+    before, at, after = values[i - 1 : i + 2].tolist()
+    return float(at + (after - before) ** 2 / (8 * (2 * at - before - after)))
 
 
 @dataclass(frozen=True)
@@ -248,32 +289,31 @@ class SoftContact:
             return None
         return steps.stepped(self.formula.law, self.kappa, step, self.formula.scheme)
 
-    def errors(self, kappa: float | None = None) -> list[tuple[float, float]]:
-        """Return eps/(viscoelastic eps) - 1 at the slowest and the fastest speed, for typical and for extreme sizes."""
-        ends = (self.wanted.slowest, self.wanted.fastest)
-        found = [self.delivered(speed, kappa) for speed in ends]
-        return [
-            (found[0] / self.wanted.epsilon(ends[0], beta) - 1, found[1] / self.wanted.epsilon(ends[1], beta) - 1)
-            for beta in (self.wanted.beta, *self.wanted.extremes)
-        ]
+    def errors(self, kappa: float | None = None) -> list[SpeedErrors]:
+        """Return the errors over the speeds, for typical and for extreme sizes; with another kappa if one is given."""
+        wanted = self.wanted
+        speeds = np.geomspace(wanted.slowest, wanted.fastest, _SPEEDS if wanted.slowest < wanted.fastest else 1)
+        own = np.array([self.delivered(speed, kappa) for speed in speeds.tolist()])
+        betas = (wanted.beta, *wanted.extremes)
+        return [speed_errors(own / double.epsilon(v_star(speeds, beta)) - 1) for beta in betas]
 
     def balanced(self) -> tuple[float, float] | None:
         """Return the parameter whose largest error over the speeds and sizes is smallest, and that error.
 
-        None if there is one speed only. Errors are largest at the ends, of opposite signs: the program's eps falls with
-        the speed at another rate at all speeds.
+        None if there is one speed only. All errors fall with the damping, so the largest is smallest where the greatest
+        and the least are opposite.
         """
         if self.wanted.slowest == self.wanted.fastest or self.kappa == 0:
             return None
 
         def spread(logarithm: Any) -> Any:
-            errors = [error for both in self.errors(float(mp.exp(logarithm))) for error in both]
-            return max(errors) + min(errors)
+            errors = self.errors(float(mp.exp(logarithm)))
+            return max(each.greatest for each in errors) + min(each.least for each in errors)
 
         start = math.log(self.kappa)
-        found = math.exp(float(mp.findroot(spread, (start, start + 0.01), solver="secant", tol=_CLOSE)))
+        found = math.exp(float(mp.findroot(spread, (start, start + 0.1), solver="secant", tol=_CLOSE)))
         parameter = self._parameter(found)
-        return None if parameter is None else (parameter, max(abs(e) for both in self.errors(found) for e in both))
+        return None if parameter is None else (parameter, max(each.largest for each in self.errors(found)))
 
     def advice(self, error: float = STEP_ERROR) -> Advice | None:
         """Return how eps depends on the time step without a damping that makes up for it, in units of time.

@@ -10,7 +10,7 @@ from viscopade.audit.program import DampingFormula
 from viscopade.audit.programs import program_of
 from viscopade.generated import marker_line, one_line, template
 from viscopade.simulators.setup import SI, Units
-from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, Wanted
+from viscopade.simulators.soft import STEP_ERROR, SoftContact, Softness, SpeedErrors, Wanted
 from viscopade.simulators.stated import program_number
 
 VISCOELASTIC_TIME = Softness()
@@ -166,14 +166,20 @@ def _over_speeds(contact: SoftContact, program: SoftProgram, units: Units) -> li
         f"{' and '.join(theirs)}"
     ]
     labels = ("", "sizes with the least v*: ", "sizes with the largest v*: ")
-    for label, (slow, fast) in zip(labels, contact.errors(), strict=False):
-        lines.append(f"  {label}error of eps: {slow:+.2e} at the slowest, {fast:+.2e} at the fastest speed")
+    for label, found in zip(labels, contact.errors(), strict=False):
+        between = f", up to {found.largest:.2e} between" if found.largest > max(map(abs, _ends(found))) else ""
+        slow, fast = (f"{error:+.2e}" for error in _ends(found))
+        lines.append(f"  {label}error of eps: {slow} at the slowest, {fast} at the fastest speed{between}")
     best = contact.balanced()
     if best is not None:
-        other = _texts(program, contact, best[0])
-        name = next(key for key in other if key != "stiffness")
-        lines.append(f"  the largest error is smallest, {best[1]:.2e}, with the {name} {other[name]}")
+        other = {name: value for name, value in program.numbers(contact, best[0]).items() if name != "stiffness"}
+        ((name, value),) = other.items()
+        lines.append(f"  the largest error is smallest, {best[1]:.2e}, with the {name} {value:.6g}")
     return lines
+
+
+def _ends(found: SpeedErrors) -> tuple[float, float]:
+    return found.slowest, found.fastest
 
 
 def _on_steps(contact: SoftContact, units: Units, step_error: float) -> list[str]:

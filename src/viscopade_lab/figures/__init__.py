@@ -3,6 +3,6 @@
 NAMES = (
     *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
     *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "frontier", "cooling"),
-    *("universalCurves", "dampingFormulas", "audit"),
+    *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed"),
 )
 FORMATS = ("svg", "pdf", "png")

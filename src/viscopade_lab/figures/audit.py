@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from mpmath import mp
 
+from viscopade import restitution
+from viscopade.arrays.checked import FloatArray
 from viscopade.audit.measured import measurements
 from viscopade.audit.program import DampingFormula, wanted_kappa
 from viscopade.audit.programs import program_of
 from viscopade.collision import steps
+from viscopade.collision.spheres import beta_from_restitution
 from viscopade_lab.figures.laws import draw_look, key_of
 from viscopade_lab.figures.paper import (
     BLUE,
@@ -115,4 +119,44 @@ def _draw_stepped(axes: Axes, formula: DampingFormula, look: Look) -> None:
     points.set_clip_on(False)
 
 
-FIGURES: Mapping[str, Figure] = {"audit": _audit}
+SPEEDS = np.geomspace(0.01, 10, 31)
+OVER_SPEED: Mapping[str, tuple[str, str, str, bool, Look]] = {
+    "constant": ("MuJoCo, Chrono, JaxDEM, …", "mujoco", "solref = -stiffness -damping", True, Look(BLUE)),
+    "constant-asked": ("… as asked", "mujoco", "solref = -stiffness -damping", False, Look(BLUE, DASHED)),
+    "hunt-crossley": ("Drake, Simbody", "drake", "continuous, d = 3 (1 - e)/(2 v)", True, Look(ORANGE)),
+    "hunt-crossley-asked": ("… as asked", "drake", "continuous, d = 3 (1 - e)/(2 v)", False, Look(ORANGE, DASHED)),
+    "no-limit": ("LAMMPS, no limit_damping", "lammps", "hertz, viscoelastic", False, Look(PURPLE, DASH_DOT)),
+}
+"""For each curve its name, a formula that stands for others, whether the number to write instead is written."""
+
+
+@figure(
+    "eps against speed of contacts that are made for 0.5 at 1 m/s, in programs of three kinds",
+    r"""Top: $\varepsilon$ over the impact speed for contacts that are made for 0.5 at 1 m/s. Grey: viscoelastic
+    spheres, and the programs that have their law (LAMMPS, LIGGGHTS, MercuryDPM, YADE, REBOUND). Solid: programs with a
+    law of their own, with the number that the command simulators writes. Dashed: with the number that their manuals or
+    formulas have for 0.5. Dash-dotted: the viscoelastic law with contact that ends at $x = 0$. Bottom: relative
+    difference to the viscoelastic $\varepsilon$.""",
+)
+def _over_speed() -> Sheet:
+    sheet, (top, bottom) = new_sheet(5.6, (1.2, 1))
+    label_axes(top, "impact speed in m/s", EPSILON, (0.01, 10), (0, 1), "x")
+    label_axes(bottom, "impact speed in m/s", "relative difference", (0.01, 10), (-1, 1), "x")
+    exact = restitution(SPEEDS, float(beta_from_restitution(1.0, CHOSEN)))
+    top.plot(SPEEDS, exact, color=GREY, linewidth=3.4, gid="viscoelastic")
+    for gid, (_, program, name, instead, look) in OVER_SPEED.items():
+        found = _at_speeds(_formula(program, name), instead)
+        draw_look(top, look, SPEEDS, found, gid)
+        draw_look(bottom, look, SPEEDS, found / exact - 1, f"{gid}-difference")
+    key_of(top, [(words, look) for words, *_, look in OVER_SPEED.values()], "lower left", 1)
+    return sheet
+
+
+def _at_speeds(formula: DampingFormula, instead: bool) -> FloatArray:
+    """Return eps at `SPEEDS`, where kappa at 1 m/s is the one asked for, or the one that delivers eps."""
+    kappa = wanted_kappa(formula.law, str(CHOSEN)) if instead else formula.damping(str(CHOSEN))
+    power = float(2 / formula.law.nu - 1)
+    return np.array([float(formula.delivered(mp.mpf(float(kappa) * speed**power))) for speed in SPEEDS.tolist()])
+
+
+FIGURES: Mapping[str, Figure] = {"audit": _audit, "epsOverSpeed": _over_speed}

@@ -1,12 +1,14 @@
 """The page docs/results/audit.md: the eps that programs deliver, beside what was measured in them.
 
-Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`. The measured values are the package's
+Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`; with `--pages docs/usage/simulators` it writes
+the rows of each program into its own page instead. The measured values are the package's
 (`python -m viscopade_lab.programs.audit`); all others are computed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import click
 from mpmath import mp
@@ -104,6 +106,18 @@ AFTER_STEPS = r"""
   `viscopade audit --program lammps --epsilon 0.5 --time-step 0.02`.
 
 ## What was read
+"""
+
+BEGIN, END = "<!-- audit -->", "<!-- end of the audit -->"
+SECTION = r"""
+![eps against speed of contacts that are made for 0.5 at 1 m/s](../../figures/epsOverSpeed.svg)
+
+The $\varepsilon$ of fine time steps, if the program's own formulas are asked for 0.9, 0.75, …
+([what programs deliver](../../results/audit.md)):
+"""
+SECTION_MEASURED = f"""Asked for {CHOSEN}: why, and what to write instead. *Measured* is with a time step of $t$
+contact times, *predicted* for the same step. The last column is the largest difference over all collisions that were
+run (`python -m viscopade_lab.studies.audit --pages docs/usage/simulators` writes these tables).
 """
 
 
@@ -244,10 +258,32 @@ def parts() -> Iterator[str]:
     yield f"{sources_table()}\n\n{runs_table()}"
 
 
+def section(program: Program) -> str:
+    """Return the rows of a program for its own page, between its two marks."""
+    lines = "\n".join(notes(program))
+    return (
+        f"{BEGIN}\n{SECTION}\n{delivered_table(program)}\n\n{SECTION_MEASURED}\n{measured_table(program)}\n"
+        + (f"\n{lines}\n" if lines else "")
+        + END
+    )
+
+
+def with_section(page: str, program: Program) -> str:
+    """Return a page with the program's rows between its marks."""
+    before, _, rest = page.partition(BEGIN)
+    return before + section(program) + rest.partition(END)[2]
+
+
 @click.command()
-def main() -> None:
-    """Print the page in Markdown."""
-    click.echo("\n".join(parts()))
+@click.option("--pages", type=click.Path(path_type=Path, file_okay=False, exists=True), help="Folder of the pages.")
+def main(pages: Path | None) -> None:
+    """Print the page in Markdown, or write the programs' rows into their own pages."""
+    if pages is None:
+        click.echo("\n".join(parts()))
+        return
+    for program in (program for program in PROGRAMS if program.name != "textbook"):
+        page = pages / f"{program.name}.md"
+        page.write_text(with_section(page.read_text("utf-8"), program), "utf-8")
 
 
 if __name__ == "__main__":
