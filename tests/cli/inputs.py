@@ -362,8 +362,7 @@ class Grammar:
 
 KNOWN = (
     "audit", "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
-    "reproduce", "scene",
-    "simulators",
+    "reproduce", "scene", "simulators", "verification",
 )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """MercuryDPM: the header compiled with stand-ins for the program's, and its laws integrated in time.
 
-The program itself is not needed here, and it is in no package: docs/usage/simulators/mercurydpm.md says how it was compared.
+The program itself is in no package: docs/usage/simulators/mercurydpm.md says how it was compared.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Command that prints the contact parameters of other programs: simulators."""
+"""Commands for other programs: their contact parameters (simulators), and cases to verify them (verification)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import click
 from viscopade import simulators
 from viscopade.cli.console import Quantity, Real, double, material, pair_of
 from viscopade.cli.generate import read_scene
-from viscopade.cli.writer import check_targets, write
+from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import TIERS
 
 if TYPE_CHECKING:
@@ -219,4 +219,21 @@ def _words(file: Path | None, **options: Any) -> str:
     return shlex.join(words)
 
 
-COMMANDS = (simulators_command,)
+@click.command()
+@click.argument("program", type=click.Choice(["lammps"]))
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Directory to write the cases to.")
+def verification(program: str, out: Path) -> None:
+    """Write collisions with known results, to verify a program with.
+
+    Two spheres collide with viscoelastic damping. The expected eps, peak overlap and contact time are exact, and the
+    tolerances are those of the time step. For LAMMPS the cases are YAML files in the form of its granular unit tests;
+    one JSON file has them for any program.
+    """
+    from viscopade.simulators.verification import verification_files
+
+    texts = verification_files(f"viscopade verification {program}")
+    write_all({out / name: text for name, text in texts.items()}, parents=True)
+    click.echo(f"wrote {len(texts)} files to {out}")
+
+
+COMMANDS = (simulators_command, verification)

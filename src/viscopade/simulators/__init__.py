@@ -15,5 +15,6 @@ __all__ = [
     "soft",
     "soft_text",
     "stated",
+    "verification",
     "yade",
 ]

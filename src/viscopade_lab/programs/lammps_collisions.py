@@ -112,6 +112,12 @@ def _lmp(text: str, folder: Path) -> str:
     return done.stdout
 
 
+def printed(script: str) -> str:
+    """Return what LAMMPS prints for a script, or raise RuntimeError if it fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _lmp(script, Path(folder))
+
+
 def run(include: str, script: str) -> tuple[float, float]:
     """Return eps and the overlap at the end that LAMMPS prints for the texts of `render` and `collision`."""
     with tempfile.TemporaryDirectory() as folder:

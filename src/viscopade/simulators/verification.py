@@ -1,0 +1,166 @@
+"""Cases that verify another program: two spheres collide, with the exact eps, peak overlap and contact time.
+
+The YAML files have the form of LAMMPS's granular unit tests (unittest/granular of lammps/lammps, pull requests 5008,
+5110 and 5113 of 2026, read at commits 10e220f and 027c2f9): its driver test_dem_01 reads them, with the analytic model
+`collision_restitution`. Its own cases have no `damping viscoelastic`. The JSON file has the same cases for any program.
+
+Expected numbers are proven digits of the equation of motion. Tolerances are those of the time step: 1.5 times the
+largest error over where in a step contact begins, of the steps that LAMMPS takes (`viscopade.collision.steps`).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from viscopade.collision import exact, steps
+from viscopade.collision.spheres import Pair, Sphere
+from viscopade.generated import marker_line, template
+from viscopade.simulators.lammps import hertz_material
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
+
+EPSILONS = ("0.95", "0.5", "0.1")
+RADII = {"twosphere": (0.0025, 0.0025), "unequal": (0.0025, 0.005)}
+"""Radii in m, by what the file's name says."""
+STEPS = 1000
+"""Time steps in an undamped contact."""
+MARGIN = 1.5
+"""Tolerance over the error of the time step."""
+JSON = "viscoelastic.json"
+
+_DENSITY, _YOUNG_MODULUS, _POISSON_RATIO, _SPEED = 2700.0, 1e8, 0.33, 1.0
+_GAP = 10.5  # steps before contact
+_DIGITS = 15
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A number that a program should deliver, and its largest relative error."""
+
+    value: str
+    tolerance: str
+
+
+@dataclass(frozen=True)
+class VerificationCase:
+    """A head-on collision of two spheres, in SI units; the fields of the JSON file.
+
+    Attributes
+    ----------
+    name, title : str
+    end : str
+        "force": a force that would attract is 0. "return": contact ends at overlap 0.
+    diameters, masses, speeds, places : tuple of float
+        Of both spheres; the distances from the origin on both sides, at rest in the centre of mass's frame.
+    density, young_modulus, poisson_ratio : float
+    dissipative_constant, eta_n0 : float
+        A of eq:viscoelastic, and what LAMMPS takes for it.
+    half_speed : float
+        Half of the impact speed.
+    time_step : float
+    steps : int
+        After so many the spheres have parted.
+    epsilon, peak_overlap, contact_time : Expected
+        Contact time is from overlap 0 to the end of contact.
+    """
+
+    name: str
+    title: str
+    end: str
+    diameters: tuple[float, float]
+    masses: tuple[float, float]
+    speeds: tuple[float, float]
+    places: tuple[float, float]
+    density: float
+    young_modulus: float
+    poisson_ratio: float
+    dissipative_constant: float
+    eta_n0: float
+    half_speed: float
+    time_step: float
+    steps: int
+    epsilon: Expected
+    peak_overlap: Expected
+    contact_time: Expected
+
+
+def cases() -> Iterator[VerificationCase]:
+    """Yield the cases: each eps, with both ends of contact, for equal and for unequal spheres."""
+    for size, radii in RADII.items():
+        for end in ("force", "return"):
+            for epsilon in EPSILONS:
+                yield _case(f"{size}-e{epsilon.replace('.', '')}-{end}", radii, epsilon, law_of(VISCOELASTIC, end))
+
+
+def _case(name: str, radii: tuple[float, float], epsilon: str, law: Law) -> VerificationCase:
+    material = {"density": _DENSITY, "young_modulus": _YOUNG_MODULUS, "poisson_ratio": _POISSON_RATIO}
+    first, second = (Sphere(radius=radius, dissipative_constant=0.0, **material) for radius in radii)
+    elastic = Pair(first, second)
+    proven = exact.invert(epsilon, _DIGITS, law=law)
+    kappa = float(proven.mpf()["v_star"] ** law.d)
+    # kappa = beta v^(1/5), for both ends of contact
+    pair = elastic.damped(float(elastic.dissipative_constant(kappa * _SPEED**-0.2)))
+    length, time = float(pair.length_scale(_SPEED)), float(pair.time_scale(_SPEED))
+    h = steps.contact_time(law) / STEPS
+    errors, contact = _errors(law, kappa, h, proven.floats())
+    scaled = proven.floats()
+    values = epsilon, repr(scaled["x_max"] * length), repr(scaled["tau_c"] * time)
+    expected = [Expected(value, f"{MARGIN * error:.1e}") for value, error in zip(values, errors, strict=True)]
+    shares = second.mass / (first.mass + second.mass), first.mass / (first.mass + second.mass)
+    gap = _GAP * h * time * _SPEED
+    return VerificationCase(
+        f"dem01-viscoelastic-{name}-3d-si",
+        f"two spheres, damping viscoelastic, contact that ends {'at zero force' if law.end == 'force' else 'at x = 0'}",
+        law.end,
+        (2 * radii[0], 2 * radii[1]),
+        (first.mass, second.mass),
+        (_SPEED * shares[0], _SPEED * shares[1]),
+        (radii[0] + gap * shares[0], radii[1] + gap * shares[1]),
+        _DENSITY,
+        _YOUNG_MODULUS,
+        _POISSON_RATIO,
+        pair.A,
+        hertz_material(pair).eta_n0,
+        _SPEED / 2,
+        h * time,
+        math.ceil(_GAP + 1.2 * contact / h),
+        *expected,
+    )
+
+
+def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float]) -> tuple[list[float], float]:
+    """Return the largest relative errors of eps, x_max and tau_c by time steps, and the longest contact.
+
+    The overlap is seen at the end of each step, and contact ends with the step in which the force vanishes.
+    """
+    force = steps.force_of(law, kappa)
+    x, u, begin = -steps.PHASES * h, np.ones_like(steps.PHASES), steps.PHASES * h
+    deepest, ends = np.zeros_like(x), np.full_like(x, np.nan)
+    for i in range(1, math.ceil(steps.PATIENCE * steps.contact_time(law) / h)):
+        x, u = steps.LAGGED.step(x, u, np.full_like(x, h), force)
+        deepest = np.maximum(deepest, x)
+        over = np.isnan(ends) & (u < 0) & ((force(x, u) == 0) | (x <= 0))
+        ends[over] = i * h - begin[over]
+        if not np.isnan(ends).any() and not (x > 0).any():
+            break
+    found = ((-u, "epsilon"), (deepest, "x_max"), (ends, "tau_c"))
+    errors = [float(np.abs(values / scaled[name] - 1).max()) for values, name in found]
+    return errors, i * h
+
+
+def verification_files(command: str) -> dict[str, str]:
+    """Return file names and texts: a YAML file for each case, and all of them in one JSON file."""
+    made = list(cases())
+    yaml = template(__name__, "lammps_case.yaml.jinja")
+    texts = {f"{case.name}.yaml": yaml.render(marker=marker_line(command), case=case) for case in made}
+    whole = {
+        "generated_by": marker_line(command),
+        "law": "m x'' = -k x^(3/2) - c x^(1/2) x', k = 4/3 E_eff sqrt(R_eff), c = 3/2 A k; m, R_eff effective",
+        "units": "SI",
+        "cases": [asdict(case) for case in made],
+    }
+    return {**texts, JSON: json.dumps(whole, indent=2) + "\n"}
