@@ -19,6 +19,7 @@ from viscopade.collision.spheres import Sphere
 from viscopade.generated import marker_line, one_line, template
 from viscopade.simulators import DECKS, lammps, rebound
 from viscopade.simulators.gas import mean_collision_time
+from viscopade.simulators.render import render
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import STEPS, largest_step_error, program_number
 
@@ -204,7 +205,7 @@ def _lammps(box: Box, command: str) -> str:
     places = {1: ["zplane 0.0 {}"], 2: ["zplane 0.0 NULL", "zplane NULL {}"]}.get(len(walls), [])
     timestep = lammps.shortest_contact(setup) / STEPS
     steps = math.ceil(box.duration / timestep)
-    whole = lammps.render(setup, command)
+    whole = render("lammps", setup, command)
     units = lammps.units_command(setup.units)
     radii = [sphere.radius for sphere in box.spheres]
     return template(__name__, "lammps_deck.in.jinja").render(
@@ -253,5 +254,5 @@ def _rebound(setup: Setup, box: Box, command: str, tier: str) -> str:
         "steps": math.ceil(box.duration / step),
         "every": max(math.ceil(box.duration / step) // OUTPUTS, 1),
     }
-    module = rebound.render(setup, command, "python", tier)
+    module = render("rebound-python", setup, command, tier)
     return module + template(__name__, "rebound_deck.py.jinja").render(lines=box.lines(), **numbers)
