@@ -74,7 +74,7 @@ def test_the_largest_error_over_the_speeds(name):
     assert (found.largest > max(abs(found.slowest), abs(found.fastest))) == (name == "drake")
 
 
-@pytest.mark.parametrize("name", ["mujoco", "drake", "simbody"])
+@pytest.mark.parametrize("name", ["mujoco", "drake"])
 def test_no_other_damping_has_a_smaller_largest_error(name):
     made = contact(name, 0.7, (0.1, 3.0), contact_time=0.02)
     parameter, error = made.balanced()
@@ -241,7 +241,7 @@ def test_a_material_gives_its_own_contact_time_and_its_warnings(name):
     assert "Warning: 2 m/s is beyond the" in text
 
 
-@pytest.mark.parametrize("name", ["mujoco", "simbody", "jaxdem"])
+@pytest.mark.parametrize("name", ["mujoco", "jaxdem"])
 def test_a_scene_has_every_contact(name, tmp_path):
     (tmp_path / "two.toml").write_text(
         'tolerance = { epsilon = 1e-3 }\n[material.glass]\nyoung_modulus = "70 GPa"\npoisson_ratio = 0.22\n'
@@ -253,7 +253,7 @@ def test_a_scene_has_every_contact(name, tmp_path):
     assert "bead-bead: eps = " in text
     assert "bead-floor: eps = " in text
     assert text.count("error of eps: ") == 2
-    if name in ("simbody", "jaxdem"):
+    if name == "jaxdem":
         assert set(module_of(text)["STIFFNESS"]) == {"bead-bead", "bead-floor"}
 
 

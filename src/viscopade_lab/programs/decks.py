@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import runpy
 import shutil
 import statistics
 import subprocess
@@ -52,6 +53,9 @@ volume_fraction = 0.05
 TIMES = (1.0, 2.0, 5.0)
 PARTICLES = 512
 SEEDS = (1, 2, 3, 4)
+MORE = 16  # seeds of the programs that are quick
+SETTLING = 3.0
+_BETWEEN = 20  # steps
 _CELL = re.compile(r"^ *\d+ +([\d.e+-]+) +([\d.e+-]+) *$", re.MULTILINE)
 _PAIR = re.compile(r"^([\d.e+-]+) ([\d.e+-]+)$", re.MULTILINE)
 
@@ -81,12 +85,49 @@ def of_lammps(deck: Deck, processes: int = 1) -> Curve:
             raise RuntimeError("there is no program mpirun")
         words = [launcher, "-np", str(processes), *words]
     printed = _run(words, "deck.in", text("lammps", deck))
+    if f" on {processes} procs " not in printed:  # an mpirun of another MPI starts several runs of one process
+        raise RuntimeError(f"lmp has not run with {processes} processes")
     return _curve(_CELL.findall(printed)[1:])  # the first is before the velocities are scaled
 
 
 def of_rebound(deck: Deck) -> Curve:
     """Return times and temperatures of REBOUND, or raise RuntimeError if it is not there or fails."""
     return _curve(_PAIR.findall(_run([sys.executable, "deck.py"], "deck.py", text("rebound-python", deck))))
+
+
+def settled(deck: Deck) -> Curve:
+    """Return times and temperatures of REBOUND after `SETTLING` collision times without loss: the lattice is gone."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "deck.py"
+        path.write_text(text("rebound-python", deck), "utf-8")
+        names = runpy.run_path(str(path))
+    sim, step, start = names["box"](), names["STEP"], names["TEMPERATURE"]
+    sim.collision_resolve = "hardsphere"  # eps = 1
+    sim.steps(math.ceil(SETTLING * Box(setups()[1], deck).collision_time / step))
+    factor = math.sqrt(start / names["temperature"](sim))
+    for particle in sim.particles:
+        particle.vx, particle.vy, particle.vz = (factor * v for v in (particle.vx, particle.vy, particle.vz))
+    names["install"](sim)
+    begin, found = sim.t, [(0.0, 1.0)]
+    for _ in range(math.ceil(names["STEPS"] / _BETWEEN)):
+        sim.steps(_BETWEEN)
+        found.append((sim.t - begin, names["temperature"](sim) / start))
+    times, temperatures = np.array(found).T
+    return times, temperatures
+
+
+def of_gas(deck: Deck) -> Curve:
+    """Return times and temperatures of the simulated granular gas, which has no volume."""
+    plain, sized = setups()
+    box = Box(sized, deck)
+    found = gas.cool(
+        plain.contacts[0].pair.epsilon,
+        particles=box.number,
+        temperature=box.temperature,
+        time=deck.collisions,
+        seed=deck.seed,
+    )
+    return found.times * box.collision_time, found.temperatures / box.temperature
 
 
 def _run(words: Sequence[str], name: str, content: str) -> str:
@@ -137,11 +178,14 @@ def _mean(values: Sequence[float]) -> str:
 def main() -> None:
     """Run the decks with several seeds, and print the table."""
     decks = [Deck(PARTICLES, 0.05, seed, TIMES[-1]) for seed in SEEDS]
+    more = [Deck(PARTICLES, 0.05, seed, TIMES[-1]) for seed in range(1, MORE + 1)]
     try:
         curves = {
             "LAMMPS": [of_lammps(deck) for deck in decks],
             "LAMMPS, two processes": [of_lammps(deck, 2) for deck in decks],
-            "REBOUND": [of_rebound(deck) for deck in decks],
+            "REBOUND": [of_rebound(deck) for deck in more],
+            "REBOUND, without the lattice": [settled(deck) for deck in more],
+            "gas, simulated": [of_gas(deck) for deck in more],
         }
     except RuntimeError as error:
         raise click.ClickException(str(error)) from None
