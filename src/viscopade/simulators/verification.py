@@ -2,7 +2,8 @@
 
 The YAML files have the form of LAMMPS's granular unit tests (unittest/granular of lammps/lammps, pull requests 5008,
 5110 and 5113 of 2026, read at commits 10e220f and 027c2f9): its driver test_dem_01 reads them, with the analytic model
-`collision_restitution`. No case with `damping viscoelastic` was found there. The JSON file has the same cases for any program.
+`collision_restitution`. No case with `damping viscoelastic` was found there. The JSON file has the same cases for any
+program.
 
 Expected numbers are proven digits of the equation of motion. Tolerances are those of the time step: 1.5 times the
 largest error over where in a step contact begins, of the steps that LAMMPS takes (`viscopade.collision.steps`).
