@@ -257,6 +257,24 @@ def test_a_scene_has_every_contact(name, tmp_path):
         assert set(module_of(text)["STIFFNESS"]) == {"bead-bead", "bead-floor"}
 
 
+def test_a_scene_in_other_units(tmp_path):
+    """What the options say in SI units is the same contact in the scene's units, here cm, g and ms."""
+    scene = (
+        'tolerance = { epsilon = 1e-3 }\n[material.glass]\nyoung_modulus = "70 GPa"\npoisson_ratio = 0.22\n'
+        'density = "2500 kg/m^3"\ndissipative_constant = "1 us"\n[body.bead]\nmaterial = "glass"\nradius = "1 mm"\n'
+        '[speed]\nmin = "1 cm/s"\nmax = "1 m/s"\n'
+    )
+    (tmp_path / "si.toml").write_text(scene)
+    (tmp_path / "cm.toml").write_text(scene + '[units]\nlength = "cm"\nmass = "g"\ntime = "ms"\n')
+    options = ("--contact-time", "20 ms", "--time-step", "1 ms")
+    si, cm = (text_of("mujoco", tmp_path / name, *options).split('solref="')[1] for name in ("si.toml", "cm.toml"))
+    (k, b), (k_cm, b_cm) = ([float(number) for number in text.split('"')[0].split()] for text in (si, cm))
+    assert (k_cm, b_cm) == pytest.approx((k / 1e6, b / 1e3), rel=1e-9)
+    with pytest.raises(Exception, match=r".") as caught:
+        text_of("mujoco", tmp_path / "cm.toml", "--stiffness", 1)
+    assert "--stiffness is in SI units and the scene is not" in caught.value.message
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -266,7 +284,12 @@ def test_a_scene_has_every_contact(name, tmp_path):
         (("simbody", *ASKED, *SOFT, "--time-step", "1 ms"), "accepted is none, as the program chooses its own"),
         (("mujoco", "--epsilon", 0.5), "a material also needs --speed"),
         (("mujoco", "--epsilon", 0, "--speed", 1, *SOFT), "epsilon is 0: accepted is a number > 0 and <= 1"),
-        (("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"), "with a time step of"),
+        (("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"), "time-step is 1.115 contact times: accepted is 0.001 to 1"),
+        (("mujoco", *ASKED, *SOFT, "--time-step", "1 ns"), "contact times: accepted is 0.001 to 1"),
+        (("mujoco", *ASKED, *SOFT, "--time-step", "20 ms"), "with a time step of"),
+        (("mujoco", *ASKED, "--contact-time", "1e-200"), "contact_time is 1e-200: accepted is a number from 1e-30"),
+        (("mujoco", *ASKED, *SOFT, "--speeds", "1e-9:1"), "accepted is 1e-12 to 1e+12, and at most 1e+06 times"),
+        (("drake", *ASKED, *SOFT, "--mass", "1e-200"), "mass is 1e-200: accepted is a number from 1e-30"),
         (("mujoco", *ASKED, *SOFT, "--time-step", 0), "time-step is 0: accepted is a number > 0"),
         (("mujoco", *ASKED, *SOFT, "--step-error", 3), "step-error is 3: accepted is 1e-08 to 1"),
         (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "speeds are 2 and 3 m/s: accepted is 0 < MIN <= 1 <= MAX"),

@@ -228,6 +228,15 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
     error = STEP_ERROR if soft["step_error"] is None else soft["step_error"]
     if not 1e-8 <= error <= 1:
         raise ValueError(f"step-error is {error:.4g}: accepted is 1e-08 to 1")
+    units_length, _, units_time = (1.0, 1.0, 1.0) if found.scene is None else found.scene.scale
+    if soft["stiffness"] is not None and found.setup is not None and found.setup.units != SI:
+        raise click.UsageError(
+            "--stiffness is in SI units and the scene is not: accepted is --contact-time or --penetration"
+        )
+    time, length, step = (
+        None if value is None else value / unit
+        for value, unit in ((time, units_time), (length, units_length), (step, units_time))
+    )
     softness = Softness(soft["stiffness"], time, length)
     if found.setup is None:
         assert found.epsilon is not None

@@ -32,6 +32,9 @@ STEP_ERROR = 0.01
 _SPEEDS = 13  # at which errors are computed
 _CLOSE = 1e-12  # square of the difference of the greatest and the least error, where they are balanced
 _DIGITS = 15
+_LEAST = 1e-30
+_SLOWEST, _WIDEST = 1e-12, 1e6  # impact speed, and range of speeds
+_LEAST_STEP = 1e-3  # in contact times
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,15 @@ class Wanted:
     radius: float | None = None
     contact_time: float | None = None
     extremes: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not _SLOWEST <= self.slowest <= self.fastest <= min(1 / _SLOWEST, _WIDEST * self.slowest):
+            raise ValueError(
+                f"speeds of {self.name} are {self.slowest:g} to {self.fastest:g}: accepted is {_SLOWEST:g} to "
+                f"{1 / _SLOWEST:g}, and at most {_WIDEST:g} times the slowest"
+            )
+        if self.mass is not None and not _LEAST <= self.mass <= 1 / _LEAST:
+            raise ValueError(f"mass is {self.mass!r}: accepted is a number from {_LEAST:g} to {1 / _LEAST:g}")
 
     @classmethod
     def at(cls, epsilon: float, speed: float, speeds: tuple[float, float] | None, mass: float | None) -> Wanted:
@@ -107,7 +119,7 @@ class Softness:
     Raises
     ------
     ValueError
-        If more than one is given, or one is not a finite number > 0.
+        If more than one is given, or one is below 1e-30 or above 1e30.
     """
 
     stiffness: float | None = None
@@ -119,8 +131,8 @@ class Softness:
         if len(given) > 1:
             raise ValueError(f"{' and '.join(given)} are given: accepted is one of them")
         for name, value in given.items():
-            if not 0 < value < math.inf:
-                raise ValueError(f"{name} is {value!r}: accepted is a finite number > 0")
+            if not _LEAST <= value <= 1 / _LEAST:
+                raise ValueError(f"{name} is {value!r}: accepted is a number from {_LEAST:g} to {1 / _LEAST:g}")
 
 
 @dataclass(frozen=True)
@@ -192,6 +204,11 @@ class SoftContact:
             raise ValueError("a time step is given: accepted is none, as the program chooses its own")
         if self.time_step is not None and self.stiffness_over_mass is None:
             raise ValueError("a time step needs the contact's duration: accepted with it is a contact time")
+        step = self._step(self.wanted.typical)
+        if step is not None and not _LEAST_STEP <= step <= 1:
+            raise ValueError(
+                f"time-step is {step:.4g} contact times: accepted is {_LEAST_STEP:g} to 1; shorter ones need no number"
+            )
         if self.parameter is None:
             dampings = (self.formula.kappa(mp.mpf(end)) for end in self.formula.accepted)
             least, most = sorted(float(epsilon_of(self.formula.law, kappa)) for kappa in dampings)
