@@ -133,6 +133,7 @@ def test_walls_and_several_kinds_keep_their_spheres(tmp_path):
         ),
         (("lammps", "SCENE", "--deck", "--seed", 0), "seed is 0: accepted is 1 to 900000000"),
         (("lammps", "SCENE", "--deck", "--collisions", -1), "collisions is -1.0: accepted is a number > 0"),
+        (("lammps", "SCENE", "--deck", "--collisions", 1e6), "time steps, accepted is at most "),
         (("lammps", "SCENE", "--deck", "--volume-fraction", 0.4), "accepted for these sizes is below 0."),
         (("rebound-python", "SCENE", "--deck"), "there are several contacts of spheres: accepted for a deck is one"),
     ],

@@ -36,7 +36,14 @@ def violations(
         The smaller one of both materials, a pressure.
     unit : str
         Unit of speeds.
+
+    Raises
+    ------
+    ValueError
+        If the strength is not a number > 0.
     """
+    if yield_strength is not None and not yield_strength > 0:
+        raise ValueError(f"yield_strength is {yield_strength!r}: accepted is a number > 0")
     yield from _depth(pair, fastest)
     yield from _yielding(pair, fastest, yield_strength, unit)
     yield from _slowness(pair, fastest, unit)

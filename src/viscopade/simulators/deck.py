@@ -25,7 +25,7 @@ from viscopade.simulators.stated import STEPS, largest_step_error, program_numbe
 
 MOST_PARTICLES = 10_000_000
 DENSEST = 0.45
-MANY_STEPS = 100_000_000
+MANY_STEPS, MOST_STEPS = 100_000_000, 2**31 - 1  # LAMMPS takes no more in a run
 OUTPUTS = 50  # of the temperature
 _WALLS = 2
 _FLIGHT = 0.03  # of the smallest radius, that a particle of thermal speed flies in a step of REBOUND
@@ -205,6 +205,11 @@ def _lammps(box: Box, command: str) -> str:
     places = {1: ["zplane 0.0 {}"], 2: ["zplane 0.0 NULL", "zplane NULL {}"]}.get(len(walls), [])
     timestep = lammps.shortest_contact(setup) / STEPS
     steps = math.ceil(box.duration / timestep)
+    if steps > MOST_STEPS:
+        raise ValueError(
+            f"collisions is {box.deck.collisions:g}: the run would have {steps:.3g} time steps, accepted is at most "
+            f"{box.deck.collisions * MOST_STEPS / steps:.3g}"
+        )
     whole = render("lammps", setup, command)
     units = lammps.units_command(setup.units)
     radii = [sphere.radius for sphere in box.spheres]
