@@ -21,6 +21,7 @@ from viscopade_lab.programs import (
     liggghts_collisions,
     mujoco_collisions,
     opensim_collisions,
+    rebound_collisions,
 )
 
 RUNNERS = {
@@ -29,6 +30,7 @@ RUNNERS = {
     "mujoco": mujoco_collisions.audit_measurements,
     "drake": drake_collisions.audit_measurements,
     "kratos": kratos_collisions.audit_measurements,
+    "rebound": rebound_collisions.audit_measurements,
     "simbody": opensim_collisions.audit_measurements,
 }
 """For each program a function that yields its measurements, and raises RuntimeError if the program is not there."""

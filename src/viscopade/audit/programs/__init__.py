@@ -12,6 +12,7 @@ from viscopade.audit.programs import (
     liggghts,
     mercurydpm,
     mujoco,
+    rebound,
     simbody,
     textbook,
     yade,
@@ -21,7 +22,20 @@ __all__ = ["liggghts"]
 
 PROGRAMS: tuple[Program, ...] = tuple(
     module.PROGRAM
-    for module in (lammps, liggghts, yade, mercurydpm, mujoco, drake, simbody, chrono, kratos, jaxdem, textbook)
+    for module in (
+        lammps,
+        liggghts,
+        yade,
+        mercurydpm,
+        rebound,
+        mujoco,
+        drake,
+        simbody,
+        chrono,
+        kratos,
+        jaxdem,
+        textbook,
+    )
 )
 
 
