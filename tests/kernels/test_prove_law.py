@@ -16,7 +16,7 @@ from viscopade.theory.pade import pade
 
 def sampled(a, b, high):
     """Return the largest error for Hunt-Crossley contacts on a grid, by the closed form."""
-    v_star = np.linspace(0.02, float(high), 1500)
+    v_star = np.linspace(0.02, float(high), 3000)
     epsilon = np.array([float(nu_1(mp.mpf(v))) for v in v_star.tolist()])
     loss = 1 - epsilon
     top, bottom = (np.polynomial.polynomial.polyval(v_star, [float(c) for c in values]) for values in (a, b))
