@@ -18,7 +18,7 @@ from typing import Any
 from viscopade.collision.spheres import Sphere
 from viscopade.generated import marker_line, one_line, template
 from viscopade.simulators import DECKS, lammps, rebound
-from viscopade.simulators.gas import mean_collision_time
+from viscopade.simulators.gas import mean_collision_time, pair_correlation
 from viscopade.simulators.render import render
 from viscopade.simulators.setup import Contact, Setup
 from viscopade.simulators.stated import STEPS, largest_step_error, program_number
@@ -122,7 +122,7 @@ class Box:
     @property
     def spacing(self) -> float:
         """Distance of neighbours on the lattice."""
-        volumes = (4 / 3 * math.pi * sphere.radius**3 for sphere in self.spheres)
+        volumes = (sphere.mass / sphere.density for sphere in self.spheres)
         whole = sum(n * volume for n, volume in zip(self.counts, volumes, strict=True))
         return float((whole / self.deck.volume_fraction) ** (1 / 3) / self.side)
 
@@ -147,8 +147,8 @@ class Box:
         """Mean collision time at the start, with the mean radius."""
         radius = sum(n * sphere.radius for n, sphere in zip(self.counts, self.spheres, strict=True)) / self.number
         phi = self.deck.volume_fraction
-        contact = (1 - phi / 2) / (1 - phi) ** 3
-        return mean_collision_time(self.temperature, self.number / self.edge**3 * contact, 2 * radius)
+        density = self.number / self.edge**3 * pair_correlation(phi)
+        return mean_collision_time(self.temperature, density, 2 * radius)
 
     @property
     def duration(self) -> float:
@@ -210,7 +210,6 @@ def _lammps(box: Box, command: str) -> str:
             f"collisions is {box.deck.collisions:g}: the run would have {steps:.3g} time steps, accepted is at most "
             f"{box.deck.collisions * MOST_STEPS / steps:.3g}"
         )
-    whole = render("lammps", setup, command)
     units = lammps.units_command(setup.units)
     radii = [sphere.radius for sphere in box.spheres]
     return template(__name__, "lammps_deck.in.jinja").render(
@@ -226,7 +225,7 @@ def _lammps(box: Box, command: str) -> str:
         edge=program_number(box.edge),
         kinds=[(program_number(2 * s.radius), program_number(s.mass)) for s in box.spheres],
         skin=program_number(0.5 * min(radii)),
-        contacts=whole.split("\n", 1)[1],
+        contacts=render("lammps", setup, command),
         energy=program_number(1.5 * box.mass * box.temperature),
         mass=program_number(box.mass),
         seed=box.deck.seed,
@@ -241,7 +240,7 @@ def _step_lines(setup: Setup, timestep: float, steps: int) -> list[str]:
         f"Time step: {STEPS} in the shortest contact; the error of eps by it is at most "
         f"{largest_step_error(setup, timestep):.1e}.",
         f"The run has {steps:,} time steps."
-        + (" Contacts are too short for that: REBOUND needs none." if steps > MANY_STEPS else ""),
+        + (" REBOUND follows no contacts and needs far fewer." if steps > MANY_STEPS else ""),
     ]
 
 

@@ -130,6 +130,11 @@ def mean_collision_time(temperature: Number, number_density: Number, diameter: N
     return 1 / (4 * thermal * density * checked.number("diameter", diameter, _POSITIVE) ** 2)
 
 
+def pair_correlation(volume_fraction: float) -> float:
+    """Return Carnahan and Starling's pair correlation of spheres at contact, (1 - phi/2)/(1 - phi)^3."""
+    return (1 - volume_fraction / 2) / (1 - volume_fraction) ** 3
+
+
 def cool(
     restitution: RestitutionFunction,
     *,

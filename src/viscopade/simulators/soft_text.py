@@ -27,8 +27,6 @@ class SoftProgram:
         Name of its formula in `viscopade.audit.programs`.
     template : str
         File of the text.
-    comment : str
-        What a line of a comment begins with.
     numbers : callable
         From a contact and a parameter of its formula to what the text writes.
     per_mass : bool
@@ -37,7 +35,6 @@ class SoftProgram:
 
     formula: str
     template: str
-    comment: str
     numbers: Callable[[SoftContact, float], Numbers]
     per_mass: bool = False
 
@@ -64,11 +61,11 @@ def _restitution(contact: SoftContact, parameter: float) -> Numbers:
 _DRAKE = "lagged, similar or tamsi, d = 3 (1 - e)/(2 v)"
 _SIMBODY = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 PROGRAMS = {
-    "mujoco": SoftProgram("solref = -stiffness -damping", "mujoco.xml.jinja", "    ", _mujoco, per_mass=True),
-    "drake": SoftProgram(_DRAKE, "drake.py.jinja", "# ", _per_speed),
-    "simbody": SoftProgram(_SIMBODY, "opensim.py.jinja", "# ", _per_speed),
-    "chrono": SoftProgram("SMC, Hertz", "chrono.h.jinja", "// ", _restitution),
-    "jaxdem": SoftProgram("cundallstrack", "jaxdem.py.jinja", "# ", _restitution),
+    "mujoco": SoftProgram("solref = -stiffness -damping", "mujoco.xml.jinja", _mujoco, per_mass=True),
+    "drake": SoftProgram(_DRAKE, "drake.py.jinja", _per_speed),
+    "simbody": SoftProgram(_SIMBODY, "opensim.py.jinja", _per_speed),
+    "chrono": SoftProgram("SMC, Hertz", "chrono.h.jinja", _restitution),
+    "jaxdem": SoftProgram("cundallstrack", "jaxdem.py.jinja", _restitution),
 }
 """By name, as `viscopade.audit.programs` and the command line have it."""
 
