@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from viscopade.collision import exact
     from viscopade.collision.curve import curve
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
+    from viscopade.fitting.damping import fit
+    from viscopade.fitting.points import Points
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
     from viscopade.theory.series import series
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Law",
     "Pair",
+    "Points",
     "Sphere",
     "__version__",
     "backend",
@@ -38,6 +41,7 @@ __all__ = [
     "double",
     "epsilon",
     "exact",
+    "fit",
     "one_minus_epsilon",
     "pade",
     "restitution",
@@ -51,6 +55,8 @@ _HOME = {
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
     **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
     "Law": "viscopade.theory.law",
+    "Points": "viscopade.fitting.points",
+    "fit": "viscopade.fitting.damping",
     "curve": "viscopade.collision.curve",
     "pade": "viscopade.theory.pade",
     "series": "viscopade.theory.series",

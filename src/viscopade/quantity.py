@@ -31,6 +31,7 @@ DIMENSIONS = {
     "time": ("s", "us"),
     "squared speed": ("m^2/s^2", "cm^2/s^2"),
     "mass": ("kg", "g"),
+    "acceleration": ("m/s^2", "cm/s^2"),
 }
 """By quantity, its SI unit and one that is often used."""
 
@@ -95,6 +96,17 @@ def beta_decimal(text: str) -> tuple[str, str, str] | None:
         return None
     speed = si_decimal(f"1 {slowness[1]}/{slowness[0]}", "speed")
     return None if speed is None else (number[1], f"({match[2].strip()})^(1/5)", speed)
+
+
+def uncertain(value: float, error: float) -> str:
+    """Return a value and its standard error, both to the second digit of the error, such as "0.873 +- 0.0040"."""
+    if not 0 < error < math.inf:
+        return f"{value:.6g}"
+    decimals = 1 - math.floor(math.log10(error))
+    if not -1 <= decimals <= 8 or abs(value) >= 1e6:
+        power = math.floor(math.log10(max(abs(value), error)))
+        return f"({uncertain(value / 10.0**power, error / 10.0**power)})e{power:+03d}"
+    return f"{value:.{max(decimals, 0)}f} +- {error:.{max(decimals, 0)}f}"
 
 
 def factor(node: Node, dimension: str) -> tuple[str, float]:

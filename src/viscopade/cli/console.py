@@ -253,15 +253,17 @@ class Missing(click.ClickException):
     exit_code = 2
 
 
-def need(package: str, user: str) -> None:
+def need(package: str, user: str, distribution: str | None = None) -> None:
     """Check that an optional package is installed, before any work that needs it.
 
     Parameters
     ----------
     package : str
-        Its name for `import` and for pip.
+        Its name for `import`.
     user : str
         The command that needs the package, for the message.
+    distribution : str, optional
+        Its name for pip, if that differs.
 
     Raises
     ------
@@ -271,25 +273,25 @@ def need(package: str, user: str) -> None:
     try:
         import_module(package)
     except ImportError as error:
-        command = f"{shlex.quote(sys.executable)} -m pip install {package}"
+        command = f"{shlex.quote(sys.executable)} -m pip install {distribution or package}"
         raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
 
 
-def read_file(file: Path, accepted: str) -> bytes:
+def read_file(file: Path, accepted: str, *, longest: int = LONGEST) -> bytes:
     """Return the content of a file.
 
     Raises
     ------
     ValueError
-        If the file cannot be read or has more than `LONGEST` bytes.
+        If the file cannot be read or has more than `longest` bytes.
     """
     try:
         with file.open("rb") as stream:
-            content = stream.read(LONGEST + 1)
+            content = stream.read(longest + 1)
     except OSError as error:
         raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
-    if len(content) > LONGEST:
-        raise ValueError(f"{file} has more than {LONGEST} bytes: accepted is {accepted}")
+    if len(content) > longest:
+        raise ValueError(f"{file} has more than {longest} bytes: accepted is {accepted}")
     return content
 
 

@@ -12,7 +12,7 @@ from typing import NoReturn, TextIO
 
 import click
 
-from viscopade.cli import audit, derive, generate, simulators
+from viscopade.cli import audit, derive, fit, generate, simulators, speeds
 from viscopade.cli.console import keep_printing, tracker
 from viscopade.progress import shown_by
 
@@ -51,7 +51,14 @@ def command() -> None:
     """
 
 
-for found in (*derive.COMMANDS, *audit.COMMANDS, *generate.COMMANDS, *simulators.COMMANDS):
+for found in (
+    *derive.COMMANDS,
+    *audit.COMMANDS,
+    *generate.COMMANDS,
+    *simulators.COMMANDS,
+    *fit.COMMANDS,
+    *speeds.COMMANDS,
+):
     command.add_command(found)
 
 

@@ -459,6 +459,11 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
         return checked.float_if_scalar((v / np.sqrt(b)) ** 10)
 
 
+def restitution_error(v_star: float, relative_error: float) -> float:
+    """Return the standard error of eps at a v*, to first order in the relative one of beta, or of A."""
+    return abs(double.epsilon(v_star) * double.slope(v_star)) / 2 * relative_error
+
+
 def beta_cgs_from_si(beta: Values) -> Values:
     """Convert beta from (s/m)^(1/5) to (s/cm)^(1/5): the number shrinks by 100^(1/5).
 

@@ -52,6 +52,8 @@ class Choice:
     costs : Costs
     reason : str
         Why the next cheaper one does not suffice.
+    notes : sequence of str
+        Sentences on the uncertainty of eps, without their full stops.
     warnings : sequence of str
         Where the scene leaves what the model assumes.
     """
@@ -62,6 +64,7 @@ class Choice:
     chosen: Offer
     costs: Costs
     reason: str
+    notes: Sequence[str]
     warnings: Sequence[str]
 
     @property
@@ -94,7 +97,8 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
     as_cheap = [offer for offer in enough if offer.price.value <= AS_CHEAP * enough[0].price.value]
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
-    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings)
+    notes = [text for encounter in met for text in sense.notes(scene, encounter)]
+    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), notes, warnings)
 
 
 def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:

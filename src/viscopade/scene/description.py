@@ -34,6 +34,8 @@ class Material:
         A; None if each contact has its own.
     yield_strength : float or None
         Where plastic flow (or breakage) begins, for a warning.
+    relative_error : float or None
+        Relative standard error of A, if known.
     """
 
     young_modulus: float
@@ -41,6 +43,7 @@ class Material:
     density: float | None
     dissipative_constant: float | None
     yield_strength: float | None = None
+    relative_error: float | None = None
 
     def sphere(self, radius: float) -> Sphere:
         """Return a ball of this material."""
@@ -147,6 +150,8 @@ class Meeting:
         Of this pair, instead of what follows from the materials.
     known_at : float or None
         The speed at which eps was given, if it was.
+    relative_error : float or None
+        Relative standard error of this pair's own A, if known.
     """
 
     first: str
@@ -154,6 +159,7 @@ class Meeting:
     speeds: Speeds
     dissipative_constant: float | None = None
     known_at: float | None = None
+    relative_error: float | None = None
 
     @property
     def name(self) -> str:
@@ -258,6 +264,24 @@ class Scene:
         """Return the pair of bodies that meet, with their typical radii unless radii are given."""
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
         return with_constant(Pair(*spheres), meeting.dissipative_constant)
+
+    def relative_error(self, meeting: Meeting) -> float | None:
+        """Return the relative standard error of a pair's A, or None if none is known.
+
+        A of a pair is the mean of those of the materials, weighted with their compliances; errors of different
+        materials are independent.
+        """
+        if meeting.dissipative_constant is not None:
+            return meeting.relative_error
+        shares: dict[str, float] = {}
+        for name in (meeting.first, meeting.second):
+            sphere, material = self.sphere(name), self.bodies[name].material
+            share = sphere.dissipative_constant / sphere.plane_strain_modulus
+            shares[material] = shares.get(material, 0.0) + share
+        known = [(self.materials[name].relative_error, share) for name, share in shares.items()]
+        if all(error is None for error, _ in known):
+            return None
+        return math.hypot(*((error or 0.0) * share for error, share in known)) / sum(shares.values())
 
 
 def with_constant(pair: Pair, dissipative_constant: float | None) -> Pair:

@@ -10,7 +10,7 @@ from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
-from viscopade.collision.spheres import Pair, Sphere
+from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.quantity import factor, quantity, words
 from viscopade.records import Node
@@ -140,9 +140,9 @@ def _material(node: Node) -> Material:
     given = _optional(node, "dissipative_constant", "time", zero=True)
     if (source := node.get("source")) is not None:
         source.text()
-    known = node.get("restitution")
+    known, relative_error = node.get("restitution"), None
     if known is not None:
-        known.only("epsilon", "one_minus_epsilon", "speed", "radius", "partner")
+        known.only("epsilon", "one_minus_epsilon", "standard_error", "speed", "radius", "partner")
         radius = _required(known, "radius", "length")
         partner = "sphere" if (part := known.get("partner")) is None else part.choice(("sphere", "wall"))
         if density is None:
@@ -151,7 +151,8 @@ def _material(node: Node) -> Material:
         ball = _checked(node, lambda: Sphere(radius=radius, density=density, **elastic))
         pair = _checked(node, lambda: Pair(ball, ball if partner == "sphere" else Sphere.wall(**elastic)))
         given = _constant(node, pair, given, known)
-    return Material(modulus, poisson, density, given, _optional(node, "yield_strength", "pressure"))
+        relative_error = _relative_error(known, pair, given)
+    return Material(modulus, poisson, density, given, _optional(node, "yield_strength", "pressure"), relative_error)
 
 
 def _required(node: Node, name: str, dimension: str) -> float:
@@ -183,6 +184,18 @@ def _constant(node: Node, pair: Pair, given: float | None, known: Node) -> float
             "accepted is one of the two, or both if they agree within 1 %"
         )
     return found if given is None else given
+
+
+def _relative_error(known: Node, pair: Pair, constant: float) -> float | None:
+    """Return the relative standard error of A from that of a known eps."""
+    if not known.has("standard_error"):
+        return None
+    accepted = "a number > 0 and < 1, the standard error of eps"
+    error = known["standard_error"].within(accepted, lambda x: 0 < x < 1)
+    of_whole = restitution_error(float(pair.damped(constant).v_star(_required(known, "speed", "speed"))), 1.0)
+    if not of_whole:
+        raise known["standard_error"].refuse("none if eps is 1: no A has a relative error then")
+    return error / of_whole
 
 
 def _checked(node: Node, make: Callable[[], T]) -> T:
@@ -328,13 +341,14 @@ def _meeting(
         )
     given = _optional(node, "dissipative_constant", "time", zero=True)
     known = node.get("restitution")
-    known_at = None
+    known_at = relative_error = None
     if known is not None:
-        known.only("epsilon", "one_minus_epsilon", "speed")
+        known.only("epsilon", "one_minus_epsilon", "standard_error", "speed")
         bare = Scene("", "", "", materials, bodies, (), Tolerance(epsilon=1.0), Code())
         pair = _checked(node, lambda: with_constant(bare.pair(Meeting(*between, speeds)), 0.0))
         given, known_at = _constant(node, pair, given, known), quantity(known["speed"], "speed")
-    return Meeting(*between, speeds, given, known_at)
+        relative_error = _relative_error(known, pair, given)
+    return Meeting(*between, speeds, given, known_at, relative_error)
 
 
 def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:

@@ -195,6 +195,7 @@ def _head(choice: Choice, command: str) -> list[str]:
         + ".",
         *error_sentences(choice),
         choice.against_cheaper,
+        *(f"{text}." for text in choice.notes),
         *(f"Warning: {text}." for text in choice.warnings),
     ]
     lines = [marker_line(command), ""]

@@ -1,14 +1,17 @@
-"""Limits of the model in a scene: those of a pair of bodies, and hard spheres."""
+"""Limits of the model in a scene, those of a pair of bodies and hard spheres, and those of the measured damping."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from viscopade.collision import limits
+from viscopade.collision.spheres import restitution_error
+from viscopade.quantity import uncertain
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, mean_free_time
 
 LONGEST_CONTACT = 0.05  # of the mean free time
+NEEDLESS = 0.1  # of the standard error of eps: an error of a kernel that does not count
 
 
 def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
@@ -18,6 +21,34 @@ def warnings(scene: Scene, encounter: Encounter) -> Iterator[str]:
     known = min((strength for strength in strengths if strength is not None), default=None)
     found = limits.violations(encounter.pair, encounter.speeds[2], strongest=encounter.strongest, yield_strength=known)
     yield from (f"{encounter.name}: {text}" for text in (*_hardness(scene, encounter), *found))
+
+
+def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
+    """Yield sentences on the uncertainty of eps, where that of A is known, and on a tolerance finer than it."""
+    relative = scene.relative_error(encounter.meeting)
+    if relative is None:
+        return
+    speed = encounter.contact().typical
+    value, error = (
+        float(encounter.pair.epsilon(speed)),
+        restitution_error(float(encounter.pair.v_star(speed)), relative),
+    )
+    yield (
+        f"{encounter.name}: eps at {speed:.3g} m/s is {uncertain(value, error)} (standard "
+        f"error), as A is known to {100 * relative:.2g} %"
+    )
+    tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * _to_absolute(given[0], value))
+    allowed = tightest[1] * _to_absolute(tightest[0], value)
+    if allowed < NEEDLESS * error / 2:
+        yield (
+            f"{encounter.name}: the tolerance is an error of eps of {allowed:.2g}, {error / allowed:.2g} times less "
+            f"than its standard error: absolute = {NEEDLESS * error:.1g} is enough"
+        )
+
+
+def _to_absolute(measure: str, epsilon: float) -> float:
+    """Return the error of eps that an error of 1 in a measure of the tolerance is, to first order."""
+    return {"absolute": 1.0, "epsilon": epsilon, "dissipation": (1 - epsilon**2) / (2 * epsilon)}[measure]
 
 
 def _hardness(scene: Scene, encounter: Encounter) -> Iterator[str]:

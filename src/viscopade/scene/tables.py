@@ -65,6 +65,7 @@ def sentences(choice: Choice) -> Iterator[str]:
         free = mean_free_time(choice.scene, encounter)
         if free is not None:
             yield f"{encounter.name}: the mean free time is about {free:.3g} s."
+    yield from (f"{text}." for text in choice.notes)
     yield from (f"Warning: {text}." for text in choice.warnings)
 
 
@@ -90,6 +91,7 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
         "chosen": chosen.candidate.name,
         "file": file_name(choice.scene),
         "reason": choice.reason,
+        "notes": list(choice.notes),
         "warnings": list(choice.warnings),
         "check": None if found is None else vars(found) | {"errors": dict(found.errors)},
     }

@@ -101,4 +101,5 @@ def setup(scene: Scene) -> Setup:
     met = encounters(scene)
     contacts = tuple(scale.contact(encounter.contact()) for encounter in met)
     warnings = tuple(text for encounter in met for text in sense.warnings(scene, encounter))
-    return Setup(scene.title, bodies, contacts, scene.units, warnings)
+    notes = tuple(text for encounter in met for text in sense.notes(scene, encounter))
+    return Setup(scene.title, bodies, contacts, scene.units, warnings, notes)

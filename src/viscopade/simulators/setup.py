@@ -92,6 +92,8 @@ class Setup:
         Of all numbers.
     warnings : tuple of str
         Sentences on assumptions of the model that the contacts violate, without their full stops.
+    notes : tuple of str
+        Sentences on the uncertainty of the damping, without their full stops.
 
     Raises
     ------
@@ -104,6 +106,7 @@ class Setup:
     contacts: tuple[Contact, ...]
     units: Units = SI
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.contacts:
@@ -115,8 +118,9 @@ class Setup:
 
     @property
     def opening(self) -> list[str]:
-        """First lines of a generated file, without comment marks: the title, which must be one line, and warnings."""
-        return [one_line("title", self.title), *(f"Warning: {text}." for text in self.warnings)]
+        """First lines of a generated file, without comment marks: the title, one line, then notes and warnings."""
+        sentences = (*(f"{text}." for text in self.notes), *(f"Warning: {text}." for text in self.warnings))
+        return [one_line("title", self.title), *sentences]
 
     @property
     def spheres(self) -> list[str]:

@@ -15,8 +15,7 @@ from viscopade.audit.program import DampingFormula, wanted_kappa
 from viscopade.audit.programs import program_of
 from viscopade.collision import steps
 from viscopade.collision.spheres import beta_from_restitution
-from viscopade_lab.figures.laws import draw_look, key_of
-from viscopade_lab.figures.paper import (
+from viscopade.plots.sheet import (
     BLUE,
     DASH_DOT,
     DASHED,
@@ -25,12 +24,13 @@ from viscopade_lab.figures.paper import (
     ORANGE,
     PURPLE,
     VERMILION,
-    Figure,
     Look,
-    figure,
+    draw_look,
+    key_of,
     label_axes,
     new_sheet,
 )
+from viscopade_lab.figures.paper import Figure, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,22 +13,11 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
 from viscopade.kernels import registry_arrays
 from viscopade.kernels.registry import entries
+from viscopade.plots.sheet import BLACK, label_axes, new_sheet
 from viscopade.simulators import gas
 from viscopade.theory.pade import horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS
-from viscopade_lab.figures.paper import (
-    BLACK,
-    DIGITS,
-    LOOKS,
-    Beside,
-    Figure,
-    draw_curve,
-    figure,
-    identifier,
-    label_axes,
-    new_sheet,
-    write_text,
-)
+from viscopade_lab.figures.paper import DIGITS, LOOKS, Beside, Figure, draw_curve, figure, identifier, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from viscopade.audit import textbook
 from viscopade.collision import exact
-from viscopade.theory.law import End, Law
-from viscopade_lab.figures.paper import (
+from viscopade.plots.sheet import (
     BLACK,
     BLUE,
     DASH_DOT,
@@ -26,16 +25,16 @@ from viscopade_lab.figures.paper import (
     SHORT,
     SKY,
     VERMILION,
-    Figure,
-    Floats,
     Look,
-    figure,
+    draw_look,
+    key_of,
     label_axes,
     new_sheet,
 )
+from viscopade.theory.law import End, Law
+from viscopade_lab.figures.paper import Figure, Floats, figure
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
 DIGITS = 8  # more than a figure shows
@@ -127,25 +126,6 @@ def _universal_curves() -> Sheet:
     key_of(top, [(rf"$\nu = {nu}$", Look(color)) for nu, color in COLORS.items()], "upper right", 2)
     key_of(bottom, [("end: force 0", Look(BLACK)), ("end: $x = 0$", Look(BLACK, SHORT))], "center left", 1)
     return sheet
-
-
-def draw_look(axes: Axes, look: Look, x: Floats, y: Floats, gid: str) -> None:
-    """Draw a curve."""
-    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
-    if look.dashes:
-        line.set_dashes(look.dashes)
-
-
-def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
-    """Draw a legend of names and looks."""
-    from matplotlib.lines import Line2D
-
-    lines = [
-        Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
-        for _, look in names
-    ]
-    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
-    where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
 
 
 # --- damping formulas -------------------------------------------------------------------------------------------------

@@ -20,6 +20,28 @@ from numpy.typing import NDArray
 from viscopade.approximation import frontier, minimax
 from viscopade.arrays import double
 from viscopade.collision import spheres
+from viscopade.plots.sheet import (
+    BLACK,
+    BLUE,
+    DASH_DOT,
+    DASH_DOT_DOT,
+    DASHED,
+    DOTTED,
+    EPSILON,
+    GREEN,
+    GREY,
+    LONG,
+    ORANGE,
+    PURPLE,
+    SHORT,
+    SKY,
+    V_STAR,
+    VERMILION,
+    WIDTH,
+    Look,
+    label_axes,
+    new_sheet,
+)
 from viscopade.theory import singularity
 from viscopade.theory.pade import Pade, Root, horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS, TABLE
@@ -32,9 +54,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 Floats = NDArray[np.float64]
-
-PNG_DPI = 300
-WIDTH = 3.4  # inches: one column of a journal
 
 # Digits of the coefficients of series and approximants; more than a double holds.
 DIGITS = 18
@@ -53,45 +72,6 @@ PAPER_EXPONENT = -3.2
 LIMIT_EXPONENT, LIMIT_FACTOR = -10 / 3, 1.5 ** (2 / 3)
 
 SHOWN = ((0, 3), (1, 4), (2, 5), (3, 6), (15, 18))
-
-STYLE: Mapping[str, Any] = {
-    "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
-    "pdf.fonttype": 42,
-    "figure.constrained_layout.use": True,
-    "font.size": 7.5,
-    "axes.labelsize": 8.5,
-    "axes.linewidth": 0.6,
-    "axes.titlesize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "lines.scale_dashes": False,
-    "lines.dash_capstyle": "butt",
-}
-
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#BDBDBD"
-
-DOTTED, DASHED, DASH_DOT = (1.2, 1.2), (4.5, 1.8), (6, 1.6, 1.2, 1.6)
-SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
-
-    color: str
-    dashes: tuple[float, ...] = ()
-    width: float = 1.3
-    text: str = BLACK
-
 
 # The exact curve is broad and pale, so that what coincides with it stays visible on top.
 LOOKS: Mapping[str, Look] = {
@@ -149,16 +129,6 @@ class Figure:
 def figure(description: str, caption: str, paper_label: str | None = None) -> Callable[[Callable[[], Sheet]], Figure]:
     """Return a decorator that makes a figure of the function that draws it."""
     return lambda draw: Figure(description, " ".join(caption.split()), draw, paper_label)
-
-
-def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
-    """Return what is said of a figure within its file: title and origin, and no date."""
-    origin: dict[str, dict[str, str | None]] = {
-        "svg": {"Description": made_by, "Date": None},
-        "pdf": {"Subject": made_by, "CreationDate": None},
-        "png": {"Description": made_by},
-    }
-    return {"Title": title, **origin[kind]}
 
 
 # --- what is drawn ----------------------------------------------------------------------------------------------------
@@ -243,14 +213,6 @@ def _complex(root: Root) -> complex:
 # --- how it is drawn --------------------------------------------------------------------------------------------------
 
 
-def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
-    """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
-    from matplotlib.figure import Figure as Sheet
-
-    sheet = Sheet(figsize=(WIDTH, height))
-    return sheet, list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
-
-
 Beside = tuple[float, float, float]
 """Where a curve's name stands: at which x, and how many points right of and above the curve's point there."""
 
@@ -297,18 +259,6 @@ def write_text(
     )
 
 
-def label_axes(
-    axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
-) -> None:
-    """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
-    axes.set(xlabel=x_label, ylabel=y_label)
-    if "x" in scales:
-        axes.set_xscale("log")
-    if "y" in scales:
-        axes.set_yscale("log")
-    axes.set(xlim=x, ylim=y)
-
-
 def _until_out(y: Floats, low: float, high: float) -> Floats:
     """Cut a curve after the first point outside low … high: where a series diverges there is nothing to see."""
     outside = np.flatnonzero((y < low) | (y > high))
@@ -330,10 +280,6 @@ def _mark(axes: Axes, kind: str, x: Any, y: Any, color: str, gid: str, *, on_fra
     # On the frame a mark is shown whole, beyond it not at all.
     (points,) = axes.plot(x, y, marker, color=color, markersize=size, markerfacecolor=face, label=kind)
     points.set(gid=identifier(gid), clip_on=not on_frame)
-
-
-V_STAR = r"$v_\ast$"
-EPSILON = r"$\varepsilon$"
 
 
 # --- the figures ------------------------------------------------------------------------------------------------------

@@ -12,9 +12,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from viscopade.generated import marker_line
+from viscopade.plots.sheet import PNG_DPI, STYLE, metadata
 from viscopade.progress import quietly, track
 from viscopade_lab.figures import FORMATS, audit, cooling, laws, paper
-from viscopade_lab.figures.paper import PNG_DPI, STYLE, Figure, metadata
+from viscopade_lab.figures.paper import Figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet

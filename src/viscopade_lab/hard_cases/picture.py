@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from viscopade.generated import marker_line
-from viscopade_lab.figures.paper import (
+from viscopade.plots.sheet import (
     BLACK,
     BLUE,
     DASH_DOT,
@@ -27,7 +27,7 @@ from viscopade_lab.figures.paper import (
     VERMILION,
     metadata,
 )
-from viscopade_lab.figures.paper import SKY as LIGHT
+from viscopade.plots.sheet import SKY as LIGHT
 from viscopade_lab.hard_cases.finding import Chart, ChartCurve, Finding
 
 if TYPE_CHECKING:

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from viscopade.collision import spheres
 from viscopade.generated import marker_line
+from viscopade.plots.sheet import PNG_DPI
 from viscopade_lab.bench.result import ErrorCurve
 from viscopade_lab.bench.speed_range import SpeedRange
-from viscopade_lab.figures.paper import PNG_DPI
 from viscopade_lab.report.choice import PicturePanel, Point, frontier
 from viscopade_lab.report.labels import Box, Segment, place, shortened
 

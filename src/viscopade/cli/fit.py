@@ -1,0 +1,328 @@
+"""Command that fits the damping to measured data: fit."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, read_file, say, show
+from viscopade.cli.writer import check_targets, write_all
+
+if TYPE_CHECKING:
+    from viscopade.collision.spheres import Sphere
+    from viscopade.fitting.damping import Constant, DampingFit
+    from viscopade.fitting.flight import Flight
+    from viscopade.fitting.likelihood import LawFit
+
+MOST_ROWS = 40
+"""Of points in a table for people."""
+PICTURES = ("svg", "png", "pdf")
+_UNIT = "(s/m)^(1/5)"
+
+
+class Assignment(click.ParamType):  # type: ignore[type-arg]
+    """Type of an option: NAME=VALUE."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """Parse a name of a column, and what belongs to it."""
+        from viscopade.fitting.read import COLUMNS
+
+        name, equals, rest = value.partition("=")
+        if not equals or name.strip() not in COLUMNS or not rest.strip():
+            self.fail(f"{value!r} is no {self.name}: accepted for NAME is one of {', '.join(COLUMNS)}")
+        return name.strip(), rest.strip()
+
+
+@click.command()
+@click.argument("data", type=click.Path(path_type=Path))
+@click.option("--column", "columns", type=Assignment("NAME=HEADER"), multiple=True, help="Header of a column.")
+@click.option("--unit", "units", type=Assignment("NAME=UNIT"), multiple=True, help="Unit of a column without one.")
+@click.option("--resolution", help='Standard error of instants ("0.5 ms") or heights ("1 mm").')
+@click.option("--gravity", type=Quantity("gravity", "acceleration"), help="Of the flight.  [default: 9.80665 m/s^2]")
+@click.option("--air-density", type=Quantity("air-density", "density"), help="Drag in air; needs radius and density.")
+@click.option("--drag-coefficient", help="Of the sphere in air.  [default: 0.47]")
+@click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of contact between flights.")
+@click.option("--scatter/--no-scatter", default=None, help="Whether eps scatters beyond its standard errors.")
+@click.option("--robust", is_flag=True, help="Count outliers less: Student's t with 4 degrees of freedom.")
+@click.option("--without", "removed", multiple=True, metavar="LINE", help="Number of a line to leave out; repeatable.")
+@click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact to compare with; repeatable.")
+@material("young_modulus", "poisson_ratio", "density")
+@click.option(
+    "--scene", "scene_file", type=click.Path(path_type=Path), help="Scene to write, with the fitted material."
+)
+@click.option("--plot", "picture", type=click.Path(path_type=Path), help="Picture to write: .svg, .png or .pdf.")
+@STYLE
+def fit(
+    data: Path,
+    removed: tuple[str, ...],
+    laws: tuple[str, ...],
+    robust: bool,
+    scene_file: Path | None,
+    picture: Path | None,
+    style: str,
+    **options: Any,
+) -> None:
+    """Fit the damping to measured data, and say whether they follow the viscoelastic law.
+
+    DATA is a CSV file or a spreadsheet whose header names the columns, with units in parentheses: "speed (cm/s)" and
+    "epsilon", with "sigma_epsilon" and "contact_time" if they are known; or "time", the instants of bounces; or
+    "height", of release and rebounds; or an export of phyphox's "(In)elastic collision".
+
+    The result is beta with its standard error and its confidence intervals, and a verdict that compares the law with a
+    constant eps, with nu = 1 and with a free exponent. With --radius, --density, --poisson-ratio and --young-modulus it
+    has A, too; with a column contact_time in place of --young-modulus, A and the Young modulus. Plain numbers are in SI
+    units.
+    """
+    need("scipy", "fit")
+    if data.suffix.lower() in (".xls", ".xlsx", ".ods"):
+        need("python_calamine", f"fit with {data.suffix} files", "python-calamine")
+    if picture is not None:
+        need("matplotlib", "fit --plot")
+        if picture.suffix.lower().removeprefix(".") not in PICTURES:
+            raise click.UsageError(f"--plot is {picture}: accepted is a name that ends in .svg, .png or .pdf")
+    check_targets([path for path in (scene_file, picture) if path is not None])
+    words = shlex.join(["viscopade", "fit", data.name])
+    found, sphere, constants = _fitted(data, removed, laws, robust, scene_file is not None, **options)
+    written: dict[Any, str | bytes] = {}
+    if scene_file is not None:
+        from viscopade.fitting.scene_text import scene_text
+
+        assert sphere is not None
+        text = scene_text(found, sphere, options["wall"], words, f"Spheres as in {data.name}")
+        written[scene_file] = text
+    if picture is not None:
+        from viscopade.plots import fit_picture, sheet
+
+        kind = picture.suffix.lower().removeprefix(".")
+        draw = partial(fit_picture.draw_fit, found)
+        written[picture] = sheet.picture(draw, f"eps against speed, {data.name}", words, kind)
+    if written:
+        write_all(written)
+    _show(found, constants, style)
+    if style == "text" and written:
+        click.echo(f"wrote {', '.join(map(str, written))}")
+
+
+def _fitted(
+    data: Path,
+    removed: Sequence[str],
+    laws: Sequence[str],
+    robust: bool,
+    for_scene: bool,
+    **options: Any,
+) -> tuple[DampingFit, Sphere | None, Mapping[str, Constant]]:
+    """Return the fit, the sphere with its Young modulus, and the constants of the material that follow."""
+    from dataclasses import replace
+
+    from viscopade.collision.spheres import Pair, Sphere
+    from viscopade.fitting import damping, read
+
+    names = ("radii", "wall", "young_modulus", "poisson_ratio", "density", "yield_strength")
+    body = {name: options.pop(name) for name in names}
+    sphere = _sphere(body, options["air_density"] is not None, for_scene)
+    resolution, contact = options.pop("resolution"), options.pop("contact_time")
+    points = read.points(
+        read_file(data, "CSV or a spreadsheet", longest=read.LONGEST),
+        str(data),
+        read.Options(
+            dict(options.pop("columns")),
+            dict(options.pop("units")),
+            _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
+            resolution,
+            0.0 if contact is None else double("contact-time", contact),
+            options.pop("scatter"),
+        ),
+    )
+    if removed:
+        points = points.without([f"line {line}" for line in removed])
+    found = damping.fit(points, laws=laws, robust=robust)
+    constants: dict[str, Constant] = {}
+    if sphere is not None and body["poisson_ratio"] is not None:
+        if body["young_modulus"] is not None:
+            pair = Pair(sphere, _partner(sphere, body["wall"]))
+            constants["dissipative_constant"] = found.dissipative_constant(pair)
+        elif points.contact_time is not None:
+            constants["dissipative_constant"], young = found.stiffness(sphere, body["wall"])
+            constants["young_modulus"] = young
+            sphere = replace(sphere, young_modulus=young.value)
+        else:
+            raise click.UsageError(
+                "the Young modulus is not known: accepted is --young-modulus, or a column contact_time"
+            )
+    assert isinstance(sphere, Sphere | None)
+    return found, sphere, constants
+
+
+def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
+    """Return the measured sphere, with a Young modulus of 1 if none is given; None if nothing is given."""
+    if body["yield_strength"] is not None:
+        raise click.UsageError("--yield-strength is given: accepted is it with `viscopade epsilon`")
+    given = {name for name, value in body.items() if value not in (None, (), False)} - {"wall"}
+    if not given and not for_drag and not for_scene:
+        if body["wall"]:
+            raise click.UsageError(
+                "--wall is given: accepted with it are the sphere's radius, density and Poisson ratio"
+            )
+        return None
+    needed = ["radii", "density", *(["poisson_ratio"] if for_scene or given - {"radii", "density"} else [])]
+    if missing := [name for name in needed if name not in given]:
+        flags = ", ".join("--" + name.replace("radii", "radius").replace("_", "-") for name in missing)
+        raise click.UsageError(f"the sphere also needs {flags}")
+    if len(body["radii"]) > 1:
+        raise click.UsageError("--radius is given twice: accepted is once, for one sphere or two like it")
+    pair = pair_of(
+        body["radii"],
+        body["wall"],
+        young_modulus=body["young_modulus"] or "1",
+        poisson_ratio=0.0 if body["poisson_ratio"] is None else body["poisson_ratio"],
+        density=body["density"],
+    )
+    assert pair is not None
+    return pair.first
+
+
+def _partner(sphere: Sphere, wall: bool) -> Sphere:
+    from viscopade.collision.spheres import Sphere
+
+    if not wall:
+        return sphere
+    return Sphere.wall(young_modulus=sphere.young_modulus, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
+
+
+def _flight(
+    sphere: Sphere | None, gravity: str | None, air_density: str | None, drag_coefficient: str | None
+) -> Flight:
+    from viscopade.fitting.flight import DRAG_COEFFICIENT, STANDARD_GRAVITY, Flight
+
+    g = STANDARD_GRAVITY if gravity is None else double("gravity", gravity)
+    if air_density is None:
+        if drag_coefficient is not None:
+            raise click.UsageError("--drag-coefficient is given: accepted with it is --air-density")
+        if not g > 0:
+            raise ValueError(f"gravity is {g:g}: accepted is a number > 0")
+        return Flight(g)
+    assert sphere is not None
+    drag = DRAG_COEFFICIENT if drag_coefficient is None else double("drag-coefficient", drag_coefficient)
+    air = double("air-density", air_density)
+    return Flight.of_sphere(sphere.radius, sphere.density, air_density=air, gravity=g, drag_coefficient=drag)
+
+
+# --- what is printed --------------------------------------------------------------------------------------------------
+
+
+def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
+    from viscopade.fitting.damping import LEVELS
+
+    whole = to_json(found, constants)
+    header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
+    spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
+    rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
+    units = {"dissipative_constant": "s", "young_modulus": "Pa"}
+    rows += [
+        (name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name])
+        for name, each in constants.items()
+    ]
+    if style != "text":
+        show(style, header, rows, whole)
+        return
+    say(f"The viscoelastic law {found.verdict.word}.")
+    for reason in found.verdict.reasons:
+        say(f"  {reason}", 2)
+    show(style, header, rows, {}, title=f"{len(found.points)} points")
+    laws = [
+        (fit.model.name, f"{fit.exponent:.3g}", f"{fit.chi2:.4g}", fit.degrees, f"{fit.scatter:.2g}", f"{fit.aic:.2f}")
+        for fit in sorted(found.laws, key=lambda fit: fit.aic)
+    ]
+    show(
+        style,
+        ("law", "p", "chi^2", "degrees of freedom", "scatter of eps", "AIC"),
+        laws,
+        {},
+        title="Laws, the best first",
+    )
+    if len(found.points) <= MOST_ROWS:
+        points = zip(*(column for _, column in _columns(found)), strict=True)
+        cells = [(label, *(f"{number:.4g}" for number in numbers)) for label, *numbers in points]
+        show(
+            style,
+            [name for name, _ in _columns(found)],
+            cells,
+            {},
+            title="Points; beta_i grow or fall with the speed if p is not 1/5",
+        )
+    for sentence in _sentences(found):
+        say(sentence)
+
+
+def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
+    main = found.main
+    return [
+        ("point", found.points.labels),
+        ("speed (m/s)", found.points.speed.tolist()),
+        ("eps", found.points.epsilon.tolist()),
+        (f"beta_i {_UNIT}", found.betas.tolist()),
+        ("residual", main.residuals.tolist()),
+        ("in standard errors", (main.residuals / main.standard_errors).tolist()),
+    ]
+
+
+def _sentences(found: DampingFit) -> list[str]:
+    from viscopade.quantity import uncertain
+
+    value, error = found.epsilon(found.main.middle)
+    text = [f"eps at {found.main.middle:.3g} m/s: {uncertain(value, error)} (standard error)."]
+    text += [f"{label}: {abs(off):.1f} standard errors off; --robust counts it less." for label, off in found.outliers]
+    if not found.points.known:
+        text.append(
+            f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
+        )
+    return text
+
+
+def to_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
+    """Return a fit as JSON-able data, in SI units."""
+    free = next((fit for fit in found.laws if fit.model.exponent is None), None)
+    columns = dict(_columns(found))
+    value, error = found.epsilon(found.main.middle)
+    return {
+        "beta": found.beta,
+        "beta_standard_error": found.beta_standard_error,
+        "interval_68": list(found.interval(0.68)),
+        "interval_95": list(found.interval(0.95)),
+        "chi2": found.main.chi2,
+        "dof": found.main.degrees,
+        "verdict": found.verdict.word,
+        "reasons": list(found.verdict.reasons),
+        "deciding_ratio_of_speeds": found.verdict.ratio,
+        "laws": [_law_json(fit) for fit in found.laws],
+        "exponent": free
+        and {
+            "value": free.exponent,
+            "standard_error": float(free.covariance[1, 1] ** 0.5),
+            "interval_95": list(free.interval(0.95, 1)),
+        },
+        "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
+        "scatter": found.main.scatter,
+        **{name: {"value": each.value, "standard_error": each.standard_error} for name, each in constants.items()},
+        "outliers": [{"point": label, "standard_errors": off} for label, off in found.outliers],
+        "points": [
+            dict(zip(("point", "speed", "epsilon", "beta", "residual", "standardized"), row, strict=True))
+            for row in zip(*columns.values(), strict=True)
+        ],
+    }
+
+
+def _law_json(fit: LawFit) -> dict[str, Any]:
+    law = {"law": fit.model.name, "exponent": fit.exponent, "chi2": fit.chi2, "dof": fit.degrees}
+    return law | {"scatter": fit.scatter, "aic": fit.aic}
+
+
+COMMANDS = (fit,)

@@ -1,0 +1,243 @@
+"""Commands that show eps against the impact speed: plot and table."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from viscopade import arguments
+from viscopade.cli.console import (
+    STYLE,
+    Degrees,
+    Quantity,
+    Real,
+    Whole,
+    double,
+    material,
+    need,
+    pair_of,
+    read_file,
+    show,
+)
+from viscopade.cli.generate import read_scene
+from viscopade.cli.writer import check_targets, write_all
+
+if TYPE_CHECKING:
+    from viscopade.arrays.checked import FloatArray
+    from viscopade.collision.spheres import Pair
+    from viscopade.plots.speeds import SpeedCurve
+
+PICTURES = ("svg", "png", "pdf")
+_FIGURES = 6  # of a number in a table
+_MOST_ROWS = 10_000
+
+
+def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a command with the options of `_curves`."""
+    for option in reversed(
+        (
+            click.argument("file", type=click.Path(path_type=Path), required=False),
+            click.option("--from", "slowest", type=Quantity("from", "speed"), help="Slowest.  [default: 0.001]"),
+            click.option("--to", "fastest", type=Quantity("to", "speed"), help="Fastest.  [default: 10]"),
+            click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
+            click.option("--epsilon", type=Real("epsilon"), help="eps at --speed, instead of beta or A."),
+            click.option("--speed", type=Quantity("speed", "speed"), help="Where all curves have one eps."),
+            material("young_modulus", "poisson_ratio", "density", "dissipative_constant"),
+            click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact; repeatable."),
+            click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Approximant; repeatable."),
+            click.option("--program", "programs", multiple=True, help="Program of `viscopade audit`; repeatable."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+@click.command()
+@_choice_of_curves
+@click.option("--data", type=click.Path(path_type=Path), help="Measured data to mark, as for `viscopade fit`.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture: .svg, .png or .pdf.")
+def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> None:
+    """Draw eps against the impact speed, for materials, laws, approximants and programs.
+
+    Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
+    each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
+    """
+    need("matplotlib", "plot")
+    kind = output.suffix.lower().removeprefix(".")
+    if kind not in PICTURES:
+        raise click.UsageError(f"--output is {output}: accepted is a name that ends in .svg, .png or .pdf")
+    if data is not None:
+        need("scipy", "plot --data")
+    check_targets([output])
+    from viscopade.plots import sheet, speeds
+
+    curves, ends, _ = _curves(file, **options)
+    points = None
+    if data is not None:
+        from viscopade.fitting import read
+
+        points = read.points(read_file(data, "CSV or a spreadsheet", longest=read.LONGEST), str(data))
+    words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
+    draw = partial(speeds.draw_speeds, curves, _between(*ends, 300), points)
+    write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
+    click.echo(f"wrote {output}")
+
+
+@click.command()
+@_choice_of_curves
+@click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
+@STYLE
+def table(points: int | None, style: str, **options: Any) -> None:
+    """Print eps against the impact speed.
+
+    The options are those of `viscopade plot`. For a material the table also has the duration of contact and the maximal
+    compression. All numbers are in SI units and in double precision.
+    """
+    import numpy as np
+
+    curves, ends, pair = _curves(**options)
+    number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
+    speeds = _between(*ends, number)
+    columns: list[tuple[str, Any]] = [("speed (m/s)", speeds)]
+    columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
+    if pair is not None:
+        columns.append(("contact time (s)", pair.contact_time(speeds)))
+        columns.append(("max compression (m)", pair.max_compression(speeds)))
+    rows = [
+        [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
+    ]
+    whole: dict[str, Any] = {
+        "speed": speeds.tolist(),
+        "curves": [
+            {"name": each.name, "epsilon": [e if e == e else None for e in values.tolist()]}
+            for each, (_, values) in zip(curves, columns[1:], strict=False)
+        ],
+    }
+    if pair is not None:
+        whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+    show(style, [name for name, _ in columns], rows, whole)
+
+
+def _between(slowest: float, fastest: float, number: int) -> FloatArray:
+    import numpy as np
+
+    return np.geomspace(slowest, fastest, number)
+
+
+def _curves(
+    file: Path | None,
+    slowest: str | None,
+    fastest: str | None,
+    beta: str | None,
+    epsilon: float | None,
+    speed: str | None,
+    laws: Sequence[str],
+    approximants: Sequence[tuple[int, int]],
+    programs: Sequence[str],
+    **body: Any,
+) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None]:
+    """Return the curves, the slowest and fastest speed, and the pair of a material if there is just one.
+
+    Raises
+    ------
+    ValueError
+        If the options do not describe spheres, a name is not known, or the speeds are not in order.
+    """
+    from viscopade.plots import speeds
+
+    at = None if speed is None else double("speed", speed)
+    if at is not None and not at > 0:
+        raise ValueError(f"speed is {at:g}: accepted is a number > 0")
+    found, pair, ends = _viscoelastic(file, beta, epsilon, at, body)
+    if at is None and file is not None:
+        at = ends[2]
+    if (laws or programs) and at is None:
+        raise click.UsageError("--law and --program need --speed, at which their eps is that of the spheres")
+    beta_found = found[0][1]
+    curves = [speeds.viscoelastic(name, value) for name, value in found]
+    if at is not None:
+        value = float(curves[0].epsilon(_one(at))[0])
+        curves += [speeds.of_law(law, value, at) for law in laws]
+        for program in programs:
+            curves += speeds.of_program(program, value, at)
+    curves += [speeds.of_pade(m, n, beta_found) for m, n in approximants]
+    if len(curves) > speeds.MOST:
+        raise ValueError(f"there are {len(curves)} curves: accepted are up to {speeds.MOST}")
+    low = ends[0] if slowest is None else double("from", slowest)
+    high = ends[1] if fastest is None else double("to", fastest)
+    if not 0 < low < high:
+        raise ValueError(f"the speeds are from {low:g} to {high:g} m/s: accepted is 0 < --from < --to")
+    return curves, (low, high), pair
+
+
+def _one(speed: float) -> FloatArray:
+    import numpy as np
+
+    return np.array([speed])
+
+
+def _viscoelastic(
+    file: Path | None, beta: str | None, epsilon: float | None, speed: float | None, body: dict[str, Any]
+) -> tuple[list[tuple[str, float]], Pair | None, tuple[float, float, float]]:
+    """Return names and betas, the pair of a material, and the slowest, fastest and typical speed."""
+    constant = body.pop("dissipative_constant")
+    has_body = bool(body["radii"]) or any(value not in (None, False, ()) for value in body.values())
+    given = (file is not None) + (beta is not None) + (constant is not None) + (epsilon is not None)
+    if given != 1 or (epsilon is None) == (speed is not None and file is None and beta is None and constant is None):
+        raise click.UsageError(
+            "the options do not describe spheres: accepted is a scene, or --beta, or --epsilon with --speed, or a "
+            "material with either --dissipative-constant or --epsilon and --speed"
+        )
+    ends = (1e-3, 10.0, 1.0)
+    if file is not None:
+        if has_body:
+            raise click.UsageError("a scene and a material are given: accepted is one of them")
+        return _of_scene(file)
+    if beta is not None:
+        if has_body:
+            raise click.UsageError("--beta and a material are given: accepted is one of them")
+        return [("viscoelastic", _in_si(beta))], None, ends
+    if not has_body:
+        if epsilon is None:
+            raise click.UsageError("--dissipative-constant needs a material: accepted are its radius, density, …")
+        assert speed is not None
+        from viscopade.plots import speeds
+
+        return [("viscoelastic", speeds.beta_of(epsilon, speed))], None, ends
+    pair = pair_of(**body, dissipative_constant=0.0 if constant is None else constant)
+    assert pair is not None
+    if epsilon is not None:
+        assert speed is not None
+        pair = pair.calibrated(speed, epsilon)
+    return [("viscoelastic", pair.beta)], pair, ends
+
+
+def _of_scene(file: Path) -> tuple[list[tuple[str, float]], Pair | None, tuple[float, float, float]]:
+    from viscopade.scene.encounter import encounters
+
+    met = encounters(read_scene(file))
+    found = [(each.name, float(each.pair.beta)) for each in met]
+    contacts = [each.contact() for each in met]
+    slowest, fastest = min(each.slowest for each in contacts), max(each.fastest for each in contacts)
+    if slowest == fastest:
+        slowest, fastest = slowest / 10, fastest * 10
+    return found, met[0].pair if len(met) == 1 else None, (slowest, fastest, contacts[0].typical)
+
+
+def _in_si(beta: str) -> float:
+    from viscopade import quantity
+
+    parts = quantity.beta_decimal(beta)
+    if parts is None:
+        accepted = 'a number >= 0 in (s/m)^(1/5), or one with its unit, such as "1.3 (s/cm)^(1/5)"'
+        return float(arguments.exact_number("beta", beta, accepted, lambda b: 0 <= b < 10**300))
+    number, _, scale = parts
+    return double("beta", number) / float(double("beta", scale) ** 0.2)
+
+
+COMMANDS = (plot, table)

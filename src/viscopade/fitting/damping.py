@@ -1,0 +1,150 @@
+"""Damping from measured points: beta with its uncertainty, the verdict on the law, and the material's constants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
+from viscopade.fitting import verdict
+from viscopade.fitting.likelihood import LawFit, Model
+from viscopade.fitting.points import Points
+from viscopade.fitting.verdict import Verdict
+from viscopade.theory.law import Law, law_of
+
+LEVELS = (0.68, 0.95)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A fitted constant of the material, and its standard error."""
+
+    value: float
+    standard_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class DampingFit:
+    """What measured points say of the damping.
+
+    Attributes
+    ----------
+    points : Points
+    laws : tuple of LawFit
+        The viscoelastic law first.
+    verdict : Verdict
+    outliers : tuple
+        Labels of points far from any law, and how many standard errors they are off.
+    """
+
+    points: Points
+    laws: tuple[LawFit, ...]
+    verdict: Verdict
+    outliers: tuple[tuple[str, float], ...]
+
+    @property
+    def main(self) -> LawFit:
+        """The fit of the viscoelastic law."""
+        return self.laws[0]
+
+    @property
+    def _unit(self) -> float:
+        return float(self.main.middle**-verdict.THEORY)
+
+    @property
+    def beta(self) -> float:
+        """The damping beta (eq:betadef), (time/length)^(1/5)."""
+        return float(self.main.parameters[0]) * self._unit
+
+    @property
+    def beta_standard_error(self) -> float:
+        """Standard error of beta, from the covariance of the fit."""
+        return math.sqrt(self.main.covariance[0, 0]) * self._unit
+
+    def interval(self, level: float) -> tuple[float, float]:
+        """Return the confidence interval of beta, from its profile likelihood."""
+        low, high = self.main.interval(level)
+        return low * self._unit, high * self._unit
+
+    @cached_property
+    def betas(self) -> FloatArray:
+        """The beta_i of each point: they do not depend on the speed if the law holds (section 2.10)."""
+        return np.asarray(beta_from_restitution(self.points.speed, self.points.epsilon))
+
+    def epsilon(self, speed: float) -> tuple[float, float]:
+        """Return eps of the viscoelastic law at a speed, and its standard error."""
+        v_star = math.sqrt(self.beta) * speed**0.1
+        value = float(double.epsilon(v_star))
+        return value, restitution_error(v_star, self.beta_standard_error / self.beta if self.beta else 0.0)
+
+    def dissipative_constant(self, pair: Pair) -> Constant:
+        """Return A of a pair of bodies of known stiffness."""
+        a = pair.dissipative_constant(self.beta)
+        return Constant(a, a * self.beta_standard_error / self.beta if self.beta else 0.0)
+
+    def stiffness(self, sphere: Sphere, wall: bool) -> tuple[Constant, Constant]:
+        """Return A and Y of a sphere that hits a wall or another one of its kind, from the measured contact times.
+
+        They are t_c = tau_c(v*) (rho/m)^(-2/5) v^(-1/5) (section 2.10). The scatter of (rho/m)^(2/5) among the points
+        gives its standard error. Young's modulus of the argument is not used.
+
+        Raises
+        ------
+        ValueError
+            If no contact times were measured.
+        """
+        times = self.points.contact_time
+        if times is None:
+            raise ValueError("contact times are not given: accepted is a column contact_time")
+
+        def logs(beta: float) -> FloatArray:
+            v_star = math.sqrt(beta) * self.points.speed**0.1
+            return np.asarray(np.log(double.tau_c(v_star)) - 0.2 * np.log(self.points.speed) - np.log(times))
+
+        found = logs(self.beta)
+        log_q, of_times = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(len(found))
+        relative = self.beta_standard_error / self.beta
+        slope = float(np.mean(logs(self.beta * 1.001) - logs(self.beta / 1.001))) / (2 * math.log(1.001))
+        a = 2 / 3 * self.beta * math.exp(-log_q)
+        of_a = math.hypot((1 - slope) * relative, of_times)
+        other = Sphere.wall(young_modulus=1, poisson_ratio=sphere.poisson_ratio, dissipative_constant=0)
+        unit = replace(sphere, young_modulus=1)
+        pair = Pair(unit, other if wall else unit)
+        young = math.exp(2.5 * log_q) * pair.m_eff / pair.rho
+        return Constant(a, a * of_a), Constant(young, young * 2.5 * math.hypot(slope * relative, of_times))
+
+
+def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False) -> DampingFit:
+    """Return the damping that measured points imply, with its uncertainty, and whether they follow the law.
+
+    Parameters
+    ----------
+    points : Points
+        `Points.measured` of speeds and eps, or `bounces.of_times`, or `bounces.of_heights`.
+    laws : sequence of Law or str
+        Further laws of contact to compare with.
+    robust : bool
+        Take the errors to follow Student's t with 4 degrees of freedom, so that outliers count less.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are fewer than three points, all speeds are equal, or a law is none.
+
+    Examples
+    --------
+    >>> import viscopade as vp
+    >>> points = vp.Points.measured([0.1, 0.3, 1, 3], [0.938, 0.918, 0.901, 0.874])
+    >>> found = vp.fit(points)
+    >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
+    ('0.093 +- 0.002', 'holds with a limit')
+    """
+    further = [Model.of(str(law), law_of(law)) for law in laws]
+    found = verdict.compared(points, further, robust=robust)
+    return DampingFit(points, found, verdict.judged(found), tuple(verdict.outliers(points)))

@@ -1,0 +1,110 @@
+"""Free flight between bounces, vertical, in air or in vacuum: speeds from durations and heights.
+
+In air a sphere has a constant drag coefficient: drag is proportional to the square of the speed. Let v_t be the
+terminal speed. A body that starts upward at a speed u = s v_t rises to the height v_t^2/(2 g) ln(1 + s^2), comes back
+at u/sqrt(1 + s^2), and flies for v_t/g (arctan s + arsinh s). Buoyancy reduces g. The mass of air that moves with the
+sphere is neglected.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from viscopade.arrays.checked import Accepted, FloatArray, number
+
+STANDARD_GRAVITY = 9.80665
+"""In m/s^2."""
+DRAG_COEFFICIENT = 0.47
+"""Of a smooth sphere at Reynolds numbers from about 1000 to 200000."""
+
+_POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
+_NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
+_STEPS = 60
+
+
+@dataclass(frozen=True)
+class Flight:
+    """Vertical free flight.
+
+    Attributes
+    ----------
+    gravity : float
+        Acceleration of the falling body at rest, less its buoyancy.
+    terminal_speed : float
+        At which drag balances gravity; infinite without drag.
+    """
+
+    gravity: float = STANDARD_GRAVITY
+    terminal_speed: float = math.inf
+
+    @classmethod
+    def of_sphere(
+        cls,
+        radius: float,
+        density: float,
+        *,
+        air_density: float,
+        gravity: float = STANDARD_GRAVITY,
+        drag_coefficient: float = DRAG_COEFFICIENT,
+    ) -> Flight:
+        """Return the flight of a sphere in air.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is not a positive number (an air density or a drag coefficient of 0 is accepted), or the air is
+            not lighter than the sphere.
+        """
+        r, d, g = (
+            number(name, value, _POSITIVE)
+            for name, value in (("radius", radius), ("density", density), ("gravity", gravity))
+        )
+        air = number("air_density", air_density, _NON_NEGATIVE)
+        drag = number("drag_coefficient", drag_coefficient, _NON_NEGATIVE)
+        if air >= d:
+            raise ValueError(f"air_density is {air:g}: accepted is less than the sphere's density, {d:g}")
+        falling = g * (1 - air / d)
+        return cls(falling, math.sqrt(8 / 3 * r * falling * d / (air * drag)) if air * drag else math.inf)
+
+    def launch(self, duration: FloatArray) -> FloatArray:
+        """Return the speeds at the starts of flights of given durations."""
+        speed = self.gravity * duration / 2
+        for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
+            before, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
+            if np.all(np.abs(speed - before) <= 1e-15 * speed):
+                break
+        return speed
+
+    def duration(self, launch: FloatArray) -> FloatArray:
+        """Return the durations of flights that start at given speeds."""
+        if self.terminal_speed == math.inf:
+            return 2 * launch / self.gravity
+        s = launch / self.terminal_speed
+        return self.terminal_speed / self.gravity * (np.arctan(s) + np.arcsinh(s))
+
+    def launch_slope(self, launch: FloatArray) -> FloatArray:
+        """Return the derivative of the speed at the start with respect to the duration."""
+        s = launch / self.terminal_speed
+        return self.gravity / (1 / (1 + s**2) + 1 / np.sqrt(1 + s**2))
+
+    def impact(self, launch: FloatArray) -> FloatArray:
+        """Return the speeds at the ends of flights that start at given speeds."""
+        return launch / np.sqrt(1 + (launch / self.terminal_speed) ** 2)
+
+    def impact_slope(self, launch: FloatArray) -> FloatArray:
+        """Return the derivative of `impact`."""
+        return np.asarray((1 + (launch / self.terminal_speed) ** 2) ** -1.5)
+
+    def launch_to(self, height: FloatArray) -> FloatArray:
+        """Return the speeds at the starts of flights that rise to given heights."""
+        if self.terminal_speed == math.inf:
+            return np.sqrt(2 * self.gravity * height)
+        return self.terminal_speed * np.sqrt(np.expm1(2 * self.gravity * height / self.terminal_speed**2))
+
+    def launch_to_slope(self, height: FloatArray) -> FloatArray:
+        """Return the derivative of `launch_to`."""
+        grown = np.exp(2 * self.gravity * height / self.terminal_speed**2)
+        return np.asarray(self.gravity * grown / self.launch_to(height))

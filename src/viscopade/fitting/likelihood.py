@@ -1,0 +1,363 @@
+"""Fit of one law to measured points, by maximum likelihood, with SciPy.
+
+A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. The residuals eps_i - E(v_i) have the covariance
+
+    C = s^2 + G G^T,    G = d eps - E'(v) d v,
+
+of the scatter s of eps and the errors of the measurement (`Points`); it is a band, as bounces that follow each other
+share a flight. The fit minimises
+
+    D = sum_i rho(z_i^2) + ln det C,    C = L L^T,    z = L^-1 r,
+
+where rho(u) = u for Gaussian errors, and 5 ln(1 + u/4) for Student's t with 4 degrees of freedom, which outliers pull
+less. In the fit of s, ln det C has the factor 1 - k/n for k parameters and n points, as in restricted maximum
+likelihood: then s^2 is not too small. G is taken at the law that is found.
+
+SciPy does the fitting. lmfit would add little: there are one or two parameters, and its intervals know neither the
+covariance of errors nor a given scale.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy import linalg, optimize, stats
+
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.collision.curve import curve
+from viscopade.fitting.points import Points
+from viscopade.theory.law import VISCOELASTIC, Law
+
+Shape = Callable[[FloatArray], FloatArray]
+
+_STEP = 1e-4  # of ln kappa, for slopes
+_ROUNDS = 40
+_CLOSE = 1e-7
+_EXPONENTS = (-3.0, 5.0)  # of a free law
+_DEGREES = 4.0  # of freedom, of Student's t
+_LARGEST = 1e12  # kappa
+
+
+@dataclass(frozen=True)
+class Model:
+    """A law as a curve eps = E(b (v/v_0)^p).
+
+    Attributes
+    ----------
+    name : str
+    law : Law
+        Its E.
+    exponent : float or None
+        The p, or None if the fit finds it.
+    """
+
+    name: str
+    law: Law
+    exponent: float | None
+
+    @classmethod
+    def of(cls, name: str, law: Law) -> Model:
+        """Return the model of a law of contact: p = 2/nu - 1."""
+        return cls(name, law, float(2 * law.c))
+
+    def epsilon(self, kappa: FloatArray) -> FloatArray:
+        """Return E."""
+        return _shape(self.law)(np.minimum(kappa, _LARGEST))
+
+    @property
+    def parameters(self) -> int:
+        """How many the fit finds, without the scatter."""
+        return 1 if self.exponent is not None else 2
+
+
+@lru_cache(maxsize=16)
+def _shape(law: Law) -> Shape:
+    if law == VISCOELASTIC:
+        return lambda kappa: double.epsilon(np.sqrt(kappa))
+    return curve(law).epsilon
+
+
+def kappa_of(law: Law, epsilon: FloatArray) -> FloatArray:
+    """Return the kappa that gives each eps."""
+    if law == VISCOELASTIC:
+        return np.asarray(double.v_star_from(epsilon)) ** 2
+    return curve(law).kappa_from(epsilon)
+
+
+@dataclass(frozen=True, eq=False)
+class LawFit:
+    """A law fitted to points.
+
+    Attributes
+    ----------
+    points : Points
+    model : Model
+    middle : float
+        The speed v_0, the geometric mean of all.
+    parameters : array
+        b and, where it is free, p.
+    scatter : float
+        s, the standard deviation of eps beyond the errors of the measurement; 0 if there is none.
+    robust : bool
+        Whether the errors follow Student's t.
+    """
+
+    points: Points
+    model: Model
+    middle: float
+    parameters: FloatArray
+    scatter: float
+    robust: bool
+
+    @property
+    def exponent(self) -> float:
+        """The p."""
+        return float(self.parameters[1]) if self.model.exponent is None else self.model.exponent
+
+    def at(self, speed: FloatArray, parameters: FloatArray | None = None) -> FloatArray:
+        """Return eps of the law at speeds."""
+        return self.model.epsilon(self._kappa(speed, self.parameters if parameters is None else parameters))
+
+    def _kappa(self, speed: FloatArray, parameters: FloatArray) -> FloatArray:
+        power = parameters[1] if self.model.exponent is None else self.model.exponent
+        with np.errstate(over="ignore"):
+            return np.asarray(parameters[0] * (speed / self.middle) ** power)
+
+    @cached_property
+    def residuals(self) -> FloatArray:
+        """eps_i - E(v_i)."""
+        return self.points.epsilon - self.at(self.points.speed)
+
+    @cached_property
+    def _measured(self) -> FloatArray:
+        return _band(self.points, self)
+
+    @cached_property
+    def _factor(self) -> FloatArray:
+        return _cholesky(self._measured, self.scatter)
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Standard deviations of the residuals, if the law is true."""
+        return np.asarray(np.sqrt(self._measured[0] + self.scatter**2))
+
+    @property
+    def chi2(self) -> float:
+        """r^T C^-1 r."""
+        return float(np.sum(_whitened(self._factor, self.residuals) ** 2))
+
+    @property
+    def degrees(self) -> int:
+        """Number of points less that of parameters."""
+        return len(self.points) - self.model.parameters
+
+    @cached_property
+    def aic(self) -> float:
+        """Akaike's criterion with the correction for few points; infinite for hardly more points than parameters."""
+        n, k = len(self.points), self.model.parameters + (not self.points.known)
+        largest = self.points.known or _scatter(self._measured, self.residuals, 0, self.robust)
+        scatter = 0.0 if self.points.known else largest
+        deviance = _deviance(self._measured, scatter, self.residuals, 1.0, self.robust)
+        return deviance + n * math.log(2 * math.pi) + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters."""
+        slopes = np.array([self._slope(i) for i in range(len(self.parameters))]).T
+        whitened = np.array([_whitened(self._factor, column) for column in slopes.T]).T
+        scale = 1.0
+        if self.robust:  # what Student's t knows of a centre, compared with a Gaussian of that scale
+            scale = (_DEGREES + 3) / (_DEGREES + 1)
+        return np.asarray(np.linalg.pinv(whitened.T @ whitened) * scale)
+
+    def _slope(self, parameter: int) -> FloatArray:
+        """Return the derivatives of eps at all points with respect to a parameter."""
+        low, high = self.parameters.copy(), self.parameters.copy()
+        step = 1e-4 * max(abs(self.parameters[parameter]), 1e-3)
+        high[parameter] += step
+        low[parameter] -= step if parameter else min(step, self.parameters[0])
+        change = self.at(self.points.speed, high) - self.at(self.points.speed, low)
+        return np.asarray(change / (high[parameter] - low[parameter]))
+
+    def quantile(self, level: float) -> float:
+        """Return how many standard errors an interval of a confidence level extends to each side."""
+        tail = (1 + level) / 2
+        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self.degrees))
+
+    def interval(self, level: float, parameter: int = 0) -> tuple[float, float]:
+        """Return the confidence interval of a parameter by profile likelihood.
+
+        It ends where D, least over the other parameter, has grown by `quantile` squared. b is not negative.
+        """
+        best, limit = self.parameters[parameter], self.quantile(level) ** 2
+        least = self._misfit(self.parameters)
+        step = max(math.sqrt(self.covariance[parameter, parameter]), 1e-12 * max(abs(best), 1e-6))
+
+        def excess(value: float) -> float:
+            return self._profile(parameter, value) - least - limit
+
+        def end(sign: int) -> float:
+            inner, outer = best, best
+            for _ in range(60):
+                outer = outer + sign * step * self.quantile(level)
+                if parameter == 0 and outer <= 0:
+                    return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, inner, rtol=1e-9))
+                if abs(outer) > _LARGEST:
+                    return sign * math.inf
+                if excess(outer) > 0:
+                    return float(optimize.brentq(excess, *sorted((inner, outer)), rtol=1e-9))
+                inner = outer
+            return sign * math.inf
+
+        return end(-1), end(1)
+
+    def _profile(self, parameter: int, value: float) -> float:
+        if len(self.parameters) == 1:
+            return self._misfit(np.array([value]))
+        other = 1 - parameter
+
+        def all_of(free: FloatArray) -> FloatArray:
+            values = np.empty(2)
+            values[parameter], values[other] = value, free[0]
+            return values
+
+        found = optimize.least_squares(
+            lambda free: _whitened(self._factor, self.points.epsilon - self.at(self.points.speed, all_of(free))),
+            self.parameters[[other]],
+            bounds=([_EXPONENTS[0]], [_EXPONENTS[1]]) if other else ([0], [np.inf]),
+            loss=_student if self.robust else "linear",
+            x_scale="jac",
+        )
+        return 2 * float(found.cost)
+
+    def _misfit(self, parameters: FloatArray) -> float:
+        whitened = _whitened(self._factor, self.points.epsilon - self.at(self.points.speed, parameters))
+        return float(np.sum(_rho(whitened**2, self.robust)))
+
+
+def fitted(points: Points, model: Model, *, robust: bool = False) -> LawFit:
+    """Fit a law to points.
+
+    Raises
+    ------
+    ValueError
+        If there are not more points than parameters, or all speeds are equal.
+    """
+    _require(points, model)
+    middle = float(np.exp(np.mean(np.log(points.speed))))
+    starts = [model.exponent] if model.exponent is not None else [0.2, -0.2]
+    found = [_from(points, model, middle, start, robust) for start in starts]
+    return min(found, key=lambda each: each.aic)
+
+
+def _require(points: Points, model: Model) -> None:
+    if len(points) < 3:
+        raise ValueError(f"there are {len(points)} points with a speed and an eps: accepted are 3 or more")
+    if np.ptp(points.speed) <= 1e-9 * points.speed.max():
+        raise ValueError(
+            f"all speeds are {points.speed[0]:.6g}: accepted are two different ones or more; `viscopade invert` gives "
+            "the damping for one eps at one speed"
+        )
+    if len(points) <= model.parameters:
+        raise ValueError(f"there are {len(points)} points for {model.parameters} parameters: accepted are more")
+
+
+def _from(points: Points, model: Model, middle: float, start: float, robust: bool) -> LawFit:
+    least = np.maximum(points.epsilon, 1e-6)
+    guesses = kappa_of(model.law, least) * (points.speed / middle) ** -start
+    first = np.array([max(float(np.median(guesses)), 1e-9), start][: model.parameters])
+    fit = LawFit(points, model, middle, first, float(np.std(points.epsilon)) + 1e-9, robust)
+    lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])
+    for _ in range(_ROUNDS):
+        measured = _band(points, fit)
+        share = 1 - model.parameters / len(points)
+        scatter = 0.0 if points.known else _scatter(measured, fit.residuals, 1 - share, robust)
+        factor = _cholesky(measured, scatter)
+        found = optimize.least_squares(
+            lambda values, fit=fit, factor=factor: _whitened(factor, points.epsilon - fit.at(points.speed, values)),
+            fit.parameters,
+            bounds=(lower[: model.parameters], upper[: model.parameters]),
+            loss=_student if robust else "linear",
+            x_scale="jac",
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+        )
+        before, fit = fit, LawFit(points, model, middle, found.x, scatter, robust)
+        moved = np.max(np.abs(fit.parameters - before.parameters) / (np.abs(fit.parameters) + 1e-9))
+        if moved <= _CLOSE and abs(scatter - before.scatter) <= 1e-5 * (scatter + 1e-12):
+            break
+    return fit
+
+
+# --- the band of the covariance ---------------------------------------------------------------------------------------
+
+
+def _band(points: Points, fit: LawFit) -> FloatArray:
+    """Return G G^T as its diagonals, the main one first."""
+    h = np.exp(_STEP * np.array([-1.0, 1.0]))
+    kappa = fit._kappa(points.speed, fit.parameters)
+    low, high = (fit.model.epsilon(kappa * factor) for factor in h)
+    slope = (high - low) / (2 * _STEP) * fit.exponent / points.speed
+    errors = points.epsilon_errors - points.speed_errors.multiply(slope[:, None]).tocsr()
+    whole = errors @ errors.T
+    rows, columns = whole.nonzero()
+    width = int(np.max(rows - columns, initial=0))
+    band = np.zeros((width + 1, len(points)))
+    for k in range(width + 1):
+        band[k, : len(points) - k] = whole.diagonal(-k)
+    return band
+
+
+def _cholesky(measured: FloatArray, scatter: float) -> FloatArray:
+    whole = measured.copy()
+    whole[0] += scatter**2
+    if len(whole) == 1:
+        return np.sqrt(whole)
+    return np.asarray(linalg.cholesky_banded(whole, lower=True))
+
+
+def _whitened(factor: FloatArray, values: FloatArray) -> FloatArray:
+    """Return L^-1 of values."""
+    if len(factor) == 1:
+        return np.asarray(values / factor[0])
+    return np.asarray(linalg.solve_banded((len(factor) - 1, 0), factor, values))
+
+
+def _rho(squares: FloatArray, robust: bool) -> FloatArray:
+    return (_DEGREES + 1) * np.log1p(squares / _DEGREES) if robust else squares
+
+
+def _student(squares: FloatArray) -> FloatArray:
+    """Return rho and its two derivatives, as SciPy takes them."""
+    inner = 1 + squares / _DEGREES
+    slope = (_DEGREES + 1) / _DEGREES
+    return np.array([(_DEGREES + 1) * np.log(inner), slope / inner, -slope / _DEGREES / inner**2])
+
+
+def _deviance(measured: FloatArray, scatter: float, residuals: FloatArray, share: float, robust: bool) -> float:
+    factor = _cholesky(measured, scatter)
+    squares = _whitened(factor, residuals) ** 2
+    return float(np.sum(_rho(squares, robust)) + 2 * share * np.sum(np.log(factor[0])))
+
+
+def _scatter(measured: FloatArray, residuals: FloatArray, taken: float, robust: bool) -> float:
+    """Return the scatter that minimises D; `taken` is the share of the points that the parameters take."""
+    root = math.sqrt(float(np.mean(residuals**2)))
+    if not measured.any() and not robust:
+        return max(root / math.sqrt(1 - taken), 1e-15)
+    top, bottom = math.log(10 * root + 1e-15), math.log(1e-6 * root + 1e-15)
+
+    def deviance(log_scatter: float) -> float:
+        return _deviance(measured, math.exp(log_scatter), residuals, 1 - taken, robust)
+
+    found = optimize.minimize_scalar(deviance, bounds=(bottom, top), method="bounded", options={"xatol": 1e-7})
+    scatter = math.exp(float(found.x))
+    if measured[0].all() and _deviance(measured, 0.0, residuals, 1 - taken, robust) <= float(found.fun):
+        return 0.0
+    return scatter

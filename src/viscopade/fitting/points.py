@@ -1,0 +1,145 @@
+"""Measured coefficients of restitution: speeds, eps, and the errors that the measurement makes in both.
+
+Whatever was measured, speeds and eps, instants of bounces, or heights, becomes pairs (v_i, eps_i). Each independent
+error of the measurement, an instant's for example, changes several of them: eps of one bounce and of the next have
+errors of opposite sign, as the flight between both is the rebound of one and the fall to the other. The Jacobian
+matrices of all v_i and eps_i keep that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from viscopade.arrays.checked import Accepted, FloatArray, array
+
+_POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
+_NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_FINITE = Accepted("a finite number", np.isfinite)
+_EPSILON = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Measured pairs of impact speed and coefficient of restitution.
+
+    Attributes
+    ----------
+    speed, epsilon : array
+        v_i > 0, and eps_i > 0 and <= 1.
+    speed_errors, epsilon_errors : sparse array
+        For each point (row) and each independent error of the measurement (column) what a standard deviation of that
+        error adds to v_i and eps_i.
+    labels : tuple of str
+        Where each point is from, such as "line 7".
+    contact_time : array or None
+        Measured durations of contact.
+    known : bool
+        Whether these errors are all: else eps scatters besides, by an amount that the fit finds.
+    """
+
+    speed: FloatArray
+    epsilon: FloatArray
+    speed_errors: sparse.csr_array
+    epsilon_errors: sparse.csr_array
+    labels: tuple[str, ...]
+    contact_time: FloatArray | None = None
+    known: bool = False
+
+    def __post_init__(self) -> None:
+        bad = ~_EPSILON.holds(self.epsilon)
+        if bad.any():
+            i = int(np.argmax(bad))
+            raise ValueError(f"{self.labels[i]}: eps is {self.epsilon[i]:.6g}: accepted is {_EPSILON.accepted}")
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.speed)
+
+    @classmethod
+    def measured(
+        cls,
+        speed: Sequence[float] | FloatArray,
+        epsilon: Sequence[float] | FloatArray,
+        *,
+        sigma_epsilon: float | Sequence[float] | FloatArray | None = None,
+        sigma_speed: float | Sequence[float] | FloatArray = 0.0,
+        contact_time: Sequence[float] | FloatArray | None = None,
+        scatter: bool | None = None,
+        labels: Sequence[str] = (),
+    ) -> Points:
+        """Return measured speeds and eps.
+
+        Parameters
+        ----------
+        speed, epsilon : array
+            Impact speeds v > 0, length/time, and eps > 0 and <= 1.
+        sigma_epsilon : float or array, optional
+            Standard errors of eps.
+        sigma_speed : float or array
+            Standard errors of the speeds.
+        contact_time : array, optional
+            Durations of contact > 0.
+        scatter : bool, optional
+            Whether eps scatters by more than its standard errors say. By default only if there are none.
+        labels : sequence of str
+            Names of the points for messages; "point 1", … if left out.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a number is out of range, the lengths differ, or a standard error is 0 where nothing else scatters.
+        """
+        v, e = array("speed", speed, _POSITIVE), array("epsilon", epsilon, _FINITE)
+        if v.ndim != 1 or v.shape != e.shape:
+            raise ValueError(f"speed and epsilon have the shapes {v.shape} and {e.shape}: accepted is one length")
+        names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(v) + 1))
+        known = sigma_epsilon is not None and not scatter
+        errors = 0.0 if sigma_epsilon is None else sigma_epsilon
+        of_e = _of_length("sigma_epsilon", errors, _POSITIVE if known else _NON_NEGATIVE, len(v))
+        of_v = _of_length("sigma_speed", sigma_speed, _NON_NEGATIVE, len(v))
+        zero = sparse.csr_array((len(v), len(v)))
+        times = None if contact_time is None else _of_length("contact_time", contact_time, _POSITIVE, len(v))
+        return cls(
+            v,
+            e,
+            sparse.hstack([zero, sparse.diags_array(of_v)], format="csr"),
+            sparse.hstack([sparse.diags_array(of_e), zero], format="csr"),
+            names,
+            times,
+            known,
+        )
+
+    def without(self, labels: Sequence[str]) -> Points:
+        """Return these points without some of them.
+
+        Raises
+        ------
+        ValueError
+            If there is no point of such a label.
+        """
+        for label in labels:
+            if label not in self.labels:
+                raise ValueError(f"there is no point {label!r}: accepted are {self.labels[0]} to {self.labels[-1]}")
+        keep = np.array([label not in labels for label in self.labels])
+        return replace(
+            self,
+            speed=self.speed[keep],
+            epsilon=self.epsilon[keep],
+            speed_errors=self.speed_errors[keep],
+            epsilon_errors=self.epsilon_errors[keep],
+            labels=tuple(label for label, kept in zip(self.labels, keep, strict=True) if kept),
+            contact_time=None if self.contact_time is None else self.contact_time[keep],
+        )
+
+
+def _of_length(name: str, values: object, accepted: Accepted, length: int) -> FloatArray:
+    """Return an array of a length; a number is repeated."""
+    found = array(name, values, accepted)
+    if found.shape not in ((), (length,)):
+        raise ValueError(f"{name} has the shape {found.shape}: accepted is one number, or {length}")
+    return np.broadcast_to(found, (length,))

@@ -1,0 +1,80 @@
+"""Picture of measured points with the law fitted to them, its band, other laws, and the residuals below."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from viscopade.fitting.damping import DampingFit
+from viscopade.plots.sheet import (
+    BLACK,
+    BLUE,
+    DASH_DOT,
+    DASHED,
+    DOTTED,
+    EPSILON,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    Look,
+    draw_look,
+    key_of,
+    label_axes,
+    new_sheet,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Sheet
+
+MOST_MARKED = 2000  # points with bars for their errors
+_LEVEL = 0.95
+_MARGIN = 0.15  # of the picture's width and height, around the points
+_CURVE = 200
+_LOOKS = (
+    Look(ORANGE, DASHED),
+    Look(GREEN, DASH_DOT),
+    Look(PURPLE, DOTTED),
+    Look(VERMILION, DASHED),
+    Look(BLACK, DOTTED),
+)
+
+
+def draw_fit(found: DampingFit) -> Sheet:
+    """Draw a fit; the picture is Matplotlib's figure."""
+    points = found.points
+    sheet, (top, bottom) = new_sheet(4.6, (2, 1))
+    low, high = points.speed.min(), points.speed.max()
+    wider = (high / low) ** _MARGIN
+    ends = (low / wider, high * wider)
+    speed = np.geomspace(*ends, _CURVE)
+    errors = np.sqrt(points.epsilon_errors.multiply(points.epsilon_errors).sum(axis=1) + found.main.scatter**2)
+    reach = max(float(np.ptp(points.epsilon)), float(errors.max()), 1e-6) * (_MARGIN * 2)
+    label_axes(
+        top,
+        "",
+        EPSILON,
+        ends,
+        (points.epsilon.min() - errors.max() - reach, points.epsilon.max() + errors.max() + reach),
+        "x",
+    )
+    label_axes(bottom, "impact speed in m/s", "residual / standard error", ends, (-4.5, 4.5), "x")
+    names = [(f"viscoelastic, {100 * _LEVEL:.0f} % band", Look(BLUE))]
+    above, below = (found.main.at(speed, np.array([end])) for end in found.main.interval(_LEVEL))
+    top.fill_between(speed, below, above, color=BLUE, alpha=0.25, linewidth=0, gid="band")
+    draw_look(top, Look(BLUE), speed, found.main.at(speed), "viscoelastic")
+    for fit, look in zip(found.laws[1:], _LOOKS, strict=False):
+        name = f"{fit.model.name}, p = {fit.exponent:.2g}" if fit.model.exponent is None else fit.model.name
+        draw_look(top, look, speed, fit.at(speed), fit.model.name.replace(" ", "-"))
+        names.append((name, look))
+    some = slice(None, None, -(-len(points) // MOST_MARKED))
+    marks: Any = {"fmt": "o", "color": BLACK, "markersize": 2.4, "elinewidth": 0.7, "capsize": 1.2}
+    top.errorbar(points.speed[some], points.epsilon[some], errors[some], **marks)
+    bottom.axhline(0, color=GREY, linewidth=3.4)
+    off = found.main.residuals / found.main.standard_errors
+    bottom.plot(points.speed[some], np.clip(off[some], -4.4, 4.4), "o", color=BLACK, markersize=2.4, gid="residuals")
+    key_of(sheet, names, "outside lower center", 2)
+    top.set_title(f"the viscoelastic law {found.verdict.word}", fontsize=7.5, loc="left")
+    return sheet

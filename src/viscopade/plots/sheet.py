@@ -1,0 +1,150 @@
+"""The look of all pictures, and the parts that they share; Matplotlib is loaded only by drawing.
+
+The same versions of Matplotlib and of this package make the same bytes, and no display is needed. Curves differ by
+colour (Okabe and Ito's, which colour-blind readers can tell apart), by dashes, and carry their names.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from viscopade.arrays.checked import FloatArray
+from viscopade.generated import marker_line
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
+
+FORMATS = ("svg", "pdf", "png")
+PNG_DPI = 300
+WIDTH = 3.4  # inches: one column of a journal
+
+STYLE: Mapping[str, Any] = {
+    "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+    "font.size": 7.5,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.scale_dashes": False,
+    "lines.dash_capstyle": "butt",
+}
+
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#BDBDBD"
+
+DOTTED, DASHED, DASH_DOT = (1.2, 1.2), (4.5, 1.8), (6, 1.6, 1.2, 1.6)
+SHORT, DASH_DOT_DOT, LONG = (2.6, 1.3), (6, 1.4, 1.2, 1.4, 1.2, 1.4), (9, 2)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a curve is drawn, and the colour of its name; no dashes make a solid line."""
+
+    color: str
+    dashes: tuple[float, ...] = ()
+    width: float = 1.3
+    text: str = BLACK
+
+
+V_STAR = r"$v_\ast$"
+EPSILON = r"$\varepsilon$"
+
+
+def metadata(title: str, made_by: str, kind: str) -> dict[str, str | None]:
+    """Return what is said of a figure within its file: title and origin, and no date."""
+    origin: dict[str, dict[str, str | None]] = {
+        "svg": {"Description": made_by, "Date": None},
+        "pdf": {"Subject": made_by, "CreationDate": None},
+        "png": {"Description": made_by},
+    }
+    return {"Title": title, **origin[kind]}
+
+
+def new_sheet(height: float, ratios: Sequence[float] = (1,)) -> tuple[Sheet, list[Axes]]:
+    """Return a figure of one column's width with axes one below the other, their heights in these ratios."""
+    from matplotlib.figure import Figure as Sheet
+
+    sheet = Sheet(figsize=(WIDTH, height))
+    return sheet, list(sheet.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0])
+
+
+def label_axes(
+    axes: Axes, x_label: str, y_label: str, x: tuple[float, float], y: tuple[float, float], scales: str
+) -> None:
+    """Set labels, limits and scales; `scales` has "x" or "y" for each that is logarithmic."""
+    axes.set(xlabel=x_label, ylabel=y_label)
+    if "x" in scales:
+        axes.set_xscale("log")
+    if "y" in scales:
+        axes.set_yscale("log")
+    axes.set(xlim=x, ylim=y)
+
+
+def draw_look(axes: Axes, look: Look, x: FloatArray, y: FloatArray, gid: str) -> None:
+    """Draw a curve."""
+    (line,) = axes.plot(x, y, color=look.color, linewidth=look.width, gid=gid)
+    if look.dashes:
+        line.set_dashes(look.dashes)
+
+
+def key_of(where: Axes | Sheet, names: Sequence[tuple[str, Look]], place: Any, columns: int) -> None:
+    """Draw a legend of names and looks."""
+    from matplotlib.lines import Line2D
+
+    lines = [
+        Line2D([], [], color=look.color, linewidth=look.width, linestyle=(0, look.dashes) if look.dashes else "-")
+        for _, look in names
+    ]
+    looks: Any = {"handlelength": 2.6, "frameon": False, "fontsize": 6, "columnspacing": 1}
+    where.legend(lines, [text for text, _ in names], loc=place, ncol=columns, **looks)
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return a context in which Matplotlib's settings are those of all pictures."""
+    from matplotlib import style
+
+    return style.context(["default", dict(STYLE)])
+
+
+def saved(sheet: Sheet, title: str, command: str, kind: str) -> bytes:
+    """Return a drawn picture as a file's content; to be called within `styled`."""
+    buffer = io.BytesIO()
+    sheet.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata(title, marker_line(command), kind))
+    return buffer.getvalue()
+
+
+def picture(draw: Callable[[], Sheet], title: str, command: str, kind: str) -> bytes:
+    """Draw a picture, and return it as a file's content.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns the drawn sheet.
+    title, command : str
+        For the file's metadata.
+    kind : str
+        One of `FORMATS`.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    with styled():
+        return saved(draw(), title, command, kind)

@@ -1,0 +1,144 @@
+"""Coefficients of restitution against impact speed: of materials, laws, approximants and programs, as curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpmath import mp
+
+from viscopade.arrays import double
+from viscopade.arrays.checked import FloatArray
+from viscopade.audit.program import DampingFormula
+from viscopade.audit.programs import program_of
+from viscopade.collision.curve import curve
+from viscopade.collision.spheres import beta_from_restitution
+from viscopade.fitting.points import Points
+from viscopade.plots.sheet import (
+    BLACK,
+    BLUE,
+    DASH_DOT,
+    DASHED,
+    DOTTED,
+    EPSILON,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Look,
+    draw_look,
+    key_of,
+    label_axes,
+    new_sheet,
+)
+from viscopade.theory.law import law_of
+from viscopade.theory.pade import pade
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Sheet
+
+    from viscopade.theory.law import Law
+
+MOST = 24
+"""Of curves in a picture."""
+PADE_DIGITS = 18
+
+_COLORS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK)
+_DASHES = ((), DASHED, DASH_DOT, DOTTED)
+
+Restitution = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True)
+class SpeedCurve:
+    """A curve eps(v).
+
+    Attributes
+    ----------
+    name : str
+    epsilon : callable
+        Takes and returns an array.
+    """
+
+    name: str
+    epsilon: Restitution
+
+
+def viscoelastic(name: str, beta: float) -> SpeedCurve:
+    """Return the curve of viscoelastic spheres."""
+    return SpeedCurve(name, lambda v: np.asarray(double.epsilon(np.sqrt(beta) * v**0.1)))
+
+
+def of_law(law: Law | str, epsilon: float, speed: float) -> SpeedCurve:
+    """Return the curve of a law of contact that has an eps at a speed."""
+    found = law_of(law)
+    functions, power = curve(found), float(2 * found.c)
+    kappa = float(functions.kappa_from(epsilon))
+    return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
+
+
+def of_pade(m: int, n: int, beta: float) -> SpeedCurve:
+    """Return the curve of the approximant [m/n] of viscoelastic spheres."""
+    found = pade(m, n, PADE_DIGITS)
+    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(np.sqrt(beta) * v**0.1)))
+
+
+def of_program(name: str, epsilon: float, speed: float) -> list[SpeedCurve]:
+    """Return the curves of a program's formulas that are asked for an eps at a speed.
+
+    A formula that refuses this eps has no curve.
+    """
+    found = []
+    program = program_of(name)
+    for formula in program.formulas:
+        try:
+            kappa = formula.damping(f"{epsilon:.15g}")
+        except ValueError:
+            continue
+        found.append(SpeedCurve(f"{program.title}: {formula.name}", _of_formula(formula, float(kappa), speed)))
+    return found
+
+
+def _of_formula(formula: DampingFormula, kappa: float, speed: float) -> Restitution:
+    power = float(2 * formula.law.c)
+
+    def at(v: float) -> float:
+        delivered = formula.delivered(mp.mpf(kappa * (v / speed) ** power))
+        return np.nan if delivered is None else float(delivered)
+
+    return lambda v: np.array([at(each) for each in v.tolist()])
+
+
+def beta_of(epsilon: float, speed: float) -> float:
+    """Return the beta of viscoelastic spheres that have an eps at a speed."""
+    return float(beta_from_restitution(speed, epsilon))
+
+
+def draw_speeds(curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points | None = None) -> Sheet:
+    """Draw curves, and measured points if there are any."""
+    sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
+    values = [each.epsilon(speeds) for each in curves]
+    shown = np.concatenate([*(v[np.isfinite(v)] for v in values), *([] if data is None else [data.epsilon])])
+    shown = np.clip(shown, 0, 1)
+    low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 1.0)
+    margin = 0.05 * max(high - low, 1e-3)
+    label_axes(
+        axes,
+        "impact speed in m/s",
+        EPSILON,
+        (speeds[0], speeds[-1]),
+        (max(low - margin, 0), min(high + margin, 1.02)),
+        "x",
+    )
+    names = []
+    for i, (each, value) in enumerate(zip(curves, values, strict=True)):
+        look = Look(_COLORS[i % len(_COLORS)], _DASHES[i // len(_COLORS) % len(_DASHES)])
+        draw_look(axes, look, speeds, value, f"curve-{i + 1}")
+        names.append((each.name, look))
+    if data is not None:
+        axes.plot(data.speed, data.epsilon, "o", color=BLACK, markersize=2.4, gid="data")
+    key_of(sheet, names, "outside lower center", 1 if max(len(name) for name, _ in names) > 30 else 2)
+    return sheet
