@@ -15,6 +15,7 @@ from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
     from viscopade.collision.spheres import Sphere
+    from viscopade.fitting.bounces import ContactTime
     from viscopade.fitting.damping import Constant, DampingFit
     from viscopade.fitting.flight import Flight
     from viscopade.fitting.likelihood import LawFit
@@ -123,12 +124,17 @@ def _fitted(
     from dataclasses import replace
 
     from viscopade.collision.spheres import Pair, Sphere
-    from viscopade.fitting import damping, read
+    from viscopade.fitting import bounces, damping, read
 
     names = ("radii", "wall", "young_modulus", "poisson_ratio", "density", "yield_strength")
     body = {name: options.pop(name) for name in names}
     sphere = _sphere(body, options["air_density"] is not None, for_scene)
-    resolution, contact = options.pop("resolution"), options.pop("contact_time")
+    resolution, given = options.pop("resolution"), options.pop("contact_time")
+    contact: ContactTime = 0.0 if given is None else double("contact-time", given)
+    pair = None
+    if sphere is not None and body["poisson_ratio"] is not None and body["young_modulus"] is not None:
+        pair = Pair(sphere, _partner(sphere, body["wall"]))
+        contact = bounces.contact_time_of(pair) if given is None else contact
     points = read.points(
         read_file(data, "CSV or a spreadsheet", longest=read.LONGEST),
         str(data),
@@ -137,7 +143,7 @@ def _fitted(
             dict(options.pop("units")),
             _flight(sphere, **{name: options.pop(name) for name in ("gravity", "air_density", "drag_coefficient")}),
             resolution,
-            0.0 if contact is None else double("contact-time", contact),
+            contact,
             options.pop("scatter"),
         ),
     )
@@ -146,8 +152,7 @@ def _fitted(
     found = damping.fit(points, laws=laws, robust=robust)
     constants: dict[str, Constant] = {}
     if sphere is not None and body["poisson_ratio"] is not None:
-        if body["young_modulus"] is not None:
-            pair = Pair(sphere, _partner(sphere, body["wall"]))
+        if pair is not None:
             constants["dissipative_constant"] = found.dissipative_constant(pair)
         elif points.contact_time is not None:
             constants["dissipative_constant"], young = found.stiffness(sphere, body["wall"])

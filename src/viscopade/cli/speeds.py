@@ -65,7 +65,8 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     """Draw eps against the impact speed, for materials, laws, approximants and programs.
 
     Give a scene as FILE, or a material, or --beta, or --epsilon with --speed. With --speed (or the scene's own speed),
-    each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s"; plain numbers are in SI units.
+    each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
+    plain numbers are in SI units. Without spheres, eps is drawn over v*, from --from to --to, with each --pade.
     """
     need("matplotlib", "plot")
     kind = output.suffix.lower().removeprefix(".")
@@ -76,14 +77,19 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     check_targets([output])
     from viscopade.plots import sheet, speeds
 
-    curves, ends, _ = _curves(file, **options)
+    curves, ends, _, of_v_star = _curves(file, **options)
+    if of_v_star and data is not None:
+        raise click.UsageError(
+            "--data needs spheres: accepted is a scene, a material, --beta, or --epsilon with --speed"
+        )
     points = None
     if data is not None:
         from viscopade.fitting import read
 
         points = read.points(read_file(data, "CSV or a spreadsheet", longest=read.LONGEST), str(data))
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
-    draw = partial(speeds.draw_speeds, curves, _between(*ends, 300), points)
+    over = {"over": sheet.V_STAR} if of_v_star else {}
+    draw = partial(speeds.draw_speeds, curves, _between(*ends, 300), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
     click.echo(f"wrote {output}")
 
@@ -93,17 +99,18 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
 @click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
 @STYLE
 def table(points: int | None, style: str, **options: Any) -> None:
-    """Print eps against the impact speed.
+    """Print eps against the impact speed, or against v* if no spheres are given.
 
     The options are those of `viscopade plot`. For a material the table also has the duration of contact and the maximal
     compression. All numbers are in SI units and in double precision.
     """
     import numpy as np
 
-    curves, ends, pair = _curves(**options)
+    curves, ends, pair, of_v_star = _curves(**options)
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
     speeds = _between(*ends, number)
-    columns: list[tuple[str, Any]] = [("speed (m/s)", speeds)]
+    key = "v_star" if of_v_star else "speed"
+    columns: list[tuple[str, Any]] = [("v*" if of_v_star else "speed (m/s)", speeds)]
     columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
     if pair is not None:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
@@ -112,7 +119,7 @@ def table(points: int | None, style: str, **options: Any) -> None:
         [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
     ]
     whole: dict[str, Any] = {
-        "speed": speeds.tolist(),
+        key: speeds.tolist(),
         "curves": [
             {"name": each.name, "epsilon": [e if e == e else None for e in values.tolist()]}
             for each, (_, values) in zip(curves, columns[1:], strict=False)
@@ -140,8 +147,8 @@ def _curves(
     approximants: Sequence[tuple[int, int]],
     programs: Sequence[str],
     **body: Any,
-) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None]:
-    """Return the curves, the slowest and fastest speed, and the pair of a material if there is just one.
+) -> tuple[list[SpeedCurve], tuple[float, float], Pair | None, bool]:
+    """Return the curves, the ends of their axis, the pair of a material if there is just one, and if the axis is v*.
 
     Raises
     ------
@@ -153,6 +160,14 @@ def _curves(
     at = None if speed is None else double("speed", speed)
     if at is not None and not at > 0:
         raise ValueError(f"speed is {at:g}: accepted is a number > 0")
+    nothing = file is None and beta is None and epsilon is None and speed is None
+    if nothing and all(value in (None, False, ()) for value in body.values()):
+        if laws or programs:
+            raise click.UsageError(
+                "--law and --program need spheres: accepted is --epsilon with --speed, or a material"
+            )
+        over_v_star = [speeds.of_v_star(), *(speeds.of_pade(m, n, None) for m, n in approximants)]
+        return over_v_star, _ends(slowest, fastest, 0.01, 10.0), None, True
     found, pair, ends = _viscoelastic(file, beta, epsilon, at, body)
     if at is None and file is not None:
         at = ends[2]
@@ -168,11 +183,15 @@ def _curves(
     curves += [speeds.of_pade(m, n, beta_found) for m, n in approximants]
     if len(curves) > speeds.MOST:
         raise ValueError(f"there are {len(curves)} curves: accepted are up to {speeds.MOST}")
-    low = ends[0] if slowest is None else double("from", slowest)
-    high = ends[1] if fastest is None else double("to", fastest)
+    return curves, _ends(slowest, fastest, *ends[:2]), pair, False
+
+
+def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> tuple[float, float]:
+    low = low if slowest is None else double("from", slowest)
+    high = high if fastest is None else double("to", fastest)
     if not 0 < low < high:
-        raise ValueError(f"the speeds are from {low:g} to {high:g} m/s: accepted is 0 < --from < --to")
-    return curves, (low, high), pair
+        raise ValueError(f"the ends are {low:g} and {high:g}: accepted is 0 < --from < --to")
+    return low, high
 
 
 def _one(speed: float) -> FloatArray:

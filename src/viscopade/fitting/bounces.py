@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import sparse
 
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.collision.spheres import Pair
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
@@ -17,6 +19,11 @@ MOST_INSTANTS = 100_000
 ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
 
 _ROUNDS = 4  # until the contact times of bounces are those of their speeds
+
+
+def contact_time_of(pair: Pair) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """Return the duration of contact of a pair of bodies as a function of v and eps: tau_c(v*(eps)) times its unit."""
+    return lambda speed, epsilon: np.asarray(double.tau_c(double.v_star_from(epsilon)) * pair.time_scale(speed))
 
 
 def of_times(

@@ -29,6 +29,7 @@ THEORY = float(2 * VISCOELASTIC.c)
 """The exponent p of the viscoelastic law, 1/5."""
 
 _REFUTED = 0.99  # level of the interval of p that must hold 1/5
+_SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
 _CLEAR = 6.0  # difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely
 _TOLD = (1 + math.sqrt(1 + _CLEAR)) ** 2
 _PREFERRED = 4.0
@@ -85,7 +86,7 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
     ahead = main.aic - best.aic
     if free is not None and ahead > _PREFERRED:
         low, high = free.interval(_REFUTED, 1)
-        if not low <= THEORY <= high:
+        if not low - _SLACK <= THEORY <= high + _SLACK:
             return Verdict("does not hold", (f"{_named(best)} fits better: its AIC is less by {ahead:.1f}", trend))
     poor = main.points.known and stats.chi2.sf(main.chi2, main.degrees) < _POOR
     if poor:

@@ -80,10 +80,15 @@ def of_law(law: Law | str, epsilon: float, speed: float) -> SpeedCurve:
     return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
-def of_pade(m: int, n: int, beta: float) -> SpeedCurve:
-    """Return the curve of the approximant [m/n] of viscoelastic spheres."""
+def of_v_star(name: str = "exact") -> SpeedCurve:
+    """Return the curve of viscoelastic spheres over v*."""
+    return SpeedCurve(name, lambda v_star: np.asarray(double.epsilon(v_star)))
+
+
+def of_pade(m: int, n: int, beta: float | None) -> SpeedCurve:
+    """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
     found = pade(m, n, PADE_DIGITS)
-    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(np.sqrt(beta) * v**0.1)))
+    return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(v if beta is None else np.sqrt(beta) * v**0.1)))
 
 
 def of_program(name: str, epsilon: float, speed: float) -> list[SpeedCurve]:
@@ -117,8 +122,10 @@ def beta_of(epsilon: float, speed: float) -> float:
     return float(beta_from_restitution(speed, epsilon))
 
 
-def draw_speeds(curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points | None = None) -> Sheet:
-    """Draw curves, and measured points if there are any."""
+def draw_speeds(
+    curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points | None = None, *, over: str = "impact speed in m/s"
+) -> Sheet:
+    """Draw curves, and measured points if there are any; `over` is the label of the horizontal axis."""
     sheet, (axes,) = new_sheet(2.6 + 0.13 * len(curves))
     values = [each.epsilon(speeds) for each in curves]
     shown = np.concatenate([*(v[np.isfinite(v)] for v in values), *([] if data is None else [data.epsilon])])
@@ -127,7 +134,7 @@ def draw_speeds(curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points |
     margin = 0.05 * max(high - low, 1e-3)
     label_axes(
         axes,
-        "impact speed in m/s",
+        over,
         EPSILON,
         (speeds[0], speeds[-1]),
         (max(low - margin, 0), min(high + margin, 1.02)),
@@ -135,7 +142,7 @@ def draw_speeds(curves: Sequence[SpeedCurve], speeds: FloatArray, data: Points |
     )
     names = []
     for i, (each, value) in enumerate(zip(curves, values, strict=True)):
-        look = Look(_COLORS[i % len(_COLORS)], _DASHES[i // len(_COLORS) % len(_DASHES)])
+        look = Look(_COLORS[i % len(_COLORS)], _DASHES[i % len(_DASHES)])
         draw_look(axes, look, speeds, value, f"curve-{i + 1}")
         names.append((each.name, look))
     if data is not None:

@@ -1,0 +1,198 @@
+"""Data to fit, without errors, from programs that know nothing of us: collisions and bounces in LAMMPS and MuJoCo.
+
+Two spheres of diameter `2 RADIUS` collide in LAMMPS at many speeds, with viscoelastic damping, and with another law. A
+ball bounces on a plane in LAMMPS, with viscoelastic damping, and in MuJoCo, whose contact has nearly a constant eps.
+`viscopade_lab.studies.coverage` adds errors to them. The packages `lammps` and `mujoco` are needed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from viscopade.arrays.checked import FloatArray
+from viscopade_lab.programs import lammps_collisions, mujoco_collisions
+
+RADIUS, DENSITY = 0.01, 2500.0
+MASS = 4 / 3 * math.pi * RADIUS**3 * DENSITY
+STIFFNESS = 5e9
+"""K of Hertz' force K sqrt(R_eff) x^(3/2), in Pa: 4/3 E_eff."""
+DAMPING = 4e6
+"""eta of the force eta m_eff sqrt(R_eff x) x', in 1/(m s)."""
+GRAVITY = 9.81
+SPEEDS = np.geomspace(0.02, 8, 49)
+_STEPS = 1500  # in a contact
+_BOUNCE_STEPS, _EVERY = 600, 40  # in a contact, and of which one is printed
+_HEIGHT, _DURATION, _BOUNCES = 0.5, 2.35, 7
+
+_PAIR = """
+clear
+units si
+atom_style sphere
+atom_modify map array
+boundary f f f
+newton off
+comm_modify vel yes
+region box block -1 1 -1 1 -1 1
+create_box 1 box
+create_atoms 1 single 0 0 -{radius}
+create_atoms 1 single 0 0 {apart}
+set group all diameter {diameter}
+set group all density {density}
+set atom 1 vz {half}
+set atom 2 vz -{half}
+neighbor 0.01 bin
+pair_style granular
+pair_coeff * * {style} tangential linear_nohistory 0 0 {damping}
+fix move all nve/sphere
+timestep {step}
+variable force equal abs(fz[2])
+variable rebound equal (vz[2]-vz[1])/{speed}
+thermo_style custom step v_force v_rebound
+thermo_modify format float %.15g
+thermo 1
+print "collision"
+run {run}
+"""
+_BOUNCE = """
+units si
+atom_style sphere
+atom_modify map array
+boundary f f f
+newton off
+comm_modify vel yes
+region box block -0.1 0.1 -0.1 0.1 -0.1 1
+create_box 1 box
+create_atoms 1 single 0 0 {height}
+set group all diameter {diameter}
+set group all density {density}
+neighbor 0.01 bin
+pair_style granular
+pair_coeff * * hertz 1 0 tangential linear_nohistory 0 0
+fix move all nve/sphere
+fix fall all gravity {gravity} vector 0 0 -1
+fix floor all wall/gran granular hertz {stiffness} {eta} tangential linear_nohistory 0 0 &
+    damping viscoelastic limit_damping zplane 0 NULL
+timestep {step}
+variable gap equal z[1]-{radius}
+variable speed equal vz[1]
+thermo_style custom step v_gap v_speed
+thermo_modify format float %.15g
+thermo {every}
+run {run}
+"""
+_LINE = re.compile(r"^\s*[0-9]+\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
+
+_MUJOCO = """
+<mujoco>
+  <option timestep="{step}" gravity="0 0 -{gravity}" integrator="implicitfast"/>
+  <default><geom solref="-{stiffness} -{damping}" solimp="0.9 0.9 0.001" condim="1"/></default>
+  <worldbody>
+    <geom type="plane" size="1 1 .1"/>
+    <body pos="0 0 {start}"><freejoint/><geom type="sphere" size="{radius}" density="{density}"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def beta(radius_eff: float, mass_eff: float) -> float:
+    """Return beta (eq:betadef) of LAMMPS's contact: 3/2 A rho = eta m_eff sqrt(R_eff), rho = K sqrt(R_eff)."""
+    rho = STIFFNESS * math.sqrt(radius_eff)
+    return DAMPING * math.sqrt(radius_eff) * (rho / mass_eff) ** -0.6
+
+
+PAIR_BETA = beta(RADIUS / 2, MASS / 2)
+WALL_BETA = beta(RADIUS, MASS)
+
+
+@dataclass(frozen=True, eq=False)
+class Collisions:
+    """Collisions of two spheres in a program: speeds, eps, durations of contact."""
+
+    speed: FloatArray
+    epsilon: FloatArray
+    contact_time: FloatArray
+
+    def at(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return eps and the duration at other speeds, interpolated by cubic splines in ln v."""
+        from scipy.interpolate import CubicSpline
+
+        both = CubicSpline(np.log(self.speed), np.array([self.epsilon, np.log(self.contact_time)]).T)(np.log(speed)).T
+        return both[0], np.exp(both[1])
+
+
+def collisions(viscoelastic: bool = True) -> Collisions:
+    """Return collisions in LAMMPS at `SPEEDS`; without viscoelastic damping, those of a linear spring and dashpot."""
+    style, damping = f"hertz {STIFFNESS!r} {DAMPING!r}", "damping viscoelastic limit_damping"
+    if not viscoelastic:
+        style, damping = "hooke 1e5 200", "damping mass_velocity limit_damping"
+    duration = 3 * ((MASS / 2) / (STIFFNESS * math.sqrt(RADIUS / 2))) ** 0.4 * SPEEDS**-0.2
+    if not viscoelastic:
+        duration = np.full_like(SPEEDS, math.pi * math.sqrt(MASS / 2 / 1e5))
+    steps = duration / _STEPS
+    script = "".join(
+        _PAIR.format(
+            radius=RADIUS,
+            diameter=2 * RADIUS,
+            density=DENSITY,
+            apart=repr(RADIUS + 0.5 * speed * step),
+            half=repr(speed / 2),
+            speed=repr(speed),
+            step=repr(step),
+            style=style,
+            damping=damping,
+            run=3 * _STEPS,
+        )
+        for speed, step in zip(SPEEDS.tolist(), steps.tolist(), strict=True)
+    )
+    parts = lammps_collisions.printed(script).split("\ncollision\n")[1:]
+    found = [np.array(_LINE.findall(part), dtype=float) for part in parts]
+    if len(found) != len(SPEEDS) or any(run[-1, 0] for run in found):
+        raise RuntimeError("collisions have not ended in LAMMPS")
+    durations = np.array([np.count_nonzero(run[:, 0]) for run in found]) * steps
+    return Collisions(SPEEDS, np.array([run[-1, 1] for run in found]), durations)
+
+
+def _instants(gap: FloatArray, speed: FloatArray, step: float) -> FloatArray:
+    """Return the instants at which a body comes to touch the plane, from its last speed before."""
+    begin = np.flatnonzero((gap[:-1] > 0) & (gap[1:] <= 0))
+    return np.asarray(begin * step - gap[begin] / speed[begin])
+
+
+def lammps_bounces() -> FloatArray:
+    """Return the instants of bounces in LAMMPS."""
+    duration = 3 * (MASS / (STIFFNESS * math.sqrt(RADIUS))) ** 0.4 * math.sqrt(2 * GRAVITY * _HEIGHT) ** -0.2
+    step = duration / _BOUNCE_STEPS
+    script = _BOUNCE.format(
+        height=_HEIGHT + RADIUS,
+        radius=RADIUS,
+        diameter=2 * RADIUS,
+        density=DENSITY,
+        gravity=GRAVITY,
+        stiffness=STIFFNESS,
+        eta=DAMPING,
+        step=repr(step),
+        every=_EVERY,
+        run=round(_DURATION / step),
+    )
+    run = np.array(_LINE.findall(lammps_collisions.printed(script)), dtype=float)
+    return _instants(run[:, 0], run[:, 1], step * _EVERY)[:_BOUNCES]
+
+
+def mujoco_bounces() -> FloatArray:
+    """Return the instants of bounces in MuJoCo."""
+    mujoco = mujoco_collisions.program()
+    step = 2e-6
+    text = _MUJOCO.format(
+        step=step, gravity=GRAVITY, stiffness=1e8, damping=1250, start=_HEIGHT + RADIUS, radius=RADIUS, density=DENSITY
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data, gap, speed = mujoco.MjData(model), [], []
+    for _ in range(round(_DURATION / step)):
+        mujoco.mj_step(model, data)
+        gap.append(float(data.qpos[2]) - RADIUS)
+        speed.append(float(data.qvel[2]))
+    return _instants(np.array(gap), np.array(speed), step)[:_BOUNCES]

@@ -1,0 +1,287 @@
+"""Coverage of the intervals of `viscopade.fit`: how often they hold the true value, on data from other programs.
+
+LAMMPS and MuJoCo make collisions and bounces (`viscopade_lab.programs.fit_data`). Errors are added to them, Gaussian or
+skewed, two exponential functions of different slope as Montaine et al. (2011) measured them. Of each kind of data there
+are `--sets` sets, and of the first `--judged` of them the verdict is counted. A 68 % interval holds the true value in
+68 % of sets if it is right; with 2000 sets, the standard error of that number is 1.0 %, and 0.5 % of 95 %.
+
+Run as `python -m viscopade_lab.studies.coverage`, or with `--format json`, or `--markdown`, for docs/results/fit.md. It
+needs the program `lmp` and the package `mujoco`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import click
+import numpy as np
+from rich.table import Table
+
+from viscopade import Pair, Points, Sphere
+from viscopade.arrays.checked import FloatArray
+from viscopade.fitting import bounces, likelihood, verdict
+from viscopade.fitting.damping import LEVELS, DampingFit
+from viscopade.fitting.flight import Flight
+from viscopade.progress import track
+from viscopade_lab.programs import fit_data
+from viscopade_lab.script import command, console
+
+POINTS = 12
+SLOWEST, FASTEST = 0.05, 3.0
+SIGMA = 0.01  # of eps
+CONTACT_SIGMA = 0.02  # of contact times, relative
+RESOLUTION = 5e-4  # s
+HEIGHT_RESOLUTION = 1e-3  # m
+DROPS, BOUNCES = 5, 6
+SLOPES = 3.0  # ratio of both exponential functions
+SEED = 20
+WORDS = ("holds", "holds with a limit", "does not hold")
+
+Random = np.random.Generator
+Errors = Callable[[Random, int], FloatArray]
+
+
+def gaussian(random: Random, number: int) -> FloatArray:
+    """Return errors of variance 1."""
+    return random.standard_normal(number)
+
+
+def skewed(random: Random, number: int) -> FloatArray:
+    """Return errors of mean 0 and variance 1 whose density is two exponential functions; most are small gains."""
+    loss, gain = random.exponential(SLOPES, number), random.exponential(1.0, number)
+    return np.asarray((gain - loss + SLOPES - 1) / np.hypot(SLOPES, 1))
+
+
+ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A kind of data.
+
+    Attributes
+    ----------
+    name : str
+    made : callable
+        From a source of random numbers and errors to points.
+    truths : dict of str to float
+        The true values, by name: beta, A, Y, or eps of a constant.
+    """
+
+    name: str
+    made: Callable[[Random, Errors], Points]
+    truths: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Rates of one kind of data with one kind of errors.
+
+    Attributes
+    ----------
+    data, errors, quantity : str
+    sets : int
+    inside : tuple of float
+        Portions of sets whose 68 % and 95 % intervals hold the true value.
+    bias : float
+        Mean of the fitted over the true value, less 1.
+    verdicts : dict
+        Portions of verdicts.
+    """
+
+    data: str
+    errors: str
+    quantity: str
+    sets: int
+    inside: tuple[float, ...]
+    bias: float
+    verdicts: dict[str, float]
+
+
+def _ball() -> Sphere:
+    """Return the ball of `fit_data`; 4/3 E_eff is its stiffness at a hard wall, and at a ball like it."""
+    return Sphere(
+        radius=fit_data.RADIUS,
+        density=fit_data.DENSITY,
+        young_modulus=2 * 0.75 * fit_data.STIFFNESS,
+        poisson_ratio=0,
+        dissipative_constant=0,
+    )
+
+
+def cases() -> list[Case]:
+    """Return all kinds of data, from runs of both programs."""
+    law, linear = fit_data.collisions(), fit_data.collisions(viscoelastic=False)
+    speed = np.geomspace(SLOWEST, FASTEST, POINTS)
+    epsilon, duration = law.at(speed)
+    constant = linear.at(speed)[0]
+    flight = Flight(fit_data.GRAVITY)
+    ball = _ball()
+    wall = Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
+    contact = bounces.contact_time_of(Pair(ball, wall))
+    of_lammps, of_mujoco = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
+    pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
+    stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
+
+    def known(random: Random, errors: Errors) -> Points:
+        return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), sigma_epsilon=SIGMA)
+
+    def unknown(random: Random, errors: Errors) -> Points:
+        return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS))
+
+    def with_contacts(random: Random, errors: Errors) -> Points:
+        times = duration * (1 + CONTACT_SIGMA * errors(random, POINTS))
+        return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), contact_time=times)
+
+    def detected(instants: FloatArray, contact: bounces.ContactTime = 0.0) -> Callable[[Random, Errors], Points]:
+        def made(random: Random, errors: Errors) -> Points:
+            seen = instants + RESOLUTION * errors(random, len(instants))
+            return bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
+
+        return made
+
+    def launches(random: Random, errors: Errors) -> FloatArray:
+        """Return the speeds of successive flights: eps of LAMMPS at each, with scatter."""
+        found = [random.uniform(2.0, 3.0)]
+        for error in errors(random, BOUNCES):
+            now = float(law.at(np.array([found[-1]]))[0][0]) + SIGMA * float(error)
+            found.append(found[-1] * min(now, 1 - 1e-9))
+        return np.array(found)
+
+    def dropped(random: Random, errors: Errors) -> Points:
+        drops = []
+        for _ in range(DROPS):
+            flights = 2 * launches(random, errors)[1:] / fit_data.GRAVITY
+            seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, BOUNCES + 1)
+            drops.append((seen, _labels(seen)))
+        return bounces.of_times(drops, flight, sigma=RESOLUTION)
+
+    def risen(random: Random, errors: Errors) -> Points:
+        drops = []
+        for _ in range(DROPS):
+            heights = launches(random, errors) ** 2 / (2 * fit_data.GRAVITY)
+            seen = heights + HEIGHT_RESOLUTION * errors(random, len(heights))
+            drops.append((seen, _labels(seen)))
+        return bounces.of_heights(drops, flight, sigma=HEIGHT_RESOLUTION)
+
+    def off(random: Random, errors: Errors) -> Points:
+        return Points.measured(speed, constant + SIGMA * errors(random, POINTS), sigma_epsilon=SIGMA)
+
+    bounced = bounces.of_times([(of_mujoco, _labels(of_mujoco))], flight).epsilon
+    return [
+        Case("LAMMPS, v and eps, standard errors known", known, {"beta": beta}),
+        Case("LAMMPS, v and eps, scatter unknown", unknown, {"beta": beta}),
+        Case("LAMMPS, v, eps and contact times", with_contacts, stiffness),
+        Case("LAMMPS, instants of a drop", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
+        Case("eps of LAMMPS, instants of five drops", dropped, {"beta": beta}),
+        Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
+        Case("LAMMPS, law off: spring and dashpot", off, {"eps": float(constant[0])}),
+        Case("MuJoCo, instants of a drop", detected(of_mujoco), {"eps": float(bounced.mean())}),
+    ]
+
+
+def _labels(values: FloatArray) -> list[str]:
+    return [str(i) for i in range(len(values))]
+
+
+def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
+    """Return the rates of one kind of data, for each true value."""
+    random = np.random.default_rng([SEED, len(case.name), len(errors)])
+    inside = {name: np.zeros(len(LEVELS)) for name in case.truths}
+    ratios: dict[str, list[float]] = {name: [] for name in case.truths}
+    words: Counter[str] = Counter()
+    for i in range(sets):
+        points = case.made(random, ERRORS[errors])
+        for name, (value, spans) in _estimates(points, case).items():
+            truth = case.truths[name]
+            inside[name] += [low <= truth <= high for low, high in spans]
+            ratios[name].append(value / truth)
+        if i < judged:
+            words[verdict.judged(verdict.compared(points)).word] += 1
+    shares = {word: words[word] / judged for word in WORDS} if judged else {}
+    return [
+        Rate(
+            case.name,
+            errors,
+            name,
+            sets,
+            tuple((inside[name] / sets).tolist()),
+            float(np.mean(ratios[name])) - 1,
+            shares,
+        )
+        for name in case.truths
+    ]
+
+
+def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[float, float]]]]:
+    """Return the fitted values and their intervals."""
+    if "eps" in case.truths:
+        fit = likelihood.fitted(points, verdict.MODELS[1])
+        at = points.speed[:1]
+        ends = [fit.interval(level) for level in LEVELS]
+        spans = [(float(fit.at(at, np.array([b]))[0]), float(fit.at(at, np.array([a]))[0])) for a, b in ends]
+        return {"eps": (float(fit.at(at)[0]), spans)}
+    main = likelihood.fitted(points, verdict.MODELS[0])
+    found = DampingFit(points, (main,), verdict.Verdict("holds", ()), ())
+    estimates = {"beta": (found.beta, [found.interval(level) for level in LEVELS])}
+    if "Y" in case.truths:
+        for name, each in zip("AY", found.stiffness(_ball(), False), strict=True):
+            reach = [main.quantile(level) * each.standard_error for level in LEVELS]
+            estimates[name] = (each.value, [(each.value - r, each.value + r) for r in reach])
+    return estimates
+
+
+def measure(sets: int, judged: int, markdown: bool) -> dict[str, Any]:
+    """Return the rates of all kinds of data."""
+    found: list[Rate] = []
+    pairs = [(case, errors) for case in cases() for errors in ERRORS]
+    for i in track(range(len(pairs)), "kinds of data"):
+        found += rates(*pairs[i], sets, judged)
+    return {"sets": sets, "judged": judged, "markdown": markdown, "rates": [asdict(each) for each in found]}
+
+
+HEADER = ("data", "errors", "of", "68 %", "95 %", "bias", *WORDS)
+
+
+def _rows(result: dict[str, Any]) -> Sequence[Sequence[str]]:
+    return [
+        (
+            each["data"],
+            each["errors"],
+            each["quantity"],
+            *(f"{100 * share:.1f} %" for share in each["inside"]),
+            f"{100 * each['bias']:+.2f} %",
+            *(f"{100 * each['verdicts'].get(word, 0):.0f} %" for word in WORDS),
+        )
+        for each in result["rates"]
+    ]
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print the result for people."""
+    if result["markdown"]:
+        click.echo("| " + " | ".join(HEADER) + " |\n" + "|---" * len(HEADER) + "|")
+        for row in _rows(result):
+            click.echo("| " + " | ".join(row) + " |")
+        return
+    table = Table(*HEADER, title=f"{result['sets']} sets of each kind, {result['judged']} judged")
+    for row in _rows(result):
+        table.add_row(*row)
+    console(160).print(table)
+
+
+main = command(
+    measure,
+    show,
+    click.option("--sets", type=click.IntRange(1), default=2000, show_default=True, help="Sets of each kind of data."),
+    click.option("--judged", type=click.IntRange(0), default=200, show_default=True, help="Sets whose verdict counts."),
+    click.option("--markdown", is_flag=True, help="Print a table in Markdown."),
+    needs="scipy",
+)
+
+
+if __name__ == "__main__":
+    main()
