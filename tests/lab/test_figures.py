@@ -47,10 +47,7 @@ BEYOND = [*OF_BEST, *("cooling", "universalCurves", "dampingFormulas", "audit", 
 @pytest.fixture(scope="module")
 def sheets():
     with ExitStack() as stack:
-        found = {name: stack.enter_context(drawn(name)) for name in FIGURES}
-        for sheet in found.values():
-            sheet.draw_without_rendering()
-        yield found
+        yield {name: stack.enter_context(drawn(name)) for name in FIGURES}
 
 
 @pytest.fixture(scope="module")
