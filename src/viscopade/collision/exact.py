@@ -42,6 +42,7 @@ GUARD_BITS = 32  # of ball arithmetic, beyond the accuracy asked for
 GUARD_DIGIT_BITS = 12  # so that an enclosure rarely lies across a boundary of rounding
 LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found for large k
 LOW_ACCURACY = 60  # of what becomes a double
+LOST_BITS = 4  # of what Newton's method finds when the last step has doubled the bits that were right
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
 
@@ -543,7 +544,7 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
-        k, known = _approached(wanted, k), LEAST_KNOWN
+        k, known = _approached(wanted, k)
     more = 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
@@ -557,8 +558,8 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
 
 
-def _approached(wanted: _Wanted, k: Dyadic) -> Dyadic:
-    """Return k to a few bits, by Newton's method with steps of at most a factor of e^2."""
+def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
+    """Return k, by Newton's method with steps of at most a factor of e^2, and how many bits are right: a few."""
     largest = 2.0
     for _ in range(MAX_STEPS):
         try:
@@ -569,7 +570,8 @@ def _approached(wanted: _Wanted, k: Dyadic) -> Dyadic:
         with working(96):
             k = Dyadic.nearest(k.ball() * arb(change).exp(), 64)
         if abs(change) < 2.0**-LEAST_KNOWN:
-            return k
+            right = int(-2 * math.log2(max(abs(change), 2.0**-LEAST_ACCURACY))) - LOST_BITS
+            return k, max(LEAST_KNOWN, min(right, LEAST_ACCURACY - LOST_BITS))
     raise ArithmeticError("Newton's method did not converge")
 
 
@@ -619,7 +621,7 @@ def log_k(kappa: Fraction, law: Law) -> float:
     guess, known = wanted.guess()
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
-        k, known = _approached(wanted, k), LEAST_KNOWN
+        k, known = _approached(wanted, k)[0], LEAST_KNOWN
     with working(128):
         return float(_solved(wanted, k, known, LOW_ACCURACY).ball().log())
 

@@ -391,10 +391,11 @@ def _one_by_one(
     powers = _Powers(motion.factors, r, bits)
     s, spring, drag = (powers.of[power] for power in motion.factors)
     v: list[int] = []
+    (stiffness, stiff), (damper, damp) = elastic, viscous
     for j in range(terms - 2):
         powers.advance(j)
         damping = y[j] if motion.d >= 0 else sum(map(mul, drag, reversed(y))) >> bits
-        v.append(elastic.times(spring[j]) + viscous.times(damping))
+        v.append(_shifted(stiffness * spring[j], stiff) + _shifted(damper * damping, damp))
         u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))
         r.append(-u[-1])
         y.append((j + 2) * u[-1])
