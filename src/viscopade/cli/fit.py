@@ -241,7 +241,7 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
     say(f"The viscoelastic law {found.verdict.word}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
-    show(style, header, rows, {}, title=f"{len(found.points)} points")
+    show(style, header, rows, {}, title=_number_of_points(found))
     laws = [
         (fit.model.name, f"{fit.exponent:.3g}", f"{fit.chi2:.4g}", fit.degrees, f"{fit.scatter:.2g}", f"{fit.aic:.2f}")
         for fit in sorted(found.laws, key=lambda fit: fit.aic)
@@ -267,6 +267,11 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
         say(sentence)
 
 
+def _number_of_points(found: DampingFit) -> str:
+    counts = found.points.counts
+    return f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
+
+
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:
     main = found.main
     return [
@@ -285,10 +290,12 @@ def _sentences(found: DampingFit) -> list[str]:
     value, error = found.epsilon(found.main.middle)
     text = [f"eps at {found.main.middle:.3g} m/s: {uncertain(value, error)} (standard error)."]
     text += [f"{label}: {abs(off):.1f} standard errors off; --robust counts it less." for label, off in found.outliers]
-    if not found.points.known:
+    if found.main.scatter:
         text.append(
             f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."
         )
+    elif not found.points.known:
+        text.append("eps does not scatter beyond the errors of the measurement; intervals are those of Student's t.")
     return text
 
 

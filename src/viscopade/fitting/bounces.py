@@ -13,7 +13,7 @@ from viscopade.collision.spheres import Pair
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
 
-MOST_INSTANTS = 100_000
+MOST_INSTANTS = 20_000
 """Of bounces in a file."""
 
 ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]

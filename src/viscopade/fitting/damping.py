@@ -19,6 +19,8 @@ from viscopade.fitting.verdict import Verdict
 from viscopade.theory.law import Law, law_of
 
 LEVELS = (0.68, 0.95)
+MANY, GROUPS = 20_000, 4096
+"""Number of points beyond which groups of neighbours in speed are fitted, and number of groups."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,11 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     robust : bool
         Take the errors to follow Student's t with 4 degrees of freedom, so that outliers count less.
 
+    Returns
+    -------
+    DampingFit
+        Of more than `MANY` points with independent errors, the points are the means of `GROUPS` groups.
+
     Raises
     ------
     TypeError, ValueError
@@ -145,6 +152,8 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.093 +- 0.002', 'holds with a limit')
     """
+    if len(points) > MANY and points.of_independent_errors:
+        points = points.grouped(GROUPS)
     further = [Model.of(str(law), law_of(law)) for law in laws]
     found = verdict.compared(points, further, robust=robust)
     return DampingFit(points, found, verdict.judged(found), tuple(verdict.outliers(points)))

@@ -5,7 +5,7 @@ A law is a curve eps = E(kappa) with kappa = b (v/v_0)^p. The residuals eps_i - 
     C = s^2 + G G^T,    G = d eps - E'(v) d v,
 
 of the scatter s of eps and the errors of the measurement (`Points`); it is a band, as bounces that follow each other
-share a flight. The fit minimises
+share a flight. Where a point is the mean of n measured ones, s^2/n stands in place of s^2. The fit minimises
 
     D = sum_i rho(z_i^2) + ln det C,    C = L L^T,    z = L^-1 r,
 
@@ -139,12 +139,12 @@ class LawFit:
 
     @cached_property
     def _factor(self) -> FloatArray:
-        return _cholesky(self._measured, self.scatter)
+        return _cholesky(self._measured, self.scatter, self.points.counts)
 
     @property
     def standard_errors(self) -> FloatArray:
         """Standard deviations of the residuals, if the law is true."""
-        return np.asarray(np.sqrt(self._measured[0] + self.scatter**2))
+        return np.asarray(np.sqrt(self._measured[0] + _squared(self.scatter, self.points.counts)))
 
     @property
     def chi2(self) -> float:
@@ -160,9 +160,8 @@ class LawFit:
     def aic(self) -> float:
         """Akaike's criterion with the correction for few points; infinite for hardly more points than parameters."""
         n, k = len(self.points), self.model.parameters + (not self.points.known)
-        largest = self.points.known or _scatter(self._measured, self.residuals, 0, self.robust)
-        scatter = 0.0 if self.points.known else largest
-        deviance = _deviance(self._measured, scatter, self.residuals, 1.0, self.robust)
+        misfit = Misfit(self._measured, self.residuals, self.points.counts, self.robust)
+        deviance = misfit.deviance(0.0 if self.points.known else misfit.scatter(0.0), 1.0)
         return deviance + n * math.log(2 * math.pi) + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
 
     @cached_property
@@ -275,9 +274,9 @@ def _from(points: Points, model: Model, middle: float, start: float, robust: boo
     lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])
     for _ in range(_ROUNDS):
         measured = _band(points, fit)
-        share = 1 - model.parameters / len(points)
-        scatter = 0.0 if points.known else _scatter(measured, fit.residuals, 1 - share, robust)
-        factor = _cholesky(measured, scatter)
+        misfit = Misfit(measured, fit.residuals, points.counts, robust)
+        scatter = 0.0 if points.known else misfit.scatter(model.parameters / len(points))
+        factor = _cholesky(measured, scatter, points.counts)
         found = optimize.least_squares(
             lambda values, fit=fit, factor=factor: _whitened(factor, points.epsilon - fit.at(points.speed, values)),
             fit.parameters,
@@ -314,11 +313,15 @@ def _band(points: Points, fit: LawFit) -> FloatArray:
     return band
 
 
-def _cholesky(measured: FloatArray, scatter: float) -> FloatArray:
+def _squared(scatter: float, counts: FloatArray | None) -> float | FloatArray:
+    return scatter**2 if counts is None else scatter**2 / counts
+
+
+def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -> FloatArray:
     whole = measured.copy()
-    whole[0] += scatter**2
+    whole[0] += _squared(scatter, counts)
     if len(whole) == 1:
-        return np.sqrt(whole)
+        return np.asarray(np.sqrt(whole))
     return np.asarray(linalg.cholesky_banded(whole, lower=True))
 
 
@@ -340,24 +343,34 @@ def _student(squares: FloatArray) -> FloatArray:
     return np.array([(_DEGREES + 1) * np.log(inner), slope / inner, -slope / _DEGREES / inner**2])
 
 
-def _deviance(measured: FloatArray, scatter: float, residuals: FloatArray, share: float, robust: bool) -> float:
-    factor = _cholesky(measured, scatter)
-    squares = _whitened(factor, residuals) ** 2
-    return float(np.sum(_rho(squares, robust)) + 2 * share * np.sum(np.log(factor[0])))
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """The residuals of a law, with what the errors of the measurement and the scatter make of them."""
 
+    measured: FloatArray
+    residuals: FloatArray
+    counts: FloatArray | None
+    robust: bool
 
-def _scatter(measured: FloatArray, residuals: FloatArray, taken: float, robust: bool) -> float:
-    """Return the scatter that minimises D; `taken` is the share of the points that the parameters take."""
-    root = math.sqrt(float(np.mean(residuals**2)))
-    if not measured.any() and not robust:
-        return max(root / math.sqrt(1 - taken), 1e-15)
-    top, bottom = math.log(10 * root + 1e-15), math.log(1e-6 * root + 1e-15)
+    def deviance(self, scatter: float, share: float) -> float:
+        """Return D, with a factor before ln det C."""
+        factor = _cholesky(self.measured, scatter, self.counts)
+        squares = _whitened(factor, self.residuals) ** 2
+        return float(np.sum(_rho(squares, self.robust)) + 2 * share * np.sum(np.log(factor[0])))
 
-    def deviance(log_scatter: float) -> float:
-        return _deviance(measured, math.exp(log_scatter), residuals, 1 - taken, robust)
-
-    found = optimize.minimize_scalar(deviance, bounds=(bottom, top), method="bounded", options={"xatol": 1e-7})
-    scatter = math.exp(float(found.x))
-    if measured[0].all() and _deviance(measured, 0.0, residuals, 1 - taken, robust) <= float(found.fun):
-        return 0.0
-    return scatter
+    def scatter(self, taken: float) -> float:
+        """Return the scatter that minimises D; `taken` is the share of the points that the parameters take."""
+        weights = 1.0 if self.counts is None else self.counts
+        root = math.sqrt(float(np.mean(weights * self.residuals**2)))
+        if not self.measured.any() and not self.robust:
+            return max(root / math.sqrt(1 - taken), 1e-15)
+        top, bottom = math.log(10 * root + 1e-15), math.log(1e-6 * root + 1e-15)
+        found = optimize.minimize_scalar(
+            lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - taken),
+            bounds=(bottom, top),
+            method="bounded",
+            options={"xatol": 1e-7},
+        )
+        if self.measured[0].all() and self.deviance(0.0, 1 - taken) <= float(found.fun):
+            return 0.0
+        return math.exp(float(found.x))

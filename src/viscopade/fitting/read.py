@@ -56,6 +56,7 @@ LONGEST = 1 << 28  # bytes of a file
 
 _HEAD = re.compile(r"\s*([^()\[\]]+?)\s*(?:[(\[]\s*([^()\[\]]*?)\s*[)\]])?\s*")
 _BOUNCE = re.compile(r"bounce_([0-9]{1,3})")
+_BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ROWS = 3_000_000
 
@@ -163,14 +164,17 @@ def _csv(content: bytes, source: str) -> Table:
         raise ValueError(f"{source}: the file has {len(kept)} lines with data: accepted is a header and rows below it")
     delimiter = next((each for each in "\t;,|" if each in kept[0]), None)
     try:
-        rows = (
-            list(csv.reader(kept, delimiter=delimiter, strict=True)) if delimiter else [line.split() for line in kept]
-        )
+        rows = list(csv.reader(kept, delimiter=delimiter, strict=True)) if delimiter else list(map(_split, kept))
     except csv.Error as error:
         raise ValueError(f"{source}: the file is no CSV: {error}") from None
     if len(rows) != len(kept):
         raise ValueError(f"{source}: a quoted cell extends over several lines: accepted is one line a row")
     return Table(source, tuple(rows[0]), rows[1:], numbers[1:], comma=delimiter != ",")
+
+
+def _split(line: str) -> list[str]:
+    """Return the cells of a line without delimiters; a unit in parentheses belongs to the name before it."""
+    return _BLANK_SEPARATED.findall(line)
 
 
 # --- from cells to points ---------------------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ _TOLD = (1 + math.sqrt(1 + _CLEAR)) ** 2
 _PREFERRED = 4.0
 _POOR = 1e-3  # probability of so large a chi^2
 _FAR = 4.5  # standard errors, of a point that is named as an outlier
+_FEW = 6
 _WIDEST = 1e8  # ratio of speeds
 
 
@@ -69,9 +70,12 @@ def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False
 def outliers(points: Points) -> list[tuple[str, float]]:
     """Return labels of points far from any law, and how many standard errors they are off.
 
-    The law with a free exponent is fitted with errors by Student's t, which such points hardly change.
+    The law with a free exponent is fitted with errors by Student's t, which such points hardly change. Fewer than
+    `_FEW` points have no outliers.
     """
-    model = next(each for each in reversed(MODELS) if each.parameters < len(points))
+    if len(points) < _FEW:
+        return []
+    model = next(each for each in MODELS if each.exponent is None)
     found = fitted(points, model, robust=True)
     off = found.residuals / found.standard_errors
     return [(points.labels[i], float(off[i])) for i in np.flatnonzero(np.abs(off) > _FAR).tolist()]

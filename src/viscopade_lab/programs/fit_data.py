@@ -101,7 +101,7 @@ _MUJOCO = """
 def beta(radius_eff: float, mass_eff: float) -> float:
     """Return beta (eq:betadef) of LAMMPS's contact: 3/2 A rho = eta m_eff sqrt(R_eff), rho = K sqrt(R_eff)."""
     rho = STIFFNESS * math.sqrt(radius_eff)
-    return DAMPING * math.sqrt(radius_eff) * (rho / mass_eff) ** -0.6
+    return float(DAMPING * math.sqrt(radius_eff) * (rho / mass_eff) ** -0.6)
 
 
 PAIR_BETA = beta(RADIUS / 2, MASS / 2)

@@ -1,0 +1,123 @@
+"""Material constants, their errors, and scenes with them; fits of published curves, which are no data."""
+
+import math
+
+import numpy as np
+import pytest
+
+import viscopade as vp
+from viscopade.arrays import double
+from viscopade.collision import exact
+from viscopade.collision.spheres import restitution_error
+from viscopade.fitting.damping import DampingFit
+from viscopade.fitting.likelihood import fitted as fitted_law
+from viscopade.fitting.points import Points
+from viscopade.fitting.scene_text import scene_text
+from viscopade.fitting.verdict import MODELS, Verdict
+from viscopade.quantity import uncertain
+from viscopade.scene import read, units
+
+BALL = vp.Sphere(radius=0.005, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=5e-7)
+PAIR = vp.Pair(BALL, BALL)
+SPEED = np.geomspace(0.05, 3, 12)
+
+
+def fitted(sigma=0.005, seed=1, contact=0.0):
+    random = np.random.default_rng(seed)
+    epsilon = PAIR.epsilon(SPEED) + sigma * random.standard_normal(12)
+    times = PAIR.contact_time(SPEED) * (1 + contact * random.standard_normal(12)) if contact else None
+    return vp.fit(Points.measured(SPEED, epsilon, sigma_epsilon=sigma, contact_time=times))
+
+
+def test_beta_of_each_point_is_that_of_the_inverse():
+    found = fitted()
+    for beta, speed, epsilon in list(zip(found.betas, found.points.speed, found.points.epsilon, strict=True))[::11]:
+        wanted = exact.invert(repr(float(epsilon)), 20, speed=repr(float(speed))).decimals()["beta"]
+        assert beta == pytest.approx(float(wanted), rel=1e-12)
+
+
+def test_the_constant_of_the_material_comes_back():
+    found = fitted()
+    constant = found.dissipative_constant(PAIR.damped(0.0))
+    assert abs(constant.value - 5e-7) < 3 * constant.standard_error
+    assert constant.standard_error / constant.value == pytest.approx(found.beta_standard_error / found.beta)
+
+
+@pytest.mark.parametrize("wall", [True, False])
+def test_contact_times_give_the_young_modulus(wall):
+    material = {"young_modulus": 7e10, "poisson_ratio": 0.22, "dissipative_constant": 5e-7}
+    pair = vp.Pair(BALL, vp.Sphere.wall(**material) if wall else BALL)
+    points = Points.measured(SPEED, pair.epsilon(SPEED), contact_time=pair.contact_time(SPEED))
+    constant, young = vp.fit(points).stiffness(vp.Sphere(**{**vars_of(BALL), "young_modulus": 1.0}), wall)
+    assert young.value == pytest.approx(7e10, rel=1e-6)
+    assert constant.value == pytest.approx(5e-7, rel=1e-6)
+
+
+def vars_of(sphere):
+    names = ("radius", "density", "young_modulus", "poisson_ratio", "dissipative_constant")
+    return {name: getattr(sphere, name) for name in names}
+
+
+def test_errors_of_both_constants_are_the_scatter_of_many_sets():
+    values, errors = [], []
+    random = np.random.default_rng(4)
+    for _ in range(200):
+        epsilon = PAIR.epsilon(SPEED) + 0.01 * random.standard_normal(12)
+        times = PAIR.contact_time(SPEED) * (1 + 0.05 * random.standard_normal(12))
+        main = fitted_law(Points.measured(SPEED, epsilon, contact_time=times), MODELS[0])
+        found = DampingFit(main.points, (main,), Verdict("holds", ()), ())
+        constant, young = found.stiffness(BALL, False)
+        values.append([constant.value, young.value])
+        errors.append([constant.standard_error, young.standard_error])
+    assert np.std(values, axis=0) == pytest.approx(np.mean(errors, axis=0), rel=0.2)
+    assert np.mean(values, axis=0) == pytest.approx([5e-7, 7e10], rel=0.02)
+
+
+def test_without_contact_times_there_is_no_stiffness():
+    with pytest.raises(ValueError, match="accepted is a column contact_time"):
+        fitted().stiffness(BALL, False)
+
+
+def test_error_of_eps_is_the_change_of_eps():
+    v_star, relative = 0.5, 1e-5
+    change = double.epsilon(v_star) - double.epsilon(v_star * math.sqrt(1 + relative))
+    assert restitution_error(v_star, relative) == pytest.approx(change, rel=1e-4)
+
+
+@pytest.mark.parametrize("wall", [True, False])
+def test_a_scene_has_the_fit_back(wall):
+    found = fitted()
+    text = scene_text(found, BALL, wall, "viscopade fit data.csv", 'a "title"')
+    scene = read.from_toml(text, "ball.toml")
+    meeting = scene.meetings[-1]
+    epsilon, error = found.epsilon(found.main.middle)
+    speed = float(f"{found.main.middle:.4g}")
+    assert scene.pair(meeting).epsilon(speed) == pytest.approx(found.epsilon(speed)[0], rel=1e-9)
+    assert scene.relative_error(meeting) == pytest.approx(found.beta_standard_error / found.beta, rel=1e-2)
+    assert scene.tolerance.absolute == pytest.approx(error / 10, rel=0.5)
+    notes = units.setup(scene).notes
+    assert f"eps at {speed:.3g} m/s is {uncertain(epsilon, error)}" in notes[-1]
+    assert not any("is enough" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.87346, 0.0041, "0.8735 +- 0.0041"),
+        (5.52e-7, 1.1e-8, "(5.52 +- 0.11)e-07"),
+        (7.0123e10, 2.2e8, "(7.012 +- 0.022)e+10"),
+        (0.5, 0.0, "0.5"),
+        (123.4, 25.0, "123 +- 25"),
+    ],
+)
+def test_values_are_written_to_the_second_digit_of_their_error(value, error, text):
+    assert uncertain(value, error) == text
+
+
+def test_the_published_curves_of_ice_are_no_viscoelastic_data():
+    """The fit 0.32 (v/(cm/s))^-0.234 of Bridges et al. (1984), taken as a curve: it falls faster than the law."""
+    speed = np.geomspace(0.015, 2, 40)
+    found = vp.fit(Points.measured(speed, np.minimum(0.32 * speed**-0.234, 1), sigma_epsilon=0.02))
+    assert found.verdict.word == "does not hold"
+    free = next(fit for fit in found.laws if fit.model.exponent is None)
+    assert free.exponent > 0.22

@@ -1,0 +1,188 @@
+"""Files as programs write them: CSV of many kinds, spreadsheets, archives; and what is none of these."""
+
+import io
+import math
+import zipfile
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from viscopade.fitting import read
+from viscopade.fitting.flight import Flight
+from viscopade.fitting.read import Options
+
+PHYPHOX = Path(__file__).with_name("phyphox.xls")
+"""Made with xlwt: the sheet "Energy" of phyphox's "(In)elastic collision" with invented instants, and two others."""
+
+
+def points(text, source="data.csv", **options):
+    given = {"columns": {}, "units": {}} | options
+    return read.points(text.encode() if isinstance(text, str) else text, source, Options(**given))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "speed (cm/s),epsilon\n100,0.9\n200,0.85\n300,0.8\n",
+        "\ufeffspeed (cm/s);eps\r\n100;0,9\r\n200;0,85\r\n300;0,8\r\n",
+        '"Impact speed [cm/s]"\t"COR (%)"\n1e2\t90\n2e2\t85\n3e2\t80\n',
+        "# a comment\nv e note\n\n1 0.9 a\n2 0.85 b\n3 0.8 c\n",
+        "v (cm/s)  e\n100  0.9\n200 0.85\n300 0.8\n",
+        "number,V [m/s],E\n1,1,.9\n2,2,.85\n3,3,.8\n",
+    ],
+)
+def test_one_table_written_in_many_ways(text):
+    found = points(text)
+    assert found.speed.tolist() == pytest.approx([1, 2, 3])
+    assert found.epsilon.tolist() == pytest.approx([0.9, 0.85, 0.8])
+    assert not found.known
+
+
+def test_columns_and_units_by_option():
+    text = "a,b,c\n100,0.9,0.01\n200,0.85,0.02\n300,0.8,0.01\n"
+    columns = {"speed": "a", "epsilon": "b", "sigma_epsilon": "c"}
+    found = points(text, columns=columns, units={"speed": "cm/s"})
+    assert found.speed.tolist() == [1, 2, 3]
+    assert found.known
+    assert np.sqrt((found.epsilon_errors.toarray() ** 2).sum(axis=1)).tolist() == pytest.approx([0.01, 0.02, 0.01])
+    assert not points(text, columns=columns, scatter=True).known
+
+
+def test_labels_are_lines_of_the_file():
+    found = points("# first\nspeed,epsilon\n1,0.9\n\n2,0.8\n3,0.7\n")
+    assert found.labels == ("line 3", "line 5", "line 6")
+    assert found.without(["line 5"]).speed.tolist() == [1, 3]
+
+
+def test_instants_heights_and_pairs_of_heights_are_one_drop():
+    flight = Flight(10.0)
+    launch = np.array([3.0, 2.7, 2.4, 2.1, 1.8])
+    instants = np.concatenate([[0.5], 0.5 + np.cumsum(2 * launch / 10)])
+    heights = launch**2 / 20
+    by_time = points("time (ms)\n" + "\n".join(f"{1000 * t:.12g}" for t in instants), flight=flight, resolution="1 ms")
+    by_height = points("height (mm)\n" + "\n".join(f"{1000 * h:.12g}" for h in heights), flight=flight)
+    pairs = pairwise(heights.tolist())
+    by_pair = points("drop_height,rebound_height\n" + "\n".join(f"{a!r},{b!r}" for a, b in pairs), flight=flight)
+    for found in (by_time, by_height, by_pair):
+        assert found.speed.tolist() == pytest.approx([3.0, 2.7, 2.4, 2.1])
+        assert found.epsilon.tolist() == pytest.approx((launch[1:] / launch[:-1]).tolist())
+    assert by_time.labels[0] == "line 3"
+    assert by_time.epsilon_errors.toarray().any()
+    assert not by_height.epsilon_errors.toarray().any()
+
+
+def test_drops_are_told_apart():
+    rows = [(1, 0.0), (1, 0.5), (1, 0.95), (2, 3.0), (2, 3.6), (2, 4.14), (2, 4.63)]
+    found = points("drop,time\n" + "\n".join(f"{d},{t}" for d, t in rows))
+    assert found.epsilon.tolist() == pytest.approx([0.9, 0.9, 0.49 / 0.54])
+    assert found.labels == ("line 3", "line 6", "line 7")
+
+
+def test_phyphox_as_spreadsheet_csv_and_archive():
+    pytest.importorskip("python_calamine")
+    found = points(PHYPHOX.read_bytes(), "phyphox.xls", flight=Flight(9.81))
+    times = np.array([0.312, 0.9012, 1.4309, 1.9083, 2.3390, 2.7281])
+    spans = np.diff(times)
+    assert found.epsilon.tolist() == pytest.approx((spans[1:] / spans[:-1]).tolist())
+    assert found.speed.tolist() == pytest.approx((9.81 / 2 * spans[:-1]).tolist())
+    header = ";".join(f'"Bounce {k} (s)";"Height {k} (m)"' for k in range(6))
+    row = ";".join(f"{t:.4f};0.5".replace(".", ",") for t in times)
+    as_csv = points(f"{header}\n{row}\n", flight=Flight(9.81))
+    assert as_csv.epsilon.tolist() == pytest.approx(found.epsilon.tolist())
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr("meta/device.csv", "property,value\nversion,1\n")
+        archive.writestr("Energy.csv", f"{header}\n{row}\n")
+    zipped = points(packed.getvalue(), "export.zip", flight=Flight(9.81))
+    assert zipped.epsilon.tolist() == pytest.approx(found.epsilon.tolist())
+
+
+def test_phyphox_that_heard_fewer_bounces():
+    found = points("Bounce 0 (s),Bounce 1 (s),Bounce 2 (s),Bounce 3 (s)\n0.0,0.5,0.95,\n1.0,1.5,NaN,NaN\n")
+    assert found.epsilon.tolist() == pytest.approx([0.9])
+    assert found.labels == ("line 2, bounce 1",)
+
+
+@pytest.mark.parametrize("wide", ["utf-16", "cp1252"])
+def test_encodings(wide):
+    text = "speed (m/s);epsilon;Größe\n1;0,9;a\n2;0,8;b\n3;0,7;c\n"
+    assert points(text.encode(wide)).epsilon.tolist() == [0.9, 0.8, 0.7]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x,y\n1,2\n", "the columns are 'x', 'y': accepted are speed and epsilon"),
+        ("speed,v,epsilon\n1,1,0.9\n", "both are speed: accepted is one"),
+        ("speed,epsilon\n1,0.9\n2,1.1\n3,0.8\n", "line 3: epsilon is 1.1: accepted is a number > 0 and <= 1"),
+        ("speed,epsilon\n1,0.9\n2,-0.1\n3,0.8\n", "line 3: epsilon is -0.1"),
+        ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
+        ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': accepted is a number"),
+        ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': accepted is a number"),
+        ("speed (kg),epsilon\n1,0.9\n2,0.8\n", "the unit of speed is 'kg'"),
+        ("speed,epsilon (m)\n1,0.9\n2,0.8\n", "the unit of epsilon is 'm': accepted is none, or %"),
+        ("time\n1\n3\n2\n", "line 4: the bounce is at 2: accepted is later than the one before"),
+        ("time\n1\n2\n4\n", "line 3: eps is 2: accepted is a number > 0 and <= 1"),
+        ("time\n1\n2\n", "no drop has three bounces"),
+        ("height\n1\n-2\n", "line 3: the height is -2: accepted is a number > 0"),
+        ("height\n1\n", "no drop has two heights"),
+        ("speed,epsilon\n", "the file has 1 lines with data"),
+        ("", "the file has 0 lines with data"),
+        (b"\x00\x01\x02", "the file is not text"),
+        ('speed,epsilon\n"1,0.9\n2,0.8\n', "the file is no CSV|a quoted cell extends"),
+    ],
+)
+def test_what_is_wrong_is_one_line_that_names_the_place(text, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        points(text)
+    assert str(caught.value).startswith("data.csv")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["data.xls", "data.xlsx", "data.ods", "data.zip"])
+@pytest.mark.parametrize("content", [b"speed,epsilon\n1,0.9\n", b"PK\x03\x04rubbish", b"\xd0\xcf\x11\xe0rubbish"])
+def test_a_spreadsheet_that_is_none_is_refused(name, content):
+    pytest.importorskip("python_calamine")
+    with pytest.raises(ValueError, match=rf"{name}: (the file is no|the spreadsheet|the ZIP)"):
+        points(content, name)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': accepted is a time"),
+        ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "accepted is no --resolution besides"),
+        ("speed,epsilon\n1,0.9\n", {"resolution": "1 ms"}, "accepted with speed and epsilon is a column"),
+        ("speed,epsilon\n1,0.9\n", {"columns": {"speed": "w"}}, "there is no column 'w'"),
+        ("speed,epsilon\n1,0.9\n", {"units": {"time": "s"}}, "there is no column 'time', for which a unit is given"),
+        ("speed (m/s),epsilon\n1,0.9\n", {"units": {"speed": "cm/s"}}, "has the unit 'm/s' in its header"),
+        ("time\n1\n1.1\n1.19\n", {"contact_time": 0.2}, "accepted is more than the contact time"),
+    ],
+)
+def test_options_that_do_not_fit_the_file(text, options, message):
+    with pytest.raises(ValueError, match=message):
+        points(text, **options)
+
+
+def test_contact_times_lengthen_the_intervals():
+    instants, contact = np.array([0.0, 0.51, 0.97, 1.384]), 0.01
+    text = "time\n" + "\n".join(map(repr, instants.tolist()))
+    found = points(text, contact_time=contact)
+    spans = np.diff(instants) - contact
+    assert found.epsilon.tolist() == pytest.approx((spans[1:] / spans[:-1]).tolist())
+    same = points(text, contact_time=lambda v, e: np.full_like(v, contact))
+    assert same.epsilon.tolist() == pytest.approx(found.epsilon.tolist())
+
+
+def test_a_file_of_many_rows_is_read():
+    rows = "\n".join(f"{1 + i / 1e5:.6f},0.9" for i in range(50_000))
+    assert len(points(f"speed,epsilon\n{rows}\n")) == 50_000
+    many = "\n".join(map(str, range(20_001)))
+    with pytest.raises(ValueError, match="there are 20001 rows: accepted are up to 20000 bounces"):
+        points(f"time\n{many}\n")
+
+
+def test_plain_options_have_no_drag():
+    assert read.PLAIN.flight.terminal_speed == math.inf

@@ -1,0 +1,106 @@
+"""Verdicts on data that follow the law, do not follow it, or cannot tell."""
+
+import math
+
+import numpy as np
+import pytest
+
+import viscopade as vp
+from viscopade.fitting import verdict
+from viscopade.fitting.points import Points
+
+SPEED = np.geomspace(0.05, 3, 12)
+
+
+def data(model, sigma=0.005, seed=1, speed=SPEED, kappa=0.1, power=None, known=True):
+    exponent = model.exponent if power is None else power
+    epsilon = model.epsilon(kappa * speed**exponent)
+    epsilon = epsilon + sigma * np.random.default_rng(seed).standard_normal(len(speed))
+    return Points.measured(speed, np.minimum(epsilon, 1), sigma_epsilon=sigma if known else None)
+
+
+def judged(points):
+    return verdict.judged(verdict.compared(points))
+
+
+VISCOELASTIC, CONSTANT, HUNT_CROSSLEY, FREE = verdict.MODELS
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_viscoelastic_data_over_two_decades_hold(seed, known):
+    found = judged(data(VISCOELASTIC, seed=seed, known=known))
+    assert found.word == "holds"
+    assert found.ratio is None
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize(
+    ("model", "power", "named"),
+    [
+        (CONSTANT, None, "a constant eps"),
+        (HUNT_CROSSLEY, None, "nu = 1"),
+        (FREE, 0.6, "exponent of 0."),
+        (FREE, -0.234, "-0."),
+    ],
+)
+def test_data_of_another_law_do_not_hold(model, power, named, known):
+    found = judged(data(model, power=power, known=known))
+    assert found.word == "does not hold"
+    assert named in found.reasons[0]
+
+
+def test_few_close_speeds_cannot_tell_and_the_range_that_would_is_named():
+    speed = np.geomspace(0.8, 1.2, 8)
+    points = data(VISCOELASTIC, speed=speed, sigma=0.01)
+    found = judged(points)
+    assert found.word == "holds with a limit"
+    assert "a constant eps" in found.reasons[0]
+    assert found.ratio is not None
+    assert found.ratio > 1.5
+    assert f"{found.ratio:.2g} times" in found.reasons[-1]
+
+
+def test_as_many_points_over_the_named_range_decide():
+    speed = np.geomspace(0.8, 1.2, 10)
+    points = data(VISCOELASTIC, speed=speed, sigma=0.01)
+    ratio = judged(points).ratio
+    wide = np.geomspace(1 / math.sqrt(ratio), math.sqrt(ratio), 10)
+    words = [judged(data(VISCOELASTIC, speed=wide, sigma=0.01, seed=seed)).word for seed in range(30)]
+    assert words.count("holds") >= 18  # five of six are expected
+    assert words.count("does not hold") <= 2  # one of a hundred
+
+
+def test_no_range_helps_where_errors_are_as_large_as_eps():
+    points = data(VISCOELASTIC, sigma=0.3, kappa=1e-6, speed=np.geomspace(1, 2, 3))
+    main = verdict.compared(points)[0]
+    assert verdict.deciding_ratio(main, CONSTANT) is None
+
+
+def test_standard_errors_that_are_too_small_are_said():
+    points = data(VISCOELASTIC, sigma=0.02)
+    small = Points.measured(points.speed, points.epsilon, sigma_epsilon=0.001)
+    found = judged(small)
+    assert found.word in ("holds with a limit", "does not hold")
+    assert "scatters by more than its standard errors say" in " ".join(found.reasons)
+
+
+def test_further_laws_are_compared():
+    found = vp.fit(data(VISCOELASTIC), laws=["1,1"])
+    aic = {fit.model.name: fit.aic for fit in found.laws}
+    assert list(aic) == ["viscoelastic", "constant", "hunt-crossley", "free exponent", "1,1"]
+    assert aic["1,1"] == pytest.approx(aic["hunt-crossley"], abs=1e-6)
+    with pytest.raises(ValueError, match="law is 'nothing'"):
+        vp.fit(data(VISCOELASTIC), laws=["nothing"])
+
+
+def test_the_criterion_is_that_of_akaike():
+    fit = verdict.compared(data(CONSTANT))[1]
+    n, k = 12, 1
+    likelihood = -0.5 * fit.chi2 - n * math.log(0.005 * math.sqrt(2 * math.pi))
+    assert fit.aic == pytest.approx(-2 * likelihood + 2 * k + 2 * k * (k + 1) / (n - k - 1))
+
+
+def test_clean_data_have_no_outliers_and_few_points_none():
+    assert verdict.outliers(data(VISCOELASTIC)) == []
+    assert verdict.outliers(Points.measured([1, 2, 3], [0.9, 0.2, 0.85])) == []
