@@ -83,7 +83,7 @@ def test_console_examples(block, tmp_path):
 def test_python_examples(tmp_path):
     pairs = pairwise(blocks((USAGE / "python.md").read_text("utf-8")))
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 3
+    assert len(examples) == 4
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
 

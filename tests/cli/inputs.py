@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
-SCENE, RESULT, FINDINGS = "scene.toml", "result.json", "findings.json"
+SCENE, RESULT, FINDINGS, DATA = "scene.toml", "result.json", "findings.json", "data.csv"
 """The files that come with an input."""
 
 LONG = "x" * 5000
@@ -114,8 +114,13 @@ OPTIONS: Mapping[str, Sequence[str]] = {
     "--speed": ("1", "10 cm/s", "1 kg", "0.001", "1e10", "1e-20", "1e-299", "1e299", "0", "-1"),
     "--beta": ("1.307", "1.307 (s/cm)^(1/5)", "1 s", "1", "1e10", "1e-20", "1e-90", "0"),
     "--pade": ("3/6", "1/4", "300/1", "3-6", "1/1", "٣/٦", "3/6/1", "/", "-3/6"),
-    "--out": TARGETS, "--output": TARGETS, "--headers": FILES, "--costs": (RESULT, *FILES),
-    "--from": (RESULT, FINDINGS, *FILES),
+    "--out": TARGETS, "--output": TARGETS, "--scene": TARGETS, "--plot": ("x.png", "x.svg", "x", *TARGETS),
+    "--data": (DATA, *FILES), "--law": ("1,1", "viscoelastic", "tsuji:2", "nothing", "1,2,3", ""),
+    "--column": ("speed=w", "epsilon=e", "foo=bar", "speed", "=", "time=speed"), "--without": ("2", "3", "0", "x"),
+    "--resolution": ("1 ms", "1 mm", "1e-3", "0", "-1"), "--gravity": ("9.81 m/s^2", "1.62", "0", "-1", "1 m"),
+    "--air-density": ("1.2", "0", "-1", "1e9"), "--drag-coefficient": ("0.47", "0", "-1", "1e300"),
+    "--to": ("10", "1 km/s", "0", "-1", "1e299"), "--points": ("2", "20", "1", "1e3", "10001"),
+    "--headers": FILES, "--costs": (RESULT, *FILES), "--from": (RESULT, FINDINGS, "0.1", "1 cm/s", *FILES),
     "--cc": ("no-such-compiler", "", "'unbalanced", "a b c", "$(id)", "--"),
     "--only": ("nothing", "", "twenty-terms", "localSlope", "3-6"),
     "--unit": ("cm/s", "", "\n", "x" * 500, "*/", "\x1b[31m"),
@@ -184,6 +189,26 @@ HEAVY = (
     "--epsilon-min",
 )
 FREE = 300  # one scene in so many is chosen a kernel for, one result in so many is drawn
+
+
+def data(random: Random) -> bytes:
+    """Return measured data, now and then with something wrong in them."""
+    header = random.choice(
+        (
+            "speed (cm/s),epsilon", "v;eps;sigma_epsilon", "time (s)", "height\tdrop", "drop_height,rebound_height",
+            "bounce 0 (s),bounce 1 (s),bounce 2 (s)", "speed,speed,epsilon", "speed (kg),epsilon", "a,b",
+        )
+    )  # fmt: skip
+    delimiter = next((each for each in ",;\t" if each in header), ",")
+    rows = []
+    for i in range(random.choice((0, 1, 2, 3, 5, 12, 40))):
+        cells = [
+            f"{random.uniform(0.5, 0.95) * (1 + i if 'time' in header else 1):.6g}" for _ in header.split(delimiter)
+        ]
+        if random.random() < 0.02:
+            cells[random.randrange(len(cells))] = random.choice((*NUMBERS, "", "x"))
+        rows.append(delimiter.join(cells))
+    return "\n".join([header, *rows]).encode("utf-8", "surrogateescape")
 
 
 @dataclass(frozen=True)
@@ -273,6 +298,8 @@ class Grammar:
         words = []
         if command in self.targets:
             words.append(_hostile(random) if random.random() < hostility else random.choice(self.targets[command]))
+        if command == "fit":
+            words.append(random.choice(FILES) if random.random() < hostility else DATA)
         if command == "scene" or (command == "simulators" and random.random() < 0.5):
             words.append(random.choice(FILES) if random.random() < hostility else SCENE)
         return words
@@ -354,6 +381,8 @@ class Grammar:
         text = "\0".join(words)
         if words[0] in ("scene", "simulators"):
             files[SCENE] = scene(random)
+        if words[0] == "fit" or DATA in text:
+            files[DATA] = data(random)
         if RESULT in text:
             spoiled = words[0] != "report" or random.randrange(FREE) > 0
             files[RESULT] = _document(random, result(spoiled))
@@ -364,7 +393,7 @@ class Grammar:
 
 KNOWN = (
     "audit", "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
-    "reproduce", "scene", "simulators", "verification",
+    "fit", "plot", "reproduce", "scene", "simulators", "table", "verification",
 )  # fmt: skip
 
 

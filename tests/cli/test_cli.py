@@ -54,6 +54,9 @@ COMMANDS = (
     "scene",
     "simulators",
     "verification",
+    "fit",
+    "plot",
+    "table",
 )
 SAMPLE = Path(__file__).parents[1] / "data" / "bench_result.json"
 
@@ -86,7 +89,9 @@ def test_help_lists_the_commands_that_work_and_no_others():
         assert "Usage: viscopade" in result.stdout
 
 
-@pytest.mark.parametrize("name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators", "verification"}))
+@pytest.mark.parametrize(
+    "name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators", "verification", "plot"})
+)
 def test_commands_that_print_numbers_have_four_formats(name):
     (style,) = [option for option in command.commands[name].params if option.name == "style"]
     assert style.type.choices == ("text", "json", "csv", "latex")

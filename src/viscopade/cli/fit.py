@@ -170,7 +170,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
     """Return the measured sphere, with a Young modulus of 1 if none is given; None if nothing is given."""
     if body["yield_strength"] is not None:
         raise click.UsageError("--yield-strength is given: accepted is it with `viscopade epsilon`")
-    given = {name for name, value in body.items() if value not in (None, (), False)} - {"wall"}
+    given = {name for name, value in body.items() if value is not None and value != ()} - {"wall"}
     if not given and not for_drag and not for_scene:
         if body["wall"]:
             raise click.UsageError(

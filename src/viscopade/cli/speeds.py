@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 PICTURES = ("svg", "png", "pdf")
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
+_DRAWN = 160  # points of a curve
 
 
 def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
@@ -89,7 +90,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         points = read.points(read_file(data, "CSV or a spreadsheet", longest=read.LONGEST), str(data))
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
-    draw = partial(speeds.draw_speeds, curves, _between(*ends, 300), points, **over)
+    draw = partial(speeds.draw_speeds, curves, _between(*ends, _DRAWN), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
     click.echo(f"wrote {output}")
 

@@ -3,14 +3,18 @@
 Two spheres of diameter `2 RADIUS` collide in LAMMPS at many speeds, with viscoelastic damping, and with another law. A
 ball bounces on a plane in LAMMPS, with viscoelastic damping, and in MuJoCo, whose contact has nearly a constant eps.
 `viscopade_lab.studies.coverage` adds errors to them. The packages `lammps` and `mujoco` are needed.
+
+`python -m viscopade_lab.programs.fit_data collisions|drop` prints an example's data, with Gaussian errors, as CSV.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import click
 import numpy as np
 
 from viscopade.arrays.checked import FloatArray
@@ -196,3 +200,36 @@ def mujoco_bounces() -> FloatArray:
         gap.append(float(data.qpos[2]) - RADIUS)
         speed.append(float(data.qvel[2]))
     return _instants(np.array(gap), np.array(speed), step)[:_BOUNCES]
+
+
+EXAMPLES: Mapping[str, str] = {
+    "collisions": "# Two balls collide in LAMMPS at twelve speeds; added: Gaussian errors, 0.01 in eps, 2 % in times.",
+    "drop": "# A ball bounces on a plane in LAMMPS: instants of contact, with Gaussian errors of 0.5 ms.",
+}
+
+
+def example(name: str) -> str:
+    """Return the CSV file of an example."""
+    random = np.random.default_rng(2026)
+    if name == "drop":
+        instants = lammps_bounces()
+        lines = [f"{1000 * t:.1f}" for t in instants + 5e-4 * random.standard_normal(len(instants))]
+        return "\n".join([EXAMPLES[name], "time (ms)", *lines, ""])
+    speed = np.geomspace(0.05, 3, 12)
+    epsilon, duration = collisions().at(speed)
+    epsilon = epsilon + 0.01 * random.standard_normal(12)
+    duration = duration * (1 + 0.02 * random.standard_normal(12))
+    rows = zip(speed.tolist(), epsilon.tolist(), duration.tolist(), strict=True)
+    lines = [f"{100 * v:.4g},{e:.3f},0.01,{1e6 * t:.4g}" for v, e, t in rows]
+    return "\n".join([EXAMPLES[name], "speed (cm/s),epsilon,sigma_epsilon,contact_time (us)", *lines, ""])
+
+
+@click.command()
+@click.argument("name", type=click.Choice(list(EXAMPLES)))
+def main(name: str) -> None:
+    """Print an example's data."""
+    click.echo(example(name), nl=False)
+
+
+if __name__ == "__main__":
+    main()
