@@ -69,6 +69,8 @@ def test_instants_heights_and_pairs_of_heights_are_one_drop():
         assert found.speed.tolist() == pytest.approx([3.0, 2.7, 2.4, 2.1])
         assert found.epsilon.tolist() == pytest.approx((launch[1:] / launch[:-1]).tolist())
     assert by_time.labels[0] == "line 3"
+    assert not by_time.known
+    assert points("time\n1\n2\n2.9\n", resolution="1 ms", scatter=False).known
     assert by_time.epsilon_errors.toarray().any()
     assert not by_height.epsilon_errors.toarray().any()
 
@@ -155,6 +157,8 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
         ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': accepted is a time"),
         ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "accepted is no --resolution besides"),
         ("speed,epsilon\n1,0.9\n", {"resolution": "1 ms"}, "accepted with speed and epsilon is a column"),
+        ("speed,epsilon\n1,0.9\n", {"scatter": False}, "eps has no standard errors"),
+        ("time\n1\n2\n2.9\n", {"scatter": False}, "eps has no standard errors"),
         ("speed,epsilon\n1,0.9\n", {"columns": {"speed": "w"}}, "there is no column 'w'"),
         ("speed,epsilon\n1,0.9\n", {"units": {"time": "s"}}, "there is no column 'time', for which a unit is given"),
         ("speed (m/s),epsilon\n1,0.9\n", {"units": {"speed": "cm/s"}}, "has the unit 'm/s' in its header"),

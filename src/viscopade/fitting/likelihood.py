@@ -41,6 +41,7 @@ _CLOSE = 1e-7
 _EXPONENTS = (-3.0, 5.0)  # of a free law
 _DEGREES = 4.0  # of freedom, of Student's t
 _LARGEST = 1e12  # kappa
+_DENSE = 400  # points, for whose covariance a dense matrix is made
 
 
 @dataclass(frozen=True)
@@ -167,12 +168,15 @@ class LawFit:
     @cached_property
     def covariance(self) -> FloatArray:
         """Covariance of the parameters."""
-        slopes = np.array([self._slope(i) for i in range(len(self.parameters))]).T
-        whitened = np.array([_whitened(self._factor, column) for column in slopes.T]).T
+        whitened = np.array([_whitened(self._factor, column) for column in self._slopes.T]).T
         scale = 1.0
         if self.robust:  # what Student's t knows of a centre, compared with a Gaussian of that scale
             scale = (_DEGREES + 3) / (_DEGREES + 1)
         return np.asarray(np.linalg.pinv(whitened.T @ whitened) * scale)
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        return np.array([self._slope(i) for i in range(len(self.parameters))]).T
 
     def _slope(self, parameter: int) -> FloatArray:
         """Return the derivatives of eps at all points with respect to a parameter."""
@@ -183,17 +187,36 @@ class LawFit:
         change = self.at(self.points.speed, high) - self.at(self.points.speed, low)
         return np.asarray(change / (high[parameter] - low[parameter]))
 
-    def quantile(self, level: float) -> float:
-        """Return how many standard errors an interval of a confidence level extends to each side."""
+    def quantile(self, level: float, parameter: int = 0) -> float:
+        """Return how many standard errors a parameter's interval of a confidence level extends to each side."""
         tail = (1 + level) / 2
-        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self.degrees))
+        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self._certainty(parameter)))
+
+    def _certainty(self, parameter: int) -> float:
+        """Return the degrees of freedom of a parameter's variance (Satterthwaite).
+
+        They are 2 var^2/Var(var), where var knows the fitted s^2 only as well as the likelihood does: n - k if the
+        scatter is all there is, and more if known errors of the measurement prevail.
+        """
+        n = len(self.points)
+        if n > _DENSE or not self._measured.any():
+            return self.degrees
+        inverse = linalg.cho_solve_banded(
+            (_cholesky(self._measured, self.scatter, self.points.counts), True), np.eye(n)
+        )
+        columns = inverse @ self._slopes
+        covariance = np.linalg.pinv(self._slopes.T @ columns)
+        projected = inverse - columns @ covariance @ columns.T
+        information = float(np.sum(projected**2)) / 2  # on s^2
+        growth = float((covariance @ columns.T @ columns @ covariance)[parameter, parameter])
+        return max(2 * float(covariance[parameter, parameter]) ** 2 * information / growth**2, self.degrees)
 
     def interval(self, level: float, parameter: int = 0) -> tuple[float, float]:
         """Return the confidence interval of a parameter by profile likelihood.
 
         It ends where D, least over the other parameter, has grown by `quantile` squared. b is not negative.
         """
-        best, limit = self.parameters[parameter], self.quantile(level) ** 2
+        best, limit = self.parameters[parameter], self.quantile(level, parameter) ** 2
         least = self._misfit(self.parameters)
         step = max(math.sqrt(self.covariance[parameter, parameter]), 1e-12 * max(abs(best), 1e-6))
 
@@ -203,7 +226,7 @@ class LawFit:
         def end(sign: int) -> float:
             inner, outer = best, best
             for _ in range(60):
-                outer = outer + sign * step * self.quantile(level)
+                outer = outer + sign * step * math.sqrt(limit)
                 if parameter == 0 and outer <= 0:
                     return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, inner, rtol=1e-9))
                 if abs(outer) > _LARGEST:

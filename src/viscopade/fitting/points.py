@@ -153,6 +153,19 @@ class Points:
             counts=counts.astype(np.float64),
         )
 
+    def without_scatter(self) -> Points:
+        """Return these points with the errors of the measurement as the only ones.
+
+        Raises
+        ------
+        ValueError
+            If a point has no error.
+        """
+        errors = abs(self.speed_errors) + abs(self.epsilon_errors)
+        if not (np.asarray(errors.sum(axis=1)) > 0).all():
+            raise ValueError("eps has no standard errors: accepted without scatter are points of which all have one")
+        return replace(self, known=True)
+
     def without(self, labels: Sequence[str]) -> Points:
         """Return these points without some of them.
 

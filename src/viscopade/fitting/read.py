@@ -233,7 +233,8 @@ def points(content: bytes, source: str, options: Options = PLAIN) -> Points:
         if name not in known:
             raise ValueError(f"{chosen.source}: there is no column {name!r}, for which a unit is given")
     try:
-        return kind(_Reader(chosen, known, options))
+        made = kind(_Reader(chosen, known, options))
+        return made.without_scatter() if options.scatter is False else made
     except ValueError as error:
         message = str(error)
         raise ValueError(message if message.startswith(source) else f"{chosen.source}: {message}") from None
@@ -328,7 +329,9 @@ class _Reader:
         plain = self._number(given)
         return quantity(Node(self.table.source, "resolution", given if math.isnan(plain) else plain), dimension)
 
-    def drops(self, values: FloatArray, sigma: FloatArray | float) -> tuple[list[tuple[FloatArray, list[str]]], object]:
+    def drops(
+        self, values: FloatArray, sigma: FloatArray | float
+    ) -> tuple[list[tuple[FloatArray, list[str]]], list[FloatArray]]:
         """Return values and labels by drop, and their standard errors."""
         if len(values) > bounces.MOST_INSTANTS:
             raise ValueError(f"there are {len(values)} rows: accepted are up to {bounces.MOST_INSTANTS} bounces")
@@ -380,12 +383,12 @@ def _pairs(reader: _Reader) -> Points:
 
 def _times(reader: _Reader) -> Points:
     drops, errors = reader.drops(reader.numbers("time"), reader.sigma("time"))
-    return bounces.of_times(drops, reader.options.flight, sigma=errors, contact_time=reader.options.contact_time)  # type: ignore[arg-type]
+    return bounces.of_times(drops, reader.options.flight, sigma=errors, contact_time=reader.options.contact_time)
 
 
 def _heights(reader: _Reader) -> Points:
     drops, errors = reader.drops(reader.numbers("height"), reader.sigma("length"))
-    return bounces.of_heights(drops, reader.options.flight, sigma=errors)  # type: ignore[arg-type]
+    return bounces.of_heights(drops, reader.options.flight, sigma=errors)
 
 
 def _height_pairs(reader: _Reader) -> Points:

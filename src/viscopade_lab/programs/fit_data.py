@@ -30,7 +30,9 @@ GRAVITY = 9.81
 SPEEDS = np.geomspace(0.02, 8, 49)
 _STEPS = 1500  # in a contact
 _BOUNCE_STEPS, _EVERY = 600, 40  # in a contact, and of which one is printed
-_HEIGHT, _DURATION, _BOUNCES = 0.5, 2.35, 7
+_HEIGHT = 0.5
+_BOUNCES, _DURATION = 7, 2.35  # in LAMMPS
+_MUJOCO_DURATION = 3.2
 
 _PAIR = """
 clear
@@ -186,8 +188,8 @@ def lammps_bounces() -> FloatArray:
     return _instants(run[:, 0], run[:, 1], step * _EVERY)[:_BOUNCES]
 
 
-def mujoco_bounces() -> FloatArray:
-    """Return the instants of bounces in MuJoCo."""
+def mujoco_bounces() -> tuple[FloatArray, float]:
+    """Return the instants of bounces in MuJoCo, and the mean duration of their contacts."""
     mujoco = mujoco_collisions.program()
     step = 2e-6
     text = _MUJOCO.format(
@@ -195,11 +197,12 @@ def mujoco_bounces() -> FloatArray:
     )
     model = mujoco.MjModel.from_xml_string(text)
     data, gap, speed = mujoco.MjData(model), [], []
-    for _ in range(round(_DURATION / step)):
+    for _ in range(round(_MUJOCO_DURATION / step)):
         mujoco.mj_step(model, data)
         gap.append(float(data.qpos[2]) - RADIUS)
         speed.append(float(data.qvel[2]))
-    return _instants(np.array(gap), np.array(speed), step)[:_BOUNCES]
+    instants = _instants(np.array(gap), np.array(speed), step)
+    return instants, np.count_nonzero(np.array(gap) <= 0) * step / len(instants)
 
 
 EXAMPLES: Mapping[str, str] = {

@@ -29,7 +29,7 @@ from viscopade.progress import track
 from viscopade_lab.programs import fit_data
 from viscopade_lab.script import command, console
 
-POINTS = 12
+POINTS, MANY = 12, 48
 SLOWEST, FASTEST = 0.05, 3.0
 SIGMA = 0.01  # of eps
 CONTACT_SIGMA = 0.02  # of contact times, relative
@@ -53,6 +53,10 @@ def skewed(random: Random, number: int) -> FloatArray:
     """Return errors of mean 0 and variance 1 whose density is two exponential functions; most are small gains."""
     loss, gain = random.exponential(SLOPES, number), random.exponential(1.0, number)
     return np.asarray((gain - loss + SLOPES - 1) / np.hypot(SLOPES, 1))
+
+
+def _none(_: Random, number: int) -> FloatArray:
+    return np.zeros(number)
 
 
 ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
@@ -122,7 +126,7 @@ def cases() -> list[Case]:
     ball = _ball()
     wall = Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
     contact = bounces.contact_time_of(Pair(ball, wall))
-    of_lammps, of_mujoco = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
+    of_lammps, (of_mujoco, touching) = fit_data.lammps_bounces(), fit_data.mujoco_bounces()
     pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
     stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
 
@@ -132,6 +136,12 @@ def cases() -> list[Case]:
     def unknown(random: Random, errors: Errors) -> Points:
         return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS))
 
+    many = np.geomspace(SLOWEST, FASTEST, MANY)
+    of_many = law.at(many)[0]
+
+    def more(random: Random, errors: Errors) -> Points:
+        return Points.measured(many, of_many + SIGMA * errors(random, MANY))
+
     def with_contacts(random: Random, errors: Errors) -> Points:
         times = duration * (1 + CONTACT_SIGMA * errors(random, POINTS))
         return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), contact_time=times)
@@ -139,7 +149,8 @@ def cases() -> list[Case]:
     def detected(instants: FloatArray, contact: bounces.ContactTime = 0.0) -> Callable[[Random, Errors], Points]:
         def made(random: Random, errors: Errors) -> Points:
             seen = instants + RESOLUTION * errors(random, len(instants))
-            return bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
+            found = bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
+            return found.without_scatter()
 
         return made
 
@@ -170,16 +181,22 @@ def cases() -> list[Case]:
     def off(random: Random, errors: Errors) -> Points:
         return Points.measured(speed, constant + SIGMA * errors(random, POINTS), sigma_epsilon=SIGMA)
 
-    bounced = bounces.of_times([(of_mujoco, _labels(of_mujoco))], flight).epsilon
+    bounced = detected(of_mujoco, touching)
+    of_bounces = likelihood.fitted(bounced(np.random.default_rng(0), _none), verdict.MODELS[1])
     return [
         Case("LAMMPS, v and eps, standard errors known", known, {"beta": beta}),
         Case("LAMMPS, v and eps, scatter unknown", unknown, {"beta": beta}),
+        Case(f"the same, {MANY} points", more, {"beta": beta}),
         Case("LAMMPS, v, eps and contact times", with_contacts, stiffness),
-        Case("LAMMPS, instants of a drop", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
+        Case("LAMMPS, instants of a drop, --no-scatter", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
         Case("eps of LAMMPS, instants of five drops", dropped, {"beta": beta}),
         Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
         Case("LAMMPS, law off: spring and dashpot", off, {"eps": float(constant[0])}),
-        Case("MuJoCo, instants of a drop", detected(of_mujoco), {"eps": float(bounced.mean())}),
+        Case(
+            "MuJoCo, instants of a drop, --no-scatter",
+            bounced,
+            {"eps": float(of_bounces.at(of_bounces.points.speed)[0])},
+        ),
     ]
 
 
