@@ -28,7 +28,7 @@ MODELS = (
 THEORY = float(2 * VISCOELASTIC.c)
 """The exponent p of the viscoelastic law, 1/5."""
 
-_REFUTED = 0.99  # level of the interval of p that must hold 1/5
+_REFUTED, _DOUBTED = 0.99, 0.95  # levels of the intervals of p that must hold 1/5
 _SLACK = 0.01  # of p, which flights and soft contacts shift: by 0.002 in LAMMPS (`viscopade_lab.studies.coverage`)
 _CLEAR = 6.0  # difference of Akaike's criteria that decides: the other law is exp(3) = 20 times less likely
 _TOLD = (1 + math.sqrt(1 + _CLEAR)) ** 2
@@ -101,6 +101,10 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
         if free is not None and stats.chi2.sf(free.chi2, free.degrees) >= _POOR:
             return Verdict("does not hold", (text, trend))
         return Verdict("holds with a limit", (f"{text}, and so for every law; --scatter fits the rest", trend))
+    if free is not None:
+        low, high = free.interval(_DOUBTED, 1)
+        if not low - _SLACK <= THEORY <= high + _SLACK:
+            return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", trend))
     rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
     open_ones = [fit for fit in rivals if fit.aic - main.aic < _CLEAR]
     if not open_ones:
