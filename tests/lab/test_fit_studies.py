@@ -1,0 +1,86 @@
+"""The studies of fits: rates on a case whose answer is known, published curves as the page has them, the examples."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from viscopade import Points
+from viscopade.arrays import double
+from viscopade.fitting import read
+from viscopade_lab.programs import fit_data, lammps_collisions
+from viscopade_lab.studies import coverage, published
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "results" / "fit.md").read_text("utf-8")
+SPEED = np.geomspace(0.05, 3, 12)
+
+
+def case(truth):
+    """Return data with beta = 0.09, of which `truth` is said to be the true value."""
+
+    def made(random, errors):
+        epsilon = double.epsilon(np.sqrt(0.09) * SPEED**0.1) + 0.005 * errors(random, 12)
+        return Points.measured(SPEED, epsilon, sigma_epsilon=0.005)
+
+    return coverage.Case("synthetic", made, {"beta": truth})
+
+
+def test_rates_of_a_right_interval_and_of_a_wrong_truth():
+    (right,) = coverage.rates(case(0.09), "Gaussian", 100, 3)
+    assert 0.5 < right.inside[0] < 0.85
+    assert right.inside[1] > 0.87
+    assert abs(right.bias) < 0.01
+    assert sum(right.verdicts.values()) == pytest.approx(1)
+    (wrong,) = coverage.rates(case(0.12), "Gaussian", 20, 0)
+    assert wrong.inside == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("errors", coverage.ERRORS)
+def test_errors_have_mean_0_and_variance_1(errors):
+    sample = coverage.ERRORS[errors](np.random.default_rng(1), 200_000)
+    assert sample.mean() == pytest.approx(0, abs=0.01)
+    assert sample.std() == pytest.approx(1, rel=0.02)
+    skewness = float(np.mean(sample**3))
+    assert (skewness < -1) == (errors == "skewed")
+
+
+def test_the_page_has_the_published_curves():
+    for curve in published.CURVES:
+        found = published.row(curve)
+        cells = re.escape(f"| {found.curve} | {found.verdict} | {found.exponent:.2f} +- {found.exponent_error:.2f} |")
+        assert re.search(cells, PAGE), curve.name
+
+
+def test_the_page_has_the_rates_of_all_kinds_of_data():
+    rows = re.findall(r"^\| ([^|]+) \| (Gaussian|skewed) \| (\w+) \| ([\d.]+) % \| ([\d.]+) % \|", PAGE, re.MULTILINE)
+    assert len(rows) == 22
+    gaussian = [(float(inner), float(outer)) for _, errors, _, inner, outer in rows if errors == "Gaussian"]
+    assert all(abs(inner - 68) < 4 and abs(outer - 95) < 2 for inner, outer in gaussian)
+    shown = {name for name, *_ in rows}
+    assert {f"the same, {coverage.MANY} points", "LAMMPS, law off: spring and dashpot"} <= shown
+
+
+def test_the_example_is_what_lammps_gives():
+    if lammps_collisions.program() is None:
+        pytest.skip(lammps_collisions.MISSING)
+    committed = (ROOT / "examples" / "collisions.csv").read_bytes()
+    ours, theirs = (read.points(text, "x.csv") for text in (fit_data.example("collisions").encode(), committed))
+    assert ours.epsilon == pytest.approx(theirs.epsilon, abs=2e-3)
+    assert ours.contact_time == pytest.approx(theirs.contact_time, rel=2e-3)
+    assert fit_data.PAIR_BETA == pytest.approx(0.0899230777771491)
+
+
+def test_the_drop_has_the_true_beta_within_its_error():
+    """True by LAMMPS's own constants: eta, K, the radius and the mass."""
+    import viscopade as vp
+    from viscopade.fitting import bounces
+    from viscopade.fitting.flight import Flight
+
+    ball = coverage._ball()
+    wall = vp.Sphere.wall(young_modulus=ball.young_modulus, poisson_ratio=0, dissipative_constant=0)
+    contact = bounces.contact_time_of(vp.Pair(ball, wall))
+    options = read.Options({}, {}, Flight(fit_data.GRAVITY), "0.5 ms", contact)
+    found = vp.fit(read.points((ROOT / "examples" / "drop.csv").read_bytes(), "drop.csv", options))
+    assert abs(found.beta - fit_data.WALL_BETA) < 3 * found.beta_standard_error
