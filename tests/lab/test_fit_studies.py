@@ -69,7 +69,7 @@ def test_the_example_is_what_lammps_gives():
     ours, theirs = (read.points(text, "x.csv") for text in (fit_data.example("collisions").encode(), committed))
     assert ours.epsilon == pytest.approx(theirs.epsilon, abs=2e-3)
     assert ours.contact_time == pytest.approx(theirs.contact_time, rel=2e-3)
-    assert fit_data.PAIR_BETA == pytest.approx(0.0899230777771491)
+    assert pytest.approx(0.0899230777771491) == fit_data.PAIR_BETA
 
 
 def test_the_drop_has_the_true_beta_within_its_error():

@@ -226,7 +226,7 @@ def _flight(
 def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
     from viscopade.fitting.damping import LEVELS
 
-    whole = to_json(found, constants)
+    whole = fit_json(found, constants)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
     spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
@@ -299,7 +299,7 @@ def _sentences(found: DampingFit) -> list[str]:
     return text
 
 
-def to_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
+def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, Any]:
     """Return a fit as JSON-able data, in SI units."""
     free = next((fit for fit in found.laws if fit.model.exponent is None), None)
     columns = dict(_columns(found))

@@ -95,11 +95,11 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     click.echo(f"wrote {output}")
 
 
-@click.command()
+@click.command("table")
 @_choice_of_curves
 @click.option("--points", type=Whole("points", 2, _MOST_ROWS), help="Number of speeds.  [default: three a decade]")
 @STYLE
-def table(points: int | None, style: str, **options: Any) -> None:
+def table_command(points: int | None, style: str, **options: Any) -> None:
     """Print eps against the impact speed, or against v* if no spheres are given.
 
     The options are those of `viscopade plot`. For a material the table also has the duration of contact and the maximal
@@ -167,8 +167,8 @@ def _curves(
             raise click.UsageError(
                 "--law and --program need spheres: accepted is --epsilon with --speed, or a material"
             )
-        over_v_star = [speeds.of_v_star(), *(speeds.of_pade(m, n, None) for m, n in approximants)]
-        return over_v_star, _ends(slowest, fastest, 0.01, 10.0), None, True
+        without_spheres = [speeds.over_v_star(), *(speeds.approximant(m, n, None) for m, n in approximants)]
+        return without_spheres, _ends(slowest, fastest, 0.01, 10.0), None, True
     found, pair, ends = _viscoelastic(file, beta, epsilon, at, body)
     if at is None and file is not None:
         at = ends[2]
@@ -181,7 +181,7 @@ def _curves(
         curves += [speeds.of_law(law, value, at) for law in laws]
         for program in programs:
             curves += speeds.of_program(program, value, at)
-    curves += [speeds.of_pade(m, n, beta_found) for m, n in approximants]
+    curves += [speeds.approximant(m, n, beta_found) for m, n in approximants]
     if len(curves) > speeds.MOST:
         raise ValueError(f"there are {len(curves)} curves: accepted are up to {speeds.MOST}")
     return curves, _ends(slowest, fastest, *ends[:2]), pair, False
@@ -238,15 +238,14 @@ def _viscoelastic(
 
 
 def _of_scene(file: Path) -> tuple[list[tuple[str, float]], Pair | None, tuple[float, float, float]]:
-    from viscopade.scene.encounter import encounters
-
-    met = encounters(read_scene(file))
-    found = [(each.name, float(each.pair.beta)) for each in met]
-    contacts = [each.contact() for each in met]
-    slowest, fastest = min(each.slowest for each in contacts), max(each.fastest for each in contacts)
+    scene = read_scene(file)
+    pairs = [scene.pair(meeting) for meeting in scene.meetings]
+    speeds = [meeting.speeds.of(pair.second.is_wall) for meeting, pair in zip(scene.meetings, pairs, strict=True)]
+    found = [(meeting.name, float(pair.beta)) for meeting, pair in zip(scene.meetings, pairs, strict=True)]
+    slowest, fastest = min(speed[0] for speed in speeds), max(speed[2] for speed in speeds)
     if slowest == fastest:
         slowest, fastest = slowest / 10, fastest * 10
-    return found, met[0].pair if len(met) == 1 else None, (slowest, fastest, contacts[0].typical)
+    return found, pairs[0] if len(pairs) == 1 else None, (slowest, fastest, scene.meetings[0].known_at or speeds[0][1])
 
 
 def _in_si(beta: str) -> float:
@@ -260,4 +259,4 @@ def _in_si(beta: str) -> float:
     return double("beta", number) / float(double("beta", scale) ** 0.2)
 
 
-COMMANDS = (plot, table)
+COMMANDS = (plot, table_command)

@@ -6,17 +6,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
-from viscopade.fitting import verdict
-from viscopade.fitting.likelihood import LawFit, Model
 from viscopade.fitting.points import Points
-from viscopade.fitting.verdict import Verdict
-from viscopade.theory.law import Law, law_of
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
+
+if TYPE_CHECKING:
+    from viscopade.fitting.likelihood import LawFit
+    from viscopade.fitting.verdict import Verdict
 
 LEVELS = (0.68, 0.95)
 MANY, GROUPS = 20_000, 4096
@@ -57,7 +59,7 @@ class DampingFit:
 
     @property
     def _unit(self) -> float:
-        return float(self.main.middle**-verdict.THEORY)
+        return float(self.main.middle ** float(-2 * VISCOELASTIC.c))
 
     @property
     def beta(self) -> float:
@@ -152,6 +154,9 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.093 +- 0.002', 'holds with a limit')
     """
+    from viscopade.fitting import verdict  # when it is needed: it loads SciPy
+    from viscopade.fitting.likelihood import Model
+
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
     further = [Model.of(str(law), law_of(law)) for law in laws]

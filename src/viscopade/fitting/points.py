@@ -11,11 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from viscopade.arrays.checked import Accepted, FloatArray, array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
@@ -103,6 +106,8 @@ class Points:
         TypeError, ValueError
             If a number is out of range, the lengths differ, or a standard error is 0 where nothing else scatters.
         """
+        from scipy import sparse  # when it is needed: the package's names load without it
+
         v, e = array("speed", speed, _POSITIVE), array("epsilon", epsilon, _FINITE)
         if v.ndim != 1 or v.shape != e.shape:
             raise ValueError(f"speed and epsilon have the shapes {v.shape} and {e.shape}: accepted is one length")
@@ -128,6 +133,8 @@ class Points:
 
         Within so small a range of speeds every law is a straight line: the means lose nothing.
         """
+        from scipy import sparse
+
         order = np.array_split(np.argsort(self.speed, kind="stable"), number)
         counts = np.array([len(group) for group in order])
         starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

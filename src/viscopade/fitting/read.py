@@ -62,7 +62,7 @@ _ROWS = 3_000_000
 
 
 @dataclass(frozen=True)
-class Table:
+class Cells:
     """Cells of a file.
 
     Attributes
@@ -85,8 +85,8 @@ class Table:
     comma: bool = False
 
 
-def tables(content: bytes, source: str) -> list[Table]:
-    """Return the tables in a file: one of a CSV, one for each sheet of a spreadsheet or file in a ZIP archive.
+def sheets(content: bytes, source: str) -> list[Cells]:
+    """Return the sheets in a file: one of a CSV, one for each sheet of a spreadsheet or file in a ZIP archive.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def tables(content: bytes, source: str) -> list[Table]:
     return [_csv(content, source)]
 
 
-def _archive(content: bytes, source: str) -> list[Table]:
+def _archive(content: bytes, source: str) -> list[Cells]:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             names = [info for info in archive.infolist() if info.filename.lower().endswith(".csv")]
@@ -119,7 +119,7 @@ def _archive(content: bytes, source: str) -> list[Table]:
     return found
 
 
-def _sheets(content: bytes, source: str) -> list[Table]:
+def _sheets(content: bytes, source: str) -> list[Cells]:
     from python_calamine import CalamineError, CalamineWorkbook
 
     found = []
@@ -130,7 +130,7 @@ def _sheets(content: bytes, source: str) -> list[Table]:
                 if len(rows) > 1:
                     cells = [[_cell(cell) for cell in row] for row in rows]
                     where = f"{source}, sheet {name}"
-                    found.append(Table(where, tuple(cells[0]), cells[1:], list(range(2, len(rows) + 1))))
+                    found.append(Cells(where, tuple(cells[0]), cells[1:], list(range(2, len(rows) + 1))))
     except (CalamineError, OSError, ValueError) as error:
         raise ValueError(f"{source}: the spreadsheet cannot be read: {str(error).splitlines()[0]}") from None
     if not found:
@@ -142,7 +142,7 @@ def _cell(cell: object) -> str:
     return repr(cell) if isinstance(cell, float) else str(cell)
 
 
-def _csv(content: bytes, source: str) -> Table:
+def _csv(content: bytes, source: str) -> Cells:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -169,7 +169,7 @@ def _csv(content: bytes, source: str) -> Table:
         raise ValueError(f"{source}: the file is no CSV: {error}") from None
     if len(rows) != len(kept):
         raise ValueError(f"{source}: a quoted cell extends over several lines: accepted is one line a row")
-    return Table(source, tuple(rows[0]), rows[1:], numbers[1:], comma=delimiter != ",")
+    return Cells(source, tuple(rows[0]), rows[1:], numbers[1:], comma=delimiter != ",")
 
 
 def _split(line: str) -> list[str]:
@@ -222,7 +222,7 @@ def points(content: bytes, source: str, options: Options = PLAIN) -> Points:
     ValueError
         One line that names the file, the line in it, what is there and what is accepted.
     """
-    found = tables(content, source)
+    found = sheets(content, source)
     chosen = next((table for table in found if _kind(_known(table, options))), found[0])
     known = _known(chosen, options)
     kind = _kind(known)
@@ -244,7 +244,7 @@ def _plain(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", name.strip().lower().replace("ε", "epsilon").replace("σ", "sigma")).strip("_")
 
 
-def _known(table: Table, options: Options) -> dict[str, int]:
+def _known(table: Cells, options: Options) -> dict[str, int]:
     """Return the indices of the columns that are known, by their names in `COLUMNS` or "bounce K"."""
     given = {header: name for name, header in options.columns.items()}
     if missing := [header for header in given if header not in {cell.strip() for cell in table.header}]:
@@ -271,7 +271,7 @@ def _known(table: Table, options: Options) -> dict[str, int]:
 class _Reader:
     """The columns of a table, as numbers in SI units."""
 
-    def __init__(self, table: Table, known: dict[str, int], options: Options) -> None:
+    def __init__(self, table: Cells, known: dict[str, int], options: Options) -> None:
         self.table, self.known, self.options = table, known, options
 
     @property

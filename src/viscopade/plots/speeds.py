@@ -80,12 +80,12 @@ def of_law(law: Law | str, epsilon: float, speed: float) -> SpeedCurve:
     return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
-def of_v_star(name: str = "exact") -> SpeedCurve:
+def over_v_star(name: str = "exact") -> SpeedCurve:
     """Return the curve of viscoelastic spheres over v*."""
     return SpeedCurve(name, lambda v_star: np.asarray(double.epsilon(v_star)))
 
 
-def of_pade(m: int, n: int, beta: float | None) -> SpeedCurve:
+def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:
     """Return the curve of the approximant [m/n] of viscoelastic spheres; over v* if beta is None."""
     found = pade(m, n, PADE_DIGITS)
     return SpeedCurve(f"[{m}/{n}]", lambda v: np.asarray(found(v if beta is None else np.sqrt(beta) * v**0.1)))

@@ -1,6 +1,6 @@
 """Published curves eps(v), fitted as if they were data: how far each is from the viscoelastic law.
 
-They are CURVES that authors drew through measurements, not measurements, which are not publicly available. Each is taken
+They are CURVES that authors drew through measurements. The measurements are not publicly available. Each is taken
 at equally spaced ln v in the range given, with an assumed standard error of `SIGMA`.
 
 - Bridges, Hatzes and Lin, Nature 309 (1984) 333: balls of ice, 0.32 (v/(cm/s))^-0.234, as Müller and Pöschel (2011)
