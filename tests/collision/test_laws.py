@@ -159,7 +159,7 @@ def test_a_small_epsilon_at_the_older_end(law, epsilon):
 
 def test_an_epsilon_that_is_reached_too_slowly_is_refused():
     with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
-        exact.invert("1e-9", 5, law="1,1")
+        exact.invert("1e-9", 5, law=law_of("3/2,0", "return"))
 
 
 def test_speeds_and_betas():

@@ -29,8 +29,9 @@ from mpmath import mp
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
+from viscopade.collision.creep import Creep, ends_of, unloading
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
-from viscopade.collision.validation import Ends, ends
+from viscopade.collision.validation import Ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -351,7 +352,9 @@ class _AtK:
         """A bound of |d ln p/d ln k| in unloading, but for k far off: 1, or more where the force is attractive."""
         if not self.motion.attractive:
             return arb(1)
-        return (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
+        slope = (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
+        # Unloading with a larger k is one that began farther out, scaled: p k^(n_a/q), q = 2 n_b - n_a, does not fall.
+        return slope if self.law.nu >= 2 else slope.min(ball_of(max(self.law.nu / (2 - self.law.nu), Fraction(1))))
 
     def restitution(self, delta: arb) -> dict[str, arb]:
         """Enclose eps and 1 - eps at any k whose logarithm differs by at most delta."""
@@ -547,10 +550,10 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
     more = 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
-        loading, unloading = _branches(k, accuracy, wanted.law)
+        forth, back = _branches(k, accuracy, wanted.law)
         with working(accuracy + GUARD_BITS):
             try:
-                balls = wanted.enclosed(_AtK(k.ball(), ends(loading), ends(unloading), wanted.law))
+                balls = wanted.enclosed(_AtK(k.ball(), ends_of(forth), ends_of(back), wanted.law))
                 return Collision(digits, **balls, given=wanted.given)
             except (ArithmeticError, ValueError):
                 accuracy, more = accuracy + more, 2 * more
@@ -585,18 +588,18 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
     return k
 
 
-def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
+def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch | Creep]:
     motion = Motion.of(law)
-    return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
+    return integrate(k, accuracy, motion), unloading(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
-def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
+def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
     """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
     for _ in range(MAX_ATTEMPTS):
-        loading, unloading = _branches(k, accuracy, law)
+        forth, back = _branches(k, accuracy, law)
         with working(accuracy + GUARD_BITS):
             try:
-                return _AtK(k.ball(), ends(loading), ends(unloading), law), (loading, unloading)
+                return _AtK(k.ball(), ends_of(forth), ends_of(back), law), (forth, back)
             except ArithmeticError:
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
@@ -647,9 +650,9 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
     if with_kappa:
         given["kappa"] = Fraction(0)
     for _ in range(MAX_ATTEMPTS):
-        loading, unloading = _branches(zero, accuracy, law)
+        forth, back = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(arb(0), ends(loading), ends(unloading), law)
+            at = _AtK(arb(0), ends_of(forth), ends_of(back), law)
             balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)

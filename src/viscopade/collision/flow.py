@@ -16,7 +16,7 @@ They may come from anywhere: `validation` proves how far they are off, from the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -240,13 +240,8 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     NoEndError
         If the end is at r = 0, and unloading does not reach it.
     """
-    size = max(k.size, 0)
-    if k.mantissa < 0:
-        accuracy += min(size, 10)
-    terms = int(TERMS_PER_BIT * accuracy) + 10
-    bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
-    steps = _Steps(k, bits, terms, accuracy, motion)
-    pieces = [steps.piece(0, 0, steps.first())]
+    steps = _steps(k, accuracy, motion, k.mantissa < 0 and motion.attractive)
+    bits, pieces = steps.bits, [steps.piece(0, 0, steps.first())]
     while not _ends_in(pieces[-1], k, bits, motion):
         slow = k.mantissa < 0 and not motion.delayed and len(pieces) == MAX_SLOW_PIECES
         if slow or (k.mantissa < 0 and _creeps(pieces[-1], k, bits, motion)):
@@ -255,6 +250,41 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
             raise ArithmeticError("the end of the collision was not found")
         pieces.append(steps.next(pieces[-1]))
     return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits, motion), motion)
+
+
+def beginning(k: Dyadic, accuracy: int, motion: Motion, enough: Callable[[arb, arb], bool]) -> Branch:
+    """Integrate the beginning of unloading (k < 0), where p is of order 1/k: up to a joint where r and p are enough.
+
+    `root` is the end of the last piece. `accuracy` is the number of bits that p has, relatively.
+
+    Raises
+    ------
+    ArithmeticError
+        If r and p were not enough anywhere.
+    """
+    steps = _steps(k, accuracy, motion, absolute=False)
+    pieces = [steps.piece(0, 0, steps.first())]
+    with working(steps.bits + 64):
+        while not enough(*at_joint(pieces[-1], steps.bits)):
+            if len(pieces) == MAX_PIECES:
+                raise ArithmeticError("the beginning of unloading does not end")
+            pieces.append(steps.next(pieces[-1]))
+    return Branch(k, steps.bits, tuple(pieces), 1 << steps.bits, motion)
+
+
+def at_joint(piece: Piece, bits: int) -> tuple[arb, arb]:
+    """Return r and p behind a piece, without a proof. To be called within `working`."""
+    r = fixed_point((1 << bits) - sum(piece.u), 0, bits)
+    return r, fixed_point(sum(piece.y), 0, bits) / (2 * piece.h.ball())
+
+
+def _steps(k: Dyadic, accuracy: int, motion: Motion, absolute: bool) -> _Steps:
+    size = max(k.size, 0)
+    if k.mantissa < 0:
+        accuracy += min(size, 10)
+    terms = int(TERMS_PER_BIT * accuracy) + 10
+    bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
+    return _Steps(k, bits, terms, accuracy, motion, absolute)
 
 
 @dataclass(frozen=True)
@@ -266,6 +296,8 @@ class _Steps:
     terms: int
     accuracy: int
     motion: Motion
+    absolute: bool
+    """Whether it is the error of p itself that never grows, however small p is."""
 
     def first(self) -> Dyadic:
         """Return a first step.
@@ -307,7 +339,7 @@ class _Steps:
         largest = max(abs(c) for c in piece.u[-4:]) + 1
         needed = self.accuracy + 2 * _log2(self.terms) - SPARE_BITS + self.force_bits(piece)
         size = max(piece.u[1:3])
-        if self.motion.attractive and self.k.mantissa < 0:  # the error of p itself never grows, however small p is
+        if self.absolute:
             size = max(size, piece.h.times(1 << self.bits) >> 3)
         return _log2(size) - needed - _log2(largest)
 
