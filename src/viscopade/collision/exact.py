@@ -45,6 +45,7 @@ LEAST_ACCURACY = 30  # with fewer bits, the end of unloading may not be found fo
 LOW_ACCURACY = 60  # of what becomes a double
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
+LARGEST_POWER_BITS = 7000  # of k^n_a: integration needs more and more bits, until it would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
 _BETAS = "0, or a number from 1e-1000 to 1e100"
@@ -187,7 +188,24 @@ def collision(
 def _at_speed(wanted: _Speed, digits: int) -> Collision:
     if wanted.beta * wanted.speed == 0:
         return _elastic(digits, wanted.law, wanted.given.get("beta"), "kappa" in wanted.given)
+    _require_moderate(wanted)
     return _collision(wanted, digits)
+
+
+def _require_moderate(wanted: _Speed) -> None:
+    """Refuse a kappa whose k is too large: k ~ kappa^(nu/2)."""
+    n_a, law = Motion.of(wanted.law).n_a, wanted.law
+    with working(128):
+        log_kappa = float(wanted.log_kappa())
+        log_k = float(_k_from_limits(log_kappa, law)[0].log())
+    excess = log_k - LARGEST_POWER_BITS * math.log(2) / n_a
+    if excess > 0:
+        largest = (log_kappa - excess * 2 / float(law.nu)) / math.log(10)
+        root = f", or v_star up to {10.0 ** (largest / law.d - 0.01):.2g}" if law.d > 1 else ""
+        raise ValueError(
+            f"kappa is about 1e{round(log_kappa / math.log(10))}: accepted for the law {law} is a kappa up to "
+            f"1e{math.floor(largest)}{root}"
+        )
 
 
 def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
@@ -470,7 +488,7 @@ class _Restitution:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        at, (loading, unloading) = _at(k, accuracy, self.law)
+        at, (loading, unloading) = _roughly_at(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
             slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
             return (self.log_odds() - at.log_odds) / slope
@@ -547,7 +565,7 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
         k, known = _approached(wanted, k), LEAST_KNOWN
-    more = 16
+    accuracy, more = accuracy + _end_bits(wanted.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
         forth, back = _branches(k, accuracy, wanted.law)
@@ -558,6 +576,14 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
             except (ArithmeticError, ValueError):
                 accuracy, more = accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
+    """Return how many bits more tau_c needs for small k: the error of r_c^d = k P is one of r_c^m by k^(m/d - 1)."""
+    motion, small = Motion.of(law), max(-k.size, 0)
+    if not law.delayed or motion.m >= motion.d or small * motion.m > accuracy * motion.d:  # r_c^m itself is nothing
+        return 0
+    return small * (motion.d - motion.m) // motion.d
 
 
 def _approached(wanted: _Wanted, k: Dyadic) -> Dyadic:
@@ -603,6 +629,16 @@ def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch 
             except ArithmeticError:
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
+
+
+def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
+    """Return what a step of Newton's method needs, without a proof unless the force may be attractive."""
+    forth, back = _branches(k, accuracy, law)
+    if isinstance(back, Creep) or back.motion.attractive:
+        return _at(k, accuracy, law)
+    with working(accuracy + GUARD_BITS):
+        loading, unloading = (Ends(branch.p_end, arb(0), branch.work()) for branch in (forth, back))
+        return _AtK(k.ball(), loading, unloading, law), (forth, back)
 
 
 def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:

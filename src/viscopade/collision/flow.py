@@ -202,6 +202,16 @@ class Branch:
         with working(bits):
             return self.k.ball() * q / self.p_end**2
 
+    def work(self) -> arb:
+        """Return the integral of p r^(n_b-1) dr over the branch, without a proof."""
+        total, unit = arb(0), arb(2) ** -self.bits
+        with working(self.bits - 2 * max(self.k.size, 0) + 32, len(self.pieces[0].u)):
+            for piece in self.pieces:
+                y, r = arb_series([c * unit for c in piece.y]), 1 - arb_series([c * unit for c in piece.u])
+                end = arb(1) if piece is not self.pieces[-1] else fixed_point(self.root, 0, self.bits)
+                total += (_value((y * y * r ** (self.motion.n_b - 1)).integral(), end) / (2 * piece.h.ball())).mid()
+        return total
+
     def _half(self, coefficients: list[int]) -> arb_series:
         """Return half of the terms, which have half of the accuracy."""
         unit = arb(2) ** -self.bits
@@ -466,10 +476,9 @@ def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> list[int]:
         return [1 << bits, *(length - 1) * [0]]
     if power == 1:
         return _cut(r * (1 << bits), bits, 0, length)
-    total = _cut(r * r, bits, 0, length)
-    for _ in range(power - 2):
-        total = _cut(fmpz_poly(total) * r, bits, 0, length)
-    return total
+    half = fmpz_poly(_cut_power(r, power // 2, bits, length))
+    square = _cut(half * half, bits, 0, length)
+    return square if power % 2 == 0 else _cut(fmpz_poly(square) * r, bits, 0, length)
 
 
 def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:
