@@ -157,9 +157,20 @@ def test_a_small_epsilon_at_the_older_end(law, epsilon):
         assert close(back.mpf()["epsilon"], mpf(epsilon), 5)
 
 
+@pytest.mark.parametrize("epsilon", ["1e-12", "0.5", "0.999999999999"])
+def test_there_and_back_where_the_powers_are_high(epsilon):
+    """Newton's steps take nothing proven, and the end of small k has the bits that tau_c needs from the start."""
+    law = law_of("10,1/3")
+    there = exact.invert(epsilon, 20, law=law)
+    back = exact.collision(kappa=there.kappa.str(40, radius=False), digits=15, law=law)
+    with mp.workdps(40):
+        assert close(back.mpf()["epsilon"], mpf(epsilon), 14)
+        assert close(back.mpf()["tau_c"], there.mpf()["tau_c"], 13)
+
+
 def test_an_epsilon_that_is_reached_too_slowly_is_refused():
     with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
-        exact.invert("1e-9", 5, law="1,1")
+        exact.invert("1e-9", 5, law=law_of("3/2,0", "return"))
 
 
 def test_speeds_and_betas():
@@ -208,6 +219,10 @@ def test_the_ends(law):
         ({"kappa": 1, "v_star": 1}, "exactly one of"),
         ({"kappa": 3, "law": Law(1, 0, "return")}, "does not end at x = 0"),
         ({"beta": 1, "speed": 0, "law": "3/2,0"}, "speed is 0"),
+        (
+            {"v_star": "1e100", "law": "10,1/3"},
+            "kappa is about 1e2900.*accepted for the law 10,1/3 is a kappa up to 1e15",
+        ),
         ({"kappa": 1, "law": "hertz"}, "law is 'hertz': accepted is viscoelastic"),
     ],
 )

@@ -179,6 +179,14 @@ def test_g_bound_of_truncation_is_not_vacuous():
     assert bounds[0] > 10**4 * bounds[1] > 10**8 * bounds[2]
 
 
+@pytest.mark.parametrize(("order", "digits"), [(10, 15), (20, 100), (53, 50)])
+@pytest.mark.parametrize("law", ["viscoelastic", "3/2,1", "1,1/2", "2,1", "1,1", "1/2,1", "1/2,2"])
+def test_the_first_attempt_suffices_below_nu_2(law, order, digits, monkeypatch):
+    """Fewer bits and terms for small nu than for the paper's law, but never so few that all is done twice."""
+    monkeypatch.setattr(Effort, "raised", lambda *_: pytest.fail("a second attempt"))
+    derived.__wrapped__(order, digits, law_of(law))
+
+
 def test_too_wide_a_first_attempt_is_tried_again(monkeypatch):
     attempts = []
 

@@ -29,8 +29,9 @@ from mpmath import mp
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
+from viscopade.collision.creep import Creep, ends_of, unloading
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
-from viscopade.collision.validation import Ends, ends
+from viscopade.collision.validation import Ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -45,6 +46,7 @@ LOW_ACCURACY = 60  # of what becomes a double
 LOST_BITS = 4  # of what Newton's method finds when the last step has doubled the bits that were right
 LEAST_KNOWN = 8  # bits of k, from which Newton's method converges quadratically
 MAX_STEPS = 100
+LARGEST_POWER_BITS = 7000  # of k^n_a: integration needs more and more bits, until it would take minutes
 
 _SPEEDS = "0, infinity, or a number from 1e-1000 to 1e100"
 _BETAS = "0, or a number from 1e-1000 to 1e100"
@@ -187,7 +189,24 @@ def collision(
 def _at_speed(wanted: _Speed, digits: int) -> Collision:
     if wanted.beta * wanted.speed == 0:
         return _elastic(digits, wanted.law, wanted.given.get("beta"), "kappa" in wanted.given)
+    _require_moderate(wanted)
     return _collision(wanted, digits)
+
+
+def _require_moderate(wanted: _Speed) -> None:
+    """Refuse a kappa whose k is too large: k ~ kappa^(nu/2)."""
+    n_a, law = Motion.of(wanted.law).n_a, wanted.law
+    with working(128):
+        log_kappa = float(wanted.log_kappa())
+        log_k = float(_k_from_limits(log_kappa, law)[0].log())
+    excess = log_k - LARGEST_POWER_BITS * math.log(2) / n_a
+    if excess > 0:
+        largest = (log_kappa - excess * 2 / float(law.nu)) / math.log(10)
+        root = f", or v_star up to {10.0 ** (largest / law.d - 0.01):.2g}" if law.d > 1 else ""
+        raise ValueError(
+            f"kappa is about 1e{round(log_kappa / math.log(10))}: accepted for the law {law} is a kappa up to "
+            f"1e{math.floor(largest)}{root}"
+        )
 
 
 def _named(law: Law, kappa: Fraction) -> dict[str, Fraction]:
@@ -352,7 +371,9 @@ class _AtK:
         """A bound of |d ln p/d ln k| in unloading, but for k far off: 1, or more where the force is attractive."""
         if not self.motion.attractive:
             return arb(1)
-        return (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
+        slope = (1 / (self.motion.n_a * self.unloading.p**2)).max(arb(1))
+        # Unloading with a larger k is one that began farther out, scaled: p k^(n_a/q), q = 2 n_b - n_a, does not fall.
+        return slope if self.law.nu >= 2 else slope.min(ball_of(max(self.law.nu / (2 - self.law.nu), Fraction(1))))
 
     def restitution(self, delta: arb) -> dict[str, arb]:
         """Enclose eps and 1 - eps at any k whose logarithm differs by at most delta."""
@@ -468,7 +489,7 @@ class _Restitution:
 
     def step(self, k: Dyadic, accuracy: int) -> arb:
         """Return by how much ln k should change."""
-        at, (loading, unloading) = _at(k, accuracy, self.law)
+        at, (loading, unloading) = _roughly_at(k, accuracy, self.law)
         with working(accuracy + GUARD_BITS):
             slope = (loading.sensitivity() - unloading.sensitivity()) / at.one_minus_epsilon
             return (self.log_odds() - at.log_odds) / slope
@@ -545,17 +566,25 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
     k = Dyadic.nearest(guess, 64)
     if known < LEAST_KNOWN:
         k, known = _approached(wanted, k)
-    more = 16
+    accuracy, more = accuracy + _end_bits(wanted.law, k, accuracy), 16
     for _ in range(MAX_ATTEMPTS):
         k, known = _solved(wanted, k, known, accuracy), accuracy
-        loading, unloading = _branches(k, accuracy, wanted.law)
+        forth, back = _branches(k, accuracy, wanted.law)
         with working(accuracy + GUARD_BITS):
             try:
-                balls = wanted.enclosed(_AtK(k.ball(), ends(loading), ends(unloading), wanted.law))
+                balls = wanted.enclosed(_AtK(k.ball(), ends_of(forth), ends_of(back), wanted.law))
                 return Collision(digits, **balls, given=wanted.given)
             except (ArithmeticError, ValueError):
                 accuracy, more = accuracy + more, 2 * more
     raise ArithmeticError(f"{MAX_ATTEMPTS} attempts did not determine {digits} digits")
+
+
+def _end_bits(law: Law, k: Dyadic, accuracy: int) -> int:
+    """Return how many bits more tau_c needs for small k: the error of r_c^d = k P is one of r_c^m by k^(m/d - 1)."""
+    motion, small = Motion.of(law), max(-k.size, 0)
+    if not law.delayed or motion.m >= motion.d or small * motion.m > accuracy * motion.d:  # r_c^m itself is nothing
+        return 0
+    return small * (motion.d - motion.m) // motion.d
 
 
 def _approached(wanted: _Wanted, k: Dyadic) -> tuple[Dyadic, int]:
@@ -587,21 +616,31 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
     return k
 
 
-def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
+def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch | Creep]:
     motion = Motion.of(law)
-    return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
+    return integrate(k, accuracy, motion), unloading(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
-def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
+def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
     """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
     for _ in range(MAX_ATTEMPTS):
-        loading, unloading = _branches(k, accuracy, law)
+        forth, back = _branches(k, accuracy, law)
         with working(accuracy + GUARD_BITS):
             try:
-                return _AtK(k.ball(), ends(loading), ends(unloading), law), (loading, unloading)
+                return _AtK(k.ball(), ends_of(forth), ends_of(back), law), (forth, back)
             except ArithmeticError:
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
+
+
+def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
+    """Return what a step of Newton's method needs, without a proof unless the force may be attractive."""
+    forth, back = _branches(k, accuracy, law)
+    if isinstance(back, Creep) or back.motion.attractive:
+        return _at(k, accuracy, law)
+    with working(accuracy + GUARD_BITS):
+        loading, unloading = (Ends(branch.p_end, arb(0), branch.work()) for branch in (forth, back))
+        return _AtK(k.ball(), loading, unloading, law), (forth, back)
 
 
 def at_k(log_k: float, law: Law) -> tuple[float, float, float, float]:
@@ -649,9 +688,9 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
     if with_kappa:
         given["kappa"] = Fraction(0)
     for _ in range(MAX_ATTEMPTS):
-        loading, unloading = _branches(zero, accuracy, law)
+        forth, back = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(arb(0), ends(loading), ends(unloading), law)
+            at = _AtK(arb(0), ends_of(forth), ends_of(back), law)
             balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)

@@ -16,7 +16,7 @@ They may come from anywhere: `validation` proves how far they are off, from the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -202,6 +202,16 @@ class Branch:
         with working(bits):
             return self.k.ball() * q / self.p_end**2
 
+    def work(self) -> arb:
+        """Return the integral of p r^(n_b-1) dr over the branch, without a proof."""
+        total, unit = arb(0), arb(2) ** -self.bits
+        with working(self.bits - 2 * max(self.k.size, 0) + 32, len(self.pieces[0].u)):
+            for piece in self.pieces:
+                y, r = arb_series([c * unit for c in piece.y]), 1 - arb_series([c * unit for c in piece.u])
+                end = arb(1) if piece is not self.pieces[-1] else fixed_point(self.root, 0, self.bits)
+                total += (_value((y * y * r ** (self.motion.n_b - 1)).integral(), end) / (2 * piece.h.ball())).mid()
+        return total
+
     def _half(self, coefficients: list[int]) -> arb_series:
         """Return half of the terms, which have half of the accuracy."""
         unit = arb(2) ** -self.bits
@@ -240,13 +250,8 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     NoEndError
         If the end is at r = 0, and unloading does not reach it.
     """
-    size = max(k.size, 0)
-    if k.mantissa < 0:
-        accuracy += min(size, 10)
-    terms = int(TERMS_PER_BIT * accuracy) + 10
-    bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
-    steps = _Steps(k, bits, terms, accuracy, motion)
-    pieces = [steps.piece(0, 0, steps.first())]
+    steps = _steps(k, accuracy, motion, k.mantissa < 0 and motion.attractive)
+    bits, pieces = steps.bits, [steps.piece(0, 0, steps.first())]
     while not _ends_in(pieces[-1], k, bits, motion):
         slow = k.mantissa < 0 and not motion.delayed and len(pieces) == MAX_SLOW_PIECES
         if slow or (k.mantissa < 0 and _creeps(pieces[-1], k, bits, motion)):
@@ -255,6 +260,41 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
             raise ArithmeticError("the end of the collision was not found")
         pieces.append(steps.next(pieces[-1]))
     return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits, motion), motion)
+
+
+def beginning(k: Dyadic, accuracy: int, motion: Motion, enough: Callable[[arb, arb], bool]) -> Branch:
+    """Integrate the beginning of unloading (k < 0), where p is of order 1/k: up to a joint where r and p are enough.
+
+    `root` is the end of the last piece. `accuracy` is the number of bits that p has, relatively.
+
+    Raises
+    ------
+    ArithmeticError
+        If r and p were not enough anywhere.
+    """
+    steps = _steps(k, accuracy, motion, absolute=False)
+    pieces = [steps.piece(0, 0, steps.first())]
+    with working(steps.bits + 64):
+        while not enough(*at_joint(pieces[-1], steps.bits)):
+            if len(pieces) == MAX_PIECES:
+                raise ArithmeticError("the beginning of unloading does not end")
+            pieces.append(steps.next(pieces[-1]))
+    return Branch(k, steps.bits, tuple(pieces), 1 << steps.bits, motion)
+
+
+def at_joint(piece: Piece, bits: int) -> tuple[arb, arb]:
+    """Return r and p behind a piece, without a proof. To be called within `working`."""
+    r = fixed_point((1 << bits) - sum(piece.u), 0, bits)
+    return r, fixed_point(sum(piece.y), 0, bits) / (2 * piece.h.ball())
+
+
+def _steps(k: Dyadic, accuracy: int, motion: Motion, absolute: bool) -> _Steps:
+    size = max(k.size, 0)
+    if k.mantissa < 0:
+        accuracy += min(size, 10)
+    terms = int(TERMS_PER_BIT * accuracy) + 10
+    bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
+    return _Steps(k, bits, terms, accuracy, motion, absolute)
 
 
 @dataclass(frozen=True)
@@ -266,6 +306,8 @@ class _Steps:
     terms: int
     accuracy: int
     motion: Motion
+    absolute: bool
+    """Whether it is the error of p itself that never grows, however small p is."""
 
     def first(self) -> Dyadic:
         """Return a first step.
@@ -307,7 +349,7 @@ class _Steps:
         largest = max(abs(c) for c in piece.u[-4:]) + 1
         needed = self.accuracy + 2 * _log2(self.terms) - SPARE_BITS + self.force_bits(piece)
         size = max(piece.u[1:3])
-        if self.motion.attractive and self.k.mantissa < 0:  # the error of p itself never grows, however small p is
+        if self.absolute:
             size = max(size, piece.h.times(1 << self.bits) >> 3)
         return _log2(size) - needed - _log2(largest)
 
@@ -435,10 +477,9 @@ def _cut_power(r: fmpz_poly, power: int, bits: int, length: int) -> list[int]:
         return [1 << bits, *(length - 1) * [0]]
     if power == 1:
         return _cut(r * (1 << bits), bits, 0, length)
-    total = _cut(r * r, bits, 0, length)
-    for _ in range(power - 2):
-        total = _cut(fmpz_poly(total) * r, bits, 0, length)
-    return total
+    half = fmpz_poly(_cut_power(r, power // 2, bits, length))
+    square = _cut(half * half, bits, 0, length)
+    return square if power % 2 == 0 else _cut(fmpz_poly(square) * r, bits, 0, length)
 
 
 def _cut(polynomial: fmpz_poly, bits: int, first: int, end: int) -> list[int]:

@@ -38,8 +38,17 @@ class Ends(NamedTuple):
     """Integral of p r^(n_b-1) dr over the branch."""
 
 
-def ends(branch: Branch) -> Ends:
-    """Enclose p, the time and the work at the end.
+class Joint(NamedTuple):
+    """Proven enclosures behind some pieces of a branch."""
+
+    r: arb
+    p: arb
+    time: arb
+    """Integral of r^(m-1) ds up to there."""
+
+
+def ends(branch: Branch, after: int = 0) -> Ends:
+    """Enclose p at the end, and the time and the work of the pieces from number `after` on.
 
     Raises
     ------
@@ -48,28 +57,48 @@ def ends(branch: Branch) -> Ends:
     """
     # Where bits are many because u is of order 1/k^2 at first, so many are not needed of anything else.
     with working(branch.bits - 2 * max(branch.k.size, 0) + GUARD_BITS):
-        return _ends(branch)
+        return _ends(branch, after)
 
 
-def _ends(branch: Branch) -> Ends:
+def joint(branch: Branch, count: int) -> Joint:
+    """Enclose the motion of unloading behind the first `count` pieces, whether the force is attractive there or not.
+
+    Raises
+    ------
+    ArithmeticError
+        As for `ends`.
+    """
+    with working(branch.bits - 2 * max(branch.k.size, 0) + GUARD_BITS):
+        functions = [_Functions.of(branch, piece) for piece in branch.pieces[:count]]
+        residuals = [_residual(branch.k, f) for f in functions]
+        for f in functions:
+            _require_motion(f, arb(1))
+        eta = _absolute(branch, functions, residuals, arb(1))
+        time = sum((f.time(arb(1)) for f in functions), arb(0)) * (1 + _plus_minus(eta))
+        return Joint(functions[-1].r(arb(1)), functions[-1].p(arb(1)) * (1 + _plus_minus(eta)), time)
+
+
+def _ends(branch: Branch, after: int) -> Ends:
     functions = [_Functions.of(branch, piece) for piece in branch.pieces]
     residuals = [_residual(branch.k, f) for f in functions]
     for f in functions[:-1]:
         _require_motion(f, arb(1))
     _require_motion(functions[-1], fixed_point(branch.root, 0, branch.bits))
     if branch.k.mantissa < 0 and branch.motion.attractive:
-        return _attracted(branch, functions, residuals)
+        z = _last(branch, lambda z: bool(0 <= functions[-1].r(z) <= 2))
+        eta = _absolute(branch, functions, residuals, z)
+        return _completed(branch, _summed(branch, functions, z, eta, eta, after), functions[-1].r(z))
     shares = _shares(branch, functions, residuals)
     eta = 2 * sum(shares, arb(0)).abs_upper()
     if not eta < arb(1) / 4:
         raise ArithmeticError("the residual is too large")
     z, eta_end = _before_the_end(branch, functions, residuals, shares, eta)
-    return _completed(branch, _summed(branch, functions, z, eta, eta_end), functions[-1].r(z))
+    return _completed(branch, _summed(branch, functions, z, eta, eta_end, after), functions[-1].r(z))
 
 
-def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb) -> Ends:
+def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb, after: int) -> Ends:
     """Enclose the integrals up to z in the last piece, and p there, from bounds of the errors of p^2."""
-    pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))
+    pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))[after:]
     uncertain = 1 + _plus_minus(eta)
     time = sum((f.time(limit) for f, limit in pairs), arb(0)) * uncertain
     work = arb(0) if branch.k.size > ENERGY_FROM else sum((f.work(limit) for f, limit in pairs), arb(0)) * uncertain
@@ -232,8 +261,8 @@ def _least(bound: arb, r: arb) -> arb:
     return bound.abs_upper().min(r.abs_upper()) if bound.is_finite() else r.abs_upper()
 
 
-def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]) -> Ends:
-    """Enclose the end of unloading at r = 0, before which the force is attractive.
+def _absolute(branch: Branch, functions: list[_Functions], residuals: list[arb], z: arb) -> arb:
+    """Bound the relative error of p^2 in unloading up to z in the last of the pieces, also where the force attracts.
 
     d(p^2 - p_true^2)/du has the sign that makes the difference smaller, but for the residual: at any u it is at most
     the integral of |rho| du so far, to which every joint adds what p^2 jumps there.
@@ -243,12 +272,11 @@ def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]
     for i, (f, residual) in enumerate(zip(functions, residuals, strict=True)):
         square = 4 * f.h**2
         jump = 8 * unit * f.y[0] / square + (8 * unit) ** 2 / square if i else arb(0)
-        total += 2 * residual / square * f.r(arb(0)).abs_upper() + jump  # r falls from there, to 0 at most
+        way = f.r(arb(0)) - (f.r(z) if f is functions[-1] else f.r(arb(1)))  # r falls
+        total += 2 * residual / square * way.abs_upper() + jump
         if i:
             least = least.min(f.p(arb(0)).lower() ** 2)  # p rises, then falls: at the joints and the end it is least
-    f = functions[-1]
-    z = _last(branch, lambda z: bool(0 <= f.r(z) <= 2))
-    least = least.min(f.p(z).lower() ** 2)
+    least = least.min(functions[-1].p(z).lower() ** 2)
     eta = (total / least).abs_upper()
     k, start = branch.k.ball(), functions[0]
     first = _first_piece(branch, start) * residuals[0]
@@ -256,8 +284,7 @@ def _attracted(branch: Branch, functions: list[_Functions], residuals: list[arb]
         raise ArithmeticError("the residual is too large")
     if not start.force(arb(1), k) > 4 * first * abs(k) * start.p(arb(1)):
         raise ArithmeticError("the force is attractive in the first piece")
-    eta = (2 * eta).max(2 * first)
-    return _completed(branch, _summed(branch, functions, z, eta, eta), f.r(z))
+    return (2 * eta).max(2 * first)
 
 
 def _plus_minus(bound: arb) -> arb:

@@ -200,9 +200,10 @@ class Effort:
 
         The singularities at the roots of unity grow by one power an order, so Taylor coefficient j of g_n is
         larger than that of g_0 by about j^n/n!, and an order costs about log2(1 + terms/orders) bits of truncation.
-        The larger nu, the faster fall the h_k, and the more bits an order costs.
+        The larger nu, the faster fall the h_k, and the more bits an order costs; below 3/2, the fewer.
         """
-        shrinking = min(max(6.0 * float(law.nu - Fraction(5, 3)), 0.0), 2.0)
+        nu = float(law.nu)
+        shrinking = min(max(6.0 * (nu - 5 / 3), 0.0), 2.0) if nu > 1.5 else max(4.5 * (nu - 1.5), -0.6)
         bits = bits_for(digits) + GUARD_BITS + shrinking * orders
         lost = orders * (log2(1 + bits / max(orders, 1)) + 0.4)
         terms = int((bits + lost) / MeetingPoint.of(law.n_a).bits_per_term) + 8
