@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -307,8 +308,8 @@ def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, 
     return {
         "beta": found.beta,
         "beta_standard_error": found.beta_standard_error,
-        "interval_68": list(found.interval(0.68)),
-        "interval_95": list(found.interval(0.95)),
+        "interval_68": _finite(found.interval(0.68)),
+        "interval_95": _finite(found.interval(0.95)),
         "chi2": found.main.chi2,
         "dof": found.main.degrees,
         "verdict": found.verdict.word,
@@ -319,7 +320,7 @@ def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, 
         and {
             "value": free.exponent,
             "standard_error": float(free.covariance[1, 1] ** 0.5),
-            "interval_95": list(free.interval(0.95, 1)),
+            "interval_95": _finite(free.interval(0.95, 1)),
         },
         "epsilon": {"speed": found.main.middle, "value": value, "standard_error": error},
         "scatter": found.main.scatter,
@@ -334,7 +335,12 @@ def fit_json(found: DampingFit, constants: Mapping[str, Constant]) -> dict[str, 
 
 def _law_json(fit: LawFit) -> dict[str, Any]:
     law = {"law": fit.model.name, "exponent": fit.exponent, "chi2": fit.chi2, "dof": fit.degrees}
-    return law | {"scatter": fit.scatter, "aic": fit.aic}
+    return law | {"scatter": fit.scatter, "aic": _finite([fit.aic])[0]}
+
+
+def _finite(numbers: Sequence[float]) -> list[float | None]:
+    """Return numbers for JSON, which has no infinity: an end that the data do not bound is null."""
+    return [number if math.isfinite(number) else None for number in numbers]
 
 
 COMMANDS = (fit,)

@@ -41,6 +41,7 @@ _CLOSE = 1e-7
 _EXPONENTS = (-3.0, 5.0)  # of a free law
 _DEGREES = 4.0  # of freedom, of Student's t
 _LARGEST = 1e12  # kappa
+_LEAST = 1e-10  # scatter: data without any follow a law to rounding errors
 _DENSE = 400  # points, for whose covariance a dense matrix is made
 
 
@@ -224,16 +225,14 @@ class LawFit:
             return self._profile(parameter, value) - least - limit
 
         def end(sign: int) -> float:
-            inner, outer = best, best
-            for _ in range(60):
-                outer = outer + sign * step * math.sqrt(limit)
-                if parameter == 0 and outer <= 0:
-                    return 0.0 if excess(0.0) <= 0 else float(optimize.brentq(excess, 0.0, inner, rtol=1e-9))
-                if abs(outer) > _LARGEST:
-                    return sign * math.inf
+            inner, reach = best, sign * step * math.sqrt(limit)
+            while abs(inner + reach) < _LARGEST:
+                outer = inner + reach if parameter else max(inner + reach, 0.0)
                 if excess(outer) > 0:
                     return float(optimize.brentq(excess, *sorted((inner, outer)), rtol=1e-9))
-                inner = outer
+                if parameter == 0 and outer == 0:
+                    return 0.0
+                inner, reach = outer, 2 * reach
             return sign * math.inf
 
         return end(-1), end(1)
@@ -386,8 +385,8 @@ class Misfit:
         weights = 1.0 if self.counts is None else self.counts
         root = math.sqrt(float(np.mean(weights * self.residuals**2)))
         if not self.measured.any() and not self.robust:
-            return max(root / math.sqrt(1 - taken), 1e-15)
-        top, bottom = math.log(10 * root + 1e-15), math.log(1e-6 * root + 1e-15)
+            return max(root / math.sqrt(1 - taken), _LEAST)
+        top, bottom = math.log(10 * root + _LEAST), math.log(1e-6 * root + _LEAST)
         found = optimize.minimize_scalar(
             lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - taken),
             bounds=(bottom, top),
