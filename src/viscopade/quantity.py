@@ -103,10 +103,12 @@ def uncertain(value: float, error: float) -> str:
     if not 0 < error < math.inf:
         return f"{value:.6g}"
     decimals = 1 - math.floor(math.log10(error))
-    if not -1 <= decimals <= 8 or abs(value) >= 1e6:
-        power = math.floor(math.log10(max(abs(value), error)))
-        return f"({uncertain(value / 10.0**power, error / 10.0**power)})e{power:+03d}"
-    return f"{value:.{max(decimals, 0)}f} +- {error:.{max(decimals, 0)}f}"
+    power = math.floor(math.log10(max(abs(value), error)))
+    scaled = (not -1 <= decimals <= 8 and not -2 <= power < 1) or abs(value) >= 1e6
+    unit = 10.0**power if scaled else 1.0
+    places = max(min(decimals + (power if scaled else 0), 15), 0)
+    text = f"{value / unit:.{places}f} +- {error / unit:.{places}f}"
+    return f"({text})e{power:+03d}" if scaled else text
 
 
 def factor(node: Node, dimension: str) -> tuple[str, float]:

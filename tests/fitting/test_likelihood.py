@@ -158,7 +158,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say(kind):
     clean = times(3.0, 8)
     for _ in range(sets):
         if kind == "times":
-            points = bounced(clean + 3e-4 * random.standard_normal(9), 3e-4)
+            points = bounced(clean + 3e-4 * random.standard_normal(9), 3e-4).without_scatter()
         else:
             epsilon = law(SPEED) + 0.01 * random.standard_normal(12)
             points = Points.measured(SPEED, epsilon, **({"sigma_epsilon": 0.01} if kind == "known" else {}))
@@ -167,6 +167,33 @@ def test_intervals_hold_the_true_value_as_often_as_they_say(kind):
         inside += [low <= truth <= high for low, high in (fit.interval(0.68), fit.interval(0.95))]
     for share, level in zip(inside / sets, (0.68, 0.95), strict=True):
         assert abs(share - level) < 3.5 * math.sqrt(level * (1 - level) / sets)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.002, 0.005])
+def test_a_drop_whose_scatter_is_not_known_has_intervals_that_are_wide_enough(scatter):
+    """A scatter below the detector's errors is not seen, but it shifts beta, whose errors nearly cancel without it."""
+    inside, sets = np.zeros(2), 100
+    random = np.random.default_rng(12)
+    for _ in range(sets):
+        found, speed = [0.0], 3.0
+        for _ in range(8):
+            speed *= float(law(np.array([speed]))[0]) + scatter * random.standard_normal()
+            found.append(found[-1] + 2 * speed / 9.81)
+        fit = likelihood.fitted(bounced(np.array(found) + 5e-4 * random.standard_normal(9), 5e-4), VISCOELASTIC)
+        truth = BETA * fit.middle**0.2
+        inside += [low <= truth <= high for low, high in (fit.interval(0.68), fit.interval(0.95))]
+    assert inside[0] > 0.55 * sets
+    assert inside[1] > 0.88 * sets
+
+
+def test_a_mixture_of_scatters_is_students_t_if_scatter_prevails():
+    """Tiny errors of the measurement: the mixture has one degree of freedom less than the profile."""
+    epsilon = noisy(3)
+    scattered = likelihood.fitted(Points.measured(SPEED, epsilon, sigma_epsilon=1e-7, scatter=True), VISCOELASTIC)
+    plain = likelihood.fitted(Points.measured(SPEED, epsilon), VISCOELASTIC)
+    low, high = scattered.interval(0.95)
+    wanted = 2 * stats.t.ppf(0.975, 10) * math.sqrt(plain.covariance[0, 0] * 11 / 10)
+    assert high - low == pytest.approx(wanted, rel=0.02)
 
 
 @pytest.mark.parametrize(

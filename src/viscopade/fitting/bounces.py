@@ -63,7 +63,7 @@ def of_times(
                 f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: accepted is later than the one before"
             )
         if len(instants) > 2:
-            errors = np.broadcast_to(sigma if isinstance(sigma, float) else sigma[i], instants.shape)
+            errors = np.broadcast_to(float(sigma) if isinstance(sigma, float | int) else sigma[i], instants.shape)
             parts.append(_of_drop(instants, labels, flight, errors, contact_time))
     if not parts:
         raise ValueError("no drop has three bounces: accepted are three instants or more, for one eps")
@@ -74,8 +74,8 @@ def _of_drop(
     instants: FloatArray, labels: Sequence[str], flight: Flight, sigma: FloatArray, contact_time: ContactTime
 ) -> Points:
     spans = np.diff(instants)
-    contacts = np.full_like(spans, contact_time if isinstance(contact_time, float) else 0.0)
-    for _ in range(1 if isinstance(contact_time, float) else _ROUNDS):
+    contacts = np.full_like(spans, 0.0 if callable(contact_time) else float(contact_time))
+    for _ in range(_ROUNDS if callable(contact_time) else 1):
         if (short := contacts >= spans).any():
             k = int(np.argmax(short))
             raise ValueError(
@@ -84,9 +84,7 @@ def _of_drop(
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
         epsilon = launch[1:] / speed
-        if not isinstance(
-            contact_time, float
-        ):  # that of the first bounce, whose speed is not known, is that of the next
+        if callable(contact_time):  # the speed of the first bounce is not known: its contact lasts as the next one's
             of_bounces = contact_time(speed, np.minimum(epsilon, 1.0))
             contacts = np.concatenate([of_bounces[:1], of_bounces])
     # A late instant lengthens the flight before, and shortens the one after.
@@ -108,7 +106,7 @@ def of_heights(
             raise ValueError(f"{labels[k]}: the height is {heights[k]:g}: accepted is a number > 0")
         if len(heights) < 2:
             continue
-        errors = np.broadcast_to(sigma if isinstance(sigma, float) else sigma[i], heights.shape)
+        errors = np.broadcast_to(float(sigma) if isinstance(sigma, float | int) else sigma[i], heights.shape)
         launch = flight.launch_to(heights)
         parts.append(_points(flight, launch, _rows(flight.launch_to_slope(heights) * errors), labels[1:]))
     if not parts:

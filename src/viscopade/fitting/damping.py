@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LEVELS = (0.68, 0.95)
 MANY, GROUPS = 20_000, 4096
-"""Number of points beyond which groups of neighbours in speed are fitted, and number of groups."""
+"""Number of points beyond which groups of neighbours in speed are fitted, and the least number of groups."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class DampingFit:
 
     @property
     def beta_standard_error(self) -> float:
-        """Standard error of beta, from the covariance of the fit."""
-        return math.sqrt(self.main.covariance[0, 0]) * self._unit
+        """Standard error of beta."""
+        return self.main.standard_error() * self._unit
 
     def interval(self, level: float) -> tuple[float, float]:
         """Return the confidence interval of beta, from its profile likelihood."""
@@ -139,7 +139,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     Returns
     -------
     DampingFit
-        Of more than `MANY` points with independent errors, the points are the means of `GROUPS` groups.
+        Of more than `MANY` points with independent errors, the points are means of groups (`Points.grouped`).
 
     Raises
     ------
@@ -157,6 +157,12 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     from viscopade.fitting import verdict  # when it is needed: it loads SciPy
     from viscopade.fitting.likelihood import Model
 
+    if robust and not points.of_independent_errors:
+        raise ValueError(
+            "bounces share errors: accepted with --robust are speeds and eps; --without leaves bounces out"
+        )
+    if robust and len(points) > MANY:
+        raise ValueError(f"there are {len(points)} points: accepted with --robust are up to {MANY}")
     if len(points) > MANY and points.of_independent_errors:
         points = points.grouped(GROUPS)
     further = [Model.of(str(law), law_of(law)) for law in laws]

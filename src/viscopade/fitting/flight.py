@@ -72,6 +72,9 @@ class Flight:
     def launch(self, duration: FloatArray) -> FloatArray:
         """Return the speeds at the starts of flights of given durations."""
         speed = self.gravity * duration / 2
+        if self.terminal_speed < math.inf:  # the way down takes less than both, but for arctan s < pi/2
+            longest = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 600.0)
+            speed = np.maximum(speed, self.terminal_speed * np.sinh(longest))
         for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
             before, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)
             if np.all(np.abs(speed - before) <= 1e-15 * speed):
@@ -102,9 +105,13 @@ class Flight:
         """Return the speeds at the starts of flights that rise to given heights."""
         if self.terminal_speed == math.inf:
             return np.sqrt(2 * self.gravity * height)
-        return self.terminal_speed * np.sqrt(np.expm1(2 * self.gravity * height / self.terminal_speed**2))
+        return self.terminal_speed * np.sqrt(np.expm1(self._fallen(height)))
 
     def launch_to_slope(self, height: FloatArray) -> FloatArray:
         """Return the derivative of `launch_to`."""
-        grown = np.exp(2 * self.gravity * height / self.terminal_speed**2)
+        grown = np.exp(self._fallen(height))
         return np.asarray(self.gravity * grown / self.launch_to(height))
+
+    def _fallen(self, height: FloatArray) -> FloatArray:
+        """Return 2 g h/v_t^2; from more than 600 of it a body lands at v_t to the last digit."""
+        return np.minimum(2 * self.gravity * height / self.terminal_speed**2, 600.0)

@@ -10,8 +10,9 @@ share a flight. Where a point is the mean of n measured ones, s^2/n stands in pl
     D = sum_i rho(z_i^2) + ln det C,    C = L L^T,    z = L^-1 r,
 
 where rho(u) = u for Gaussian errors, and 5 ln(1 + u/4) for Student's t with 4 degrees of freedom, which outliers pull
-less. In the fit of s, ln det C has the factor 1 - k/n for k parameters and n points, as in restricted maximum
-likelihood: then s^2 is not too small. G is taken at the law that is found.
+less. In the fit of s, ln det C has the factor 1 - k/n for k parameters and n points: for equal errors s^2 is then
+the sum of squares over n - k. G is taken at the law that is found. Where eps scatters besides known errors, intervals
+are those of a mixture over all s, weighted with the restricted likelihood.
 
 SciPy does the fitting. lmfit would add little: there are one or two parameters, and its intervals know neither the
 covariance of errors nor a given scale.
@@ -42,7 +43,7 @@ _EXPONENTS = (-3.0, 5.0)  # of a free law
 _DEGREES = 4.0  # of freedom, of Student's t
 _LARGEST = 1e12  # kappa
 _LEAST = 1e-10  # scatter: data without any follow a law to rounding errors
-_DENSE = 400  # points, for whose covariance a dense matrix is made
+_GRID = 60  # values of the scatter, and none
 
 
 @dataclass(frozen=True)
@@ -159,21 +160,62 @@ class LawFit:
         return len(self.points) - self.model.parameters
 
     @cached_property
+    def misfit(self) -> float:
+        """Minus twice the logarithm of the likelihood, at the scatter that makes it largest."""
+        misfit = Misfit(self._measured, self.residuals, self.points.counts, self.robust)
+        deviance = misfit.deviance(0.0 if self.points.known else misfit.scatter(0.0), 1.0)
+        return deviance + len(self.points) * math.log(2 * math.pi)
+
+    @cached_property
     def aic(self) -> float:
         """Akaike's criterion with the correction for few points; infinite for hardly more points than parameters."""
         n, k = len(self.points), self.model.parameters + (not self.points.known)
-        misfit = Misfit(self._measured, self.residuals, self.points.counts, self.robust)
-        deviance = misfit.deviance(0.0 if self.points.known else misfit.scatter(0.0), 1.0)
-        return deviance + n * math.log(2 * math.pi) + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
+        return self.misfit + 2 * k + (2 * k * (k + 1) / (n - k - 1) if n > k + 1 else math.inf)
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters."""
-        whitened = np.array([_whitened(self._factor, column) for column in self._slopes.T]).T
-        scale = 1.0
-        if self.robust:  # what Student's t knows of a centre, compared with a Gaussian of that scale
-            scale = (_DEGREES + 3) / (_DEGREES + 1)
-        return np.asarray(np.linalg.pinv(whitened.T @ whitened) * scale)
+        """Covariance of the parameters, with the scatter that was found."""
+        return _covariance(self._factor, self._slopes, self.robust)
+
+    def standard_error(self, parameter: int = 0) -> float:
+        """Return the standard error of a parameter."""
+        if self._mixture is None:
+            return math.sqrt(self.covariance[parameter, parameter])
+        weights, means, variances = (each[..., parameter] if each.ndim > 1 else each for each in self._mixture)
+        middle = float(weights @ means)
+        return math.sqrt(float(weights @ (variances + (means - middle) ** 2)))
+
+    @cached_property
+    def _mixture(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """Weights of values of the scatter, and at each the means and variances of the parameters.
+
+        None if all errors are known, or if the scatter is all there is. The weights are those of the restricted
+        likelihood, exp(-D/2) ds: a scatter that is not seen among few points may still be there.
+        """
+        if self.points.known or not self._measured.any():
+            return None
+        root = math.sqrt(float(np.mean(self.residuals**2)) + float(np.mean(self._measured[0])))
+        grid = np.concatenate([[0.0], root * np.geomspace(1e-3, 30, _GRID)])
+        found = [self._at_scatter(s) for s in grid.tolist()]
+        deviances = np.array([deviance for deviance, _, _ in found])
+        weights = np.exp(-(deviances - deviances.min()) / 2) * np.gradient(grid)
+        means, variances = (np.array([each[i] for each in found]) for i in (1, 2))
+        return weights / weights.sum(), means, variances
+
+    def _at_scatter(self, scatter: float) -> tuple[float, FloatArray, FloatArray]:
+        """Return the restricted D, and the parameters and their variances at a scatter, to first order."""
+        k = len(self.parameters)
+        try:
+            factor = _cholesky(self._measured, scatter, self.points.counts)
+        except ValueError:
+            return math.inf, self.parameters, np.zeros(k)
+        covariance = _covariance(factor, self._slopes, robust=False)
+        whitened = _whitened(factor, self.residuals)
+        slopes = np.array([_whitened(factor, column) for column in self._slopes.T])
+        shift = covariance @ slopes @ whitened
+        squares = (whitened - shift @ slopes) ** 2
+        deviance = np.sum(_rho(squares, self.robust)) + 2 * np.sum(np.log(factor[0])) - np.linalg.slogdet(covariance)[1]
+        return float(deviance), self.parameters + shift, np.diag(_covariance(factor, self._slopes, self.robust))
 
     @cached_property
     def _slopes(self) -> FloatArray:
@@ -188,36 +230,21 @@ class LawFit:
         change = self.at(self.points.speed, high) - self.at(self.points.speed, low)
         return np.asarray(change / (high[parameter] - low[parameter]))
 
-    def quantile(self, level: float, parameter: int = 0) -> float:
-        """Return how many standard errors a parameter's interval of a confidence level extends to each side."""
+    def quantile(self, level: float) -> float:
+        """Return how many standard errors an interval of a confidence level extends to each side."""
         tail = (1 + level) / 2
-        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self._certainty(parameter)))
-
-    def _certainty(self, parameter: int) -> float:
-        """Return the degrees of freedom of a parameter's variance (Satterthwaite).
-
-        They are 2 var^2/Var(var), where var knows the fitted s^2 only as well as the likelihood does: n - k if the
-        scatter is all there is, and more if known errors of the measurement prevail.
-        """
-        n = len(self.points)
-        if n > _DENSE or not self._measured.any():
-            return self.degrees
-        inverse = linalg.cho_solve_banded(
-            (_cholesky(self._measured, self.scatter, self.points.counts), True), np.eye(n)
-        )
-        columns = inverse @ self._slopes
-        covariance = np.linalg.pinv(self._slopes.T @ columns)
-        projected = inverse - columns @ covariance @ columns.T
-        information = float(np.sum(projected**2)) / 2  # on s^2
-        growth = float((covariance @ columns.T @ columns @ covariance)[parameter, parameter])
-        return max(2 * float(covariance[parameter, parameter]) ** 2 * information / growth**2, self.degrees)
+        return float(stats.norm.ppf(tail) if self.points.known else stats.t.ppf(tail, self.degrees))
 
     def interval(self, level: float, parameter: int = 0) -> tuple[float, float]:
-        """Return the confidence interval of a parameter by profile likelihood.
+        """Return the confidence interval of a parameter by profile likelihood; b is not negative.
 
-        It ends where D, least over the other parameter, has grown by `quantile` squared. b is not negative.
+        It ends where D, least over the other parameter, has grown by `quantile` squared. If eps scatters besides known
+        errors, the interval is that of a mixture over the scatter instead (`_mixture`).
         """
-        best, limit = self.parameters[parameter], self.quantile(level, parameter) ** 2
+        if self._mixture is not None:
+            low, high = (self._mixed(parameter, tail) for tail in ((1 - level) / 2, (1 + level) / 2))
+            return (low if parameter else max(low, 0.0)), high
+        best, limit = self.parameters[parameter], self.quantile(level) ** 2
         least = self._misfit(self.parameters)
         step = max(math.sqrt(self.covariance[parameter, parameter]), 1e-12 * max(abs(best), 1e-6))
 
@@ -236,6 +263,19 @@ class LawFit:
             return sign * math.inf
 
         return end(-1), end(1)
+
+    def _mixed(self, parameter: int, tail: float) -> float:
+        """Return a quantile of a parameter, over the values of the scatter."""
+        assert self._mixture is not None
+        weights, means, variances = self._mixture
+        seen = weights > 0
+        centre, width = means[seen, parameter], np.sqrt(variances[seen, parameter])
+
+        def missing(value: float) -> float:
+            return float(weights[seen] @ stats.norm.cdf((value - centre) / width)) - tail
+
+        ends = float((centre - 12 * width).min()), float((centre + 12 * width).max())
+        return float(optimize.brentq(missing, *ends, xtol=1e-12, rtol=1e-9))
 
     def _profile(self, parameter: int, value: float) -> float:
         if len(self.parameters) == 1:
@@ -273,7 +313,7 @@ def fitted(points: Points, model: Model, *, robust: bool = False) -> LawFit:
     middle = float(np.exp(np.mean(np.log(points.speed))))
     starts = [model.exponent] if model.exponent is not None else [0.2, -0.2]
     found = [_from(points, model, middle, start, robust) for start in starts]
-    return min(found, key=lambda each: each.aic)
+    return min(found, key=lambda each: each.misfit)
 
 
 def _require(points: Points, model: Model) -> None:
@@ -296,7 +336,7 @@ def _from(points: Points, model: Model, middle: float, start: float, robust: boo
     lower, upper = np.array([0.0, _EXPONENTS[0]]), np.array([np.inf, _EXPONENTS[1]])
     for _ in range(_ROUNDS):
         measured = _band(points, fit)
-        misfit = Misfit(measured, fit.residuals, points.counts, robust)
+        misfit = Misfit(measured, fit.residuals, points.counts, robust, points.resolution)
         scatter = 0.0 if points.known else misfit.scatter(model.parameters / len(points))
         factor = _cholesky(measured, scatter, points.counts)
         found = optimize.least_squares(
@@ -335,6 +375,16 @@ def _band(points: Points, fit: LawFit) -> FloatArray:
     return band
 
 
+def _covariance(factor: FloatArray, slopes: FloatArray, robust: bool) -> FloatArray:
+    """Return the covariance of parameters on which eps depends with these slopes."""
+    whitened = np.array([_whitened(factor, column) for column in slopes.T]).T
+    size = np.sqrt(np.sum(whitened**2, axis=0))
+    size[size == 0] = 1.0
+    # What Student's t knows of a centre, compared with a Gaussian of that scale.
+    scale = (_DEGREES + 3) / (_DEGREES + 1) if robust else 1.0
+    return np.asarray(np.linalg.pinv((whitened / size).T @ (whitened / size)) / np.outer(size, size) * scale)
+
+
 def _squared(scatter: float, counts: FloatArray | None) -> float | FloatArray:
     return scatter**2 if counts is None else scatter**2 / counts
 
@@ -344,7 +394,12 @@ def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -
     whole[0] += _squared(scatter, counts)
     if len(whole) == 1:
         return np.asarray(np.sqrt(whole))
-    return np.asarray(linalg.cholesky_banded(whole, lower=True))
+    try:
+        return np.asarray(linalg.cholesky_banded(whole, lower=True))
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            "the standard errors leave a combination of points without any: accepted is one for each"
+        ) from None
 
 
 def _whitened(factor: FloatArray, values: FloatArray) -> FloatArray:
@@ -373,10 +428,14 @@ class Misfit:
     residuals: FloatArray
     counts: FloatArray | None
     robust: bool
+    resolution: float = 0.0
 
     def deviance(self, scatter: float, share: float) -> float:
         """Return D, with a factor before ln det C."""
-        factor = _cholesky(self.measured, scatter, self.counts)
+        try:
+            factor = _cholesky(self.measured, scatter, self.counts)
+        except ValueError:  # without scatter
+            return math.inf
         squares = _whitened(factor, self.residuals) ** 2
         return float(np.sum(_rho(squares, self.robust)) + 2 * share * np.sum(np.log(factor[0])))
 
@@ -386,7 +445,9 @@ class Misfit:
         root = math.sqrt(float(np.mean(weights * self.residuals**2)))
         if not self.measured.any() and not self.robust:
             return max(root / math.sqrt(1 - taken), _LEAST)
-        top, bottom = math.log(10 * root + _LEAST), math.log(1e-6 * root + _LEAST)
+        # Student's t would take equal values, as of rounded data, for ones without any scatter.
+        floor = max(1e-6 * root, self.resolution / math.sqrt(12)) if self.robust else 1e-6 * root
+        top, bottom = math.log(10 * max(root, floor) + _LEAST), math.log(floor + _LEAST)
         found = optimize.minimize_scalar(
             lambda log_scatter: self.deviance(math.exp(log_scatter), 1 - taken),
             bounds=(bottom, top),

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
+_SIGMA = Accepted("a number from 1e-12 to 1000", lambda x: (x >= 1e-12) & (x <= 1000))
+_SIGMA_OR_0 = Accepted("0, or a number from 1e-12 to 1000", lambda x: (x == 0) | ((x >= 1e-12) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
+_SPAN = 0.01  # of ln v
 _EPSILON = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
 
 
@@ -65,6 +68,12 @@ class Points:
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.speed)
+
+    @property
+    def resolution(self) -> float:
+        """The smallest difference of two eps that are not equal: the last digit of rounded data."""
+        steps = np.diff(np.sort(self.epsilon))
+        return float(steps[steps > 1e-12].min(initial=1.0)) if (steps > 1e-12).any() else 0.0
 
     @property
     def of_independent_errors(self) -> bool:
@@ -114,7 +123,7 @@ class Points:
         names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(v) + 1))
         known = sigma_epsilon is not None and not scatter
         errors = 0.0 if sigma_epsilon is None else sigma_epsilon
-        of_e = _of_length("sigma_epsilon", errors, _POSITIVE if known else _NON_NEGATIVE, len(v))
+        of_e = _of_length("sigma_epsilon", errors, _SIGMA if known else _SIGMA_OR_0, len(v))
         of_v = _of_length("sigma_speed", sigma_speed, _NON_NEGATIVE, len(v))
         zero = sparse.csr_array((len(v), len(v)))
         times = None if contact_time is None else _of_length("contact_time", contact_time, _POSITIVE, len(v))
@@ -129,35 +138,38 @@ class Points:
         )
 
     def grouped(self, number: int) -> Points:
-        """Return the means of this many groups of points that are neighbours in speed; errors must be independent.
+        """Return means of neighbours in speed, in about this many groups or more; errors must be independent.
 
-        Within so small a range of speeds every law is a straight line: the means lose nothing.
+        Groups span at most one per cent of speed, so that every law is a straight line in each; in the means, points
+        have weights of their inverse variances.
         """
         from scipy import sparse
 
-        order = np.array_split(np.argsort(self.speed, kind="stable"), number)
-        counts = np.array([len(group) for group in order])
-        starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        flat = np.concatenate(order)
+        order = np.argsort(self.speed, kind="stable")
+        place = np.arange(len(order)) * number // len(order)
+        bins = np.floor(np.log(self.speed[order]) / _SPAN)
+        starts = np.flatnonzero(np.concatenate([[True], (np.diff(place) != 0) | (np.diff(bins) != 0)]))
+        variance = np.asarray(self.epsilon_errors.multiply(self.epsilon_errors).sum(axis=1))
+        weights = (1 / variance if self.known else np.ones(len(order)))[order]
+        total = np.add.reduceat(weights, starts)
 
         def mean(values: FloatArray) -> FloatArray:
-            return np.asarray(np.add.reduceat(values[flat], starts) / counts)
+            return np.asarray(np.add.reduceat(values[order] * weights, starts) / total)
 
         def error(matrix: sparse.csr_array) -> sparse.csr_array:
-            variance = np.asarray(matrix.multiply(matrix).sum(axis=1))
-            return sparse.csr_array(sparse.diags_array(np.sqrt(mean(variance) / counts)))
+            squares = np.asarray(matrix.multiply(matrix).sum(axis=1))[order]
+            return sparse.csr_array(sparse.diags_array(np.sqrt(np.add.reduceat(squares * weights**2, starts)) / total))
 
-        times = None if self.contact_time is None else np.exp(mean(np.log(self.contact_time)))
-        zero = sparse.csr_array((number, number))
+        zero = sparse.csr_array((len(starts), len(starts)))
         return replace(
             self,
             speed=np.exp(mean(np.log(self.speed))),
-            epsilon=mean(self.epsilon),
+            epsilon=np.minimum(mean(self.epsilon), 1.0),
             speed_errors=sparse.csr_array(sparse.hstack([error(self.speed_errors), zero])),
             epsilon_errors=sparse.csr_array(sparse.hstack([zero, error(self.epsilon_errors)])),
-            labels=tuple(f"group {i}" for i in range(1, number + 1)),
-            contact_time=times,
-            counts=counts.astype(np.float64),
+            labels=tuple(f"group {i}" for i in range(1, len(starts) + 1)),
+            contact_time=None if self.contact_time is None else np.exp(mean(np.log(self.contact_time))),
+            counts=np.diff(np.append(starts, len(order))).astype(np.float64),
         )
 
     def without_scatter(self) -> Points:
@@ -168,8 +180,7 @@ class Points:
         ValueError
             If a point has no error.
         """
-        errors = abs(self.speed_errors) + abs(self.epsilon_errors)
-        if not (np.asarray(errors.sum(axis=1)) > 0).all():
+        if not (np.asarray(abs(self.epsilon_errors).sum(axis=1)) > 0).all():
             raise ValueError("eps has no standard errors: accepted without scatter are points of which all have one")
         return replace(self, known=True)
 
@@ -193,6 +204,7 @@ class Points:
             epsilon_errors=self.epsilon_errors[keep],
             labels=tuple(label for label, kept in zip(self.labels, keep, strict=True) if kept),
             contact_time=None if self.contact_time is None else self.contact_time[keep],
+            counts=None if self.counts is None else self.counts[keep],
         )
 
 

@@ -20,7 +20,6 @@ import re
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 
@@ -323,7 +322,11 @@ class _Reader:
         if "sigma" in self.known:
             if given is not None:
                 raise ValueError("there is a column of standard errors: accepted is no --resolution besides")
-            return self.numbers("sigma", dimension)
+            found = self.numbers("sigma", dimension)
+            if (found < 0).any():
+                i = int(np.argmax(found < 0))
+                raise ValueError(f"{self.labels[i]}: sigma is {found[i]:g}: accepted is a number >= 0")
+            return found
         if given is None:
             return 0.0
         plain = self._number(given)
@@ -341,13 +344,12 @@ class _Reader:
             if column is None
             else [row[column].strip() if column < len(row) else "" for row in self.table.rows]
         )
-        parts, errors = [], []
-        start = 0
-        for _, group in groupby(keys):
-            stop = start + sum(1 for _ in group)
-            parts.append((values[start:stop], self.labels[start:stop]))
-            errors.append(np.broadcast_to(sigma, values.shape)[start:stop])
-            start = stop
+        rows: dict[str, list[int]] = {}
+        for i, key in enumerate(keys):
+            rows.setdefault(key, []).append(i)
+        every = np.broadcast_to(sigma, values.shape)
+        parts = [(values[of], [self.labels[i] for i in of]) for of in rows.values()]
+        errors = [every[of] for of in rows.values()]
         return parts, errors
 
 

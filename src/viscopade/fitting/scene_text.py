@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from viscopade.arrays import double
 from viscopade.collision.spheres import Sphere
 from viscopade.fitting.damping import DampingFit
 from viscopade.generated import marker_line
@@ -26,9 +27,21 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
         For the head.
     title : str
         One line.
+
+    Raises
+    ------
+    ValueError
+        If no damping was found, or its error is as large as eps can be.
     """
     speed = f"{found.main.middle:.4g}"
     epsilon, error = found.epsilon(float(speed))
+    loss = float(double.one_minus_epsilon(math.sqrt(found.beta) * float(speed) ** 0.1))
+    if not loss > 0 or not 0 < error < 1:
+        raise ValueError(
+            f"beta is {found.beta:.3g} +- {found.beta_standard_error:.2g}, eps {epsilon:.6g} +- {error:.2g}: accepted "
+            "for a scene is a damping > 0, and an error of eps < 1"
+        )
+    known = f"epsilon = {epsilon!r}" if epsilon <= 0.5 else f"one_minus_epsilon = {loss!r}"
     partner = ', partner = "wall"' if wall else ""
     tolerance = max(float(f"{SHARE * error:.1g}"), 1e-12)
     plane = '\n[body.plane]\nmaterial = "measured"\nwall = true\n' if wall else ""
@@ -42,7 +55,7 @@ young_modulus = {sphere.young_modulus!r}  # Pa
 poisson_ratio = {sphere.poisson_ratio!r}
 density = {sphere.density!r}  # kg/m^3
 # From {len(found.points)} points; standard_error is that of eps.
-restitution = {{ epsilon = {epsilon:.10g}, standard_error = {_some(error)}, speed = "{speed} m/s", \
+restitution = {{ {known}, standard_error = {error:.3g}, speed = "{speed} m/s", \
 radius = {sphere.radius!r}{partner} }}
 
 [body.ball]
@@ -57,10 +70,6 @@ max = "{found.points.speed.max():.4g} m/s"
 # A tenth of the standard error: a kernel more accurate than that is a waste.
 absolute = {tolerance:.1g}
 """
-
-
-def _some(error: float) -> str:
-    return f"{max(error, math.ulp(1.0)):.3g}"
 
 
 def _harmless(title: str) -> str:

@@ -70,13 +70,13 @@ def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False
 def outliers(points: Points) -> list[tuple[str, float]]:
     """Return labels of points far from any law, and how many standard errors they are off.
 
-    The law with a free exponent is fitted with errors by Student's t, which such points hardly change. Fewer than
-    `_FEW` points have no outliers.
+    The law with a free exponent is fitted with errors by Student's t, which such points hardly change (of bounces,
+    which share errors, with Gaussian ones). Fewer than `_FEW` points have no outliers, and groups have none.
     """
-    if len(points) < _FEW:
+    if len(points) < _FEW or points.counts is not None:
         return []
     model = next(each for each in MODELS if each.exponent is None)
-    found = fitted(points, model, robust=True)
+    found = fitted(points, model, robust=points.of_independent_errors)
     off = found.residuals / found.standard_errors
     return [(points.labels[i], float(off[i])) for i in np.flatnonzero(np.abs(off) > _FAR).tolist()]
 
@@ -84,6 +84,8 @@ def outliers(points: Points) -> list[tuple[str, float]]:
 def judged(fits: Sequence[LawFit]) -> Verdict:
     """Return the verdict on the first of several laws fitted to the same points."""
     main, others = fits[0], {fit.model.name: fit for fit in fits[1:]}
+    if not math.isfinite(main.aic):
+        return Verdict("holds with a limit", (f"{len(main.points)} points are too few to compare laws",))
     free = others.get("free exponent")
     best = min(fits, key=lambda fit: fit.aic)
     trend = "" if free is None else _trend(free)
@@ -106,7 +108,8 @@ def judged(fits: Sequence[LawFit]) -> Verdict:
         if not low - _SLACK <= THEORY <= high + _SLACK:
             return Verdict("holds with a limit", (f"the exponent is near {THEORY:g}, but not within its errors", trend))
     rivals = [fit for name, fit in others.items() if name in ("constant", "hunt-crossley")]
-    open_ones = [fit for fit in rivals if fit.aic - main.aic < _CLEAR]
+    low, high = (-math.inf, math.inf) if free is None else free.interval(_DOUBTED, 1)
+    open_ones = [fit for fit in rivals if not fit.aic - main.aic >= _CLEAR or low <= fit.exponent <= high]
     if not open_ones:
         return Verdict("holds", tuple(filter(None, (trend,))))
     names = " and ".join(_named(fit) for fit in open_ones)
@@ -145,15 +148,17 @@ def _trend(free: LawFit) -> str:
 def deciding_ratio(main: LawFit, other: Model) -> float | None:
     """Return the ratio of speeds, evenly spaced in their logarithm, that would tell a true law from another one.
 
-    The points are as many as were measured, with their median standard error. The difference of the criteria, of mean d
-    and standard deviation 2 sqrt(d), then exceeds `_CLEAR` in five of six measurements.
+    The points are as many as were measured. Their standard error is the harmonic mean of the squared ones. The
+    difference of the criteria, of mean d and standard deviation 2 sqrt(d), then exceeds `_CLEAR` in five of six
+    measurements.
 
     Returns
     -------
     float or None
         None if none up to 1e8 is enough.
     """
-    n, error = len(main.points), float(np.median(main.standard_errors))
+    n = len(main.points)
+    error = max(1 / math.sqrt(float(np.mean(1 / main.standard_errors**2))), 1e-10)
 
     def told(log_ratio: float) -> float:
         speed = main.middle * np.exp(np.linspace(-0.5, 0.5, n) * log_ratio)
@@ -166,7 +171,9 @@ def deciding_ratio(main: LawFit, other: Model) -> float | None:
         found = optimize.least_squares(residuals, [math.log(max(float(main.parameters[0]), 1e-9))])
         return 2 * float(found.cost) - _TOLD
 
-    top = math.log(_WIDEST)
+    bottom, top = 1e-3, math.log(_WIDEST)
     if told(top) < 0:
         return None
-    return math.exp(float(optimize.brentq(told, 1e-3, top, xtol=1e-3)))
+    if told(bottom) >= 0:
+        return math.exp(bottom)
+    return math.exp(float(optimize.brentq(told, bottom, top, xtol=1e-3)))

@@ -39,7 +39,7 @@ def notes(scene: Scene, encounter: Encounter) -> Iterator[str]:
     )
     tightest = min(scene.tolerance.given().items(), key=lambda given: given[1] * _to_absolute(given[0], value))
     allowed = tightest[1] * _to_absolute(tightest[0], value)
-    if allowed < NEEDLESS * error / 2:
+    if 0 < allowed < NEEDLESS * error / 2:
         yield (
             f"{encounter.name}: the tolerance is an error of eps of {allowed:.2g}, {error / allowed:.2g} times less "
             f"than its standard error: absolute = {NEEDLESS * error:.1g} is enough"

@@ -36,6 +36,7 @@ CONTACT_SIGMA = 0.02  # of contact times, relative
 RESOLUTION = 5e-4  # s
 HEIGHT_RESOLUTION = 1e-3  # m
 DROPS, BOUNCES = 5, 6
+SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter: less than the detector shows
 SLOPES = 3.0  # ratio of both exponential functions
 SEED = 20
 WORDS = ("holds", "holds with a limit", "does not hold")
@@ -154,11 +155,11 @@ def cases() -> list[Case]:
 
         return made
 
-    def launches(random: Random, errors: Errors) -> FloatArray:
+    def launches(random: Random, errors: Errors, number: int = BOUNCES, sigma: float = SIGMA) -> FloatArray:
         """Return the speeds of successive flights: eps of LAMMPS at each, with scatter."""
         found = [random.uniform(2.0, 3.0)]
-        for error in errors(random, BOUNCES):
-            now = float(law.at(np.array([found[-1]]))[0][0]) + SIGMA * float(error)
+        for error in errors(random, number):
+            now = float(law.at(np.array([found[-1]]))[0][0]) + sigma * float(error)
             found.append(found[-1] * min(now, 1 - 1e-9))
         return np.array(found)
 
@@ -169,6 +170,11 @@ def cases() -> list[Case]:
             seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, BOUNCES + 1)
             drops.append((seen, _labels(seen)))
         return bounces.of_times(drops, flight, sigma=RESOLUTION)
+
+    def once(random: Random, errors: Errors) -> Points:
+        flights = 2 * launches(random, errors, SINGLE, SMALL)[1:] / fit_data.GRAVITY
+        seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, SINGLE + 1)
+        return bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION)
 
     def risen(random: Random, errors: Errors) -> Points:
         drops = []
@@ -189,6 +195,7 @@ def cases() -> list[Case]:
         Case(f"the same, {MANY} points", more, {"beta": beta}),
         Case("LAMMPS, v, eps and contact times", with_contacts, stiffness),
         Case("LAMMPS, instants of a drop, --no-scatter", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
+        Case(f"eps of LAMMPS, instants of a drop, scatter {SMALL:g}", once, {"beta": beta}),
         Case("eps of LAMMPS, instants of five drops", dropped, {"beta": beta}),
         Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
         Case("LAMMPS, law off: spring and dashpot", off, {"eps": float(constant[0])}),
