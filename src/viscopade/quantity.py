@@ -104,7 +104,7 @@ def uncertain(value: float, error: float) -> str:
         return f"{value:.6g}"
     decimals = 1 - math.floor(math.log10(error))
     power = math.floor(math.log10(max(abs(value), error)))
-    scaled = (not -1 <= decimals <= 8 and not -2 <= power < 1) or abs(value) >= 1e6
+    scaled = (decimals > 6 and power < -2) or decimals < -1 or abs(value) >= 1e6
     unit = 10.0**power if scaled else 1.0
     places = max(min(decimals + (power if scaled else 0), 15), 0)
     text = f"{value / unit:.{places}f} +- {error / unit:.{places}f}"

@@ -108,6 +108,9 @@ def test_a_scene_has_the_fit_back(wall):
         (7.0123e10, 2.2e8, "(7.012 +- 0.022)e+10"),
         (0.5, 0.0, "0.5"),
         (123.4, 25.0, "123 +- 25"),
+        (0.9, 5e-10, "0.90000000000 +- 0.00000000050"),
+        (1e-17, 1e-18, "(1.00 +- 0.10)e-17"),
+        (1e5, 3e4, "(1.00 +- 0.30)e+05"),
     ],
 )
 def test_values_are_written_to_the_second_digit_of_their_error(value, error, text):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import viscopade as vp
 from viscopade.fitting import read
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.read import Options
@@ -80,6 +81,26 @@ def test_drops_are_told_apart():
     found = points("drop,time\n" + "\n".join(f"{d},{t}" for d, t in rows))
     assert found.epsilon.tolist() == pytest.approx([0.9, 0.9, 0.49 / 0.54])
     assert found.labels == ("line 3", "line 6", "line 7")
+
+
+def test_drops_may_take_turns():
+    text = "drop,time\na,0\nb,0\na,1\nb,1\na,1.9\nb,1.8\na,2.7\n"
+    assert points(text).epsilon.tolist() == pytest.approx([0.9, 0.8 / 0.9, 0.8])
+
+
+def test_errors_that_leave_points_without_one_are_scatter_or_refused():
+    text = "time,sigma\n0,0\n1,0\n1.9,.001\n2.7,.001\n3.42,0\n4.06,0\n"
+    assert vp.fit(points(text)).beta > 0
+    with pytest.raises(ValueError, match="eps has no standard errors|a combination of points without any"):
+        vp.fit(points(text, scatter=False))
+    with pytest.raises(ValueError, match="line 3: sigma is -1"):
+        points("time,sigma\n0,0\n1,-1\n1.9,.001\n")
+
+
+def test_robust_fits_are_for_errors_that_points_do_not_share():
+    found = points("time\n0\n1\n1.9\n2.7\n3.42\n", resolution="1 ms")
+    with pytest.raises(ValueError, match="bounces share errors"):
+        vp.fit(found, robust=True)
 
 
 def test_phyphox_as_spreadsheet_csv_and_archive():

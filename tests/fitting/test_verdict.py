@@ -104,3 +104,33 @@ def test_the_criterion_is_that_of_akaike():
 def test_clean_data_have_no_outliers_and_few_points_none():
     assert verdict.outliers(data(VISCOELASTIC)) == []
     assert verdict.outliers(Points.measured([1, 2, 3], [0.9, 0.2, 0.85])) == []
+
+
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("errors", [{}, {"sigma_speed": 0.01}, {"sigma_epsilon": 0.01, "scatter": True}])
+def test_an_elastic_body_has_an_answer(errors, robust):
+    found = vp.fit(Points.measured(SPEED, np.ones(12), **errors), robust=robust)
+    assert found.beta < 1e-8
+    assert found.interval(0.95)[0] == 0
+    assert found.verdict.word == "holds with a limit"
+
+
+def test_three_points_are_too_few_for_a_verdict():
+    found = vp.fit(Points.measured([0.1, 0.5, 2], [0.91, 0.895, 0.9]))
+    assert found.verdict.word == "holds with a limit"
+    assert "3 points are too few" in found.verdict.reasons[0]
+
+
+def test_rounded_data_have_no_outliers():
+    for seed in range(12):
+        rounded = np.round(data(VISCOELASTIC, sigma=0.004, seed=seed).epsilon, 2)
+        assert verdict.outliers(Points.measured(SPEED, rounded)) == []
+
+
+def test_many_points_are_grouped_by_speed_with_their_weights():
+    speed = np.concatenate([np.ones(20_000), [10, 20, 30]])
+    found = vp.fit(Points.measured(speed, VISCOELASTIC.epsilon(0.09 * speed**0.2), sigma_epsilon=0.01))
+    assert found.verdict.word == "holds"
+    assert found.points.counts.sum() == 20_003
+    with pytest.raises(ValueError, match="accepted with --robust are up to 20000"):
+        vp.fit(Points.measured(speed, np.full(20_003, 0.9)), robust=True)

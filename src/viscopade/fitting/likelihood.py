@@ -198,6 +198,8 @@ class LawFit:
         grid = np.concatenate([[0.0], root * np.geomspace(1e-3, 30, _GRID)])
         found = [self._at_scatter(s) for s in grid.tolist()]
         deviances = np.array([deviance for deviance, _, _ in found])
+        if not math.isfinite(deviances.min()):  # eps does not depend on p if b is 0
+            return None
         weights = np.exp(-(deviances - deviances.min()) / 2) * np.gradient(grid)
         means, variances = (np.array([each[i] for each in found]) for i in (1, 2))
         return weights / weights.sum(), means, variances
@@ -393,7 +395,7 @@ def _cholesky(measured: FloatArray, scatter: float, counts: FloatArray | None) -
     whole = measured.copy()
     whole[0] += _squared(scatter, counts)
     if len(whole) == 1:
-        return np.asarray(np.sqrt(whole))
+        return np.asarray(np.sqrt(np.maximum(whole, _LEAST**2)))
     try:
         return np.asarray(linalg.cholesky_banded(whole, lower=True))
     except np.linalg.LinAlgError:

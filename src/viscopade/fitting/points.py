@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
-_SIGMA = Accepted("a number from 1e-12 to 1000", lambda x: (x >= 1e-12) & (x <= 1000))
-_SIGMA_OR_0 = Accepted("0, or a number from 1e-12 to 1000", lambda x: (x == 0) | ((x >= 1e-12) & (x <= 1000)))
+_SIGMA = Accepted("a number from 1e-10 to 1000", lambda x: (x >= 1e-10) & (x <= 1000))
+_SIGMA_OR_0 = Accepted("0, or a number from 1e-10 to 1000", lambda x: (x == 0) | ((x >= 1e-10) & (x <= 1000)))
 _FINITE = Accepted("a finite number", np.isfinite)
 _SPAN = 0.01  # of ln v
 _EPSILON = Accepted("a number > 0 and <= 1", lambda x: (x > 0) & (x <= 1))
