@@ -97,6 +97,22 @@ def test_contact_times_give_the_young_modulus(data, tmp_path):
     assert found["dissipative_constant"]["value"] == pytest.approx(5e-7, rel=1e-6)
 
 
+def test_a_law_that_does_not_hold_is_named_in_every_file(data, tmp_path):
+    scene = tmp_path / "ball.toml"
+    data.write_text("speed,epsilon,sigma_epsilon\n" + "\n".join(f"{v!r},0.9,0.003" for v in SPEED.tolist()))
+    assert "does not hold" in printed("fit", data, *MATERIAL, "--scene", scene)
+    assert "(for which the viscoelastic law does not hold)" in printed("simulators", "lammps", scene)
+
+
+def test_an_outlier_is_named_beside_the_verdict(data):
+    rows = data.read_text().splitlines()
+    rows[6] = rows[6].split(",")[0] + ",0.82,0.005"
+    data.write_text("\n".join(rows))
+    text = printed("fit", data)
+    assert text.index("line 7 is") < text.index("12 points")
+    assert "--robust" not in printed("fit", data, "--robust", "--scatter").partition("quantity")[0]
+
+
 def test_lines_are_left_out_if_asked(data):
     found = json.loads(printed("fit", data, "--without", "3", "--without", "13", "--format", "json"))
     assert [point["point"] for point in found["points"]][:2] == ["line 2", "line 4"]
@@ -125,6 +141,8 @@ def test_bounces_in_air_with_their_contacts(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
+        (("--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
         (("--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
         (("--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
         (("--radius", "1 cm"), "the sphere also needs --density"),

@@ -91,7 +91,7 @@ def test_drops_may_take_turns():
 def test_errors_that_leave_points_without_one_are_scatter_or_refused():
     text = "time,sigma\n0,0\n1,0\n1.9,.001\n2.7,.001\n3.42,0\n4.06,0\n"
     assert vp.fit(points(text)).beta > 0
-    with pytest.raises(ValueError, match="eps has no standard errors|a combination of points without any"):
+    with pytest.raises(ValueError, match=r"eps has no standard errors|a combination of points without any"):
         vp.fit(points(text, scatter=False))
     with pytest.raises(ValueError, match="line 3: sigma is -1"):
         points("time,sigma\n0,0\n1,-1\n1.9,.001\n")
@@ -175,6 +175,16 @@ def test_a_spreadsheet_that_is_none_is_refused(name, content):
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
+        (
+            "speed,epsilon\n1,0.9\n",
+            {"flight": Flight(1.62)},
+            "accepted with speed and epsilon are no options of a flight",
+        ),
+        ("height\n1\n0.8\n", {"contact_time": 1e-3}, "accepted is it with instants"),
+        ("time\n1\n2\n2.9\n", {"contact_time": -1.0}, "contact-time is -1: accepted is a time >= 0"),
+        ("time\n1\n2\n2.9\n", {"resolution": "20"}, "line 3: the standard error of eps is"),
+        ("time\n1000\n2000\n2900\n", {}, "the speed is 4.9e.03 m/s: accepted is 1e-09 to 100 m/s; is the unit right"),
+        ("speed;epsilon\n1,000;0.92\n2,000;0.9\n", {}, "decimal commas and decimal points"),
         ("time\n1\n2\n2.9\n", {"resolution": "1 mm"}, "resolution is '1 mm': accepted is a time"),
         ("time,sigma\n1,1\n2,1\n2.9,1\n", {"resolution": "1 ms"}, "accepted is no --resolution besides"),
         ("speed,epsilon\n1,0.9\n", {"resolution": "1 ms"}, "accepted with speed and epsilon is a column"),

@@ -66,8 +66,8 @@ def test_as_many_points_over_the_named_range_decide():
     points = data(VISCOELASTIC, speed=speed, sigma=0.01)
     ratio = judged(points).ratio
     wide = np.geomspace(1 / math.sqrt(ratio), math.sqrt(ratio), 10)
-    words = [judged(data(VISCOELASTIC, speed=wide, sigma=0.01, seed=seed)).word for seed in range(30)]
-    assert words.count("holds") >= 18  # five of six are expected
+    words = [judged(data(VISCOELASTIC, speed=wide, sigma=0.01, seed=seed)).word for seed in range(20)]
+    assert words.count("holds") >= 11  # five of six are expected
     assert words.count("does not hold") <= 2  # one of a hundred
 
 

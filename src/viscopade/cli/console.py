@@ -95,7 +95,8 @@ class Quantity(_Text):
             found = quantity.si_decimal(value, self.dimension)
             if found is None:
                 unit, example = quantity.DIMENSIONS[self.dimension]
-                accepted = f'a {self.dimension}, such as "2.5 {example}", or a number in {unit}'
+                article = "an" if self.dimension[0] in "aeiou" else "a"
+                accepted = f'{article} {self.dimension}, such as "2.5 {example}", or a number in {unit}'
                 self.fail(f"{self.label} is {value!r}: accepted is {accepted}")
             return found
         return str(value)

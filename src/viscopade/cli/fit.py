@@ -90,6 +90,8 @@ def fit(
         need("matplotlib", "fit --plot")
         if picture.suffix.lower().removeprefix(".") not in PICTURES:
             raise click.UsageError(f"--plot is {picture}: accepted is a name that ends in .svg, .png or .pdf")
+    if scene_file is not None and scene_file == picture:
+        raise click.UsageError("--scene and --plot are the same file: accepted are two")
     check_targets([path for path in (scene_file, picture) if path is not None])
     words = shlex.join(["viscopade", "fit", data.name])
     found, sphere, constants = _fitted(data, removed, laws, robust, scene_file is not None, **options)
@@ -183,7 +185,7 @@ def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere 
         flags = ", ".join("--" + name.replace("radii", "radius").replace("_", "-") for name in missing)
         raise click.UsageError(f"the sphere also needs {flags}")
     if len(body["radii"]) > 1:
-        raise click.UsageError("--radius is given twice: accepted is once, for one sphere or two like it")
+        raise click.UsageError("--radius is given twice: accepted with fit is one radius, of a sphere or of two alike")
     pair = pair_of(
         body["radii"],
         body["wall"],
@@ -227,24 +229,36 @@ def _flight(
 def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> None:
     from viscopade.fitting.damping import LEVELS
 
-    whole = fit_json(found, constants)
-    header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
+    units = {"dissipative_constant": "s", "young_modulus": "Pa"}
+    if style != "text":
+        columns = ("quantity", "value", "standard error", "68 % from", "68 % to", "95 % from", "95 % to", "unit")
+        ends = [f"{end:.6g}" for level in LEVELS for end in found.interval(level)]
+        rows = [("beta", f"{found.beta:.8g}", f"{found.beta_standard_error:.3g}", *ends, _UNIT)]
+        for name, each in constants.items():
+            rows.append((name, f"{each.value:.8g}", f"{each.standard_error:.3g}", "", "", "", "", units[name]))
+        show(style, columns, rows, fit_json(found, constants))
+        return
     spans = [" … ".join(f"{end:.5g}" for end in found.interval(level)) for level in LEVELS]
     rows = [("beta", f"{found.beta:.6g}", f"{found.beta_standard_error:.2g}", *spans, _UNIT)]
-    units = {"dissipative_constant": "s", "young_modulus": "Pa"}
-    rows += [
-        (name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name])
-        for name, each in constants.items()
-    ]
-    if style != "text":
-        show(style, header, rows, whole)
-        return
+    for name, each in constants.items():
+        rows.append((name, f"{each.value:.6g}", f"{each.standard_error:.2g}", "", "", units[name]))
     say(f"The viscoelastic law {found.verdict.word}.")
     for reason in found.verdict.reasons:
         say(f"  {reason}", 2)
+    for label, off in found.outliers:
+        advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
+        say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
+    header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
     show(style, header, rows, {}, title=_number_of_points(found))
     laws = [
-        (fit.model.name, f"{fit.exponent:.3g}", f"{fit.chi2:.4g}", fit.degrees, f"{fit.scatter:.2g}", f"{fit.aic:.2f}")
+        (
+            fit.model.name,
+            f"{fit.exponent:.3g}",
+            f"{fit.chi2:.4g}",
+            fit.degrees,
+            f"{fit.scatter:.2g}",
+            _criterion(fit.aic),
+        )
         for fit in sorted(found.laws, key=lambda fit: fit.aic)
     ]
     show(
@@ -266,6 +280,10 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
         )
     for sentence in _sentences(found):
         say(sentence)
+
+
+def _criterion(aic: float) -> str:
+    return f"{aic:.2f}" if math.isfinite(aic) else "too few points"
 
 
 def _number_of_points(found: DampingFit) -> str:
@@ -290,7 +308,6 @@ def _sentences(found: DampingFit) -> list[str]:
 
     value, error = found.epsilon(found.main.middle)
     text = [f"eps at {found.main.middle:.3g} m/s: {uncertain(value, error)} (standard error)."]
-    text += [f"{label}: {abs(off):.1f} standard errors off; --robust counts it less." for label, off in found.outliers]
     if found.main.scatter:
         text.append(
             f"eps scatters by {found.main.scatter:.2g}, found from the residuals; intervals are those of Student's t."

@@ -73,7 +73,7 @@ class Flight:
         """Return the speeds at the starts of flights of given durations."""
         speed = self.gravity * duration / 2
         if self.terminal_speed < math.inf:  # the way down takes less than both, but for arctan s < pi/2
-            longest = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 600.0)
+            longest = np.minimum(duration * self.gravity / self.terminal_speed - math.pi / 2, 300.0)
             speed = np.maximum(speed, self.terminal_speed * np.sinh(longest))
         for _ in range(_STEPS):  # the duration is a concave function of the speed: Newton's method rises to the root
             before, speed = speed, speed + (duration - self.duration(speed)) * self.launch_slope(speed)

@@ -255,7 +255,7 @@ class LawFit:
 
         def end(sign: int) -> float:
             inner, reach = best, sign * step * math.sqrt(limit)
-            while abs(inner + reach) < _LARGEST:
+            while _EXPONENTS[0] < inner + reach < _EXPONENTS[1] if parameter else abs(inner + reach) < _LARGEST:
                 outer = inner + reach if parameter else max(inner + reach, 0.0)
                 if excess(outer) > 0:
                     return float(optimize.brentq(excess, *sorted((inner, outer)), rtol=1e-9))

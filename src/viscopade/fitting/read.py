@@ -50,7 +50,8 @@ ACCEPTED = (
     "speed and epsilon; or time, the instants of bounces; or height, of release and rebounds; or drop_height and "
     "rebound_height; or phyphox's bounce 0, bounce 1, …"
 )
-UNITS = {"speed": "m/s", "length": "m", "time": "s"}
+SLOWEST, FASTEST, FASTEST_FLIGHT = 1e-9, 1e4, 100.0
+"""Speeds that are read, and of bodies that fall, in m/s."""
 LONGEST = 1 << 28  # bytes of a file
 
 _HEAD = re.compile(r"\s*([^()\[\]]+?)\s*(?:[(\[]\s*([^()\[\]]*?)\s*[)\]])?\s*")
@@ -227,16 +228,55 @@ def points(content: bytes, source: str, options: Options = PLAIN) -> Points:
     kind = _kind(known)
     if kind is None:
         header = ", ".join(repr(name.strip()) for name in chosen.header[:12])
-        raise ValueError(f"{chosen.source}: the columns are {header}: accepted are {ACCEPTED}")
+        raise ValueError(
+            f"{chosen.source}: the columns are {header}: accepted are {ACCEPTED}; --column NAME=HEADER names others"
+        )
     for name in options.units:
         if name not in known:
             raise ValueError(f"{chosen.source}: there is no column {name!r}, for which a unit is given")
     try:
-        made = kind(_Reader(chosen, known, options))
+        reader = _Reader(chosen, known, options)
+        _require_options(reader, kind)
+        made = kind(reader)
+        _require_sense(made, kind is not _pairs)
         return made.without_scatter() if options.scatter is False else made
     except ValueError as error:
         message = str(error)
         raise ValueError(message if message.startswith(source) else f"{chosen.source}: {message}") from None
+
+
+def _require_options(reader: _Reader, kind: Kind) -> None:
+    """Refuse options that a kind of data has no use for, and numbers with points and with commas."""
+    options = reader.options
+    if kind is _pairs and options.flight != _IN_VACUUM:
+        raise ValueError("gravity or drag is given: accepted with speed and epsilon are no options of a flight")
+    if kind in (_pairs, _heights, _height_pairs) and not callable(options.contact_time) and options.contact_time:
+        raise ValueError("a contact time is given: accepted is it with instants of bounces")
+    if not callable(options.contact_time) and not options.contact_time >= 0:
+        raise ValueError(f"contact-time is {options.contact_time:g}: accepted is a time >= 0")
+    if reader.table.comma:
+        cells = [
+            row[i] for row in reader.table.rows for name, i in reader.known.items() if name != "drop" and i < len(row)
+        ]
+        if any("," in cell for cell in cells) and any("." in cell for cell in cells):
+            raise ValueError(
+                "numbers have decimal commas and decimal points: accepted is one of them, and no thousands"
+            )
+
+
+def _require_sense(made: Points, flight: bool) -> None:
+    """Refuse speeds of a wrong unit, and errors as large as eps."""
+    fastest = FASTEST_FLIGHT if flight else FASTEST
+    if (bad := ~((made.speed >= SLOWEST) & (made.speed <= fastest))).any():
+        i = int(np.argmax(bad))
+        raise ValueError(
+            f"{made.labels[i]}: the speed is {made.speed[i]:.3g} m/s: accepted is {SLOWEST:g} to {fastest:g} m/s; is "
+            "the unit right? (--unit NAME=UNIT)"
+        )
+    errors = np.sqrt(np.asarray(made.epsilon_errors.multiply(made.epsilon_errors).sum(axis=1)))
+    if (errors >= 1).any():
+        i = int(np.argmax(errors >= 1))
+        raise ValueError(f"{made.labels[i]}: the standard error of eps is {errors[i]:.3g}: accepted is less than 1")
 
 
 def _plain(name: str) -> str:
@@ -261,7 +301,7 @@ def _known(table: Cells, options: Options) -> dict[str, int]:
         if name in found:
             raise ValueError(
                 f"{table.source}: the columns {table.header[found[name]].strip()!r} and {header.strip()!r} both are "
-                f"{name}: accepted is one, chosen by --column {name}=HEADER"
+                f"{name}: accepted is one, chosen by --column {name}=HEADER if the headers differ"
             )
         found[name] = i
     return found
@@ -311,10 +351,10 @@ class _Reader:
         if not unit:
             return 1.0
         if not dimension:
-            if unit == "%":
-                return 0.01
+            if unit in ("%", "-", "1"):
+                return 0.01 if unit == "%" else 1.0
             raise ValueError(f"the unit of {name} is {unit!r}: accepted is none, or %")
-        return factor(Node("", f"the unit of {name}", unit), dimension)[1]
+        return factor(Node(self.table.source, f"the unit of {name}", unit), dimension)[1]
 
     def sigma(self, dimension: str) -> FloatArray | float:
         """Return the standard errors of instants or heights; 0 if they are not known."""
@@ -353,7 +393,10 @@ class _Reader:
         return parts, errors
 
 
-def _kind(known: Mapping[str, int]) -> Callable[[_Reader], Points] | None:
+Kind = Callable[[_Reader], Points]
+
+
+def _kind(known: Mapping[str, int]) -> Kind | None:
     for needed, kind in _KINDS:
         if all(name in known for name in needed):
             return kind
@@ -414,7 +457,7 @@ def _phyphox(reader: _Reader) -> Points:
     return bounces.of_times(drops, reader.options.flight, sigma=sigma, contact_time=reader.options.contact_time)
 
 
-_KINDS: Sequence[tuple[Iterable[str], Callable[[_Reader], Points]]] = (
+_KINDS: Sequence[tuple[Iterable[str], Kind]] = (
     (("speed", "epsilon"), _pairs),
     (("bounce_0", "bounce_1", "bounce_2"), _phyphox),
     (("drop_height", "rebound_height"), _height_pairs),

@@ -33,10 +33,12 @@ def scene_text(found: DampingFit, sphere: Sphere, wall: bool, command: str, titl
     ValueError
         If no damping was found, or its error is as large as eps can be.
     """
+    if found.verdict.word == "does not hold":
+        title += " (for which the viscoelastic law does not hold)"
     speed = f"{found.main.middle:.4g}"
     epsilon, error = found.epsilon(float(speed))
     loss = float(double.one_minus_epsilon(math.sqrt(found.beta) * float(speed) ** 0.1))
-    if not loss > 0 or not 0 < error < 1:
+    if not loss > 1e-12 or not 0 < error < 1:
         raise ValueError(
             f"beta is {found.beta:.3g} +- {found.beta_standard_error:.2g}, eps {epsilon:.6g} +- {error:.2g}: accepted "
             "for a scene is a damping > 0, and an error of eps < 1"

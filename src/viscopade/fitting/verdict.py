@@ -63,7 +63,7 @@ def compared(points: Points, laws: Sequence[Model] = (), *, robust: bool = False
 
     Laws with more parameters than the points allow are left out.
     """
-    models = [model for model in (*MODELS, *laws) if model.parameters < len(points)]
+    models = [model for model in (*MODELS, *laws) if model is MODELS[0] or model.parameters < len(points)]
     return tuple(fitted(points, model, robust=robust) for model in models)
 
 

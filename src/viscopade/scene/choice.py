@@ -52,10 +52,10 @@ class Choice:
     costs : Costs
     reason : str
         Why the next cheaper one does not suffice.
-    notes : sequence of str
-        Sentences on the uncertainty of eps, without their full stops.
     warnings : sequence of str
         Where the scene leaves what the model assumes.
+    notes : sequence of str
+        Sentences on the uncertainty of eps, without their full stops.
     """
 
     scene: Scene
@@ -64,8 +64,8 @@ class Choice:
     chosen: Offer
     costs: Costs
     reason: str
-    notes: Sequence[str]
     warnings: Sequence[str]
+    notes: Sequence[str] = ()
 
     @property
     def against_cheaper(self) -> str:
@@ -98,7 +98,7 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
     warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in met for text in sense.notes(scene, encounter)]
-    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), notes, warnings)
+    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings, notes)
 
 
 def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
