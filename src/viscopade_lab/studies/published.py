@@ -42,18 +42,18 @@ class Published:
 
 CURVES = (
     Published(
-        "ice, 0.32 (v/(cm/s))^-0.234",
+        "ice: factor 0.32, power -0.234 of v in cm/s",
         FIT_SPEEDS[0] / 100,
         FIT_SPEEDS[1] / 100,
         lambda v: np.asarray(FIT_FACTOR * (100 * v) ** FIT_EXPONENT),
     ),
     Published(
-        "ice in ring codes, 0.34 (v/(cm/s))^-0.234",
+        "ice in ring codes: factor 0.34, same power",
         FIT_SPEEDS[0] / 100,
         FIT_SPEEDS[1] / 100,
         lambda v: np.asarray(np.minimum(0.34 * (100 * v) ** FIT_EXPONENT, 1.0)),
     ),
-    Published("granite, 0.83", 0.1, 1.5, lambda v: np.full_like(v, 0.83), 0.06),
+    Published("granite: 0.83", 0.1, 1.5, lambda v: np.full_like(v, 0.83), 0.06),
 )
 
 
@@ -89,7 +89,7 @@ def measure(markdown: bool) -> dict[str, Any]:
     return {"markdown": markdown, "rows": [asdict(row(curve)) for curve in CURVES]}
 
 
-HEADER = ("curve", "verdict", "p of 1 - eps ~ v^p", "largest difference of eps to the law")
+HEADER = ("curve", "verdict", "exponent p", "largest difference of eps to the law")
 
 
 def show(result: dict[str, Any]) -> None:
