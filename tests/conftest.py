@@ -40,6 +40,7 @@ QUICK = frozenset(
         *files("kernels", "rounding", "speed_page"),
         *files("simulators", "liggghts", "mercurydpm", "verification", "yade"),
         *files("scene", "cost", "encounter", "tolerance"),
+        *files("fitting", "flight", "read"),
         *files("cli", "latex", "writer"),
     )
 )
