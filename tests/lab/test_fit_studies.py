@@ -57,7 +57,7 @@ def test_the_page_has_the_rates_of_all_kinds_of_data():
     rows = re.findall(r"^\| ([^|]+) \| (Gaussian|skewed) \| (\w+) \| ([\d.]+) % \| ([\d.]+) % \|", PAGE, re.MULTILINE)
     assert len(rows) == 24
     gaussian = [(float(inner), float(outer)) for _, errors, _, inner, outer in rows if errors == "Gaussian"]
-    assert all(abs(inner - 68) < 4 and abs(outer - 95) < 2 for inner, outer in gaussian)
+    assert all(abs(inner - 68) < 4 and abs(outer - 95) < 2.5 for inner, outer in gaussian)
     shown = {name for name, *_ in rows}
     assert {f"the same, {coverage.MANY} points", "LAMMPS, law off: spring and dashpot"} <= shown
 
