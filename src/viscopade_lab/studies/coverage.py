@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -22,7 +22,6 @@ from rich.table import Table
 
 from viscopade import Pair, Points, Sphere
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting import bounces, likelihood, verdict
 from viscopade.fitting.damping import LEVELS, DampingFit
 from viscopade.fitting.flight import Flight
 from viscopade.progress import track
@@ -40,6 +39,9 @@ SINGLE, SMALL = 10, 0.003  # bounces of a single drop, and their scatter: less t
 SLOPES = 3.0  # ratio of both exponential functions
 SEED = 20
 WORDS = ("holds", "holds with a limit", "does not hold")
+
+if TYPE_CHECKING:
+    from viscopade.fitting.bounces import ContactTime
 
 Random = np.random.Generator
 Errors = Callable[[Random, int], FloatArray]
@@ -119,6 +121,8 @@ def _ball() -> Sphere:
 
 def cases() -> list[Case]:
     """Return all kinds of data, from runs of both programs."""
+    from viscopade.fitting import bounces, likelihood, verdict  # these load SciPy
+
     law, linear = fit_data.collisions(), fit_data.collisions(viscoelastic=False)
     speed = np.geomspace(SLOWEST, FASTEST, POINTS)
     epsilon, duration = law.at(speed)
@@ -147,7 +151,7 @@ def cases() -> list[Case]:
         times = duration * (1 + CONTACT_SIGMA * errors(random, POINTS))
         return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), contact_time=times)
 
-    def detected(instants: FloatArray, contact: bounces.ContactTime = 0.0) -> Callable[[Random, Errors], Points]:
+    def detected(instants: FloatArray, contact: ContactTime = 0.0) -> Callable[[Random, Errors], Points]:
         def made(random: Random, errors: Errors) -> Points:
             seen = instants + RESOLUTION * errors(random, len(instants))
             found = bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION, contact_time=contact)
@@ -213,6 +217,8 @@ def _labels(values: FloatArray) -> list[str]:
 
 def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
     """Return the rates of one kind of data, for each true value."""
+    from viscopade.fitting import verdict
+
     random = np.random.default_rng([SEED, len(case.name), len(errors)])
     inside = {name: np.zeros(len(LEVELS)) for name in case.truths}
     ratios: dict[str, list[float]] = {name: [] for name in case.truths}
@@ -242,6 +248,8 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
 
 def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[float, float]]]]:
     """Return the fitted values and their intervals."""
+    from viscopade.fitting import likelihood, verdict
+
     if "eps" in case.truths:
         fit = likelihood.fitted(points, verdict.MODELS[1])
         at = points.speed[:1]
