@@ -130,6 +130,7 @@ class Degrees(_Pair):
         return degrees
 
 
+PICTURES = ("svg", "png", "pdf")
 LONGEST = 1 << 24  # bytes of a file that is read
 _ENDLESS = 1_000_000  # columns: wider than any table
 _NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
@@ -276,6 +277,20 @@ def need(package: str, user: str, distribution: str | None = None) -> None:
     except ImportError as error:
         command = f"{shlex.quote(sys.executable)} -m pip install {distribution or package}"
         raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
+
+
+def picture_kind(option: str, file: Path) -> str:
+    """Return the format that a picture's name ends in.
+
+    Raises
+    ------
+    click.UsageError
+        If it is none.
+    """
+    kind = file.suffix.lower().removeprefix(".")
+    if kind not in PICTURES:
+        raise click.UsageError(f"{option} is {file}: accepted is a name that ends in .svg, .png or .pdf")
+    return kind
 
 
 def read_file(file: Path, accepted: str, *, longest: int = LONGEST) -> bytes:

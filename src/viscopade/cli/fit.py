@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, read_file, say, show
+from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, picture_kind, read_file, say, show
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 40
 """Of points in a table for people."""
-PICTURES = ("svg", "png", "pdf")
 _UNIT = "(s/m)^(1/5)"
 
 
@@ -88,8 +87,7 @@ def fit(
         need("python_calamine", f"fit with {data.suffix} files", "python-calamine")
     if picture is not None:
         need("matplotlib", "fit --plot")
-        if picture.suffix.lower().removeprefix(".") not in PICTURES:
-            raise click.UsageError(f"--plot is {picture}: accepted is a name that ends in .svg, .png or .pdf")
+        picture_kind("--plot", picture)
     if scene_file is not None and scene_file == picture:
         raise click.UsageError("--scene and --plot are the same file: accepted are two")
     check_targets([path for path in (scene_file, picture) if path is not None])
@@ -105,7 +103,7 @@ def fit(
     if picture is not None:
         from viscopade.plots import fit_picture, sheet
 
-        kind = picture.suffix.lower().removeprefix(".")
+        kind = picture_kind("--plot", picture)
         draw = partial(fit_picture.draw_fit, found)
         written[picture] = sheet.picture(draw, f"eps against speed, {data.name}", words, kind)
     if written:

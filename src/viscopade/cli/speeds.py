@@ -21,6 +21,7 @@ from viscopade.cli.console import (
     material,
     need,
     pair_of,
+    picture_kind,
     read_file,
     show,
 )
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve
 
-PICTURES = ("svg", "png", "pdf")
 _FIGURES = 6  # of a number in a table
 _MOST_ROWS = 10_000
 _DRAWN = 160  # points of a curve
@@ -70,9 +70,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     plain numbers are in SI units. Without spheres, eps is drawn over v*, from --from to --to, with each --pade.
     """
     need("matplotlib", "plot")
-    kind = output.suffix.lower().removeprefix(".")
-    if kind not in PICTURES:
-        raise click.UsageError(f"--output is {output}: accepted is a name that ends in .svg, .png or .pdf")
+    kind = picture_kind("--output", output)
     if data is not None:
         need("scipy", "plot --data")
     check_targets([output])

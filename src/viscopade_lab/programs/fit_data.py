@@ -26,6 +26,8 @@ STIFFNESS = 5e9
 """K of Hertz' force K sqrt(R_eff) x^(3/2), in Pa: 4/3 E_eff."""
 DAMPING = 4e6
 """eta of the force eta m_eff sqrt(R_eff x) x', in 1/(m s)."""
+LINEAR = 1e5
+"""Stiffness of the linear spring, in N/m; its dashpot has 200/s."""
 GRAVITY = 9.81
 SPEEDS = np.geomspace(0.02, 8, 49)
 _STEPS = 1500  # in a contact
@@ -134,10 +136,10 @@ def collisions(viscoelastic: bool = True) -> Collisions:
     """Return collisions in LAMMPS at `SPEEDS`; without viscoelastic damping, those of a linear spring and dashpot."""
     style, damping = f"hertz {STIFFNESS!r} {DAMPING!r}", "damping viscoelastic limit_damping"
     if not viscoelastic:
-        style, damping = "hooke 1e5 200", "damping mass_velocity limit_damping"
+        style, damping = f"hooke {LINEAR!r} 200", "damping mass_velocity limit_damping"
     duration = 3 * ((MASS / 2) / (STIFFNESS * math.sqrt(RADIUS / 2))) ** 0.4 * SPEEDS**-0.2
     if not viscoelastic:
-        duration = np.full_like(SPEEDS, math.pi * math.sqrt(MASS / 2 / 1e5))
+        duration = np.full_like(SPEEDS, math.pi * math.sqrt(MASS / 2 / LINEAR))
     steps = duration / _STEPS
     script = "".join(
         _PAIR.format(
