@@ -48,7 +48,7 @@ _forget: list[Callable[[], None]] = []
 
 def recorded(make: Function) -> Function:
     """Mark a function of hashable arguments whose result is kept as a record; its annotations say of what type."""
-    bind = signature(make).bind
+    form = signature(make)
 
     @lru_cache(maxsize=256)
     def known(*arguments: Any) -> Any:
@@ -56,9 +56,12 @@ def recorded(make: Function) -> Function:
 
     @wraps(make)
     def found(*arguments: Any, **named: Any) -> Any:
-        bound = bind(*arguments, **named)
+        bound = form.bind(*arguments, **named)
         bound.apply_defaults()
-        return known(*bound.args)
+        given = [*zip(bound.args, form.parameters.values(), strict=True)]
+        while given and given[-1][0] == given[-1][1].default:  # defaults are no part of the key
+            given.pop()
+        return known(*(value for value, _ in given))
 
     _forget.append(known.cache_clear)
     return cast(Function, found)

@@ -143,8 +143,8 @@ def test_unknown_target():
 
 
 def test_a_target_of_another_kind():
-    with pytest.raises(ValueError, match="accepted for quotients of polynomials is c, python"):
-        requests.render("fortran")
+    with pytest.raises(ValueError, match="accepted for kernels of full accuracy is c, vectors"):
+        requests.Request(full=True).render("fortran")
 
 
 @pytest.mark.parametrize(("m", "n"), [*PAPER_DEGREES, (25, 28)])

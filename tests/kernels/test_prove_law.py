@@ -47,8 +47,11 @@ def test_wrong_coefficients_are_seen():
     assert float(error_up_to(wrong, of.b, law, "1")) > 3 * float(error_up_to(of.a, of.b, law, "1"))
 
 
+POLE = r"v_star_max is 2: no bound was found near v\* = .* \(a pole\?\); accepted is a smaller number"
+
+
 def test_a_pole_is_refused():
-    with pytest.raises(ValueError, match=r"no bound was found near v\* = .*: accepted is a smaller v_star_max"):
+    with pytest.raises(ValueError, match=POLE):
         error_up_to([arb(1), arb(-1)], [arb(1), arb(-1), arb("-0.5")], law_of("hunt-crossley"), "2")
 
 

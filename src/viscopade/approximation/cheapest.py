@@ -12,6 +12,7 @@ from viscopade.approximation.minimax import MAX_M, MAX_N, Fit, _fit, _shown, cos
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
+from viscopade.theory.law import VISCOELASTIC, Law
 
 
 def cheapest_fit(
@@ -20,6 +21,7 @@ def cheapest_fit(
     v_star_min: Exact = 0,
     form: Format = DOUBLE,
     measure: Measure = "both",
+    law: Law = VISCOELASTIC,
 ) -> MachineFit:
     """Return the cheapest approximant with the wanted accuracy and coefficients of a format.
 
@@ -29,7 +31,7 @@ def cheapest_fit(
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Largest error in the measure, below 1 and at least four units of rounding of the format.
-    v_star_max, v_star_min, measure
+    v_star_max, v_star_min, measure, law
         As for `fit`.
     form : Format
         `formats.DOUBLE` or `formats.FLOAT`.
@@ -46,13 +48,13 @@ def cheapest_fit(
     fits: dict[tuple[int, int], Fit | None] = {}
 
     def good(price: int) -> list[Fit]:
-        for m, n in _degrees(price):
+        for m, n in _degrees(price, law):
             if (m, n) not in fits:
-                fits[m, n] = _fit_or_none(m, n, interval, measure)
-        found = (fits[degrees] for degrees in _degrees(price))
+                fits[m, n] = _fit_or_none(m, n, interval, measure, law)
+        found = (fits[degrees] for degrees in _degrees(price, law))
         return [fit for fit in found if fit is not None and fit.error <= limit]
 
-    prices = range(2, cost(MAX_M, MAX_N) + 1)
+    prices = range(1, cost(MAX_M, MAX_N) + 1)
     rounded: list[MachineFit] = []
     for price in prices[bisect_left(prices, True, key=lambda price: bool(good(price))) :]:
         new = [machine(fit, form) for fit in good(price)]
@@ -71,18 +73,18 @@ def cheapest_fit(
 def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
     interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    found = (_fit_or_none(m, n, interval, measure) for m, n in _degrees(price))
+    found = (_fit_or_none(m, n, interval, measure, VISCOELASTIC) for m, n in _degrees(price, VISCOELASTIC))
     return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
 
 
-def _degrees(price: int) -> list[tuple[int, int]]:
+def _degrees(price: int, law: Law) -> list[tuple[int, int]]:
     """Return the degrees of a cost."""
     pairs = ((m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1))
-    return [(m, n) for m, n in pairs if max(m, n) >= 2 and cost(m, n) == price]
+    return [(m, n) for m, n in pairs if max(m, n) >= law.d and cost(m, n) == price]
 
 
-def _fit_or_none(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure) -> Fit | None:
+def _fit_or_none(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, law: Law) -> Fit | None:
     try:
-        return _fit(m, n, interval, measure, TABLE_DIGITS)
+        return _fit(m, n, interval, measure, TABLE_DIGITS, law)
     except ValueError:  # no best approximant, or no good one
         return None

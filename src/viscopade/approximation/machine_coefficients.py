@@ -47,7 +47,7 @@ class MachineFit:
     form : Format
         The format.
     a, b : tuple of float
-        Coefficients, ascending: numbers of the format; a_0 = b_0 = 1, a_1 = b_1.
+        Coefficients, ascending: numbers of the format; a_0 = b_0 = 1, a_i = b_i for i < d.
     error : float
         Largest error in the measure of `fit`, if it is evaluated without rounding (sampled).
     rounded_error : float
@@ -98,7 +98,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     ValueError
         If a coefficient is not a normal number of the format.
     """
-    task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits)
+    task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits, best.law)
     with working(task.bits):
         start = _Grid(best, form)
         grids, nearest = [start], start.centre
@@ -141,8 +141,9 @@ class _Grid:
 
     def __init__(self, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
         self.best, self.form = best, form
-        shared = [(1, 1)] if min(best.m, best.n) >= 1 else []
-        single = [*((i, None) for i in range(2, best.m + 1)), *((None, j) for j in range(2, best.n + 1))]
+        d = best.law.d
+        shared = [(i, i) for i in range(1, min(d - 1, best.m, best.n) + 1)]
+        single = [*((i, None) for i in range(d, best.m + 1)), *((None, j) for j in range(d, best.n + 1))]
         self.places: list[tuple[int | None, int | None]] = [*shared, *single]
         """Indices in a and in b of each free coefficient."""
         a, b = best.exact
@@ -269,8 +270,9 @@ def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tu
         ratio = (s(x) / d).mid()
         optimum.append(float((unit * (ratio + task.defect(x))).mid()))
         for row, (i, j), step in zip(rows, grid.places, grid.steps, strict=True):
-            change = (x ** (i - 2) if i != 1 else 0) if i is not None else -(x ** ((j or 0) - 2))
-            change = change - ratio * x**j if j is not None else change
+            change = x ** (i - task.contact) if i is not None and j is None else arb(0)
+            if j is not None:
+                change = (0 if i is not None else -(x ** (j - task.contact))) - ratio * x**j
             row.append((unit * change * ball_of(step) / d).mid())
     return np.array(optimum), rows
 

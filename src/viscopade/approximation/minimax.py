@@ -1,7 +1,8 @@
 r"""Best rational approximants of eps(v*) on an interval (section 2.7).
 
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, as eps = 1 - c v*^2 + … demands, `fit` finds the one whose largest error is
-least, with the error measured as
+least. For another law of contact it is a_i = b_i for i < d, as eps = 1 - c v*^d + …, v* = kappa^(1/d). The error is
+measured as
 
     "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions come out right, or
     "relative"   |d eps|/eps.
@@ -28,6 +29,7 @@ from viscopade.approximation.measure import Measure
 from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
+from viscopade.theory.law import VISCOELASTIC, Law
 
 if TYPE_CHECKING:
     from flint import acb
@@ -41,7 +43,6 @@ COEFFICIENT_DIGITS = 30  # beyond those of the error
 MAX_DIGITS = 150  # of eps
 NARROW_DIGITS = 9  # of the values, beyond those of the error
 
-_DEGREES = "accepted are degrees of which the larger one is at least 2 (else a_1 = b_1 leaves only N/D = 1)"
 _ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
 
 
@@ -51,7 +52,7 @@ class TooCoarse(ValueError):
 
 @dataclass(frozen=True)
 class Fit:
-    """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_1 = b_1.
+    """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_i = b_i for i < d.
 
     Attributes
     ----------
@@ -65,12 +66,13 @@ class Fit:
         Coefficients, ascending, as decimal numbers.
     error, lower_bound : float
         Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
-    points, deviations : tuple of float, length m + n
+    points, deviations : tuple of float, length m + n + 2 - d
         Where the error is largest, and its values there, of alternating signs.
     exchanges : int
         Steps of Remez's algorithm.
     digits : int
         Digits of eps that were used.
+    law : Law
 
     Raises
     ------
@@ -90,11 +92,13 @@ class Fit:
     deviations: tuple[float, ...]
     exchanges: int
     digits: int
+    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         _check(*self.exact, self)
-        if not len(self.points) == len(self.deviations) == self.m + self.n:
-            raise ValueError(f"there must be {self.m + self.n} points, not {len(self.points)}")
+        number = self.m + self.n + 2 - self.law.d
+        if not len(self.points) == len(self.deviations) == number:
+            raise ValueError(f"there must be {number} points, not {len(self.points)}")
         if any(left * right >= 0 for left, right in pairwise(self.deviations)):
             raise ValueError("the deviations must be of alternating signs")
         if not all(left < right for left, right in pairwise(self.points)):
@@ -119,13 +123,14 @@ def cost(m: int, n: int) -> int:
 
 
 def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
-    """Raise if lengths, a_0 = b_0 = 1 or a_1 = b_1 are wrong, or the denominator has a zero on the interval."""
+    """Raise if lengths, a_0 = b_0 = 1 or a_i = b_i are wrong, or the denominator has a zero on the interval."""
     if (len(a), len(b)) != (fit.m + 1, fit.n + 1):
         raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
     if not a[0] == b[0] == 1:
         raise ValueError("a_0 and b_0 must be 1")
-    if _at(a, 1) != _at(b, 1):
-        raise ValueError("a_1 and b_1 must be the same number")
+    for i in range(1, fit.law.d):
+        if _at(a, i) != _at(b, i):
+            raise ValueError(f"a_{i} and b_{i} must be the same number")
     scale = math.lcm(*(c.denominator for c in b))
     with working(128):
         roots = cast("list[tuple[acb, int]]", fmpz_poly([int(c * scale) for c in b]).complex_roots())
@@ -148,19 +153,22 @@ def fit(
     v_star_min: Exact = 0,
     measure: Measure = "both",
     digits: SupportsIndex = TABLE_DIGITS,
+    law: Law = VISCOELASTIC,
 ) -> Fit:
     """Return the best approximant [m/n] of eps on [v_star_min, v_star_max].
 
     Parameters
     ----------
     m, n : int
-        Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2.
+        Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2 (or d).
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
     measure : "both" or "relative"
         Of the error: see the module.
     digits : int
         Digits of eps to begin with; more are taken if the error asks for it.
+    law : Law
+        Of contact; v* = kappa^(1/d).
 
     Raises
     ------
@@ -171,15 +179,18 @@ def fit(
         line.
     """
     interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    return _fit(*degrees_of(m, n), interval, measure, arguments.digits(digits))
+    return _fit(*degrees_of(m, n, law), interval, measure, arguments.digits(digits), law)
 
 
-def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
+def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law = VISCOELASTIC) -> tuple[int, int]:
     """Check the degrees; errors as for `fit`."""
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
-    if max(m, n) < 2:
-        raise ValueError(f"the degrees are [{m}/{n}]: {_DEGREES}")
+    if max(m, n) < law.d:
+        raise ValueError(
+            f"the degrees are [{m}/{n}]: accepted are degrees of which the larger one is at least {law.d} "
+            f"(else a_i = b_i for i < {law.d} leaves only N/D = 1)"
+        )
     return m, n
 
 
@@ -204,26 +215,26 @@ def measure_of(measure: str) -> Measure:
 
 
 @lru_cache(maxsize=1024)
-def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int) -> Fit:
+def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, law: Law) -> Fit:
     start: tuple[float, ...] | None = None
     while digits <= MAX_DIGITS:
         try:
-            found = remez.solve(minimax_problem(m, n, interval, measure, digits), start)
+            found = remez.solve(minimax_problem(m, n, interval, measure, digits, law), start)
         except remez.TooAccurate as small:
             wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
             digits = STEP * math.ceil(max(digits + STEP, wanted) / STEP)
         except remez.NoBest as reason:
             raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
         else:
-            return _finished(m, n, interval, measure, digits, found)
+            return _finished(m, n, interval, measure, digits, law, found)
     raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees")
 
 
 def minimax_problem(
-    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int
+    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, law: Law = VISCOELASTIC
 ) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
-    eps = exact_target(digits)
+    eps = exact_target(digits, law)
     low, high = float(interval[0]), float(interval[1])
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
@@ -232,14 +243,20 @@ def minimax_problem(
         epsilon, loss = eps.both(v_star)
         if measure == "both" and loss < epsilon:
             return 1 / eps.loss_ratio(v_star)
-        return v_star * v_star / epsilon
+        return v_star**law.d / epsilon
 
     beyond = (min(3 * high, float(LARGEST)),) if 3 * high <= LARGEST else ()
-    return remez.Problem(m, n, eps.loss_ratio, sharpness, inside, 2, digits=eps.digits, beyond=beyond)
+    return remez.Problem(m, n, eps.loss_ratio, sharpness, inside, law.d, digits=eps.digits, beyond=beyond)
 
 
 def _finished(
-    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, found: remez.Approximation
+    m: int,
+    n: int,
+    interval: tuple[Fraction, Fraction],
+    measure: Measure,
+    digits: int,
+    law: Law,
+    found: remez.Approximation,
 ) -> Fit:
     if not found.error < 1:
         raise TooCoarse(
@@ -248,15 +265,14 @@ def _finished(
         )
     places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
     a, b = ([_decimal(c, places) for c in values] for values in (found.a, found.b))
-    if min(m, n) >= 1:
-        a[1] = b[1]
     a[0] = b[0] = "1"
-    if m == 0 and n >= 1:
-        b[1] = "0"
-    if n == 0 and m >= 1:
-        a[1] = "0"
+    for i in range(1, law.d):
+        if i <= min(m, n):
+            a[i] = b[i]
+        elif i <= max(m, n):
+            (a if i <= m else b)[i] = "0"
     levels = found.error, found.lower_bound, found.points, found.deviations, found.exchanges
-    return Fit(m, n, interval, measure, tuple(a), tuple(b), *levels, digits)
+    return Fit(m, n, interval, measure, tuple(a), tuple(b), *levels, digits, law)
 
 
 def _decimal(number: arb, digits: int) -> str:

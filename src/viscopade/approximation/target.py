@@ -3,12 +3,14 @@
 The function is cut into panels, each with polynomials in z = (v* - centre)/(half width). Up to 17 digits they are the
 rows of `double`'s table, taken exactly. For more digits they are made when they are first needed: from the proven
 series (eq:epsSeriesAdvanced) for v* <= 1/2, where it converges like (v*/1.047)^k, and from there on, an octave each, by
-interpolation of proven values at Chebyshev's nodes, checked between the nodes.
+interpolation of proven values at Chebyshev's nodes. Both are checked between the nodes. Laws of contact other than the
+paper's have no table: their panels are made likewise, as v* = kappa^(1/d) has singularities at similar distances.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -22,10 +24,11 @@ from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS, PERIOD, Row
 from viscopade.collision import exact
 from viscopade.progress import track
+from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.series import series
 
 TABLE_DIGITS = 17
-RADIUS = 1.0471  # of convergence, rounded down (`singularity` finds it); panels are tested against proven values
+RADIUS = 1.0471  # of convergence for the paper's law, rounded down (`singularity` finds it); elsewhere a first guess
 SERIES_ENDS = (Fraction(1, 16), Fraction(1, 8), Fraction(1, 4), Fraction(1, 2))
 ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes is off by about this to the -n
 ELLIPSE = 4.6  # on all others
@@ -37,7 +40,7 @@ LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
 
 @dataclass(frozen=True)
 class _ExactPanel:
-    """Polynomials in z = (v* - centre)/(half width); `ratio` is (1 - eps)/v*^2 and stands in for `loss` near 0."""
+    """Polynomials in z = (v* - centre)/(half width); `ratio` is (1 - eps)/v*^d and stands in for `loss` near 0."""
 
     centre: Fraction
     half_width: Fraction
@@ -51,20 +54,21 @@ class _ExactPanel:
 
 @dataclass(frozen=True)
 class ExactEpsilon:
-    """The exact function, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
+    """The exact function of a law, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
     Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
     need `bits_for(digits)` and some more. Their results are middles: what encloses nothing.
     """
 
     digits: int
+    law: Law = VISCOELASTIC
 
     def both(self, v_star: arb) -> tuple[arb, arb]:
         """Return eps and 1 - eps."""
         panel, scaled, folds = self._place(v_star)
         z = panel.z(scaled)
         if panel.ratio is not None:
-            loss = panel.ratio(z).mid() * v_star * v_star
+            loss = panel.ratio(z).mid() * v_star**self.law.d
             return (1 - loss).mid(), loss.mid()
         assert panel.epsilon is not None
         assert panel.loss is not None
@@ -82,33 +86,33 @@ class ExactEpsilon:
         return self.both(v_star)[1]
 
     def loss_ratio(self, v_star: arb) -> arb:
-        """Return (1 - eps)/v*^2, at v* = 0 its limit -h_2."""
+        """Return (1 - eps)/v*^d, at v* = 0 its limit -h_d."""
         panel, scaled, _ = self._place(v_star)
         if panel.ratio is not None:
             return panel.ratio(panel.z(scaled)).mid()
-        return (self.loss(v_star) / (v_star * v_star)).mid()
+        return (self.loss(v_star) / v_star**self.law.d).mid()
 
     def _place(self, v_star: arb) -> tuple[_ExactPanel, arb, int]:
         """Return the panel, v* divided by 8^folds, and folds."""
         near = float(v_star)
         if not near >= 0:
             raise ValueError(f"v_star is {near!r}: accepted is a number >= 0")
-        if self.digits > TABLE_DIGITS:
-            return _made_panel(near, self.digits), v_star, 0
+        if self.digits > TABLE_DIGITS or self.law != VISCOELASTIC:
+            return _made_panel(near, self.digits, self.law), v_star, 0
         index, folds = panels.index_of(near)
         scaled = v_star if not folds else v_star * arb(2) ** (-PERIOD * folds)
         return _table_panels()[index], scaled, folds
 
 
-def exact_target(digits: SupportsIndex = TABLE_DIGITS) -> ExactEpsilon:
-    """Return the exact curve to a number of digits, at least 1; it keeps its panels for later calls.
+def exact_target(digits: SupportsIndex = TABLE_DIGITS, law: Law = VISCOELASTIC) -> ExactEpsilon:
+    """Return the exact curve of a law to a number of digits, at least 1; it keeps its panels for later calls.
 
     Raises
     ------
     TypeError, ValueError
         If digits is not an integer, or out of range.
     """
-    return ExactEpsilon(max(arguments.digits(digits), TABLE_DIGITS))
+    return ExactEpsilon(max(arguments.digits(digits), TABLE_DIGITS), law)
 
 
 # --- the table of `double` --------------------------------------------------------------------------------------------
@@ -139,43 +143,55 @@ def _exact_row(row: Row) -> arb_poly:
 # --- more digits ------------------------------------------------------------------------------------------------------
 
 
-def _made_panel(v_star: float, digits: int) -> _ExactPanel:
+def _made_panel(v_star: float, digits: int, law: Law) -> _ExactPanel:
     rounded = STEP * math.ceil(digits / STEP)
     for end in SERIES_ENDS:
         if v_star <= end:
-            return _series_panel(end, rounded)
+            return _series_panel(end, rounded, law)
     if v_star > LARGEST:
         raise ValueError(f"v_star is {v_star!r}: accepted for more than {TABLE_DIGITS} digits is at most 10^6")
-    return _octave_panel(math.ceil(math.log2(v_star)), rounded)
+    return _octave_panel(math.ceil(math.log2(v_star)), rounded, law)
 
 
 @lru_cache(maxsize=64)
-def _series_panel(end: Fraction, digits: int) -> _ExactPanel:
-    """Return (1 - eps)/v*^2 on [0, end] from the series."""
-    order = math.ceil((digits + GUARD_DIGITS) / math.log10(RADIUS / float(end))) + 2
-    with working(bits_for(digits) + 32):
-        h = series(order, digits + GUARD_DIGITS).h
-        return _ExactPanel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[2:]]))
+def _series_panel(end: Fraction, digits: int, law: Law) -> _ExactPanel:
+    """Return (1 - eps)/v*^d on [0, end] from the series."""
+
+    def summed(order: int) -> _ExactPanel:
+        with working(bits_for(digits) + 32):
+            h = series(order, digits + GUARD_DIGITS, law=law).h
+            return _ExactPanel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[law.d :]]))
+
+    order = math.ceil((digits + GUARD_DIGITS) / math.log10(RADIUS / float(end))) + law.d
+    return _checked(summed, order, (end,), digits, law)
 
 
 @lru_cache(maxsize=256)
-def _octave_panel(exponent: int, digits: int) -> _ExactPanel:
+def _octave_panel(exponent: int, digits: int, law: Law) -> _ExactPanel:
     """Return the panel [2^(exponent - 1), 2^exponent]: interpolated, and compared with proven values in between."""
     centre, half_width = Fraction(3, 4) * Fraction(2) ** exponent, Fraction(1, 4) * Fraction(2) ** exponent
     number = math.ceil((digits + GUARD_DIGITS) / math.log10(ELLIPSES.get(exponent, ELLIPSE)))
+    places = tuple(centre + half_width * z for z in (Fraction(-1), Fraction(1, 7), Fraction(1)))
+    return _checked(lambda n: _interpolated(centre, half_width, n, digits, law), number, places, digits, law)
+
+
+def _checked(
+    made: Callable[[int], _ExactPanel], number: int, places: Sequence[Fraction], digits: int, law: Law
+) -> _ExactPanel:
+    """Return a panel of so many terms, or more, that agrees with proven values at places."""
     for _ in range(MAX_ATTEMPTS):
-        panel = _interpolated(centre, half_width, number, digits)
-        if all(_agrees(panel, z, digits) for z in (Fraction(-1), Fraction(1, 7), Fraction(1))):
+        panel = made(number)
+        if all(_agrees(panel, v_star, digits, law) for v_star in places):
             return panel
         number += 1 + number // 4
-    raise ArithmeticError(f"{number} nodes do not give {digits} digits of eps on the octave below 2^{exponent}")
+    raise ArithmeticError(f"{number} terms do not give {digits} digits of eps at v* = {float(places[-1]):g}")
 
 
-def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: int) -> _ExactPanel:
+def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: int, law: Law) -> _ExactPanel:
     cosines = [math.cos((2 * i + 1) * math.pi / (2 * number)) for i in range(number)]
     nodes = [Fraction(round(c * 2**30), 2**30) for c in cosines]
     values = [
-        exact.collision(centre + half_width * nodes[i], digits + GUARD_DIGITS)
+        exact.collision(centre + half_width * nodes[i], digits + GUARD_DIGITS, law=law)
         for i in track(range(number), f"eps to {digits} digits")
     ]
     with working(bits_for(digits) + 4 * number + 64):  # Vandermonde's matrix has a condition below 2.5^number
@@ -185,11 +201,15 @@ def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: i
     return _ExactPanel(centre, half_width, epsilon, loss)
 
 
-def _agrees(panel: _ExactPanel, z: Fraction, digits: int) -> bool:
+def _agrees(panel: _ExactPanel, v_star: Fraction, digits: int, law: Law) -> bool:
     """Whether a panel is right to `digits` digits at a point."""
-    true = exact.collision(panel.centre + panel.half_width * z, digits + GUARD_DIGITS)
-    assert panel.epsilon is not None
-    assert panel.loss is not None
+    true = exact.collision(v_star, digits + GUARD_DIGITS, law=law)
     with working(bits_for(digits) + 64):
-        errors = (panel.epsilon(ball_of(z)) / true.epsilon - 1, panel.loss(ball_of(z)) / true.one_minus_epsilon - 1)
-        return all(abs(error.mid()) < arb(10) ** (-digits) for error in errors)
+        z = panel.z(ball_of(v_star))
+        pairs = [(panel.epsilon, true.epsilon), (panel.loss, true.one_minus_epsilon)]
+        if panel.ratio is not None:
+            pairs = [(panel.ratio, true.one_minus_epsilon / ball_of(v_star) ** law.d)]
+        return all(
+            polynomial is not None and abs((polynomial(z) / value - 1).mid()) < arb(10) ** (-digits)
+            for polynomial, value in pairs
+        )

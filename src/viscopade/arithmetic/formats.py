@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
@@ -56,8 +57,10 @@ class Format:
         """The distance from 1 to the next value."""
         return 2.0 ** (1 - self.precision)
 
-    def nearest(self, number: Fraction) -> float:
-        """Return the correctly rounded value of an exact number: nearest, ties to even.
+    def nearest(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
+        """Return the correctly rounded value of an exact number: nearest, ties to even, or by another rule.
+
+        The rule, such as `math.floor`, rounds to integers, as `round` does.
 
         Raises
         ------
@@ -67,7 +70,7 @@ class Format:
         if number == 0:
             return 0.0
         spacing = Fraction(2) ** (_exponent(number) - self.precision + 1)
-        value = round(number / spacing) * spacing
+        value = to(number / spacing) * spacing
         if not 1 - self.largest <= _exponent(value) <= self.largest:
             raise ValueError(f"{float_text(number)} is not a normal number of type {self.name}")
         return float(value)

@@ -17,6 +17,7 @@ from viscopade.cli.console import (
     read_file,
     say,
     show,
+    with_law,
 )
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
@@ -60,6 +61,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="Error relative to the smaller of eps and 1 - eps (both), or to eps (relative).",
 )
+@click.option(
+    "--kappa-max",
+    help="Largest kappa of the interval, in place of --v-star-max: kappa = v*^2 for the viscoelastic law.",
+)
+@with_law
 @click.option("--full", is_flag=True, help="Kernels of v* to the last place, in C.")
 @click.option(
     "--from-speed",
@@ -104,7 +110,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     if target.startswith("series-"):
         text = requests.render_series(target.removeprefix("series-"), order, digits)
     else:
-        request = requests.Request(**wanted)
+        request = requests.Request(**{**wanted, "end": wanted["end"] or "force"})
         text = (request if request != requests.Request() else requests.default(target)).render(target)
     if output is None:
         click.echo(text, nl=False)

@@ -27,6 +27,7 @@ from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels.enclosure import Formula, polynomial
 from viscopade.progress import track
+from viscopade.theory.law import VISCOELASTIC, Law
 
 AnyMeasure = Literal["both", "relative", "speed", "derivative"]
 
@@ -66,6 +67,8 @@ class Certificate:
         |R - eps| <= bound times what it is relative to; decimal, rounded up.
     parts : tuple of (int, int)
         The panels that meet the interval, and into how many equal parts each was cut for the proof.
+    law : Law
+        Of contact. The panels of a law other than the paper's are those of `law_panels`, made anew.
     """
 
     measure: AnyMeasure
@@ -73,17 +76,21 @@ class Certificate:
     high: Fraction | None
     bound: str
     parts: tuple[tuple[int, int], ...]
+    law: Law = VISCOELASTIC
 
     def record(self) -> dict[str, object]:
         """Return the certificate as JSON-able data; ends of the interval as exact fractions "p/q"."""
         slopes = [rounded_up(_slope_error(panel)) for panel, _ in self.parts] if self.measure == "derivative" else None
+        if self.law == VISCOELASTIC:
+            reference: dict[str, object] = {"reference": DATA, "reference_error": panel_proof.proven_error().hex()}
+        else:
+            reference = {"law": str(self.law), "end": self.law.end, "reference": "viscopade.collision.law_panels"}
         return {
             "measure": self.measure,
             "v_star_min": str(self.low),
             "v_star_max": None if self.high is None else str(self.high),
             "bound": self.bound,
-            "reference": DATA,
-            "reference_error": panel_proof.proven_error().hex(),
+            **reference,
             **({"slope_errors": slopes} if slopes else {}),
             "parts": self.parts,
         }

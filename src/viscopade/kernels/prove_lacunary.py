@@ -78,7 +78,7 @@ def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
 
 
 @recorded
-def of_half_line(powers: Powers, measure: Measure = "both") -> HalfLineKernel:
+def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     fit = half_line.fit_half_line(powers, measure)
     formula = _Formula(

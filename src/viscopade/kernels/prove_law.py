@@ -8,25 +8,50 @@ of the absolute values is a bound, as in `certificate`. Parts are halved until t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb, arb_series
 
 from viscopade import arguments
+from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.collision.exact import Exact
 from viscopade.collision.law_panels import Course, LawPanel, law_panels, series_at
+from viscopade.kernels.certificate import Certificate
 from viscopade.theory.law import Law
 
 LARGEST, SMALLEST = 100, Fraction(1, 10**3)  # v*
 BITS, ORDER = 160, 12
 FEWEST_PARTS, MOST_PARTS = 4, 1 << 10
-TIGHT = 0.99  # a bound that halving the parts lowers by less than this factor is tight
+BISECTIONS = 40
+TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
 
 
 def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact) -> str:
     """Return a bound of |N/D - eps|/min(eps, 1 - eps) for 0 <= v* <= v_star_max, as a decimal string.
+
+    Arguments are those of `prove_by_panels`, but for v_star_max, which may be whatever `exact.collision` takes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If v_star_max is no number from 1e-3 to 100, the force of the law is attractive, or nothing was proven up to
+        there, as for an N/D with a pole.
+    """
+    accepted = f"a number from {float(SMALLEST):g} to {LARGEST}"
+    high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: SMALLEST <= v <= LARGEST)
+    try:
+        return prove_by_panels(a, b, law, Fraction(0), high).bound
+    except ArithmeticError as error:
+        raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
+
+
+def prove_by_panels(
+    a: Sequence[arb], b: Sequence[arb], law: Law, low: Fraction, high: Fraction, measure: Measure = "both"
+) -> Certificate:
+    """Prove a bound of the deviation on low <= v* <= high that is tight to about its printed digits.
 
     Parameters
     ----------
@@ -34,67 +59,97 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact)
         Coefficients of N and D, ascending in v* = kappa^(1/law.d); a_i = b_i for i < law.d.
     law : Law
         With no attractive force.
-    v_star_max : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        From 1e-3 to 100.
+    low, high : Fraction
+        0 <= low < high <= 100.
+    measure : "both" or "relative"
+        Relative to the smaller of eps and 1 - eps, or to eps.
 
     Raises
     ------
-    TypeError, ValueError
-        If v_star_max is no such number, the force of the law is attractive, or nothing was proven up to there, as
-        for an N/D with a pole.
+    ValueError
+        If the force of the law is attractive.
+    ArithmeticError
+        If there is no bound: the formula has a pole in the interval, or the law's panels do not reach so far.
     """
-    accepted = f"a number from {float(SMALLEST):g} to {LARGEST}"
-    high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: SMALLEST <= v <= LARGEST)
+    if high > LARGEST:
+        raise ArithmeticError(f"proofs for the law {law} end at v* = {LARGEST}")
     try:
         panels = law_panels(law, high)
     except ArithmeticError:
-        raise ValueError(
-            f"v_star_max is {v_star_max}: nothing was proven so far out for the law {law}; accepted is a smaller number"
-        ) from None
+        raise ArithmeticError(f"nothing was proven so far out for the law {law}") from None
+    task = _Task(a, b, law, measure)
     with working(BITS, ORDER + 1):
-        bounds = [_bound(a, b, law, panel, FEWEST_PARTS) for panel in panels]
-        number = [FEWEST_PARTS] * len(panels)
+        starts = [
+            (i, _start(panel, low)) for i, panel in enumerate(panels) if _v_star(panel, Fraction(1)) > ball_of(low)
+        ]
+        bounds = [task.bound(panels[i], start, FEWEST_PARTS) for i, start in starts]
+        number = [FEWEST_PARTS] * len(starts)
         while True:
-            worst = max(range(len(panels)), key=lambda i: float(bounds[i]))
-            finer = _bound(a, b, law, panels[worst], 2 * number[worst])
+            worst = max(range(len(starts)), key=lambda k: float(bounds[k]))
+            i, start = starts[worst]
+            finer = task.bound(panels[i], start, 2 * number[worst])
             if finer > bounds[worst] * TIGHT and finer.is_finite():
-                return max((rounded_up(bound) for bound in bounds), key=Fraction)
+                parts = tuple((i, n) for (i, _), n in zip(starts, number, strict=True))
+                bound = max((rounded_up(bound) for bound in bounds), key=Fraction)
+                return Certificate(measure, low, high, bound, parts, law)
             if number[worst] >= MOST_PARTS:
-                near = panels[worst].course(arb_series([arb(0)])).v_star.coeffs()[0]
-                raise ValueError(
-                    f"no bound was found near v* = {float(near):.3g}: accepted is a smaller v_star_max, before a pole"
-                )
+                near = float(_v_star(panels[i], Fraction(0)))
+                raise ArithmeticError(f"no bound was found near v* = {near:.3g} (a pole?)")
             bounds[worst], number[worst] = finer, 2 * number[worst]
 
 
-def _bound(a: Sequence[arb], b: Sequence[arb], law: Law, panel: LawPanel, number: int) -> arb:
-    """Bound the deviation on a panel cut into parts; infinity if FLINT finds that it may be infinite."""
-    half = (1 - panel.start) / (2 * number)
-    centres = (panel.start + (2 * i + 1) * half for i in range(number))
-    try:
-        bounds = [_on_part(a, b, law, panel, ball_of(centre), ball_of(half)) for centre in centres]
-    except (ZeroDivisionError, ValueError):
-        return arb.pos_inf()
-    return max(bounds) if all(bound.is_finite() for bound in bounds) else arb.pos_inf()
+def _v_star(panel: LawPanel, z: Fraction) -> arb:
+    return panel.course(arb_series([ball_of(z)])).v_star.coeffs()[0]
 
 
-def _on_part(a: Sequence[arb], b: Sequence[arb], law: Law, panel: LawPanel, centre: arb, half: arb) -> arb:
-    """Bound the deviation for |z - centre| <= half, relative to the smaller of eps and 1 - eps."""
-    middle, whole = (
-        _deviations(a, b, law, panel.course(arb_series([start, half]))) for start in (centre, arb(centre, half.upper()))
-    )
-    bound = arb(0)
-    for at_centre, everywhere in zip(middle, whole, strict=True):
-        if min(at_centre.prec, everywhere.prec) <= ORDER:
-            raise TypeError("a series loses coefficients")
-        terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
-        bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
-    return bound
+def _start(panel: LawPanel, low: Fraction) -> Fraction:
+    """Return a z of the panel before which v* < low, or where the panel begins."""
+    start, end = panel.start, Fraction(1)
+    for _ in range(BISECTIONS if low else 0):
+        middle = (start + end) / 2
+        start, end = (middle, end) if _v_star(panel, middle) < ball_of(low) else (start, middle)
+    return start
 
 
-def _deviations(a: Sequence[arb], b: Sequence[arb], law: Law, course: Course) -> tuple[arb_series, arb_series]:
-    """Return (N/D)/eps - 1 and (1 - N/D)/(1 - eps) - 1: 1 - N/D = v*^d S/D."""
-    top, bottom = series_at(a, course.v_star), series_at(b, course.v_star)
-    size = max(len(a), len(b))
-    s = [(b[i] if i < len(b) else arb(0)) - (a[i] if i < len(a) else arb(0)) for i in range(law.d, size)]
-    return top / (bottom * course.epsilon) - 1, series_at(s, course.v_star) / (bottom * course.loss_ratio) - 1
+@dataclass(frozen=True)
+class _Task:
+    """A formula N/D, the law that it stands for, and the measure of its deviation."""
+
+    a: Sequence[arb]
+    b: Sequence[arb]
+    law: Law
+    measure: Measure
+
+    def bound(self, panel: LawPanel, start: Fraction, number: int) -> arb:
+        """Bound the deviation for start <= z <= 1, cut into parts; infinity if FLINT finds that it may be infinite."""
+        half = (1 - start) / (2 * number)
+        centres = (start + (2 * i + 1) * half for i in range(number))
+        try:
+            bounds = [self._on_part(panel, ball_of(centre), ball_of(half)) for centre in centres]
+        except (ZeroDivisionError, ValueError):
+            return arb.pos_inf()
+        return max(bounds) if all(bound.is_finite() for bound in bounds) else arb.pos_inf()
+
+    def _on_part(self, panel: LawPanel, centre: arb, half: arb) -> arb:
+        """Bound the deviation for |z - centre| <= half."""
+        middle, whole = (
+            self._deviations(panel.course(arb_series([start, half]))) for start in (centre, arb(centre, half.upper()))
+        )
+        bound = arb(0)
+        for at_centre, everywhere in zip(middle, whole, strict=True):
+            if min(at_centre.prec, everywhere.prec) <= ORDER:
+                raise TypeError("a series loses coefficients")
+            terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
+            bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
+        return bound
+
+    def _deviations(self, course: Course) -> list[arb_series]:
+        """Return (N/D)/eps - 1 and, in measure "both", (1 - N/D)/(1 - eps) - 1: 1 - N/D = v*^d S/D."""
+        top, bottom = series_at(self.a, course.v_star), series_at(self.b, course.v_star)
+        of_epsilon = top / (bottom * course.epsilon) - 1
+        if self.measure == "relative":
+            return [of_epsilon]
+        size = max(len(self.a), len(self.b))
+        a, b = ([*values, *[arb(0)] * (size - len(values))] for values in (self.a, self.b))
+        s = [b[i] - a[i] for i in range(self.law.d, size)]
+        return [of_epsilon, series_at(s, course.v_star) / (bottom * course.loss_ratio) - 1]

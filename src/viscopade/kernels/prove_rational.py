@@ -13,16 +13,17 @@ from flint import arb
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import Measure
-from viscopade.arithmetic.balls import known_decimal, working
+from viscopade.arithmetic.balls import ball_of, known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, prove_law
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
 from viscopade.store import recorded
+from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants
@@ -37,31 +38,28 @@ PADE_SOURCE = (
     "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
     f"motion; coefficients proven to {DIGITS} digits"
 )
-MINIMAX_SOURCE = {
-    "both": "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/min(eps, 1 - eps)",
-    "relative": "best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/eps",
-}
+RELATIVE_TO = {"both": "min(eps, 1 - eps)", "relative": "eps"}
 
 
 @recorded
-def of_pade(m: int, n: int) -> PadeKernel:
+def of_pade(m: int, n: int, law: Law = VISCOELASTIC) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
     Errors as for `pade.pade`.
     """
-    approximant = pade(m, n, DIGITS)
-    bare = without_proof(approximant)
+    approximant = pade(m, n, DIGITS, law)
+    bare = without_proof(approximant, law)
     ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
-    formula, bounds = exact_formulas.quotient_formula(*bare.exact), list[Certificate]()
+    bounds = list[Certificate]()
     for end in ends:
         try:
-            bounds.append(certificate.prove(formula, Fraction(0), end))
+            bounds.append(_certified(*bare.exact, (Fraction(0), end), "both", law))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
 
 
-def without_proof(approximant: Pade) -> PadeKernel:
+def without_proof(approximant: Pade, law: Law = VISCOELASTIC) -> PadeKernel:
     """Return the kernel of a Padé approximant, with `DIGITS` digits."""
     a, b = (tuple(map(Decimal, values)) for values in approximant.decimals(DIGITS))
     # The exporters state [m/n] - eps at order m + n + 1, whether or not the approximant does better.
@@ -75,6 +73,7 @@ def without_proof(approximant: Pade) -> PadeKernel:
         pole=_first_positive(approximant.poles),
         zero=_first_positive(approximant.zeros),
         source=PADE_SOURCE,
+        law=law,
     )
 
 
@@ -100,33 +99,48 @@ def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKerne
 
 
 def of_minimax(
-    m: SupportsIndex, n: SupportsIndex, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both"
+    m: SupportsIndex,
+    n: SupportsIndex,
+    v_star_max: Exact,
+    v_star_min: Exact = 0,
+    measure: Measure = "both",
+    law: Law = VISCOELASTIC,
 ) -> MinimaxKernel:
     """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
     interval, measure = minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure)
-    return _of_minimax(*minimax.degrees_of(m, n), *interval, measure)
+    return _of_minimax(*minimax.degrees_of(m, n, law), *interval, measure, law)
 
 
 @recorded
-def _of_minimax(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
-    return _with_proofs(minimax.fit(m, n, high, low, measure))
+def _of_minimax(
+    m: int, n: int, low: Fraction, high: Fraction, measure: Measure, law: Law = VISCOELASTIC
+) -> MinimaxKernel:
+    return _with_proofs(minimax.fit(m, n, high, low, measure, law=law))
 
 
-def accurate(accuracy: Exact, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> MinimaxKernel:
+def accurate(
+    accuracy: Exact,
+    v_star_max: Exact,
+    v_star_min: Exact = 0,
+    measure: Measure = "both",
+    law: Law = VISCOELASTIC,
+) -> MinimaxKernel:
     """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
     (The former is relative to what `measure` says, the latter to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
     wanted = arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
-    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure))
+    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure), law)
 
 
 @recorded
-def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
+def _accurate(
+    wanted: Fraction, low: Fraction, high: Fraction, measure: Measure, law: Law = VISCOELASTIC
+) -> MinimaxKernel:
     limit = wanted
     for _ in range(ATTEMPTS):
-        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure)
+        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure, law=law)
         kernel = _with_proofs(chosen.fit, wanted)
         error = _total(kernel.variants[0])
         if error <= wanted:
@@ -152,16 +166,29 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
         variants.append(variant)
     except (ValueError, ArithmeticError) as error:
         missing.append((FLOAT.name, str(error)))
-    return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), MINIMAX_SOURCE[fit.measure])
+    equal = ", ".join(("a_0 = b_0 = 1", *(f"a_{i} = b_{i}" for i in range(1, fit.law.d))))
+    source = f"best approximant with {equal} of the exact eps, in the measure |error|/{RELATIVE_TO[fit.measure]}"
+    return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), source)
 
 
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
     _require_horner(fit.label, *machine.exact, form, fit.interval[1])
-    bound = certificate.prove(exact_formulas.quotient_formula(*machine.exact), *fit.interval, fit.measure)
+    bound = _certified(*machine.exact, fit.interval, fit.measure, fit.law)
     size = rounding_bounds.quotient_rounding(*machine.exact, form, *fit.interval)
-    slope = _derivative(machine, form, fit.interval)
+    slope = _derivative(machine, form, fit.interval) if fit.law == VISCOELASTIC else None
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
+
+
+def _certified(
+    a: Sequence[Fraction], b: Sequence[Fraction], interval: tuple[Fraction, Fraction], measure: Measure, law: Law
+) -> Certificate:
+    """Return the proof by the table of panels for the paper's law, and by panels made anew for any other."""
+    if law == VISCOELASTIC:
+        return certificate.prove(exact_formulas.quotient_formula(a, b), *interval, measure)
+    with working(prove_law.BITS):
+        top, bottom = ([ball_of(c) for c in values] for values in (a, b))
+        return prove_law.prove_by_panels(top, bottom, law, *interval, measure)
 
 
 def _derivative(

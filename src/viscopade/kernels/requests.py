@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
+from viscopade import arguments
 from viscopade.approximation.measure import Measure
 from viscopade.kernels import prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
@@ -13,11 +15,12 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
-from viscopade.kernels.targets import table_free, tables, vectors
-from viscopade.kernels.targets.language import Renderer
+from viscopade.kernels.targets import quotients, table_free, tables, vectors
+from viscopade.kernels.targets.language import Renderer, Target
 from viscopade.kernels.targets.languages import LANGUAGES, targets
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.progress import track
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 
@@ -55,6 +58,10 @@ class Request:
         Where the inverse ends; "0" for all of (0, 1].
     measure : "both" or "relative"
         Of the error of best approximants.
+    law, end : str
+        Law of contact and its end, for quotients of polynomials in v* = kappa^(1/d).
+    kappa_max : str or None
+        In place of v_star_max, as v*^d.
     """
 
     full: bool = False
@@ -68,16 +75,31 @@ class Request:
     v_star_max: str | None = None
     epsilon_min: str = "0"
     measure: Measure = "both"
+    law: str = "viscoelastic"
+    end: str = "force"
+    kappa_max: str | None = None
 
     def __post_init__(self) -> None:
-        if self.minimax and self.v_star_max is None:
+        of = law_of(self.law, self.end)
+        if self.kappa_max is not None and self.v_star_max is not None:
+            raise ValueError("kappa_max and v_star_max are both given: accepted is one of them")
+        if self.minimax and not self.bounded:
             raise ValueError("minimax is given without an interval: accepted is minimax with v_star_max (--v-star-max)")
-        if not (self.minimax or self.accuracy) and (self.v_star_max, self.v_star_min) != (None, "0"):
+        if not (self.minimax or self.accuracy) and (self.bounded or self.v_star_min != "0"):
             raise ValueError(
                 "v_star_min and v_star_max bound a best approximant: accepted is an interval with minimax or accuracy "
                 "(--minimax, --accuracy)"
             )
-        if self.v_star_max is None and self.v_star_min != "0":
+        if of != VISCOELASTIC and not (self.pade or self.minimax or (self.accuracy and self.bounded)):
+            raise ValueError(
+                f"the law is {self.law} with end {of.end!r}: accepted with it is accuracy or minimax with kappa_max "
+                "(--accuracy, --minimax, --kappa-max), or pade (--pade)"
+            )
+        if of.nu > 1 and not of.delayed:
+            raise ValueError(
+                f"the law is {self.law} with end {of.end!r}: accepted, as proofs need it, is the end 'force'"
+            )
+        if not self.bounded and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: accepted is an interval with both ends (--v-star-max)"
             )
@@ -92,6 +114,19 @@ class Request:
         if len(self._kinds) > 1:
             kinds = " and ".join(kind.name for kind in self._kinds)
             raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
+
+    @property
+    def bounded(self) -> bool:
+        """Whether an interval is given."""
+        return (self.v_star_max, self.kappa_max) != (None, None)
+
+    def _v_star_max(self, law: Law) -> str | Fraction:
+        """Return the end of the interval; a root of kappa_max is rounded up."""
+        if self.kappa_max is None:
+            return self.v_star_max or ""
+        accepted = "a number from 1e-9 to 1e18"
+        kappa = arguments.exact_number("kappa_max", self.kappa_max, accepted, lambda x: Fraction("1e-9") <= x <= 10**18)
+        return kappa if law.d == 1 else Fraction(f"{float(kappa) ** (1 / law.d) * (1 + 2e-12):.12g}")
 
     @property
     def _kinds(self) -> list[Kind]:
@@ -117,8 +152,9 @@ class Request:
         ValueError
             If an approximant does not exist, or cannot be as accurate as wanted.
         """
-        ends = self.v_star_max, self.v_star_min, self.measure
-        found: list[Quotient] = [prove_rational.of_pade(m, n) for m, n in self.pade]
+        law = law_of(self.law, self.end)
+        ends = self._v_star_max(law), self.v_star_min, self.measure, law
+        found: list[Quotient] = [prove_rational.of_pade(m, n, law) for m, n in self.pade]
         found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)
         chosen = _by_name(prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
         return [*found, *chosen]
@@ -143,9 +179,10 @@ class Request:
         if target not in kind.targets:
             raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.targets)}")
         render = kind.tables.get(target) or target_of(target).renderers.get(kind.id)
-        if render is None:
-            return table_free.render(target_of(target), kind.kernels(self), self.command(target), module)
-        return render(kind.kernels(self), self.command(target))
+        if render is not None:
+            return render(kind.kernels(self), self.command(target))
+        assert kind.compact is not None  # the target is one of the kind's
+        return kind.compact(target_of(target), kind.kernels(self), self.command(target), module)
 
 
 Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
@@ -160,7 +197,7 @@ class Kind(NamedTuple):
     """A kind of kernels that may share a file: its id in targets' renderers, and its name.
 
     `wanted` says whether a request asks for it, `kernels` gives what it asks for, with the proofs; `tables` make the
-    text of a file of numbers of that and the command line. `compact` says whether the compact languages have it, too.
+    text of a file of numbers of that and the command line. `compact` makes the text of compact languages.
     """
 
     id: str
@@ -168,12 +205,12 @@ class Kind(NamedTuple):
     wanted: Callable[[Request], object]
     kernels: Callable[[Request], Any]
     tables: Mapping[str, Renderer] = {}
-    compact: bool = False
+    compact: Callable[[Target, Any, str, str], str] | None = None
 
     @property
     def targets(self) -> list[str]:
         """The targets of its files."""
-        written = (t.name for t in targets() if self.id in t.renderers or (self.compact and t.compact))
+        written = (t.name for t in targets() if self.id in t.renderers or (self.compact is not None and t.compact))
         return [*written, *self.tables]
 
 
@@ -181,7 +218,7 @@ KINDS = (
     Kind(
         "quotient",
         "quotients of polynomials",
-        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
+        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.bounded),
         Request.quotients,
         {
             "csv": tables.csv_table,
@@ -190,14 +227,15 @@ KINDS = (
             "certificates": tables.certificates,
             "vectors": vectors.render,
         },
+        compact=quotients.render,
     ),
     Kind(
         "root",
         "kernels in powers of a root",
-        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
+        lambda asked: asked.inverse or (asked.accuracy and not asked.bounded),
         Request.in_powers_of_a_root,
         {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},
-        compact=True,
+        compact=table_free.render,
     ),
     Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda asked: None, {"vectors": vectors.render}),
     Kind(

@@ -16,6 +16,7 @@ from flint import arb
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
+from viscopade.theory.law import Law
 
 BITS = 256
 SHARP_DIGITS = 22
@@ -54,6 +55,12 @@ def sharply(w: Fraction) -> Portions:
     if not SHARP[0] <= w <= SHARP[1]:
         return at(w)
     found = exact.collision(beta=1, speed=w, digits=SHARP_DIGITS)
+    return Portions(found.epsilon, found.one_minus_epsilon)
+
+
+def at_v_star(v_star: Fraction, law: Law) -> Portions:
+    """Return eps and 1 - eps of a law at v* = kappa^(1/d) > 0, to `SHARP_DIGITS` digits."""
+    found = exact.collision(v_star, SHARP_DIGITS, law=law)
     return Portions(found.epsilon, found.one_minus_epsilon)
 
 

@@ -13,6 +13,7 @@ from viscopade.generated import WIDTH
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.forms.rounding_bounds import ULPS, of_speed
 from viscopade.store import recorded
+from viscopade.theory.law import VISCOELASTIC
 
 _DECADES = 30
 USUAL = Fraction(10) ** _DECADES
@@ -59,6 +60,6 @@ def assumed(roots: str) -> str:
 
 def speed_note(kernels: Sequence[Quotient], forms: Sequence[Format]) -> list[str]:
     """Return the lines on functions of the speed in a file of quotients; none if no error of theirs is proven."""
-    if not any(kernel.bounds for kernel in kernels):
+    if not any(kernel.bounds and kernel.law == VISCOELASTIC for kernel in kernels):
         return []
     return ["", *wrap(stated(forms), WIDTH), "", *wrap(f"{assumed('pow')}.", WIDTH)]

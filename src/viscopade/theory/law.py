@@ -85,6 +85,13 @@ class Law:
         return f"x'' + {elastic} + kappa {damping} x' = 0".replace("  ", " ")
 
     @property
+    def kappa_text(self) -> str:
+        """Kappa as text, in terms of the constants k and c, the effective mass m and the impact speed v."""
+        powers = {"k": -1 / self.nu, "m": 1 / self.nu - 1, "v": 2 * self.c}
+        factors = (f"{name}^({power})" if power != 1 else name for name, power in powers.items() if power)
+        return "c " + " ".join(factors)
+
+    @property
     def nu(self) -> Fraction:
         """(a + 1)/(b + 1), the only parameter that eps as a function knows (section 2.9)."""
         return (self.elastic + 1) / (self.damping + 1)

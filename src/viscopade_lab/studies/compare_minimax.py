@@ -28,6 +28,7 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from importlib.resources import files
 from itertools import product
 from pathlib import Path
@@ -45,6 +46,7 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
+from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.series import series
 from viscopade_lab.script import command, console
 
@@ -247,7 +249,8 @@ def against_sollya() -> tuple[RivalComparison, RivalComparison]:
         best.skipped = machine.skipped = "sollya is not installed (Debian package sollya)"
         return best, machine
     for m, v_max in POLYNOMIALS:
-        fit, fitted = tried(lambda m=m, v=v_max: minimax._fit.__wrapped__(m, 0, minimax.interval_of(0, v), "both", 17))  # type: ignore[misc]
+        interval = minimax.interval_of(0, v_max)
+        fit, fitted = tried(partial(minimax._fit.__wrapped__, m, 0, interval, "both", 17, VISCOELASTIC))
         (real, first), (rounded, second) = _by_sollya(m, v_max)
         best.add((fit.error, fitted), (_error(fit, real), first))
         ours, seconds = tried(lambda fit=fit: machine_coefficients.machine(fit, FLOAT))  # type: ignore[misc]

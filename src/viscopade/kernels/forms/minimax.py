@@ -9,7 +9,16 @@ from viscopade.arithmetic.decimals import above, below, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.quotient import Values, proven_errors, threshold, without_leading_zeros
+from viscopade.kernels.forms.quotient import (
+    Values,
+    law_name,
+    law_pattern,
+    law_record,
+    proven_errors,
+    threshold,
+    without_leading_zeros,
+)
+from viscopade.theory.law import Law
 
 
 @dataclass(frozen=True)
@@ -96,9 +105,9 @@ class MinimaxKernel:
 
     def __post_init__(self) -> None:
         one_line("source", self.source)
-        kinds = {(v.certificate.low, v.certificate.high, v.certificate.measure) for v in self.variants}
+        kinds = {(c.low, c.high, c.measure, c.law) for c in (v.certificate for v in self.variants)}
         if len(kinds) != 1 or self.variants[0].certificate.high is None:
-            raise ValueError(f"{self.label}: the variants must be of one finite interval and one measure")
+            raise ValueError(f"{self.label}: the variants must be of one law, one finite interval and one measure")
         if any((len(v.a), len(v.b)) != (self.m + 1, self.n + 1) for v in self.variants):
             raise ValueError(f"{self.label}: wrong number of coefficients")
 
@@ -109,6 +118,11 @@ class MinimaxKernel:
         return certificate.low, certificate.high or Fraction(0)
 
     @property
+    def law(self) -> Law:
+        """The law of contact."""
+        return self.variants[0].certificate.law
+
+    @property
     def bounds(self) -> tuple[Certificate, ...]:
         """The certificate with the largest bound."""
         return (max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound)),)
@@ -116,13 +130,13 @@ class MinimaxKernel:
     @property
     def name(self) -> str:
         """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
-        return f"minimax_{self.m}_{self.n}_{self._name(identifier(self.bounds[0].bound))}"
+        return f"minimax_{self.m}_{self.n}{law_name(self.law)}_{self._name(identifier(self.bounds[0].bound))}"
 
     @property
     def lasting_name(self) -> str:
         """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
         total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)
-        return f"minimax_{self._name(power_of_ten(total))}"
+        return f"minimax{law_name(self.law)}_{self._name(power_of_ten(total))}"
 
     def _name(self, error: str) -> str:
         """Return the part of the names with interval, error and measure."""
@@ -133,7 +147,7 @@ class MinimaxKernel:
     @property
     def pattern(self) -> str:
         """The form of the names."""
-        return "minimax_M_N_vV_B"
+        return f"minimax_M_N{law_pattern(self.law)}_vV_B"
 
     @property
     def label(self) -> str:
@@ -191,6 +205,7 @@ class MinimaxKernel:
             "v_star_min": above(low),
             "v_star_max": below(high),
             "measure": self.bounds[0].measure,
+            **law_record(self.law),
             "variants": [
                 {
                     "type": v.form.name,

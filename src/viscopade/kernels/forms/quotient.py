@@ -19,6 +19,7 @@ from viscopade.arithmetic.decimals import above, below
 from viscopade.arithmetic.formats import Format, float_text
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
+from viscopade.theory.law import VISCOELASTIC, Law
 
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
 # and keeps the quotient of two such sums a normal number.
@@ -48,6 +49,10 @@ class Quotient(Protocol):
     @property
     def label(self) -> str:
         """The name in comments and messages."""
+
+    @property
+    def law(self) -> Law:
+        """The law of contact; v* = kappa^(1/law.d)."""
 
     @property
     def domain(self) -> str:
@@ -129,6 +134,7 @@ class PadeKernel:
         What is proven of the error of the exact formula.
     rounding : tuple of (str, str)
         For names of types, a bound of what rounding (of coefficients, too) adds, relative to eps, where `bounds` hold.
+    law : Law
 
     Raises
     ------
@@ -149,6 +155,7 @@ class PadeKernel:
     source: str
     bounds: tuple[Certificate, ...] = ()
     rounding: tuple[tuple[str, str], ...] = ()
+    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         for name, degree in (("m", self.m), ("n", self.n)):
@@ -187,7 +194,7 @@ class PadeKernel:
     @property
     def name(self) -> str:
         """The name with type and degree, "pade_3_6"."""
-        return f"pade_{self.m}_{self.n}"
+        return f"pade_{self.m}_{self.n}{law_name(self.law)}"
 
     @property
     def lasting_name(self) -> str:
@@ -197,7 +204,7 @@ class PadeKernel:
     @property
     def pattern(self) -> str:
         """The form of the names."""
-        return "pade_M_N"
+        return f"pade_M_N{law_pattern(self.law)}"
 
     @property
     def label(self) -> str:
@@ -227,6 +234,7 @@ class PadeKernel:
         return {
             "m": self.m,
             "n": self.n,
+            **law_record(self.law),
             **self._texts,
             "domain": self.domain,
             "pole": None if self.pole is None else decimal_text(self.pole),
@@ -313,6 +321,23 @@ class PadeKernel:
         a, b = self.reduced
         self._nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)
         return threshold(self.label, a, b, form)
+
+
+def law_name(law: Law) -> str:
+    """Return the part of functions' names for a law that is not the paper's: "_a3o2_b1o4" for a = 3/2, b = 1/4."""
+    if law == VISCOELASTIC:
+        return ""
+    return f"_a{law.elastic}_b{law.damping}".replace("/", "o")
+
+
+def law_pattern(law: Law) -> str:
+    """Return the pattern of `law_name`."""
+    return "_aA_bB" if law_name(law) else ""
+
+
+def law_record(law: Law) -> dict[str, object]:
+    """Return a law that is not the paper's as JSON-able data."""
+    return {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d} if law_name(law) else {}
 
 
 def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format) -> int:

@@ -12,13 +12,18 @@ from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.syntax import constant_of_c, of_c, text
-from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble
+from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble, takes_speed, variable
 from viscopade.kernels.v_star import speed_note
 
+_PADE = "for the Pade approximant [M/N]"
+_MINIMAX = "for the best approximant [M/N] up to v* = V, with the proven bound B of its error"
+_SPELLING = "(p stands for the decimal point, m for the minus of an exponent)"
+_LAW = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
 NAMES = {
-    "pade_M_N": "for the Pade approximant [M/N].",
-    "minimax_M_N_vV_B": "for the best approximant [M/N] up to v* = V, with the proven bound B of its error "
-    "(p stands for the decimal point, m for the minus of an exponent).",
+    "pade_M_N": f"{_PADE}.",
+    "pade_M_N_aA_bB": f"{_PADE} {_LAW}.",
+    "minimax_M_N_vV_B": f"{_MINIMAX} {_SPELLING}.",
+    "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_SPELLING}, {_LAW}.",
 }
 """By the form of the functions' names, what they stand for."""
 
@@ -50,7 +55,13 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     patterns = {kernel.pattern for kernel in kernels}
     names = [line for form in NAMES if form in patterns for line in wrap(f"NAME is {form} {NAMES[form]}", WIDTH)]
     return template(__name__, "quotient.h.jinja").render(
-        head=head, blocks=blocks, names=names, has_derivative=has_derivative, lasting=lasting(map(_functions, blocks))
+        head=head,
+        blocks=blocks,
+        names=names,
+        has_derivative=has_derivative,
+        lasting=lasting(map(_functions, blocks)),
+        variable=variable(kernels[0].law),
+        of_speed=takes_speed(kernels[0]),
     )
 
 
@@ -59,7 +70,12 @@ def _functions(block: Mapping[str, Any]) -> tuple[Quotient, list[str]]:
     return block["kernel"], [
         f"{function}_{{}}{variant['suffix']}"
         for variant in block["variants"]
-        for function in ("epsilon", *(["epsilon_derivative"] if variant["derivative"] else []), "restitution")
+        for function, given in (
+            ("epsilon", True),
+            ("epsilon_derivative", variant["derivative"]),
+            ("restitution", takes_speed(block["kernel"])),
+        )
+        if given
     ]
 
 

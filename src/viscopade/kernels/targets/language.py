@@ -73,6 +73,23 @@ class Runner:
 EXECUTABLE = "viscopade-check.exe"  # no scene can have this name
 START = (f"./{EXECUTABLE}",)
 
+
+@dataclass(frozen=True)
+class FunctionText:
+    """How a language writes a file of functions of v*: patterns, whose words stand in braces."""
+
+    begin: str  # {name}, {suffix}, {type}, {guard}: a name in capitals with the type
+    constant: str  # {constant}, {value}, {type}
+    assign: str  # {variable}, {value}, {type}
+    result: str  # {value}, {low}, {high}, {type}
+    guard: str = ""  # {low}, {high}, {type}
+    close: str = ""
+    call: str = "epsilon_{name}(v_star)"
+    outside: str = "They return NaN for a v* outside the domain, and for NaN."
+    file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
+    apart: int = 0  # lines between functions, besides one
+
+
 Renderer = Callable[[Any, str], str]
 """From kernels of a kind, and the command line that makes the file, to the file's text."""
 
@@ -93,6 +110,7 @@ class Target:
     renderers: Mapping[str, Renderer] = field(default_factory=dict)  # by id of `requests.KINDS`; none: compact kernels
     kinds: Kinds = field(default_factory=lambda: COMPACT)
     templates: Mapping[str, str] = field(default_factory=dict)  # those with names of their own
+    functions: FunctionText | None = None  # of quotients in v*, in compact languages
     measured: bool = False  # whether benchmarks measure this code
 
     # Compact kernels.
@@ -123,6 +141,19 @@ class Target:
     def template(self, part: str) -> str:
         """Return the template of "table_free" kernels, of a "scene", or of the program that "check"s it."""
         return self.templates.get(part, f"{part}{self.suffix}.jinja")
+
+    @property
+    def written(self) -> FunctionText:
+        """How functions of v* are written.
+
+        Raises
+        ------
+        ValueError
+            If the language has templates for them.
+        """
+        if self.functions is None:
+            raise ValueError(f"{self.name} writes functions of v* by a template")
+        return self.functions
 
     @property
     def compact(self) -> bool:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import template
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, preamble
+from viscopade.kernels.targets.wording import distinct, preamble, takes_speed, variable
 from viscopade.kernels.v_star import speed_note
 
 
@@ -31,14 +31,16 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     lines = [*preamble(kernels, command), *speed_note(kernels, [DOUBLE])]
     head = "\n".join(f"# {line}".rstrip() for line in lines)
     blocks = [_block(kernel) for kernel in distinct(kernels)]
-    return template(__name__, "quotient.py.jinja").render(head=head, blocks=blocks)
+    return template(__name__, "quotient.py.jinja").render(
+        head=head, blocks=blocks, variable=variable(kernels[0].law), of_speed=takes_speed(kernels[0])
+    )
 
 
 def _block(kernel: Quotient) -> dict[str, object]:
     """Return what the template needs of one kernel."""
     a, b = kernel.rounded(DOUBLE)
-    end = None if kernel.end is None else (kernel.end[0], _not_above(Fraction(kernel.end[1])))
-    interval = None if kernel.interval is None else tuple(map(_inside, kernel.interval, (1, -1)))
+    end = None if kernel.end is None else (kernel.end[0], DOUBLE.nearest(Fraction(kernel.end[1]), math.floor))
+    interval = None if kernel.interval is None else tuple(map(DOUBLE.nearest, kernel.interval, (math.ceil, math.floor)))
     found = kernel.derivative(DOUBLE)
     return {
         "kernel": kernel,
@@ -49,16 +51,3 @@ def _block(kernel: Quotient) -> dict[str, object]:
         "interval": interval,
         "t": None if found is None else found[0][0],
     }
-
-
-def _inside(number: Fraction, direction: int) -> float:
-    """Return the double next to an end of an interval, on the inner side."""
-    value = float(number)
-    outside = (Fraction(value) - number) * direction < 0
-    return math.nextafter(value, direction * math.inf) if outside else value
-
-
-def _not_above(number: Fraction) -> float:
-    """Return the largest double that is not above a positive number."""
-    value = DOUBLE.nearest(number)
-    return value if value <= number else math.nextafter(value, 0.0)

@@ -13,7 +13,8 @@ from viscopade import arguments
 from viscopade.arithmetic.formats import decimal_value
 from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line, one_line, template
 from viscopade.kernels.forms.quotient import Quotient, decimal_text
-from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, preamble
+from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, end_condition, preamble
+from viscopade.theory.law import Law
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
 
@@ -54,13 +55,14 @@ def json_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return one object; its "approximants" hold the numbers as decimal strings."""
     approximants = [kernel.record() for kernel in distinct(kernels)]
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
-    return _json(command, source, {"error": bound_text(kernels), "approximants": approximants})
+    return _json(command, source, {"error": bound_text(kernels), "approximants": approximants}, kernels[0].law)
 
 
 def certificates(kernels: Sequence[Described], command: str) -> str:
     """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
     entries = [entry for kernel in kernels for entry in kernel.certificates()]
-    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries})
+    law = getattr(kernels[0], "law", None) if kernels else None
+    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries}, law)
 
 
 def records(kernels: Sequence[Described], command: str) -> str:
@@ -111,12 +113,12 @@ def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[obj
     return "\n".join(lines) + "\n"
 
 
-def _json(command: str, source: str, rest: dict[str, object]) -> str:
+def _json(command: str, source: str, rest: dict[str, object], law: Law | None = None) -> str:
     head = {
         "generated_by": generated_by(),
         "command": one_line("command", command),
         "source": source,
-        "end_condition": END_CONDITION,
+        "end_condition": end_condition(law),
     }
     return dumps(head | rest, indent=2, ensure_ascii=False) + "\n"
 

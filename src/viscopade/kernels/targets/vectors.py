@@ -27,7 +27,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
-from viscopade.generated import END_CONDITION, generated_by, one_line
+from viscopade.generated import generated_by, one_line
 from viscopade.kernels import truth
 from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
@@ -40,8 +40,10 @@ from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_o
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
+from viscopade.kernels.targets.wording import end_condition, takes_speed
 from viscopade.kernels.truth import Portions
 from viscopade.kernels.v_star import USUAL, of_v_star
+from viscopade.theory.law import Law
 
 HARD = "data/hard_arguments.csv"
 COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")
@@ -102,14 +104,14 @@ def render(kernels: Any, command: str) -> str:
     command : str
         The command line that makes the file.
     """
+    chosen = kernels if isinstance(kernels, Sequence) else [kernels]
     head = {
         "generated_by": generated_by(),
         "command": one_line("command", command),
         "source": SOURCE,
-        "end_condition": END_CONDITION,
+        "end_condition": end_condition(getattr(chosen[0], "law", None)),
         "columns": COLUMNS,
     }
-    chosen = kernels if isinstance(kernels, Sequence) else [kernels]
     with working(truth.BITS), np.errstate(all="ignore"):
         lines = [line for kernel in chosen for function in _functions(kernel) for line in _lines(function)]
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
@@ -315,6 +317,29 @@ def _of_v_star(
     return answer
 
 
+def _of_law(
+    law: Law,
+    form: Format,
+    stated: Callable[[Fraction, Portions], Fraction | None],
+    high: Fraction,
+    limits: tuple[float, float],
+) -> Callable[[float], Answer]:
+    """Return the answer of eps of v* by a law, up to the v* to which an error is stated."""
+
+    def answer(x: float) -> Answer:
+        if not x >= 0:
+            return _NAN, Fraction(0)
+        if x in (0, _INF):
+            return limits[x == _INF], Fraction(0)
+        if Fraction(x) > high:
+            return None
+        portions = truth.at_v_star(Fraction(x), law)
+        error = stated(Fraction(x), portions)
+        return None if error is None else (portions.epsilon, error)
+
+    return answer
+
+
 def _of_pair(
     form: Format, stated: Callable[[Fraction, Portions], Fraction | None], limit: float = 0.0
 ) -> Callable[[float, float], Answer]:
@@ -363,6 +388,10 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
+    if not takes_speed(kernel):
+        known = _of_law(kernel.law, form, stated, bounds[-1][0] if bounds else Fraction(0), (1.0, limit))
+        yield Function(f"epsilon_{name}", form, known, bits, points)
+        return
     yield Function(f"epsilon_{name}", form, _of_v_star(form, "epsilon", stated, (1.0, limit)), bits, points)
     yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, _smallest(form)))
     slope = kernel.variant(form).derivative if isinstance(kernel, MinimaxKernel) else None

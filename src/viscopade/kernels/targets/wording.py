@@ -7,7 +7,8 @@ from textwrap import wrap
 from typing import Protocol, TypeVar
 
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
-from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.quotient import Quotient, law_name
+from viscopade.theory.law import Law
 
 NO_BOUND = "Away from v* = 0 no bound of the error is claimed in this file."
 
@@ -32,20 +33,55 @@ def distinct(kernels: Sequence[AnyQuotient]) -> tuple[AnyQuotient, ...]:
 
 def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
     """Return the lines that begin every generated file, without comment marks."""
+    law = kernels[0].law if kernels else None
     return [
         marker_line(command),
         "",
-        "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
-        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
+        *_of_eps(law),
         "",
         "    [m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n).",
         "",
-        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
         "",
         *(line for kernel in distinct(kernels) for line in _summary(kernel)),
         "",
         *wrap(bound_text(kernels), WIDTH),
     ]
+
+
+def _of_eps(law: Law | None) -> list[str]:
+    """Return the lines that say what eps is of."""
+    if law is None or not law_name(law):
+        return [
+            "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
+            "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
+        ]
+    return [
+        "The coefficient of normal restitution eps of the law of contact",
+        "",
+        f"    m xi'' + k xi^a + c xi^b xi' = 0,    a = {law.elastic}, b = {law.damping},",
+        "",
+        "with the effective mass m and the normal component v of the impact velocity, as a rational function of",
+        "",
+        f"    {variable(law)},    kappa = {law.kappa_text}:",
+    ]
+
+
+def variable(law: Law) -> str:
+    """Return v* by kappa, as a part of a sentence."""
+    return "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
+
+
+def takes_speed(kernel: Quotient) -> bool:
+    """Return whether a kernel has functions of speed and beta besides those of v*: the paper's law has."""
+    return not law_name(kernel.law)
+
+
+def end_condition(law: Law | None) -> str:
+    """Return the end condition of a law as a sentence."""
+    if law is None or law.delayed:
+        return END_CONDITION
+    return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
 
 
 class Named(Protocol):

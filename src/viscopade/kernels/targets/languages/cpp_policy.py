@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target, of_library
+from viscopade.kernels.targets.language import (
+    DRIVER,
+    PROGRAM,
+    START,
+    TOOL,
+    FunctionText,
+    Number,
+    Runner,
+    Target,
+    of_library,
+)
 
 TARGET = Target(
     name="cpp-policy",
@@ -19,6 +29,18 @@ TARGET = Target(
     templates={"check": "check.c.jinja"},
     assumed=of_library("std::log2 and std::exp2"),
     stem="viscopade_policy",
+    functions=FunctionText(
+        "#ifndef VISCOPADE_{guard}_POLICY\n#define VISCOPADE_{guard}_POLICY\n\n"
+        "inline {type} epsilon_{name}({type} v_star)\n{{",
+        "const {type} {constant} = {value};",
+        "const {type} {variable} = {value};",
+        "return {value};",
+        "if (!(v_star >= {low} && v_star <= {high})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
+        "}}\n\n#endif",
+        "viscopade::epsilon_{name}(v_star)",
+        file="{head}\n\n#include <limits>\n\nnamespace viscopade {{\n\n{functions}\n\n"
+        "}} // namespace viscopade\n",
+    ),
     include='#include "{file}" (C++14 or later)',
     qualifier="{name}_scene::",
 )  # fmt: skip

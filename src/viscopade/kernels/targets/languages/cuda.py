@@ -5,7 +5,7 @@ from __future__ import annotations
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import DEVICE, LIBRARY, called, plain
-from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target
+from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, FunctionText, Number, Runner, Target
 from viscopade.kernels.targets.syntax import Syntax, constant_of_c, of_c, shortest
 
 _ASSUMED = (
@@ -13,6 +13,27 @@ _ASSUMED = (
     "device those of type double are, and __log2f within 2 or 2^-22, exp2f within 2 and __fdividef within 2, as the "
     "CUDA programming guide says; +, -, *, / are those of IEEE 754"
 )
+
+_COMMON = """
+#include <math.h>
+
+#ifndef VISCOPADE_FUNCTION
+#ifdef __CUDACC__
+#define VISCOPADE_FUNCTION static inline __host__ __device__
+#else
+#define VISCOPADE_FUNCTION static inline
+#endif
+#endif
+
+#ifndef VISCOPADE_CONSTANT
+/* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
+#if defined(__cplusplus) && __cplusplus < 201703L
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
+#else
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif
+#endif
+"""
 
 
 def _number(form: Format) -> Number:
@@ -41,6 +62,17 @@ TARGET = Target(
     assumed=_ASSUMED,
     place="device",
     device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
+    functions=FunctionText(
+        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\n"
+        "VISCOPADE_FUNCTION {type} viscopade_epsilon_{name}{suffix}({type} v_star)\n{{",
+        "const {type} {constant} = {value};",
+        "const {type} {variable} = {value};",
+        "return {value};",
+        'if (!(v_star >= {low} && v_star <= {high})) {{\n    return nan{suffix}("");\n}}',
+        "}}\n\n#endif",
+        "viscopade_epsilon_{name}(v_star)",
+        file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",
+    ),
     include='#include "{file}"',
     element="{array}({index})",
 )  # fmt: skip

@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels.targets.language import DRIVER, FILE, PROGRAM, START, TOOL, Number, Runner, Target, of_library
+from viscopade.kernels.targets.language import (
+    DRIVER,
+    FILE,
+    PROGRAM,
+    START,
+    TOOL,
+    FunctionText,
+    Number,
+    Runner,
+    Target,
+    of_library,
+)
 
 TARGET = Target(
     name="fortran",
@@ -18,6 +29,20 @@ TARGET = Target(
     log="log",
     exp="exp",
     next_line=" &\n" + " " * 12,
+    functions=FunctionText(
+        "pure elemental real({type}) function epsilon_{name}{suffix}(v_star) result(value)\n"
+        "    real({type}), intent(in) :: v_star",
+        "real({type}), parameter :: {constant} = {value}",
+        "{variable} = {value}",
+        "value = {value}",
+        "real({type}) :: numerator, denominator\n\n"
+        "if (.not. (v_star >= {low} .and. v_star <= {high})) then\n"
+        "    value = ieee_value(v_star, ieee_quiet_nan)\n    return\nend if",
+        "end function",
+        file="{head}\n\nmodule {module}\n    use, intrinsic :: iso_fortran_env, only: real32, real64\n"
+        "    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan\n    implicit none\n\ncontains\n\n"
+        "{functions}\n\nend module\n",
+    ),
     include="use {name}_scene",
     element="{array}({index})",
     first_index=1,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels.forms.table_free import SHADER
-from viscopade.kernels.targets.language import DRIVER, PROGRAM, TOOL, Number, Runner, Target, of_shaders
+from viscopade.kernels.targets.language import DRIVER, PROGRAM, TOOL, FunctionText, Number, Runner, Target, of_shaders
 
 TARGET = Target(
     name="glsl",
@@ -13,6 +13,16 @@ TARGET = Target(
     numbers=(Number.of(FLOAT, "float", machine=SHADER),),
     runner=Runner(
         ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
+    ),
+    functions=FunctionText(
+        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\nfloat viscopade_epsilon_{name}(float v_star)\n{{",
+        "const float {constant} = {value};",
+        "precise float {variable} = {value};",
+        "precise float result = {value};\n\nreturn result;",
+        "v_star = clamp(v_star, {low}, {high});",
+        "}}\n\n#endif",
+        "viscopade_epsilon_{name}(v_star)",
+        "A v* outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
     ),
     assumed=of_shaders("Vulkan"),
     place="shader",

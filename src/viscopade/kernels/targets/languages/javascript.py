@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, of_library
+from viscopade.kernels.targets.language import DRIVER, TOOL, FunctionText, Number, Runner, Target, of_library
 
 TARGET = Target(
     name="javascript",
@@ -12,6 +12,14 @@ TARGET = Target(
     numbers=(Number.of(DOUBLE, "number"),),
     runner=Runner(("node",), ".mjs", (), (TOOL, DRIVER)),
     assumed=of_library("Math.log2 and Math.pow(2, x)"),
+    functions=FunctionText(
+        "export function epsilon_{name}(v_star) {{",
+        "const {constant} = {value};",
+        "const {variable} = {value};",
+        "return {value};",
+        "if (!(v_star >= {low} && v_star <= {high})) {{\n    return NaN;\n}}",
+        "}}",
+    ),
     include='import * as scene from "./{file}";',
     qualifier="scene.",
 )

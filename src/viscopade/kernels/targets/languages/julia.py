@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms.table_free import LIBRARY
-from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, of_library
+from viscopade.kernels.targets.language import DRIVER, TOOL, FunctionText, Number, Runner, Target, of_library
 from viscopade.kernels.targets.syntax import Syntax, shortest
 
 
@@ -26,6 +26,15 @@ TARGET = Target(
     numbers=(_number(DOUBLE, "Float64"), _number(FLOAT, "Float32")),
     runner=Runner(("julia",), ".jl", (), (TOOL, "--startup-file=no", DRIVER)),
     assumed=of_library("log2 and exp2"),
+    functions=FunctionText(
+        "function epsilon_{name}(v_star::{type})",
+        "{constant} = {value}",
+        "{variable} = {value}",
+        "return {value}",
+        "if !(v_star >= {low} && v_star <= {high})\n    return {type}(NaN)\nend",
+        "end",
+        file="{head}\n\nmodule Viscopade\n\n{functions}\n\nend\n",
+    ),
     include='include("{file}")',
     qualifier="{module}.",
     first_index=1,

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels.targets.language import Number, of_library, package_of_python
+from viscopade.kernels.targets.language import FunctionText, Number, of_library, package_of_python
 
 TARGET = package_of_python(
     "numba",
     "numba",
     Number.of(DOUBLE, "np.float64", function="np.{}"),
     Number.of(FLOAT, "np.float32", "_f32", function="np.{}", literal="np.float32({})"),
+    functions=FunctionText(
+        '@njit(error_model="numpy")\ndef epsilon_{name}{suffix}(v_star):',
+        "{constant} = {value}",
+        "{variable} = {value}",
+        "return {value}",
+        "if not (v_star >= {low} and v_star <= {high}):\n    return {type}(np.nan)",
+        file="{head}\n\nimport numpy as np\nfrom numba import njit\n\n\n{functions}\n",
+        apart=1,
+    ),
     assumed=of_library("np.log2 and np.exp2"),
 )

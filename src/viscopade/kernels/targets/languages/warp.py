@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels.targets.language import Number, of_library, package_of_python
+from viscopade.kernels.targets.language import FunctionText, Number, of_library, package_of_python
 
 TARGET = package_of_python(
     "warp",
     "warp-lang",
     Number.of(DOUBLE, "wp.float64", function="wp.{}", literal="wp.float64({})"),
     Number.of(FLOAT, "wp.float32", function="wp.{}", literal="wp.float32({})"),
+    functions=FunctionText(
+        "@wp.func\ndef epsilon_{name}{suffix}(v_star: {type}):",
+        "{constant} = {value}",
+        "{variable} = {value}",
+        "return {value}",
+        "if not (v_star >= {low} and v_star <= {high}):\n    return {type}(wp.nan)",
+        file="{head}\n\nimport warp as wp\n\n\n{functions}\n",
+        apart=1,
+    ),
     assumed=of_library("log and exp"),
     log="log",
     exp="exp",

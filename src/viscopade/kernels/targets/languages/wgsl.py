@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels.forms.table_free import SHADER
-from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, of_shaders
+from viscopade.kernels.targets.language import DRIVER, TOOL, FunctionText, Number, Runner, Target, of_shaders
 
 TARGET = Target(
     name="wgsl",
@@ -14,6 +14,16 @@ TARGET = Target(
     comment="//",
     numbers=(replace(Number.of(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
     runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER), shader="text"),
+    functions=FunctionText(
+        "fn viscopade_epsilon_{name}(at: f32) -> f32 {{",
+        "let {constant}: f32 = {value};",
+        "let {variable} = {value};",
+        "return {value};",
+        "let v_star = clamp(at, {low}, {high});",
+        "}}",
+        "viscopade_epsilon_{name}(v_star)",
+        "A v* outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
+    ),
     assumed=of_shaders("WGSL"),
     place="shader",
     element="{array}({index})",
