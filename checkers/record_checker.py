@@ -564,7 +564,7 @@ def flat(values: Any) -> Iterator[str]:
 
 def check_of_v_star(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check what the rounding of v* = sqrt(beta) pow(speed, 0.1) does to eps: the sum of its parts times the slope."""
-    kind, largest = (*key, *("double", None)[len(key) :])  # defaults are no part of a key
+    kind, largest = (key[0] if key else "double"), (key[1] if len(key) > 1 else None)  # defaults are no part of a key
     unit = Fraction(1, 2 ** PRECISION[kind])
     exponent = abs(rounded(Fraction(1, 10), PRECISION[kind]) - Fraction(1, 10))
     farthest = mp.log(2) * (LARGEST[kind] + PRECISION[kind] - 1) if largest is None else mp.log(real(Fraction(largest)))

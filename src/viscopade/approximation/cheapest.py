@@ -8,7 +8,19 @@ from fractions import Fraction
 from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.measure import Measure
-from viscopade.approximation.minimax import MAX_M, MAX_N, Fit, _fit, _shown, cost, interval_of, measure_of
+from viscopade.approximation.minimax import (
+    MAX_FIT_M,
+    MAX_FIT_N,
+    MAX_M,
+    MAX_N,
+    Fit,
+    Interval,
+    _fit,
+    _shown,
+    cost,
+    interval_of,
+    measure_of,
+)
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
@@ -41,20 +53,22 @@ def cheapest_fit(
     TypeError, ValueError
         As for `fit`; or if no degrees up to [6/9] are accurate enough: one line that says what would do.
     """
-    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
+    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
+    candidates = _candidates(interval, law)
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
     fits: dict[tuple[int, int], Fit | None] = {}
 
     def good(price: int) -> list[Fit]:
-        for m, n in _degrees(price, law):
+        degrees = [pair for pair in candidates if cost(*pair) == price]
+        for m, n in degrees:
             if (m, n) not in fits:
                 fits[m, n] = _fit_or_none(m, n, interval, measure, law)
-        found = (fits[degrees] for degrees in _degrees(price, law))
+        found = (fits[pair] for pair in degrees)
         return [fit for fit in found if fit is not None and fit.error <= limit]
 
-    prices = range(1, cost(MAX_M, MAX_N) + 1)
+    prices = sorted({cost(*pair) for pair in candidates})
     rounded: list[MachineFit] = []
     for price in prices[bisect_left(prices, True, key=lambda price: bool(good(price))) :]:
         new = [machine(fit, form) for fit in good(price)]
@@ -62,10 +76,11 @@ def cheapest_fit(
         if best is not None and best.error <= limit:
             return best
         rounded += new
+    m, n = candidates[-1]
     errors = [fit.error for fit in rounded] or [fit.error for fit in fits.values() if fit]
     raise ValueError(
         f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
-        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{MAX_M}/{MAX_N}] reach), or a shorter"
+        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter"
         " interval"
     )
 
@@ -73,17 +88,22 @@ def cheapest_fit(
 def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
     interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    found = (_fit_or_none(m, n, interval, measure, VISCOELASTIC) for m, n in _degrees(price, VISCOELASTIC))
+    degrees = (pair for pair in _candidates(interval, VISCOELASTIC) if cost(*pair) == price)
+    found = (_fit_or_none(m, n, interval, measure, VISCOELASTIC) for m, n in degrees)
     return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
 
 
-def _degrees(price: int, law: Law) -> list[tuple[int, int]]:
-    """Return the degrees of a cost."""
-    pairs = ((m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1))
-    return [(m, n) for m, n in pairs if max(m, n) >= law.d and cost(m, n) == price]
+def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
+    """Return the degrees to be tried, ascending in m: on the half-line those with the law's limit."""
+    if interval[1] is None:
+        more = law.whole_decay or 0
+        pairs = [(m, m + more) for m in range(min(MAX_FIT_M, MAX_FIT_N - more) + 1)]
+    else:
+        pairs = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1)]
+    return [pair for pair in pairs if max(pair) >= law.d]
 
 
-def _fit_or_none(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, law: Law) -> Fit | None:
+def _fit_or_none(m: int, n: int, interval: Interval, measure: Measure, law: Law) -> Fit | None:
     try:
         return _fit(m, n, interval, measure, TABLE_DIGITS, law)
     except ValueError:  # no best approximant, or no good one

@@ -36,14 +36,19 @@ if TYPE_CHECKING:
 
 
 MAX_M, MAX_N = 6, 9
-MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for
+MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for, and a search on the half-line
 LARGEST = 10**6  # v*
+INFINITY = "inf"  # as the end of an interval
 SMALLEST = Fraction(1, 10**6)  # v*, of an interval's end and length
 COEFFICIENT_DIGITS = 30  # beyond those of the error
 MAX_DIGITS = 150  # of eps
 NARROW_DIGITS = 9  # of the values, beyond those of the error
 
 _ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
+
+
+Interval = tuple[Fraction, Fraction | None]
+"""Ends of an interval of v*; None is infinity."""
 
 
 class TooCoarse(ValueError):
@@ -59,7 +64,7 @@ class Fit:
     m, n : int
         Degrees.
     interval : tuple of two Fractions
-        Where v* is.
+        Where v* is; the second is None for the half-line.
     measure : "both" or "relative"
         Of the error.
     a, b : tuple of str
@@ -82,7 +87,7 @@ class Fit:
 
     m: int
     n: int
-    interval: tuple[Fraction, Fraction]
+    interval: Interval
     measure: Measure
     a: tuple[str, ...]
     b: tuple[str, ...]
@@ -131,11 +136,12 @@ def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
     for i in range(1, fit.law.d):
         if _at(a, i) != _at(b, i):
             raise ValueError(f"a_{i} and b_{i} must be the same number")
+    high = math.inf if fit.interval[1] is None else float(fit.interval[1])
     scale = math.lcm(*(c.denominator for c in b))
     with working(128):
         roots = cast("list[tuple[acb, int]]", fmpz_poly([int(c * scale) for c in b]).complex_roots())
         for root, _ in roots:
-            if root.imag == 0 and float(fit.interval[0]) <= float(root.real) <= float(fit.interval[1]):
+            if root.imag == 0 and float(fit.interval[0]) <= float(root.real) <= high:
                 raise ValueError(f"the denominator of {fit.label} has a zero at v* = {float(root.real):.6g}")
 
 
@@ -162,7 +168,8 @@ def fit(
     m, n : int
         Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2 (or d).
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
+        Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6. For a law with eps ~ v*^-k and a
+        whole k, v_star_max may be "inf"; then n must be m + k.
     measure : "both" or "relative"
         Of the error: see the module.
     digits : int
@@ -178,11 +185,13 @@ def fit(
         If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
         line.
     """
-    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    return _fit(*degrees_of(m, n, law), interval, measure, arguments.digits(digits), law)
+    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
+    return _fit(*degrees_of(m, n, law, interval), interval, measure, arguments.digits(digits), law)
 
 
-def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law = VISCOELASTIC) -> tuple[int, int]:
+def degrees_of(
+    m: SupportsIndex, n: SupportsIndex, law: Law = VISCOELASTIC, interval: Interval = (Fraction(0), Fraction(1))
+) -> tuple[int, int]:
     """Check the degrees; errors as for `fit`."""
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
@@ -191,12 +200,20 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law = VISCOELASTIC) -> t
             f"the degrees are [{m}/{n}]: accepted are degrees of which the larger one is at least {law.d} "
             f"(else a_i = b_i for i < {law.d} leaves only N/D = 1)"
         )
+    if interval[1] is None and n - m != law.whole_decay:
+        raise ValueError(f"the degrees are [{m}/{n}]: accepted up to infinity is n = m + {law.whole_decay}")
     return m, n
 
 
-def interval_of(v_star_min: Exact, v_star_max: Exact) -> tuple[Fraction, Fraction]:
+def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -> Interval:
     """Check the ends of an interval, and return them exactly; errors as for `fit`."""
     low = arguments.exact_number("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
+    if v_star_max == INFINITY:
+        if law.whole_decay is None:
+            raise ValueError(
+                f"v_star_max is inf: accepted for the law {law} is a number, as no quotient follows its eps to infinity"
+            )
+        return low, None
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
     if high - low < SMALLEST * max(low, Fraction(1)):
@@ -215,7 +232,7 @@ def measure_of(measure: str) -> Measure:
 
 
 @lru_cache(maxsize=1024)
-def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, law: Law) -> Fit:
+def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law) -> Fit:
     start: tuple[float, ...] | None = None
     while digits <= MAX_DIGITS:
         try:
@@ -231,13 +248,14 @@ def _fit(m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, 
 
 
 def minimax_problem(
-    m: int, n: int, interval: tuple[Fraction, Fraction], measure: Measure, digits: int, law: Law = VISCOELASTIC
+    m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law = VISCOELASTIC
 ) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
     eps = exact_target(digits, law)
-    low, high = float(interval[0]), float(interval[1])
+    half_line, end = interval[1] is None, interval[1] or Fraction(LARGEST)
+    low, high = float(interval[0]), float(end)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
-              high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
+              high if high <= end else math.nextafter(high, 0.0))  # fmt: skip
 
     def sharpness(v_star: arb) -> arb:
         epsilon, loss = eps.both(v_star)
@@ -246,13 +264,16 @@ def minimax_problem(
         return v_star**law.d / epsilon
 
     beyond = (min(3 * high, float(LARGEST)),) if 3 * high <= LARGEST else ()
-    return remez.Problem(m, n, eps.loss_ratio, sharpness, inside, law.d, digits=eps.digits, beyond=beyond)
+    coordinate = remez.Coordinate(half_line=half_line)
+    return remez.Problem(
+        m, n, eps.loss_ratio, sharpness, inside, law.d, digits=eps.digits, coordinate=coordinate, beyond=beyond
+    )
 
 
 def _finished(
     m: int,
     n: int,
-    interval: tuple[Fraction, Fraction],
+    interval: Interval,
     measure: Measure,
     digits: int,
     law: Law,
@@ -281,5 +302,6 @@ def _decimal(number: arb, digits: int) -> str:
     return text
 
 
-def _shown(interval: tuple[Fraction, Fraction]) -> str:
-    return f"[{float(interval[0]):g}, {float(interval[1]):g}]"
+def _shown(interval: Interval) -> str:
+    low, high = interval
+    return f"[{float(low):g}, inf)" if high is None else f"[{float(low):g}, {float(high):g}]"

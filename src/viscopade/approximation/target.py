@@ -19,10 +19,11 @@ from typing import SupportsIndex
 from flint import arb, arb_mat, arb_poly
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import ball_of, bits_for, working
+from viscopade.arithmetic.balls import ball_of, bits_for, rational_power, working
 from viscopade.arrays import panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS, PERIOD, Row
 from viscopade.collision import exact
+from viscopade.collision.law_panels import limit
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.series import series
@@ -32,6 +33,7 @@ RADIUS = 1.0471  # of convergence for the paper's law, rounded down (`singularit
 SERIES_ENDS = (Fraction(1, 16), Fraction(1, 8), Fraction(1, 4), Fraction(1, 2))
 ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes is off by about this to the -n
 ELLIPSE = 4.6  # on all others
+FAR = 40  # v* from which limits are looked at
 STEP = 5  # panels are made for multiples of so many digits
 GUARD_DIGITS = 3
 MAX_ATTEMPTS = 6
@@ -65,6 +67,9 @@ class ExactEpsilon:
 
     def both(self, v_star: arb) -> tuple[arb, arb]:
         """Return eps and 1 - eps."""
+        far = _far_epsilon(v_star, self.digits, self.law)
+        if far is not None:
+            return far, (1 - far).mid()
         panel, scaled, folds = self._place(v_star)
         z = panel.z(scaled)
         if panel.ratio is not None:
@@ -87,9 +92,10 @@ class ExactEpsilon:
 
     def loss_ratio(self, v_star: arb) -> arb:
         """Return (1 - eps)/v*^d, at v* = 0 its limit -h_d."""
-        panel, scaled, _ = self._place(v_star)
-        if panel.ratio is not None:
-            return panel.ratio(panel.z(scaled)).mid()
+        if v_star <= ball_of(SERIES_ENDS[-1]):
+            panel, scaled, _ = self._place(v_star)
+            if panel.ratio is not None:
+                return panel.ratio(panel.z(scaled)).mid()
         return (self.loss(v_star) / v_star**self.law.d).mid()
 
     def _place(self, v_star: arb) -> tuple[_ExactPanel, arb, int]:
@@ -141,6 +147,19 @@ def _exact_row(row: Row) -> arb_poly:
 
 
 # --- more digits ------------------------------------------------------------------------------------------------------
+
+
+def _far_epsilon(v_star: arb, digits: int, law: Law) -> arb | None:
+    """Return eps of a law without a table where its limit for large v* gives all digits, else None."""
+    if law == VISCOELASTIC or not law.whole_decay or not v_star > FAR:
+        return None
+    try:
+        factor = limit(law, v_star)
+    except ValueError:
+        return None
+    if not factor.rad() < arb(10) ** (-digits - GUARD_DIGITS):
+        return None
+    return (factor * rational_power(ball_of(law.damping + 1), law.nu - 1) / v_star**law.whole_decay).mid()
 
 
 def _made_panel(v_star: float, digits: int, law: Law) -> _ExactPanel:

@@ -66,7 +66,7 @@ class LawPanel(NamedTuple):
     loading: ParametricEnds
     unloading: ParametricEnds
     work: tuple[tuple[arb_poly, arb_poly], ...]
-    """For each branch twice the work times the scale of time, and twice the scale."""
+    """For each branch twice the work times the scale of time, and twice the scale; none where eps is below 1/2."""
 
     @property
     def start(self) -> Fraction:
@@ -77,13 +77,14 @@ class LawPanel(NamedTuple):
         """Return the course at z, a series or a ball. To be called within `working`."""
         law, power = self.law, self.law.d if self.origin else 0
         f, p = (_at(e.slope, z) / _at(e.step, z) * arb(1, e.error) for e in (self.loading, self.unloading))
-        work = sum((_at(top, z) / _at(bottom, z) for top, bottom in self.work), z * 0)
         reduced = _at(arb_poly(self.k.poly().coeffs()[power:]), z)  # k/z^power
         epsilon = p / f
         scale = rational_power(2 * ball_of(law.n_b / (law.damping + 1)), 1 / law.nu - 1)
         root = _power(reduced * scale * _power(f, 2 * law.c), Fraction(1, law.d))
         v_star = root * (z if self.origin else 1)
-        lost = work
+        if not self.work:
+            return Course(v_star, epsilon, (1 - epsilon) / v_star**law.d)
+        lost = sum((_at(top, z) / _at(bottom, z) for top, bottom in self.work), z * 0)
         if law.delayed:
             inner = _power(reduced, Fraction(law.n_b, law.d)) * _power(p, Fraction(law.n_a, law.d)) / law.n_a
             lost = lost + inner * (z**law.n_b if self.origin else 1)
@@ -148,6 +149,28 @@ def _u_beyond(law: Law, v_star: Fraction) -> Fraction:
     return _dyadic(u * (1 + 1e-8)) + Fraction(1, 2**BITS_OF_U)
 
 
+def limit(law: Law, v_star: arb) -> arb:
+    """Enclose eps kappa^nu (b+1)^(1-nu), whose limit is 1, for all v* from `v_star` on (docs/theory/exact-function.md).
+
+    To be called within `working`.
+
+    Raises
+    ------
+    ValueError
+        If eps does not go like kappa^-nu, or v* is so small that nothing is known.
+    """
+    if not (law.delayed or law.nu == 1):
+        raise ValueError(f"the law is {law} with end {law.end!r}: accepted is nu > 1 with end 'force', or nu = 1")
+    a = rational_power(v_star**law.d, law.nu) / rational_power(ball_of(law.damping + 1), law.nu - 1)
+    if not a > 40:
+        raise ValueError(f"v* is {v_star}: accepted is kappa^nu > 40 (b+1)^(nu-1)")
+    theta = (1 + a).log() / a
+    delta = 1 - theta if law.nu == 1 else a.log() / a
+    least = rational_power(1 - theta - delta, law.nu - 1) if law.nu > 1 else arb(1)
+    least = (least * (1 - (-delta * a).exp())).lower()
+    return arb((1 + least) / 2, ((1 - least) / 2).abs_upper())
+
+
 def _layout(law: Law, end: Fraction) -> list[Fraction]:
     """Return the ends of panels in u."""
     ends = [Fraction(0), *sorted({u for u in map(_dyadic, (_FIRST.get(law.d, _FIRST[3]), SMALL)) if u < end})]
@@ -180,10 +203,15 @@ def panel(law: Law, left: Fraction, right: Fraction) -> LawPanel:
     accuracy = ACCURACY + (round(more) if law.delayed else 0)
     branches = [integrated(k, unloading, accuracy, DEGREE, GAP, motion) for unloading in (False, True)]
     loading, unloading = (parametric_ends(branch, origin) for branch in branches)
-    works = tuple(_work(branch, of) for branch, of in zip(branches, (loading, unloading), strict=True))
     if not max(loading.error, unloading.error) < WANTED:
         raise ArithmeticError("the errors are not small")
-    return LawPanel(law, origin, k, loading, unloading, works)
+    found = LawPanel(law, origin, k, loading, unloading, ())
+    with working(BITS, 1):  # eps falls: it is largest where the panel begins
+        inelastic = not origin and found.course(arb_series([ball_of(found.start)])).epsilon.coeffs()[0] < arb(1) / 2
+    if inelastic:
+        return found
+    works = tuple(_work(branch, of) for branch, of in zip(branches, (loading, unloading), strict=True))
+    return found._replace(work=works)
 
 
 def _work(branch: ParametricBranch, of: ParametricEnds) -> tuple[arb_poly, arb_poly]:

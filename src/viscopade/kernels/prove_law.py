@@ -8,17 +8,17 @@ of the absolute values is a bound, as in `certificate`. Parts are halved until t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from flint import arb, arb_series
+from flint import arb, arb_poly, arb_series
 
 from viscopade import arguments
 from viscopade.approximation.measure import Measure
-from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.balls import ball_of, rational_power, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.collision.exact import Exact
-from viscopade.collision.law_panels import Course, LawPanel, law_panels, series_at
+from viscopade.collision.law_panels import Course, LawPanel, law_panels, limit, series_at
 from viscopade.kernels.certificate import Certificate
 from viscopade.theory.law import Law
 
@@ -26,6 +26,8 @@ LARGEST, SMALLEST = 100, Fraction(1, 10**3)  # v*
 BITS, ORDER = 160, 12
 FEWEST_PARTS, MOST_PARTS = 4, 1 << 10
 BISECTIONS = 40
+ENDS = (60, 10**3, 10**4, 10**5, 10**6)  # v* of panels before the limit for large v* takes over
+NEGLIGIBLE = 2.0**-7  # what is not known of the limit, relative to the formula's error
 TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
 
 
@@ -49,7 +51,7 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact)
 
 
 def prove_by_panels(
-    a: Sequence[arb], b: Sequence[arb], law: Law, low: Fraction, high: Fraction, measure: Measure = "both"
+    a: Sequence[arb], b: Sequence[arb], law: Law, low: Fraction, high: Fraction | None, measure: Measure = "both"
 ) -> Certificate:
     """Prove a bound of the deviation on low <= v* <= high that is tight to about its printed digits.
 
@@ -60,7 +62,7 @@ def prove_by_panels(
     law : Law
         With no attractive force.
     low, high : Fraction
-        0 <= low < high <= 100.
+        0 <= low < high <= 100; None is infinity, for a law with a whole power of v* as limit, and n = m + that power.
     measure : "both" or "relative"
         Relative to the smaller of eps and 1 - eps, or to eps.
 
@@ -71,8 +73,13 @@ def prove_by_panels(
     ArithmeticError
         If there is no bound: the formula has a pole in the interval, or the law's panels do not reach so far.
     """
-    if high > LARGEST:
-        raise ArithmeticError(f"proofs for the law {law} end at v* = {LARGEST}")
+    if high is None:
+        end = _end(a, b, law)
+        found = prove_by_panels(a, b, law, low, end, measure)
+        bound = max(found.bound, _beyond(a, b, law, end), key=Fraction)
+        return replace(found, high=None, bound=bound)
+    if high > max(ENDS):
+        raise ArithmeticError(f"proofs for the law {law} end at v* = {max(ENDS)}")
     try:
         panels = law_panels(law, high)
     except ArithmeticError:
@@ -96,6 +103,31 @@ def prove_by_panels(
                 near = float(_v_star(panels[i], Fraction(0)))
                 raise ArithmeticError(f"no bound was found near v* = {near:.3g} (a pole?)")
             bounds[worst], number[worst] = finer, 2 * number[worst]
+
+
+def _end(a: Sequence[arb], b: Sequence[arb], law: Law) -> Fraction:
+    """Return a v* from which the limit of eps is known well in comparison with the formula's error there."""
+    with working(BITS):
+        factor = rational_power(ball_of(law.damping + 1), law.nu - 1)
+        error = abs(a[-1] / b[-1] / factor - 1)
+        return Fraction(next((end for end in ENDS if limit(law, arb(end)).rad() < NEGLIGIBLE * error), ENDS[-1]))
+
+
+def _beyond(a: Sequence[arb], b: Sequence[arb], law: Law, end: Fraction) -> str:
+    """Bound the deviation relative to eps for all v* >= end, in u = 1/v*."""
+    if len(b) - len(a) != law.whole_decay:
+        raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
+    with working(BITS):
+        true = limit(law, ball_of(end)) * rational_power(ball_of(law.damping + 1), law.nu - 1)
+        width = 1 / ball_of(end) / FEWEST_PARTS
+        bound = arb(0)
+        for i in range(FEWEST_PARTS):
+            u = arb((2 * i + 1) * width / 2, (width / 2).abs_upper())
+            top, bottom = (arb_poly(list(values)[::-1])(u) for values in (a, b))
+            bound = bound.max(abs(top / bottom / true - 1).abs_upper())
+    if not bound < 1:
+        raise ArithmeticError("no bound was found for large v*: is there a pole?")
+    return rounded_up(bound)
 
 
 def _v_star(panel: LawPanel, z: Fraction) -> arb:

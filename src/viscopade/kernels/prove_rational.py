@@ -107,15 +107,15 @@ def of_minimax(
     law: Law = VISCOELASTIC,
 ) -> MinimaxKernel:
     """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
-    interval, measure = minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure)
-    return _of_minimax(*minimax.degrees_of(m, n, law), *interval, measure, law)
+    interval, measure = minimax.interval_of(v_star_min, v_star_max, law), minimax.measure_of(measure)
+    return _of_minimax(*minimax.degrees_of(m, n, law, interval), *interval, measure, law)
 
 
 @recorded
 def _of_minimax(
-    m: int, n: int, low: Fraction, high: Fraction, measure: Measure, law: Law = VISCOELASTIC
+    m: int, n: int, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
 ) -> MinimaxKernel:
-    return _with_proofs(minimax.fit(m, n, high, low, measure, law=law))
+    return _with_proofs(minimax.fit(m, n, minimax.INFINITY if high is None else high, low, measure, law=law))
 
 
 def accurate(
@@ -131,16 +131,17 @@ def accurate(
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
     wanted = arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
-    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), minimax.measure_of(measure), law)
+    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), minimax.measure_of(measure), law)
 
 
 @recorded
 def _accurate(
-    wanted: Fraction, low: Fraction, high: Fraction, measure: Measure, law: Law = VISCOELASTIC
+    wanted: Fraction, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
 ) -> MinimaxKernel:
     limit = wanted
+    end = minimax.INFINITY if high is None else high
     for _ in range(ATTEMPTS):
-        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure, law=law)
+        chosen = cheapest.cheapest_fit(limit, end, low, measure=measure, law=law)
         kernel = _with_proofs(chosen.fit, wanted)
         error = _total(kernel.variants[0])
         if error <= wanted:
@@ -173,19 +174,23 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
 
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
-    _require_horner(fit.label, *machine.exact, form, fit.interval[1])
+    low, high = fit.interval
+    if high is not None:
+        _require_horner(fit.label, *machine.exact, form, high)
     bound = _certified(*machine.exact, fit.interval, fit.measure, fit.law)
-    size = rounding_bounds.quotient_rounding(*machine.exact, form, *fit.interval)
-    slope = _derivative(machine, form, fit.interval) if fit.law == VISCOELASTIC else None
+    switch = None if high is not None else Fraction(2) ** threshold(fit.label, *machine.exact, form)
+    size = rounding_bounds.quotient_rounding(*machine.exact, form, low, high, switch=switch)
+    slope = _derivative(machine, form, (low, high)) if high is not None and fit.law == VISCOELASTIC else None
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
 
 
 def _certified(
-    a: Sequence[Fraction], b: Sequence[Fraction], interval: tuple[Fraction, Fraction], measure: Measure, law: Law
+    a: Sequence[Fraction], b: Sequence[Fraction], interval: minimax.Interval, measure: Measure, law: Law
 ) -> Certificate:
     """Return the proof by the table of panels for the paper's law, and by panels made anew for any other."""
-    if law == VISCOELASTIC:
-        return certificate.prove(exact_formulas.quotient_formula(a, b), *interval, measure)
+    low, high = interval
+    if law == VISCOELASTIC and high is not None:
+        return certificate.prove(exact_formulas.quotient_formula(a, b), low, high, measure)
     with working(prove_law.BITS):
         top, bottom = ([ball_of(c) for c in values] for values in (a, b))
         return prove_law.prove_by_panels(top, bottom, law, *interval, measure)

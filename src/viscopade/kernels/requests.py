@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
 from viscopade import arguments
+from viscopade.approximation import minimax
 from viscopade.approximation.measure import Measure
 from viscopade.kernels import prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
@@ -124,7 +125,9 @@ class Request:
         """Return the end of the interval; a root of kappa_max is rounded up."""
         if self.kappa_max is None:
             return self.v_star_max or ""
-        accepted = "a number from 1e-9 to 1e18"
+        if self.kappa_max == minimax.INFINITY:
+            return self.kappa_max
+        accepted = "a number from 1e-9 to 1e18, or inf"
         kappa = arguments.exact_number("kappa_max", self.kappa_max, accepted, lambda x: Fraction("1e-9") <= x <= 10**18)
         return kappa if law.d == 1 else Fraction(f"{float(kappa) ** (1 / law.d) * (1 + 2e-12):.12g}")
 

@@ -492,6 +492,7 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
 
 def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
+    assert found.kernel.interval is not None
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, found.kernel.bounds[0].measure)

@@ -106,16 +106,16 @@ class MinimaxKernel:
     def __post_init__(self) -> None:
         one_line("source", self.source)
         kinds = {(c.low, c.high, c.measure, c.law) for c in (v.certificate for v in self.variants)}
-        if len(kinds) != 1 or self.variants[0].certificate.high is None:
-            raise ValueError(f"{self.label}: the variants must be of one law, one finite interval and one measure")
+        if len(kinds) != 1:
+            raise ValueError(f"{self.label}: the variants must be of one law, one interval and one measure")
         if any((len(v.a), len(v.b)) != (self.m + 1, self.n + 1) for v in self.variants):
             raise ValueError(f"{self.label}: wrong number of coefficients")
 
     @property
-    def interval(self) -> tuple[Fraction, Fraction]:
-        """The interval of v*."""
+    def interval(self) -> tuple[Fraction, Fraction] | None:
+        """The interval of v*; None for all v* >= 0."""
         certificate = self.variants[0].certificate
-        return certificate.low, certificate.high or Fraction(0)
+        return None if certificate.high is None else (certificate.low, certificate.high)
 
     @property
     def law(self) -> Law:
@@ -140,14 +140,17 @@ class MinimaxKernel:
 
     def _name(self, error: str) -> str:
         """Return the part of the names with interval, error and measure."""
-        low, high = self.interval
-        ends = below(high) if low == 0 else f"{above(low)}to{below(high)}"
-        return f"v{identifier(ends)}_{error}{'' if self.bounds[0].measure == 'both' else '_relative'}"
+        if self.interval is None:
+            ends = "all"
+        else:
+            low, high = self.interval
+            ends = f"v{identifier(below(high) if low == 0 else f'{above(low)}to{below(high)}')}"
+        return f"{ends}_{error}{'' if self.bounds[0].measure == 'both' else '_relative'}"
 
     @property
     def pattern(self) -> str:
         """The form of the names."""
-        return f"minimax_M_N{law_pattern(self.law)}_vV_B"
+        return f"minimax_M_N{law_pattern(self.law)}_{'all' if self.interval is None else 'vV'}_B"
 
     @property
     def label(self) -> str:
@@ -157,6 +160,8 @@ class MinimaxKernel:
     @property
     def domain(self) -> str:
         """The interval."""
+        if self.interval is None:
+            return "all v* >= 0, as far as eps is a normal number"
         low, high = self.interval
         return f"{above(low)} <= v* <= {below(high)}"
 
@@ -197,13 +202,13 @@ class MinimaxKernel:
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
-        low, high = self.interval
+        low, high = self.interval or (Fraction(0), None)
         return {
             "name": self.name,
             "m": self.m,
             "n": self.n,
             "v_star_min": above(low),
-            "v_star_max": below(high),
+            "v_star_max": None if high is None else below(high),
             "measure": self.bounds[0].measure,
             **law_record(self.law),
             "variants": [

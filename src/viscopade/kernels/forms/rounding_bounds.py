@@ -12,6 +12,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import pairwise
+from math import ceil, log2
 from typing import NamedTuple, TypeVar
 
 from flint import arb
@@ -21,6 +22,7 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.collision.panel_proof import END
 from viscopade.kernels.certificate import speeds
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
@@ -34,6 +36,7 @@ PARTS = 32  # of the values of y, at first
 PARTS_OF_PANEL = (4, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
+HEADROOM = 8  # binades: a quotient up to so many above the smallest normal number is one
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
 _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
 _NEAR = Fraction(1, 2**8)
@@ -62,8 +65,9 @@ def quotient_rounding(
     b: Sequence[Fraction],
     form: Format,
     low: Fraction,
-    high: Fraction,
+    high: Fraction | None,
     coefficients: bool = False,
+    switch: Fraction | None = None,
 ) -> arb:
     """Bound the relative rounding error of the computed quotient for low <= v* <= high.
 
@@ -73,9 +77,12 @@ def quotient_rounding(
         Coefficients in ascending order, numbers of the format.
     form : Format
     low, high : Fraction
-        Interval of v*, of which every number of the format is meant.
+        Interval of v*, of which every number of the format is meant. None is infinity, as far as the quotient is a
+        normal number; then `switch` is given.
     coefficients : bool
         Whether the coefficients are rounded to the format, too.
+    switch : Fraction
+        The v* beyond which code computes in powers of 1/v*, if it does so in the interval.
 
     Raises
     ------
@@ -83,8 +90,30 @@ def quotient_rounding(
         If numerator or denominator may vanish.
     """
     given = formulas.dense(a=a, b=b)
-    branch, _ = formulas.epsilon_branches(given)
-    return _of_quotient(branch, "epsilon", given, form, (low, high), coefficients)
+    near, far = formulas.epsilon_branches(given)
+    if high is not None or switch is None:
+        return _of_quotient(near, "epsilon", given, form, (low, high or END), coefficients)
+    normal = Fraction(2) ** ((form.largest - HEADROOM) // (len(b) - len(a)))
+    with working(BITS):
+        numbers = {name: Rounded(ball_of(c), form) for name, c in given.items()}
+        bound = _of_quotient(near, "epsilon", given, form, (low, min(END, switch)), coefficients)
+        for branch, (start, end) in ((near, (END, switch)), (far, (max(switch, low), normal))):
+            waiting = [(start * 2**i, start * 2 ** (i + 1)) for i in range(_octaves(start, end))]
+            while waiting:
+                left, right = waiting.pop()
+                v_star = arb(ball_of((left + right) / 2), ball_of((right - left) / 2).abs_upper())
+                try:
+                    bound = _relative(branch, "epsilon", numbers, form, v_star).abs_upper().max(bound)
+                except ArithmeticError:
+                    if right - left < left / MOST_PARTS:
+                        raise
+                    waiting += [(left, (left + right) / 2), ((left + right) / 2, right)]
+    return bound
+
+
+def _octaves(low: Fraction, high: Fraction) -> int:
+    """Return how many octaves cover an interval."""
+    return max(ceil(log2(high / low)), 0) if high > low else 0
 
 
 def derivative_rounding(

@@ -24,6 +24,7 @@ NAMES = {
     "pade_M_N_aA_bB": f"{_PADE} {_LAW}.",
     "minimax_M_N_vV_B": f"{_MINIMAX} {_SPELLING}.",
     "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_SPELLING}, {_LAW}.",
+    "minimax_M_N_aA_bB_all_B": f"{_MINIMAX.replace('up to v* = V', 'for all v*')} {_SPELLING}, {_LAW}.",
 }
 """By the form of the functions' names, what they stand for."""
 

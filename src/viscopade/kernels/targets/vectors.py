@@ -63,6 +63,9 @@ Arguments = tuple[float, ...]
 Answer = tuple[arb | float, Fraction] | None
 """The exact result, a float where it is 0, 1, infinite or NaN, and the allowed error; None where nothing is stated."""
 
+FARTHEST = Fraction(10) ** 12
+"""Up to which v* vectors of kernels for all v* state what is exact."""
+
 _INF, _NAN = math.inf, math.nan
 _TYPES: dict[str, Any] = {"double": np.float64, "float": np.float32}
 # Numbers of both types: what is exact there is computed once.
@@ -424,7 +427,7 @@ def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str
     else:
         variant = cast(MinimaxKernel, kernel).variant(form)
         bounds, rounding = (variant.certificate,), variant.rounding
-    return sorted((bound.high or Fraction(0), bound.bound) for bound in bounds), Fraction(rounding)
+    return sorted((bound.high or FARTHEST, bound.bound) for bound in bounds), Fraction(rounding)
 
 
 def _quotient_bits(
