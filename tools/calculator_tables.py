@@ -1,4 +1,4 @@
-"""Write the tables of the calculator's page:  python -m tools.calculator_tables > src/viscopade/data/calculator.json ."""
+"""Write the calculator's tables:  python -m tools.calculator_tables > src/viscopade/data/calculator.json ."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _TEXTS = {
         "species.setDissipation({A});"
     },
     "mujoco": {"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
-    "drake": {"any": 'AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s'},
+    "drake": {"any": "AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s"},
     "simbody": {"any": "force.setDissipation({parameter})  # exact at {speed} m/s"},
     "chrono": {"any": "material->SetRestitution({parameter}f);"},
     "jaxdem": {"any": 'Material.create("elasticfrict", e={parameter}, …)'},
@@ -42,6 +42,7 @@ def programs() -> list[dict[str, Any]]:
     found = []
     for name in (*TARGETS, *SOFT):
         program: dict[str, Any] = {"name": name, "title": _title(name), "texts": _TEXTS.get(name, {})}
+        program["walls"] = not name.startswith("rebound")  # `viscopade.simulators.rebound` needs two spheres
         if name in SOFT:
             formula = PROGRAMS[name].formula_of(name)
             program |= {"law": _of_law(formula.law), "kappa": _kappa(name)}

@@ -42,7 +42,7 @@ PHASES = (0.0, 0.25, 0.5, 0.75)
 _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
 _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
-"""The words after the types in pair_coeff, and after `granular` in fix wall/gran, for the numbers of `HertzMaterial`."""
+"""The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _TOO_MANY_STEPS = 10_000_000

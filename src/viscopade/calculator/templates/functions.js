@@ -292,6 +292,7 @@ function commandOf(answer, input) {
 function linesOf(name, answer, input) {
   const program = FACTS.programs.find((each) => each.name === name);
   const command = simulatorCommand(program, answer, input);
+  if (!program.walls && answer.pair && isWall(answer.pair)) return { command: null, reason: `${program.title} has no walls: two spheres are needed.` };
   if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is nothing to write." };
   return { ...command, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
 }

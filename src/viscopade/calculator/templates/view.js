@@ -26,6 +26,7 @@ const MARK = "\u25b8";
 let answer = null;
 let input = null;
 let system = null;
+let saving = null;
 
 // --- fields ------------------------------------------------------------------------------------------------------
 
@@ -143,13 +144,13 @@ function rows() {
   const { law, scaled } = answer;
   const paper = law === FACTS.laws[0];
   const found = [
-    ["eps", general(answer.epsilon, DIGITS)],
-    ["1 - eps", general(answer.loss, DIGITS)],
+    ["eps", general(answer.epsilon, DIGITS), answer.epsilon],
+    ["1 - eps", general(answer.loss, DIGITS), answer.loss],
     ["Speed after the collision", quantityText(answer.rebound, "speed")],
   ];
   if (answer.contactTime !== undefined) {
-    found.push(["Contact time", quantityText(answer.contactTime, "time")]);
-    found.push(["Largest overlap", `${quantityText(answer.compression, "length")}, ${general(100 * answer.overlap, 4)} % of the radius`]);
+    found.push(["Contact time", quantityText(answer.contactTime, "time"), answer.contactTime]);
+    found.push(["Largest overlap", `${quantityText(answer.compression, "length")}, ${general(100 * answer.overlap, 4)} % of the radius`, answer.compression]);
   } else if (scaled) {
     const power = (x) => general(x, 4);
     const k = "(k/m)";
@@ -162,9 +163,9 @@ function rows() {
     found.push(["Contact time", "beyond the table: viscopade epsilon has it"]);
   }
   if (paper) found.push(["v*", general(answer.vStar, DIGITS)]);
-  found.push(["kappa", general(answer.kappa, DIGITS)]);
-  if (answer.beta !== undefined) found.push(["beta", quantityText(answer.beta, "beta")]);
-  if (answer.A !== undefined) found.push(["A of the pair", quantityText(answer.A, "time")]);
+  found.push(["kappa", general(answer.kappa, DIGITS), answer.kappa]);
+  if (answer.beta !== undefined) found.push(["beta", quantityText(answer.beta, "beta"), answer.beta]);
+  if (answer.A !== undefined) found.push(["A of the pair", quantityText(answer.A, "time"), answer.A]);
   if (answer.own !== undefined) found.push([law.symbol, quantityText(answer.own, law.power ? "slowness" : "")]);
   return found;
 }
@@ -180,9 +181,10 @@ function accuracyText() {
 }
 
 function show() {
-  const rowsOf = rows().map(([name, value]) => {
+  const rowsOf = rows().map(([name, value, raw]) => {
     const row = document.createElement("tr");
     row.append(element("th", name, { scope: "row" }), element("td", value));
+    if (raw !== undefined) row.lastChild.dataset.value = raw; // all digits, in SI units
     return row;
   });
   $("numbers").replaceChildren(...rowsOf);
@@ -206,7 +208,8 @@ function showProgram() {
 
 function showCode() {
   const paper = isPaper(answer.law, input.end);
-  $("language").disabled = !paper;
+  $("row-language").classList.toggle("hidden", !paper);
+  $("one-language").classList.toggle("hidden", paper);
   $("code").textContent = snippetOf($("language").value, answer, input);
 }
 
@@ -333,12 +336,19 @@ function draw() {
   curves.forEach((curve, i) => first.curve(curve, speeds, values[i]));
   first.dot(input.speed, answer.epsilon);
   const differences = values.map((each) => each.map((e, i) => Math.abs(e / values[0][i] - 1)));
-  const most = Math.max(LEAST_ERROR * 100, ...differences.slice(1).flat().filter(Number.isFinite));
-  const errors = axisOf(LEAST_ERROR, Math.min(10 ** Math.ceil(Math.log10(most)), 10), true, 6);
+  const errors = errorAxis(differences.slice(1).flat().filter((e) => e > LEAST_ERROR && e < Infinity));
   const second = panel(width, 220, horizontal, errors, "relative difference from this law", `impact speed in ${unit}`);
   curves.slice(1).forEach((curve, i) => second.curve(curve, speeds, differences[i + 1]));
   $("plot").replaceChildren(first.picture, second.picture);
   $("shown").tBodies[0].replaceChildren(...curves.map((curve, i) => curveRow(curve, i ? here[i] : answer.epsilon, here[0], i)));
+}
+
+function errorAxis(found) {
+  const sorted = found.sort((a, b) => a - b);
+  const decade = (x) => Math.log10(x || 1e-8);
+  const high = Math.min(Math.ceil(decade(sorted[sorted.length - 1])), 1);
+  const low = Math.min(Math.floor(decade(sorted[Math.floor(sorted.length / 20)])), high - 2);
+  return axisOf(10 ** low, 10 ** high, true, 6);
 }
 
 function verticalAxis(own) {
@@ -362,11 +372,19 @@ function curveRow(curve, value, reference, index) {
 // --- state -------------------------------------------------------------------------------------------------------
 
 const defaults = {};
+
+// The default of a field in the chosen units.
+function defaultOf(id) {
+  const [dimension, text] = [FIELDS[id]?.[1], defaults[id]];
+  if (!dimension || !text || $("system").value === defaults.system) return text;
+  return general(inUnit(parseQuantity(id, id, text, dimension, defaults.system), dimension, $("system").value), 12);
+}
+
 const curveState = () => CURVES.slice(1).filter((curve) => $(curve.id).checked).map((curve) => curve.name).join("+");
 
 function save() {
   const words = new URLSearchParams();
-  for (const id of STATE) if (valueOf(id) !== defaults[id]) words.set(id, valueOf(id));
+  for (const id of STATE) if (valueOf(id) !== defaultOf(id)) words.set(id, valueOf(id));
   if (curveState() !== defaults.curves) words.set("curves", curveState());
   const hash = String(words);
   history.replaceState(null, "", hash ? `#${hash}` : location.pathname + location.search);
@@ -374,11 +392,11 @@ function save() {
 
 function load() {
   const words = new URLSearchParams(location.hash.slice(1));
-  const given = (id) => words.get(id) ?? defaults[id];
+  const given = (id) => words.get(id) ?? defaultOf(id);
   for (const id of ["law", "end", "system"]) setIfKnown(id, given(id));
   choose($("by"), Object.entries(ways(lawOf($("law").value))).map(([value, [text]]) => [value, text]));
   for (const id of STATE.slice(3)) setIfKnown(id, given(id));
-  const curves = new Set(given("curves").split("+"));
+  const curves = new Set((words.get("curves") ?? defaults.curves).split("+"));
   for (const curve of CURVES.slice(1)) $(curve.id).checked = curves.has(curve.name);
   system = $("system").value;
 }
@@ -473,10 +491,12 @@ function update() {
   const bad = $("problem").textContent !== "";
   for (const id of ["good", "picture"]) $(id).classList.toggle("hidden", bad);
   for (const id of ["title-program", "title-code"]) $(id).parentElement.classList.toggle("hidden", bad);
-  save();
+  clearTimeout(saving);
+  saving = setTimeout(save, 250); // browsers refuse an address that changes with every move of a slider
 }
 
 function copy(id, what) {
+  if (id === "link") save();
   const text = id === "link" ? location.href : $(id).textContent;
   navigator.clipboard.writeText(text).then(
     () => ($("copied").textContent = `Copied ${what}.`),
