@@ -5,4 +5,4 @@ from __future__ import annotations
 from viscopade.calculator import tables
 
 if __name__ == "__main__":
-    print(tables.text(), end="")
+    print(tables.data_file(), end="")

@@ -64,7 +64,7 @@ def _number(value: float) -> float | None:
     return None if math.isinf(value) else value
 
 
-def text() -> str:
+def data_file() -> str:
     """Return the content of the data file."""
     head = f"{MARKER}: python -m tools.calculator_tables > src/viscopade/{DATA}"
     rows = [f"{json.dumps(key(law))}: {json.dumps(made(law), separators=(',', ':'))}" for _, law in laws()]

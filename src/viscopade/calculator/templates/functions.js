@@ -317,7 +317,7 @@ function simulatorCommand(program, answer, input) {
     if (input.strength) words.push(`--yield-strength ${number(input.strength, 15)}`);
     return { command: words.join(" ") };
   }
-  if (!program.law) return { command: null };
+  if (!program.law) return { command: null, scene: Boolean(pair && paper) };
   words.push(`--epsilon ${number(answer.epsilon, 7)} --speed ${number(input.speed, 15)}`);
   if (answer.contactTime !== undefined) words.push(`--contact-time ${number(answer.contactTime, 9)}`);
   else if (program.name === "mujoco") words.push("--contact-time TIME");

@@ -172,7 +172,7 @@ function rows() {
 
 function accuracyText() {
   const kernel = FACTS.kernels[FACTS.kernels.length - 1];
-  const tables = `within ${general(FACTS.tablesError, 2)} of themselves (sampled)`;
+  const tables = `with relative errors below ${general(FACTS.tablesError, 2)} (sampled)`;
   if (isPaper(answer.law, input.end)) {
     return `eps comes from our JavaScript export, ${kernel.name}: proven to be within ${kernel.bound} min(eps, 1 - eps). ` +
       `The other numbers come from tables, ${tables}. Contact ends where the force vanishes, before the compression returns to 0.`;
@@ -198,11 +198,12 @@ function show() {
 }
 
 function showProgram() {
-  const { line, reason, command } = linesOf($("program").value, answer, input);
+  const { line, reason, command, scene } = linesOf($("program").value, answer, input);
   $("line").textContent = line || "";
   $("reason").textContent = reason || "In SI units:";
   for (const id of ["line", "copy-line"]) $(id).classList.toggle("hidden", !line);
   $("simulator").textContent = command || "";
+  $("by-scene").classList.toggle("hidden", !scene);
   $("of-simulator").classList.toggle("hidden", !command);
 }
 
@@ -357,7 +358,7 @@ function verticalAxis(own) {
   if (way === "log") return axisOf(Math.min(Math.max(least / 2, 1e-8), 0.1), 1, true, 6);
   if (way === "linear") return axisOf(0, 1, false, 5);
   const margin = Math.max(0.06 * (most - least), 1e-6 * most);
-  return axisOf(least - margin, most + margin, false, 5);
+  return axisOf(least - margin, most + margin, false, 8);
 }
 
 function curveRow(curve, value, reference, index) {
@@ -489,8 +490,7 @@ function update() {
     $(error.field)?.setAttribute("aria-describedby", "problem");
   }
   const bad = $("problem").textContent !== "";
-  for (const id of ["good", "picture"]) $(id).classList.toggle("hidden", bad);
-  for (const id of ["title-program", "title-code"]) $(id).parentElement.classList.toggle("hidden", bad);
+  for (const id of ["good", "picture", "program-section", "code-section"]) $(id).classList.toggle("hidden", bad);
   clearTimeout(saving);
   saving = setTimeout(save, 250); // browsers refuse an address that changes with every move of a slider
 }
