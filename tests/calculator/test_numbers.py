@@ -167,8 +167,8 @@ def test_curves_have_the_same_eps_at_the_speed_and_those_of_the_package_elsewher
     beta = vp.beta_from_restitution(1.0, 0.4)
     v_star = np.sqrt(beta) * np.array(speeds) ** 0.1
     true = vp.epsilon(v_star)
-    assert found[0] == pytest.approx([0.4] * 4, rel=1e-7)
-    assert found[1] == pytest.approx(true, rel=3e-8)
+    assert found[0] == pytest.approx([0.4] * 4, rel=1e-10)
+    assert found[1] == pytest.approx(true, rel=1e-10)
     assert found[-1] == pytest.approx(true, rel=1e-10)
     for curve, values in zip(curves, found, strict=True):
         if curve["kind"] == "pade":

@@ -109,6 +109,9 @@ function byKernel(name, kappa) {
   return { epsilon, loss: dissipation(1, kappa) / (1 + epsilon) };
 }
 
+// eps of an answer with more digits than the kernel has.
+const byTable = (answer, input) => restitutionOf(answer.law, input.end, answer.kappa, true).epsilon;
+
 // x_max and tau_c in the law's units, or null where the table ends.
 function course(law, end, kappa) {
   const table = tableOf(law, end);
@@ -248,9 +251,9 @@ function curveAt(curve, answer, input, speeds) {
   const kappaAt = (law, kappa) => (v) => kappa * (v / input.speed) ** law.power;
   if (curve.kind === "law") {
     const law = lawOf(curve.name);
-    const kappa = law === answer.law ? answer.kappa : kappaFrom(law, input.end, answer.epsilon);
+    const kappa = law === answer.law ? answer.kappa : kappaFrom(law, input.end, byTable(answer, input));
     if (kappa === null) return speeds.map(() => NaN);
-    return speeds.map(kappaAt(law, kappa)).map((k) => restitutionOf(law, input.end, k)?.epsilon ?? NaN);
+    return speeds.map(kappaAt(law, kappa)).map((k) => restitutionOf(law, input.end, k, true)?.epsilon ?? NaN);
   }
   const kappas = speeds.map(kappaAt(answer.law, answer.kappa));
   if (curve.kind === "reference") return kappas.map((k) => restitutionOf(answer.law, input.end, k, true)?.epsilon ?? NaN);
@@ -358,8 +361,7 @@ const mapped = (of, change) => Object.fromEntries(Object.entries(of).map(([key, 
 // The parameter that gives a program's own contact this eps at this speed.
 function softLine(program, answer, input) {
   const law = FACTS.laws.find(({ elastic, damping }) => elastic === program.law.elastic && damping === program.law.damping);
-  const { epsilon } = restitutionOf(answer.law, input.end, answer.kappa, true); // more digits than the kernel has
-  const kappa = kappaFrom(law, program.law.end, epsilon);
+  const kappa = kappaFrom(law, program.law.end, byTable(answer, input));
   const numbers = { speed: input.speed, parameter: kappa / program.kappa.factor };
   if (program.kappa.restitution) {
     const ratio = numbers.parameter;

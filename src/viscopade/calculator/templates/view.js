@@ -435,7 +435,7 @@ function changeWay(by) {
   if (!old) return;
   try {
     const law = lawOf($("law").value);
-    const epsilon = restitutionOf(old.law, input.end, old.kappa, true).epsilon;
+    const epsilon = byTable(old, input);
     const same = { ...input, law: law.name, end: $("end").value, by: "epsilon", damping: epsilon, at: input.speed };
     const found = $("by").value === "epsilon" ? { epsilon } : calculate(same);
     const values = { epsilon, A: found.A, beta: found.beta, own: found.own, kappa: law === FACTS.laws[0] ? found.vStar : found.kappa };
