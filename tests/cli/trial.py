@@ -180,7 +180,7 @@ def _style(attempt):
 def _bad_files(attempt, answer, changed):
     if not changed:
         return []
-    asked = any(word.startswith(("-o", "--out")) for word in attempt.words)
+    asked = any(word.startswith(("-o", "--out", "--plot", "--scene")) for word in attempt.words)
     if answer.status != 0:
         return [f"a refusal that left or changed files: {[Path(name).name[-40:] for name in changed]}"]
     if not asked:
