@@ -19,7 +19,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 WINGS = (
     *("arguments", "records", "quantity", "progress", "generated"),
     *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels"),
-    *("audit", "fitting", "simulators", "scene", "plots", "cli"),
+    *("audit", "fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
 # Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory.

@@ -392,8 +392,8 @@ class Grammar:
 
 
 KNOWN = (
-    "audit", "bench", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert", "pade", "report",
-    "fit", "plot", "reproduce", "scene", "simulators", "table", "verification",
+    "audit", "bench", "calculator", "claims", "coefficients", "epsilon", "export", "figures", "hardcases", "invert",
+    "pade", "report", "fit", "plot", "reproduce", "scene", "simulators", "table", "verification",
 )  # fmt: skip
 
 

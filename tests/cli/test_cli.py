@@ -57,6 +57,7 @@ COMMANDS = (
     "fit",
     "plot",
     "table",
+    "calculator",
 )
 SAMPLE = Path(__file__).parents[1] / "data" / "bench_result.json"
 
@@ -90,7 +91,7 @@ def test_help_lists_the_commands_that_work_and_no_others():
 
 
 @pytest.mark.parametrize(
-    "name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators", "verification", "plot"})
+    "name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators", "verification", "plot", "calculator"})
 )
 def test_commands_that_print_numbers_have_four_formats(name):
     (style,) = [option for option in command.commands[name].params if option.name == "style"]

@@ -151,7 +151,7 @@ def _bad_answer(attempt, answer):
     found = []
     if answer.errors:
         found.append(f"an answer with something on standard error: {answer.errors[-200:]}")
-    is_code = attempt.command in ("export", "simulators")  # which may speak of NaN, and call nan("")
+    is_code = attempt.command in ("calculator", "export", "simulators")  # which may speak of NaN, and call nan("")
     nan = re.compile(r"(?<![\w\"])nan(?![\w\"(])") if is_code else re.compile(r"\bnan\b", re.IGNORECASE)
     if nan.search(answer.output) and not {"-h", "--help"} & {*attempt.words}:
         found.append("a silent NaN")
@@ -180,7 +180,7 @@ def _style(attempt):
 def _bad_files(attempt, answer, changed):
     if not changed:
         return []
-    asked = any(word.startswith(("-o", "--out")) for word in attempt.words)
+    asked = any(word.startswith(("-o", "--out", "--plot", "--scene")) for word in attempt.words)
     if answer.status != 0:
         return [f"a refusal that left or changed files: {[Path(name).name[-40:] for name in changed]}"]
     if not asked:

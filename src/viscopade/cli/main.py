@@ -12,7 +12,7 @@ from typing import NoReturn, TextIO
 
 import click
 
-from viscopade.cli import audit, derive, fit, generate, simulators, speeds
+from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
 from viscopade.cli.console import keep_printing, tracker
 from viscopade.progress import shown_by
 
@@ -58,6 +58,7 @@ for found in (
     *simulators.COMMANDS,
     *fit.COMMANDS,
     *speeds.COMMANDS,
+    *calculator.COMMANDS,
 ):
     command.add_command(found)
 

@@ -13,6 +13,17 @@ SOUND_CROSSINGS = 5  # of the smaller sphere, that a contact should last at leas
 LONGEST_RELAXATION = 0.3  # A over the contact time
 YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
 
+SENTENCES = {
+    "depth": "the overlap reaches {share} of the radius, more than {limit}: Hertz's theory is for small contacts",
+    "yield": "{speed} is {beyond} the {limit} at which the material begins to yield: eps then falls faster, as plastic "
+    "work is not in the model",
+    "slowness": "at {speed} the contact lasts {share} times as long as sound takes through the sphere, less than "
+    "{limit} times: waves carry energy away, the theory is quasi-static",
+    "relaxation": "A is {share} of the contact time at {speed}, more than {limit}: the law of force is the first order "
+    "in A over the duration",
+}
+"""What `violations` says, with names in braces for numbers; the calculator's page says it, too."""
+
 
 def violations(
     pair: Pair,
@@ -70,20 +81,14 @@ def yield_speed(pair: Pair, strength: float) -> float:
 def _depth(pair: Pair, fastest: float) -> Iterator[str]:
     share = overlap(pair, fastest)
     if share > LARGEST_OVERLAP:
-        yield (
-            f"the overlap reaches {share:.2g} of the radius, more than {LARGEST_OVERLAP:g}: Hertz's theory "
-            "is for small contacts"
-        )
+        yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
 
 
 def _yielding(pair: Pair, fastest: float, strength: float | None, unit: str) -> Iterator[str]:
     limit = math.inf if strength is None else yield_speed(pair, strength)
     if fastest > NEAR_YIELD * limit:
         beyond = "beyond" if fastest > limit else "near"
-        yield (
-            f"{fastest:.3g} {unit} is {beyond} the {limit:.3g} {unit} at which the material begins to yield: eps "
-            "then falls faster, as plastic work is not in the model"
-        )
+        yield SENTENCES["yield"].format(speed=f"{fastest:.3g} {unit}", beyond=beyond, limit=f"{limit:.3g} {unit}")
 
 
 def _slowness(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
@@ -92,16 +97,12 @@ def _slowness(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
     )
     duration = float(pair.contact_time(fastest))
     if duration < SOUND_CROSSINGS * crossing:
-        yield (
-            f"at {fastest:.3g} {unit} the contact lasts {duration / crossing:.2g} times as long as sound takes through "
-            f"the sphere, less than {SOUND_CROSSINGS} times: waves carry energy away, the theory is quasi-static"
-        )
+        share, limit = f"{duration / crossing:.2g}", f"{SOUND_CROSSINGS}"
+        yield SENTENCES["slowness"].format(speed=f"{fastest:.3g} {unit}", share=share, limit=limit)
 
 
 def _relaxation(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
     share = pair.A / float(pair.contact_time(fastest))
     if share > LONGEST_RELAXATION:
-        yield (
-            f"A is {share:.2g} of the contact time at {fastest:.3g} {unit}, more than {LONGEST_RELAXATION:g}: "
-            "the law of force is the first order in A over the duration"
-        )
+        limit = f"{LONGEST_RELAXATION:g}"
+        yield SENTENCES["relaxation"].format(speed=f"{fastest:.3g} {unit}", share=f"{share:.2g}", limit=limit)

@@ -41,6 +41,8 @@ PHASES = (0.0, 0.25, 0.5, 0.75)
 
 _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
 _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
+STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
+"""The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _TOO_MANY_STEPS = 10_000_000
@@ -78,8 +80,8 @@ class HertzMaterial:
 
     @property
     def style(self) -> str:
-        """The words after the types in pair_coeff, and after `granular` in fix wall/gran."""
-        return f"hertz/material {_number(self.E)} {_number(self.eta_n0)} {_number(self.nu)} {_LAW}"
+        """`STYLE` with these numbers."""
+        return STYLE.format(E=_number(self.E), eta_n0=_number(self.eta_n0), nu=_number(self.nu))
 
     def pair(self, pair: Pair) -> Pair:
         """Return other bodies of the same materials with the A that LAMMPS gives them with these numbers."""

@@ -1,0 +1,161 @@
+"""The page of `viscopade calculator`: its text, and the facts that other wings give it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from viscopade import generated, quantity
+from viscopade.calculator import lines, tables
+from viscopade.collision import limits
+from viscopade.generated import marker_line
+from viscopade.kernels import registry, requests
+from viscopade.kernels.targets.languages import LANGUAGES, target
+from viscopade.theory.law import NAMED, Law
+from viscopade.theory.pade import pade
+from viscopade.theory.paper import TABLE
+
+KERNELS_FILE = "viscopade.mjs"
+"""Our export for JavaScript: it is part of the page as it stands in `exports/`."""
+_PADE_DIGITS = 18
+_EXTRA = ((4, 7), (5, 8))
+"""Padé approximants of the page beside those of the paper's table."""
+
+_UNITS = {
+    "length": ("m", "cm", "mm", "um", "nm", "km"),
+    "speed": ("m/s", "cm/s", "mm/s", "um/us", "um/s", "km/s", "km/h"),
+    "pressure": ("Pa", "kPa", "MPa", "GPa", "dyn/cm^2", "pg/um/us^2"),
+    "density": ("kg/m^3", "g/cm^3", "t/mm^3", "pg/um^3"),
+    "time": ("s", "ms", "us", "ns", "h"),
+}
+"""The units that the page's fields accept, a few of those that the command line does."""
+_SYSTEMS = {
+    "SI (m, kg, s)": ("m", "m/s", "Pa", "kg/m^3", "s"),
+    "CGS (cm, g, s)": ("cm", "cm/s", "dyn/cm^2", "g/cm^3", "s"),
+    "mm, t, s (MPa)": ("mm", "mm/s", "MPa", "t/mm^3", "s"),
+    "um, pg, us": ("um", "um/us", "pg/um/us^2", "pg/um^3", "us"),
+}
+"""Consistent units of plain numbers, in the order of `_UNITS`."""
+
+_TITLES = {
+    "viscoelastic": "viscoelastic spheres",
+    "linear": "spring-dashpot (linear)",
+    "tsuji": "Hertz, Tsuji's damping",
+    "hunt-crossley": "Hunt-Crossley, n = 3/2",
+    "hunt-crossley:1": "Hunt-Crossley, n = 1",
+    "kelvin-voigt:1": "Kelvin-Voigt cone",
+    "3/2,0": "Hertz, linear dashpot",
+}
+_SYMBOLS = {"linear": "zeta", "tsuji": "alpha", "hunt-crossley": "d", "hunt-crossley:1": "d"}
+"""Names of the damping constants that need no stiffness to become kappa."""
+
+
+def page(command: str) -> str:
+    """Return the page: one HTML file that needs no other file and no network.
+
+    Parameters
+    ----------
+    command : str
+        The command line that makes it, for its first line.
+    """
+    marker = marker_line(command)
+    made = generated.environment(__name__, autoescape=False)
+    return made.get_template("page.html.jinja").render(marker=marker, comment=marker.replace("--", "- -"), **_parts())
+
+
+def functions() -> str:
+    """Return the page's computations alone, a module of JavaScript."""
+    return generated.environment(__name__).get_template("module.jinja").render(**_parts())
+
+
+def _parts() -> dict[str, str]:
+    text = requests.file(KERNELS_FILE)
+    if "</script" in text or "<!--" in text:
+        raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
+    facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    return {"kernels": text, "facts": facts, "names": ", ".join(_of_kernel(entry) for entry in _kernels())}
+
+
+def _of_kernel(entry: registry.Entry) -> str:
+    return f"{entry.name}: [restitution_{entry.name}, dissipation_{entry.name}]"
+
+
+def _kernels() -> list[registry.Entry]:
+    """Return the entries of the export's kernels, the most accurate last."""
+    found = [e for e in registry.entries() if e.kind == "compact" and (e.place, e.format) == (registry.HOST, "double")]
+    return sorted(found, key=lambda entry: -float(entry.inside))
+
+
+def _facts() -> dict[str, Any]:
+    """Return what the page is told."""
+    return {
+        "kernels": [{"name": e.name, "bound": e.inside, "rounding": e.rounding} for e in _kernels()],
+        "tablesError": tables.ERROR,
+        "laws": _laws(),
+        "pade": [_pade(m, n) for m, n in (*TABLE, *_EXTRA)],
+        "units": {d: {u: _factor(u, d) for u in units} for d, units in _UNITS.items()},
+        "systems": {name: dict(zip(_UNITS, units, strict=True)) for name, units in _SYSTEMS.items()},
+        "limits": {
+            "depth": limits.LARGEST_OVERLAP,
+            "nearYield": limits.NEAR_YIELD,
+            "slowness": limits.SOUND_CROSSINGS,
+            "relaxation": limits.LONGEST_RELAXATION,
+            "yieldPressure": limits.YIELD_PRESSURE,
+        },
+        "sentences": limits.SENTENCES,
+        "programs": lines.programs(),
+        "printedPade": [[float(c) for c in row] for row in TABLE[3, 6]],
+        "snippets": [_snippet(name) for name in LANGUAGES],
+        "otherLaw": _template("other_law.jinja", {}),
+    }
+
+
+def _factor(unit: str, dimension: str) -> float:
+    found = quantity.si_decimal(f"1 {unit}", dimension)
+    if found is None:
+        raise ValueError(f"{unit} is no unit of {dimension}")
+    return float(found)
+
+
+def _laws() -> list[dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for name, law in tables.laws():
+        about = found.setdefault(name, {"name": name, "title": _TITLES[name], **_about(name, law), "ends": {}})
+        about["ends"][law.end] = tables.stored()[tables.key(law)]
+    return [*found.values()]
+
+
+def _about(name: str, law: Law) -> dict[str, Any]:
+    about = {
+        "elastic": str(law.elastic),
+        "damping": str(law.damping),
+        "a": float(law.elastic),
+        "power": float(2 * law.c),
+        "d": law.n_a - law.n_b if law.nu > 1 else 1,
+        "equation": law.equation,
+        "nu": str(law.nu),
+        "symbol": None,
+    }
+    if name in _SYMBOLS:  # kappa = factor constant v^power: the stiffness has dropped out
+        named = NAMED[name.partition(":")[0]]
+        if named.power != 1 / law.nu:
+            raise ValueError(f"kappa of {name} depends on the stiffness")
+        about |= {"symbol": _SYMBOLS[name], "factor": float(named.factor(law.elastic))}
+    return about
+
+
+def _pade(m: int, n: int) -> dict[str, Any]:
+    a, b = pade(m, n, _PADE_DIGITS).decimals(_PADE_DIGITS)
+    return {"name": f"[{m}/{n}]", "a": [float(c) for c in a], "b": [float(c) for c in b]}
+
+
+def _snippet(language: str) -> dict[str, str]:
+    of = target(language)
+    kernels = [e.name for e in registry.entries() if e.kind == "compact" and e.format == of.formats[0]]
+    values = {"kernel": kernels[-1], "file": of.stem + of.suffix}
+    return {"name": language, "text": _template(f"snippets/{language}.jinja", values)}
+
+
+def _template(name: str, values: Mapping[str, str]) -> str:
+    return generated.environment(__name__).get_template(name).render(**values).strip("\n")

@@ -1,0 +1,379 @@
+// The page's computations, without the page. Numbers are in SI units; FACTS and KERNELS come from Python.
+
+class Refused extends Error {}
+
+function refuse(field, message) {
+  throw Object.assign(new Refused(message), { field });
+}
+
+// --- numbers as text ---------------------------------------------------------------------------------------------
+
+// Python's format(x, ".<digits>g").
+function general(x, digits) {
+  if (!Number.isFinite(x)) return x > 0 ? "inf" : "-inf";
+  if (x === 0) return "0";
+  const [mantissa, power] = x.toExponential(digits - 1).split("e");
+  const exponent = Number(power);
+  const short = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
+  if (exponent >= -4 && exponent < digits) return short(x.toFixed(Math.max(digits - 1 - exponent, 0)));
+  const sign = exponent < 0 ? "-" : "+";
+  return `${short(mantissa)}e${sign}${String(Math.abs(exponent)).padStart(2, "0")}`;
+}
+
+// A number that every language reads as a floating-point one.
+function literal(x, digits = 12) {
+  const text = general(x, digits);
+  return /[.e]/.test(text) ? text : `${text}.0`;
+}
+
+// "2.5 mm" or "2.5" in SI units; a plain number is in the unit of the system. Dimensions are those of FACTS.units, "",
+// "beta" and "slowness".
+function parseQuantity(field, label, text, dimension, system) {
+  const unit = unitOf(dimension, system);
+  const accepted = unit ? `a number, in ${unit} unless it has a unit` : "a number";
+  const match = /^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*$/.exec(text);
+  if (!match) refuse(field, `${label} is "${text.trim()}": accepted is ${accepted}`);
+  const factor = match[2] ? factorOf(dimension, match[2]) : factorOf(dimension, unit);
+  if (factor === undefined) {
+    const known = dimension in FACTS.units ? Object.keys(FACTS.units[dimension]).join(", ") : unit || "none";
+    refuse(field, `${label} has the unit "${match[2]}": accepted is ${known}`);
+  }
+  return Number(match[1]) * factor;
+}
+
+function unitOf(dimension, system) {
+  const units = FACTS.systems[system];
+  const [length, time] = units.speed.split("/");
+  if (dimension === "beta") return `(${time}/${length})^(1/5)`;
+  if (dimension === "slowness") return `${time}/${length}`;
+  return dimension ? units[dimension] : "";
+}
+
+function factorOf(dimension, unit) {
+  if (!dimension) return unit ? undefined : 1;
+  if (dimension !== "beta" && dimension !== "slowness") return FACTS.units[dimension][unit];
+  const match = (dimension === "beta" ? /^\((\w+)\/(\w+)\) ?(?:\^|\*\*) ?\(1\/5\)$/ : /^(\w+)\/(\w+)$/).exec(unit);
+  const speed = match && FACTS.units.speed[`${match[2]}/${match[1]}`];
+  return speed && (dimension === "beta" ? speed ** -0.2 : 1 / speed);
+}
+
+function inUnit(x, dimension, system) {
+  return x / factorOf(dimension, unitOf(dimension, system));
+}
+
+// --- laws --------------------------------------------------------------------------------------------------------
+
+// The value of an interpolant: Chebyshev polynomials on panels, constant before them, a straight line behind.
+function interpolated(table, row, s) {
+  const { ends } = table;
+  const last = ends[ends.length - 1];
+  const inside = Math.min(Math.max(s, ends[0]), last);
+  let panel = 0;
+  while (panel < ends.length - 2 && inside >= ends[panel + 1]) panel += 1;
+  const [low, high] = [ends[panel], ends[panel + 1]];
+  const z = (2 * inside - low - high) / (high - low);
+  const c = table.coefficients[row][panel];
+  let [one, two] = [0, 0];
+  for (let k = c.length - 1; k > 0; k -= 1) [one, two] = [2 * z * one - two + c[k], one];
+  const slope = table.slopes[row];
+  return z * one - two + c[0] + (slope ? slope * Math.max(s - last, 0) : 0);
+}
+
+// ln((1 - eps)/eps) of a law's table at s = ln kappa.
+function logOdds(table, s) {
+  if (s === -Infinity) return s;
+  const last = table.ends[table.ends.length - 1];
+  const near = Math.min(s, last) + interpolated(table, 0, s);
+  if (s <= last) return near;
+  const logEpsilon = -(Math.max(near, 0) + Math.log1p(Math.exp(-Math.abs(near)))) - table.decay * (s - last);
+  return Math.log(-Math.expm1(logEpsilon)) - logEpsilon;
+}
+
+const isPaper = (law, end) => law === FACTS.laws[0] && end === "force";
+const lawOf = (name) => FACTS.laws.find((law) => law.name === name);
+const tableOf = (law, end) => law.ends[end] || law.ends.force;
+
+// eps and 1 - eps at kappa: the paper's law by the proven kernel, all others by their tables. Null beyond the table.
+function restitutionOf(law, end, kappa, exact = !isPaper(law, end)) {
+  if (!exact) return byKernel(FACTS.kernels[FACTS.kernels.length - 1].name, kappa);
+  const table = tableOf(law, end);
+  if (table.largest !== null && kappa > table.largest) return null;
+  const odds = logOdds(table, Math.log(kappa));
+  return { epsilon: 1 / (1 + Math.exp(odds)), loss: 1 / (1 + Math.exp(-odds)) };
+}
+
+// w = beta^5 speed is kappa^5 for speed 1.
+function byKernel(name, kappa) {
+  const [restitution, dissipation] = KERNELS[name];
+  const epsilon = restitution(1, kappa);
+  return { epsilon, loss: dissipation(1, kappa) / (1 + epsilon) };
+}
+
+// eps of an answer with more digits than the kernel has.
+const byTable = (answer, input) => restitutionOf(answer.law, input.end, answer.kappa, true).epsilon;
+
+// x_max and tau_c in the law's units, or null where the table ends.
+function course(law, end, kappa) {
+  const table = tableOf(law, end);
+  if (table.largest_of_course !== null && kappa > table.largest_of_course) return null;
+  const s = Math.log(kappa);
+  const compression = Math.exp(interpolated(table, 1, s));
+  return { compression, duration: compression * interpolated(table, 2, s) };
+}
+
+// The kappa that gives eps, or null if the table has none: by bisection of the rising log-odds.
+function kappaFrom(law, end, epsilon) {
+  if (epsilon === 1) return 0;
+  const table = tableOf(law, end);
+  const wanted = Math.log1p(-epsilon) - Math.log(epsilon);
+  let [low, high] = [-400, table.largest === null ? 400 : Math.log(table.largest)];
+  if (logOdds(table, high) < wanted) return null;
+  for (let i = 0; i < 80; i += 1) {
+    const middle = (low + high) / 2;
+    if (logOdds(table, middle) < wanted) low = middle;
+    else high = middle;
+  }
+  return Math.exp((low + high) / 2);
+}
+
+// eps of a Padé approximant of the paper's law at v*.
+function approximant(pade, vStar) {
+  const sum = (terms) => terms.reduceRight((total, c) => total * vStar + c, 0);
+  return sum(pade.a) / sum(pade.b);
+}
+
+// --- bodies ------------------------------------------------------------------------------------------------------
+
+const reduced = (a, b) => (Math.min(a, b) === Infinity ? Infinity : Math.min(a, b) / (1 + Math.min(a, b) / Math.max(a, b)));
+const planeStrain = (body) => body.young / ((1 - body.poisson) * (1 + body.poisson));
+const massOf = (body) => (body.radius === Infinity ? Infinity : (4 / 3) * Math.PI * body.radius ** 3 * body.density);
+
+// What `viscopade.Pair` knows of two bodies; a wall has an infinite radius.
+function pairOf(first, second) {
+  const mass = reduced(massOf(first), massOf(second));
+  const radius = reduced(first.radius, second.radius);
+  const modulus = reduced(planeStrain(first), planeStrain(second));
+  const stiffness = (((4 / 3) * modulus * Math.sqrt(radius)) ** 0.4) / mass ** 0.4;
+  // The first one's share of the compression: its compliance over the sum of both.
+  const share = 1 / (1 + planeStrain(first) / planeStrain(second));
+  return { first, second, mass, radius, modulus, stiffness, share };
+}
+
+// --- the answer --------------------------------------------------------------------------------------------------
+
+// kappa at the impact speed, from what is known of the damping.
+function kappaOf(input, law, pair) {
+  const { by, damping, speed, at } = input;
+  const paper = law === FACTS.laws[0];
+  if (by === "epsilon") {
+    const found = kappaFrom(law, input.end, damping);
+    if (found === null) refuse("damping", `eps is ${general(damping, 6)}: accepted for this end of contact is 0.001 to 1`);
+    return found * (speed / at) ** law.power;
+  }
+  if (by === "kappa") return paper ? damping * damping : damping;
+  if (by === "own") return law.factor * damping * speed ** law.power;
+  const beta = by === "beta" ? damping : 1.5 * pair.stiffness * meanOfA(pair, damping, input.second);
+  return beta * speed ** law.power;
+}
+
+function meanOfA(pair, first, second) {
+  return second === undefined || second === null ? first : first + (1 - pair.share) * (second - first);
+}
+
+// All that the page says of a collision. `input` has law, end, speed, by, damping, at, second (the A of the other
+// body, or null), bodies (null, or [first, second]), strength (or null), and system for the sentences.
+function calculate(input) {
+  const law = lawOf(input.law);
+  const pair = input.bodies && pairOf(...input.bodies);
+  const kappa = kappaOf(input, law, pair);
+  if (!(kappa <= 1e40)) refuse("damping", "the damping is too strong: accepted is kappa up to 1e40");
+  const found = restitutionOf(law, input.end, kappa);
+  if (found === null) {
+    const largest = general(tableOf(law, input.end).largest, 4);
+    refuse("damping", `kappa is ${general(kappa, 4)}: accepted for this end of contact is up to ${largest}, where eps is 0.001`);
+  }
+  const scaled = course(law, input.end, kappa);
+  const answer = { law, kappa, ...found, vStar: Math.sqrt(kappa), scaled, pair, rebound: found.epsilon * input.speed };
+  if (law === FACTS.laws[0]) {
+    answer.beta = kappa * input.speed ** -0.2;
+    if (pair) answer.A = answer.beta / pair.stiffness / 1.5;
+  } else if (law.symbol) {
+    answer.own = kappa / law.factor / input.speed ** law.power;
+  }
+  if (pair && law.a === 1.5 && scaled) {
+    answer.compression = (scaled.compression * input.speed ** 0.8) / pair.stiffness;
+    answer.contactTime = (scaled.duration * input.speed ** -0.2) / pair.stiffness;
+    answer.overlap = answer.compression / Math.min(pair.first.radius, pair.second.radius);
+  }
+  answer.warnings = warningsOf(answer, input);
+  return answer;
+}
+
+// The sentences of `viscopade.collision.limits`.
+function warningsOf(answer, input) {
+  const { pair, overlap, contactTime } = answer;
+  const limit = FACTS.limits;
+  const found = [];
+  if (overlap === undefined) return found;
+  const speedText = (v) => `${general(inUnit(v, "speed", input.system), 3)} ${unitOf("speed", input.system)}`;
+  const say = (name, values) =>
+    found.push(FACTS.sentences[name].replace(/\{(\w+)\}/g, (_, key) => values[key]));
+  const speed = speedText(input.speed);
+  if (overlap > limit.depth) say("depth", { share: general(overlap, 2), limit: limit.depth });
+  if (input.strength) {
+    const pressure = (limit.yieldPressure * input.strength * Math.PI) / (2 * pair.modulus);
+    const depth = pair.radius * pressure ** 2;
+    const yields = Math.sqrt(((16 / 15) * pair.modulus * Math.sqrt(pair.radius) * depth ** 2.5) / pair.mass);
+    if (input.speed > limit.nearYield * yields)
+      say("yield", { speed, beyond: input.speed > yields ? "beyond" : "near", limit: speedText(yields) });
+  }
+  const crossings = [pair.first, pair.second].filter((body) => body.radius !== Infinity);
+  const crossing = Math.min(...crossings.map((body) => (2 * body.radius) / Math.sqrt(body.young / body.density)));
+  if (contactTime < limit.slowness * crossing)
+    say("slowness", { speed, share: general(contactTime / crossing, 2), limit: limit.slowness });
+  if (answer.A !== undefined && answer.A / contactTime > limit.relaxation)
+    say("relaxation", { speed, share: general(answer.A / contactTime, 2), limit: limit.relaxation });
+  return found;
+}
+
+// --- curves ------------------------------------------------------------------------------------------------------
+
+function range(low, high, number, isLog) {
+  return Array.from({ length: number }, (_, i) => {
+    const part = i / (number - 1);
+    return isLog ? low * (high / low) ** part : low + (high - low) * part;
+  });
+}
+
+// eps of a curve at speeds, NaN where there is none. Kinds: "law" (with the eps of the answer at its speed),
+// "reference" (the chosen law by its table), "kernel" and "pade" (of the paper's law).
+function curveAt(curve, answer, input, speeds) {
+  const kappaAt = (law, kappa) => (v) => kappa * (v / input.speed) ** law.power;
+  if (curve.kind === "law") {
+    const law = lawOf(curve.name);
+    const kappa = law === answer.law ? answer.kappa : kappaFrom(law, input.end, byTable(answer, input));
+    if (kappa === null) return speeds.map(() => NaN);
+    return speeds.map(kappaAt(law, kappa)).map((k) => restitutionOf(law, input.end, k, true)?.epsilon ?? NaN);
+  }
+  const kappas = speeds.map(kappaAt(answer.law, answer.kappa));
+  if (curve.kind === "reference") return kappas.map((k) => restitutionOf(answer.law, input.end, k, true)?.epsilon ?? NaN);
+  if (curve.kind === "kernel") return kappas.map((k) => byKernel(curve.name, k).epsilon);
+  const pade = FACTS.pade.find(({ name }) => name === curve.name);
+  return kappas.map((k) => approximant(pade, Math.sqrt(k)));
+}
+
+// --- text to copy ------------------------------------------------------------------------------------------------
+
+const filled = (text, mark, values) => text.replace(mark, (_, name) => values[name]);
+
+// The snippet of a language; of other laws there is one, in Python.
+function snippetOf(language, answer, input) {
+  const values = {
+    speed: literal(inUnit(input.speed, "speed", input.system), 15),
+    speed_unit: unitOf("speed", input.system),
+    beta_unit: unitOf("beta", input.system),
+    kappa: literal(answer.kappa),
+    power: general(answer.law.power, 6),
+    elastic: answer.law.elastic,
+    damping: answer.law.damping,
+    end: input.end,
+  };
+  if (!isPaper(answer.law, input.end)) return filled(FACTS.otherLaw, /%(\w+)%/g, values);
+  values.beta = literal(inUnit(answer.beta, "beta", input.system));
+  return filled(FACTS.snippets.find(({ name }) => name === language).text, /%(\w+)%/g, values);
+}
+
+// The command that prints proven digits of the same collision.
+function commandOf(answer, input) {
+  if (isPaper(answer.law, input.end))
+    return `viscopade epsilon --beta ${general(answer.beta, 12)} --speed ${general(input.speed, 15)}`;
+  const end = input.end === "force" ? "" : " --end return";
+  return `viscopade epsilon --law ${answer.law.name}${end} --kappa ${general(answer.kappa, 12)}`;
+}
+
+// The line for a simulator, if the page can make it, and the command that makes all of it, if there is one.
+function linesOf(name, answer, input) {
+  const program = FACTS.programs.find((each) => each.name === name);
+  const command = simulatorCommand(program, answer, input);
+  if (!program.walls && answer.pair && isWall(answer.pair)) return { command: null, reason: `${program.title} has no walls: two spheres are needed.` };
+  if (answer.epsilon === 1 && program.law) return { ...command, reason: "Without damping there is nothing to write." };
+  return { ...command, ...(program.law ? softLine(program, answer, input) : hardLine(program, answer, input)) };
+}
+
+const isWall = (pair) => pair.second.radius === Infinity;
+const isAlike = ({ first, second }) =>
+  first.young === second.young && first.poisson === second.poisson && (second.radius === Infinity || first.density === second.density);
+
+function simulatorCommand(program, answer, input) {
+  const { pair } = answer;
+  const paper = isPaper(answer.law, input.end);
+  const words = [`viscopade simulators ${program.name}`];
+  const number = (x, digits = 12) => general(x, digits);
+  if (pair && paper && isAlike(pair) && (input.second === null || input.second === undefined)) {
+    const byEpsilon = input.by === "epsilon" && input.at === input.speed;
+    words.push(byEpsilon ? `--epsilon ${number(input.damping, 15)}` : `--dissipative-constant ${number(answer.A)}`);
+    words.push(`--speed ${number(input.speed, 15)} --radius ${number(pair.first.radius, 15)}`);
+    if (isWall(pair)) words.push("--wall");
+    else if (pair.second.radius !== pair.first.radius) words.push(`--radius ${number(pair.second.radius, 15)}`);
+    words.push(`--density ${number(pair.first.density, 15)} --young-modulus ${number(pair.first.young, 15)}`);
+    words.push(`--poisson-ratio ${number(pair.first.poisson, 15)}`);
+    if (input.strength) words.push(`--yield-strength ${number(input.strength, 15)}`);
+    return { command: words.join(" ") };
+  }
+  if (!program.law) return { command: null, scene: Boolean(pair && paper) };
+  words.push(`--epsilon ${number(answer.epsilon, 7)} --speed ${number(input.speed, 15)}`);
+  if (answer.contactTime !== undefined) words.push(`--contact-time ${number(answer.contactTime, 9)}`);
+  else if (program.name === "mujoco") words.push("--contact-time TIME");
+  return { command: words.join(" ") };
+}
+
+function hardLine(program, answer, input) {
+  const { pair } = answer;
+  if (!isPaper(answer.law, input.end))
+    return { reason: "The program gets the law of viscoelastic spheres, with contact that ends where the force vanishes." };
+  if (!pair) return { reason: "The bodies are needed." };
+  const text = program.texts[isWall(pair) ? "wall" : "pair"];
+  if (!text) return { reason: "The page has no line for this; the command writes it." };
+  if (program.name !== "lammps" && !isAlike(pair))
+    return { reason: "Two materials take a scene: viscopade scene, viscopade simulators." };
+  const { first, second } = pair;
+  const nu = first.poisson === second.poisson
+    ? first.poisson
+    : 1 - 1 / (pair.share / (1 - first.poisson) + (1 - pair.share) / (1 - second.poisson));
+  const numbers = {
+    E: 2 * (1 - nu) * (1 + nu) * pair.modulus,
+    eta_n0: 2 * answer.A * (pair.modulus / pair.mass),
+    nu,
+    E_eff: pair.modulus,
+    A: answer.A,
+    density: first.density,
+    young: first.young,
+    poisson: first.poisson,
+    speed: input.speed,
+    en: approximant({ a: FACTS.printedPade[0], b: FACTS.printedPade[1] }, answer.vStar),
+  };
+  return { line: withNumbers(text, numbers) };
+}
+
+const withNumbers = (text, numbers) => filled(text, /\{(\w+)\}/g, mapped(numbers, (x) => general(x, 9)));
+const mapped = (of, change) => Object.fromEntries(Object.entries(of).map(([key, value]) => [key, change(value)]));
+
+// The parameter that gives a program's own contact this eps at this speed.
+function softLine(program, answer, input) {
+  const law = FACTS.laws.find(({ elastic, damping }) => elastic === program.law.elastic && damping === program.law.damping);
+  const kappa = kappaFrom(law, program.law.end, byTable(answer, input));
+  const numbers = { speed: input.speed, parameter: kappa / program.kappa.factor };
+  if (program.kappa.restitution) {
+    const ratio = numbers.parameter;
+    if (!(ratio < 1)) return { reason: "No coefficient that the program accepts gives so small an eps." };
+    numbers.parameter = Math.exp((-Math.PI * ratio) / Math.sqrt((1 - ratio) * (1 + ratio)));
+  }
+  if (program.kappa.per === "speed") numbers.parameter /= input.speed;
+  if (program.kappa.per === "root of stiffness") {
+    if (answer.contactTime === undefined) return { reason: "A contact time is needed: give the bodies, and a law of Hertz's." };
+    const root = course(law, program.law.end, kappa).duration / answer.contactTime;
+    numbers.stiffness = root * root;
+    numbers.parameter *= root;
+  }
+  return { line: withNumbers(program.texts.any, numbers) };
+}

@@ -1,0 +1,338 @@
+"""The page in a headless Chromium: numbers, the keyboard, bad input, the address, and its looks."""
+
+import json
+import math
+import random
+import re
+
+import numpy as np
+import pytest
+
+import viscopade as vp
+from tests.calculator.devtools import opened
+from tests.cli import called
+from viscopade.calculator import page
+from viscopade.kernels.targets.languages import LANGUAGES
+from viscopade.simulators import SOFT, TARGETS
+
+COMMAND = "viscopade calculator --out calculator.html"
+MOST_BYTES = 400_000
+TAB, ENTER, SPACE, RIGHT, DOWN, END, SHIFT = 9, 13, 32, 39, 40, 35, 8
+
+
+@pytest.fixture(scope="module")
+def text():
+    return page.page(COMMAND)
+
+
+@pytest.fixture(scope="module")
+def url(text, tmp_path_factory):
+    file = tmp_path_factory.mktemp("page") / "calculator.html"
+    file.write_text(text, "utf-8")
+    return file.as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with opened(tmp_path_factory.mktemp("profile")) as tab:
+        yield tab
+
+
+@pytest.fixture
+def tab(browser, url):
+    browser.open(url)
+    yield browser
+    assert browser.errors == []
+    assert browser.requests == [browser.evaluate("location.href.split('#')[0]")]
+
+
+def test_it_is_one_small_file_that_is_the_same_each_time(text):
+    assert len(text.encode()) < MOST_BYTES
+    assert text == page.page(COMMAND)
+    assert {*re.findall(r"https?://[^\"'\s)]+", text)} == {"http://www.w3.org/2000/svg"}
+    assert not re.search(r"<link(?! rel=\"icon\" href=\"data:,\")|\bimport\(|@import|fetch\(|src=", text)
+
+
+def test_the_command_writes_it_and_replaces_nothing_else(tmp_path, text):
+    target = tmp_path / "calculator.html"
+    assert called("calculator", "--out", target).returncode == 0
+    assert target.read_text("utf-8") == text
+    assert called("calculator", "--out", target).returncode == 0
+    target.write_text("mine")
+    refused = called("calculator", "--out", target)
+    assert refused.returncode == 2
+    assert refused.stderr.count("\n") == 1
+    assert target.read_text() == "mine"
+    assert called("calculator").stdout.splitlines()[1:] != []
+
+
+def test_it_has_every_language_and_program(tab):
+    values = "JSON.stringify([...document.getElementById('{}').options].map((o) => o.value))"
+    assert json.loads(tab.evaluate(values.format("language"))) == [*LANGUAGES]
+    assert json.loads(tab.evaluate(values.format("program"))) == [*TARGETS, *SOFT]
+
+
+SET = """
+const put = (id, value) => {
+  const field = document.getElementById(id);
+  if (field.type === "checkbox") field.checked = value; else field.value = value;
+  field.dispatchEvent(new Event("input", { bubbles: true }));
+};
+const rows = () => [...document.querySelectorAll("#numbers tr")];
+const row = (name) => rows().find((r) => r.cells[0].textContent === name)?.cells[1];
+"""
+
+
+def js(body):
+    return f"(() => {{ {SET} {body} }})()"
+
+
+def put(tab, **fields):
+    tab.evaluate(js("".join(f"put({name!r}, {json.dumps(value)});" for name, value in fields.items())))
+
+
+def shown(tab, id):
+    return tab.evaluate(f"document.getElementById({id!r}).textContent")
+
+
+def value(tab, name):
+    return float(tab.evaluate(js(f"return row({name!r}).dataset.value")))
+
+
+def test_a_thousand_inputs_against_the_package(tab):
+    generator = random.Random(11)
+    betas = [math.exp(generator.uniform(math.log(1e-5), math.log(100))) for _ in range(1000)]
+    speeds = [math.exp(generator.uniform(math.log(1e-6), math.log(1e6))) for _ in range(1000)]
+    put(tab, **{"curve-2": False, "curve-4": False}, bodies=False, by="beta")
+    found = tab.evaluate(
+        js(f"""
+return {json.dumps([*zip(betas, speeds, strict=True)])}.map(([beta, speed]) => {{
+  document.getElementById("speed").value = speed;
+  put("damping", beta);
+  return [Number(row("eps").dataset.value), Number(row("1 - eps").dataset.value)];
+}});""")
+    )
+    eps, loss = np.array(found).T
+    v_star = np.sqrt(betas) * np.array(speeds) ** 0.1
+    true, lost = vp.epsilon(v_star), vp.one_minus_epsilon(v_star)
+    stated = float(re.search(r"within ([0-9.e-]+) min\(eps, 1 - eps\)", shown(tab, "accuracy"))[1])
+    limit = (stated + 2e-14) * np.minimum(true, lost)
+    assert (abs(eps - true) <= limit + 2.3e-16 * true).all()
+    assert (abs(loss - lost) <= limit + 1e-15 * lost).all()
+
+
+def test_material_and_units(tab):
+    """The same ball in other units: the same eps, and the times and lengths of the package."""
+    ball = vp.Sphere(radius=2e-3, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=1e-7)
+    wall = vp.Sphere.wall(young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=1e-7)
+    pair = vp.Pair(ball, wall)
+    put(tab, radius="2 mm", kind="wall", by="A", damping="0.1 us", speed="50 cm/s")
+    for system in ("SI (m, kg, s)", "CGS (cm, g, s)", "um, pg, us", "mm, t, s (MPa)"):
+        put(tab, system=system)
+        assert value(tab, "eps") == pytest.approx(pair.epsilon(0.5), rel=3e-8)
+        assert value(tab, "Contact time") == pytest.approx(pair.contact_time(0.5), rel=1e-10)
+        assert value(tab, "Largest overlap") == pytest.approx(pair.max_compression(0.5), rel=1e-10)
+        assert value(tab, "beta") == pytest.approx(pair.beta, rel=1e-12)
+    assert tab.evaluate("document.getElementById('radius').value") == "2 mm"
+    assert tab.evaluate("document.getElementById('density').value") == "2.5e-09"
+    printed = json.loads(called(*shown(tab, "command").split()[1:], "--format", "json").stdout)
+    assert value(tab, "eps") == pytest.approx(float(printed["epsilon"]), rel=3e-8)
+
+
+def test_another_way_to_give_the_damping_keeps_eps(tab):
+    put(tab, damping="0.7")
+    for by in ("A", "beta", "kappa", "epsilon"):
+        put(tab, by=by)
+        assert value(tab, "eps") == pytest.approx(0.7, rel=1e-7)
+    for law in ("linear", "tsuji", "hunt-crossley", "kelvin-voigt:1", "3/2,0", "viscoelastic"):
+        put(tab, law=law)
+        assert value(tab, "eps") == pytest.approx(0.7, rel=1e-7)
+        assert "NaN" not in tab.evaluate("document.body.innerText")
+
+
+def test_curves_are_drawn_and_move(tab):
+    paths = "[...document.querySelectorAll('#plot path')].map((p) => p.getAttribute('d')).join('|')"
+    first = tab.evaluate(paths)
+    assert first.count("|") == 4  # this law, and two approximants in both panels
+    put(tab, damping="0.6")
+    assert tab.evaluate(paths) != first
+    every = tab.evaluate("document.querySelectorAll('#picture .options input[type=checkbox]').length - 1")
+    tab.evaluate(js("document.querySelectorAll('#picture .options input[id^=curve]').forEach((b) => put(b.id, true))"))
+    assert tab.evaluate(paths).count("|") == 2 * (every - 1)  # all but this law itself, twice
+    assert "NaN" not in tab.evaluate("document.querySelector('#plot').innerHTML")
+    for way in ("fitted", "log", "linear"):
+        put(tab, vertical=way, logarithmic=way == "log")
+        assert "NaN" not in tab.evaluate("document.querySelector('#plot').innerHTML")
+
+
+# --- the keyboard ----------------------------------------------------------------------------------------------------
+
+
+def focused(tab):
+    return tab.evaluate("document.activeElement.id")
+
+
+def tab_to(tab, id, most=80):
+    for _ in range(most):
+        if focused(tab) == id:
+            return
+        tab.press("Tab", code=TAB)
+    raise AssertionError(f"the key Tab does not reach {id}")
+
+
+def typed(tab, text):
+    tab.press("a", code=65, modifiers=2)  # the control key: all that is there
+    tab.evaluate("document.activeElement.select()")
+    for letter in text:
+        tab.press(letter, text=letter)
+
+
+def test_the_keyboard_is_enough(tab):
+    tab.press("Tab", code=TAB)
+    assert focused(tab) == "law"
+    tab_to(tab, "speed")
+    typed(tab, "20 cm/s")
+    assert "at 0.2 m/s" in shown(tab, "summary")
+    tab_to(tab, "slide-speed")
+    tab.press("ArrowRight", code=RIGHT)
+    assert "at 0.2 m/s" not in shown(tab, "summary")
+    tab_to(tab, "by")
+    tab.press("ArrowDown", code=DOWN)
+    assert tab.evaluate("document.getElementById('by').value") == "A"
+    tab_to(tab, "damping")
+    typed(tab, "1e-7")
+    assert value(tab, "A of the pair") == pytest.approx(1e-7, rel=1e-12)
+    tab_to(tab, "kind")
+    tab.press("a", text="a")  # "another size"
+    tab_to(tab, "radius2")
+    typed(tab, "1 m")
+    assert value(tab, "A of the pair") == pytest.approx(1e-7, rel=1e-12)
+    tab_to(tab, "curve-1")
+    tab.press(" ", text=" ", code=SPACE)
+    assert tab.evaluate("document.querySelectorAll('#plot path').length") == 7
+    tab_to(tab, "program")
+    tab.press("m", text="m")
+    assert tab.evaluate("document.getElementById('program').value") == "mercurydpm"
+    assert "setDissipation(1e-07)" in shown(tab, "line")
+    tab_to(tab, "language")
+    tab.press("p", text="p")
+    assert "viscopade.restitution(" in shown(tab, "code")
+    tab_to(tab, "copy-code")
+    tab.press("Enter", text="\r", code=ENTER)
+    tab.evaluate("new Promise((done) => setTimeout(done, 100))")
+    assert shown(tab, "copied") != ""
+
+
+def test_every_control_has_a_label_and_a_place_in_the_order(tab):
+    bare = """JSON.stringify([...document.querySelectorAll("input, select, button")]
+      .filter((e) => !(e.labels?.length || e.getAttribute("aria-label") || (e.tagName === "BUTTON" && e.textContent)))
+      .map((e) => e.id))"""
+    assert json.loads(tab.evaluate(bare)) == []
+    reachable = """JSON.stringify([...document.querySelectorAll("input, select, button, pre")]
+      .filter((e) => e.offsetParent && !e.disabled).map((e) => e.id))"""
+    wanted = json.loads(tab.evaluate(reachable))
+    seen = []
+    for _ in wanted:
+        tab.press("Tab", code=TAB)
+        seen.append(focused(tab))
+    assert seen == wanted
+
+
+# --- bad input, and the address -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("field", "bad"),
+    [
+        ("speed", ""), ("speed", "-1"), ("speed", "0"), ("speed", "1 kg"), ("speed", "1e400"), ("speed", "x" * 300),
+        ("damping", "1.5"), ("damping", "0"), ("damping", "nan"), ("at", "0"), ("radius", "-1"), ("poisson", "0.6"),
+        ("density", "heavy"), ("young", "1e-99"), ("strength", "-3"), ("from", "200"), ("to", "<b>"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line_and_leaves_no_number(tab, field, bad):
+    put(tab, **{field: bad})
+    problem = shown(tab, "problem")
+    assert problem
+    assert "accepted" in problem
+    assert "\n" not in problem
+    assert tab.evaluate("document.querySelectorAll('[aria-invalid]').length") == 1
+    text = tab.evaluate("document.body.innerText")
+    assert "NaN" not in text.replace(bad, "")
+    assert "undefined" not in text
+    assert tab.evaluate("document.getElementById('good').offsetParent") is None
+    put(tab, **{field: {"at": "1", "from": "0.001", "strength": ""}.get(field, "0.3")})
+    if field == "to":
+        put(tab, **{field: "10"})
+    assert shown(tab, "problem") == ""
+    assert tab.evaluate("document.querySelectorAll('[aria-invalid]').length") == 0
+
+
+def test_a_setting_is_in_the_address(tab, url):
+    put(tab, system="CGS (cm, g, s)", law="linear", end="return", damping="0.42", kind="wall", program="drake")
+    put(tab, **{"curve-12": True}, vertical="log", bodies=True)
+    before = [shown(tab, id) for id in ("summary", "numbers", "line", "code", "shown")]
+    tab.evaluate("new Promise((done) => setTimeout(done, 500))")  # the address follows a quarter of a second later
+    address = tab.evaluate("location.href")
+    assert address.startswith(f"{url}#")
+    tab.open(address)
+    assert [shown(tab, id) for id in ("summary", "numbers", "line", "code", "shown")] == before
+    assert tab.evaluate("location.href") == address
+
+
+def test_units_alone_in_an_address_convert_the_defaults(tab, url):
+    before = value(tab, "Contact time")
+    tab.open(f"{url}#system=CGS+%28cm%2C+g%2C+s%29")
+    assert value(tab, "Contact time") == pytest.approx(before, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "law=nothing&by=x&kind=9",
+        "speed=NaN",
+        "%%%",
+        "damping=<img src=x onerror=alert(1)>",
+        "curves=%2B%2B&from=9&to=1",
+    ],
+)
+def test_hostile_addresses(browser, url, fragment):
+    browser.open(f"{url}#{fragment}")
+    assert browser.errors == []
+    assert "NaN" not in browser.evaluate("document.getElementById('right').innerText").replace('"NaN"', "")
+    assert browser.evaluate("document.querySelectorAll('img').length") == 0
+
+
+# --- looks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [400, 1200])
+def test_nothing_is_wider_than_the_window(tab, width):
+    tab.screenshot(width)
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def luminance(color):
+    parts = [int(part) / 255 for part in re.findall(r"\d+", color)[:3]]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_text_stands_out(tab, dark):
+    put(tab, young="1e6")
+    tab.screenshot(1200, dark)
+    of = "getComputedStyle(document.querySelector({!r}))"
+    for where, behind in (
+        ("h1", "body"),
+        ("#title-answers", "section"),
+        ("#accuracy", "section"),
+        ("#warnings", "#warnings"),
+    ):
+        ink, paper = (
+            tab.evaluate(of.format(which) + f".{kind}")
+            for which, kind in ((where, "color"), (behind, "backgroundColor"))
+        )
+        light, low = sorted((luminance(ink), luminance(paper)), reverse=True)
+        assert (light + 0.05) / (low + 0.05) >= 4.5, (where, ink, paper)
+    paper = luminance(tab.evaluate(of.format("body") + ".backgroundColor"))
+    assert (paper < 0.1) == dark
