@@ -6,10 +6,10 @@ from itertools import pairwise
 import pytest
 from flint import arb, arb_series
 
-from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.balls import ball_of, rational_power, working
 from viscopade.collision import exact
 from viscopade.collision import law_panels as module
-from viscopade.collision.law_panels import law_panels, panel
+from viscopade.collision.law_panels import law_panels, limit, panel
 from viscopade.theory.law import law_of
 
 LAWS = ["hunt-crossley", "linear", "tsuji", "3/2,1/2", "3/2,1", "5/2,3"]
@@ -79,3 +79,26 @@ def test_attraction_is_refused():
         ValueError, match="the end is 'return': accepted for proofs on an interval, for the law 1,0 is 'force'"
     ):
         law_panels(law_of("linear", "return"), HIGH)
+
+
+@pytest.mark.parametrize("name", ["hunt-crossley:1", "linear", "tsuji", "kelvin-voigt:1", "3/2,1/2", "3/2,0"])
+@pytest.mark.parametrize("kappa", [60, 10**4])
+def test_the_limit_encloses_eps(name, kappa):
+    """Also for larger kappa; and it is sharp."""
+    law = law_of(name)
+    with working(128):
+        scale = rational_power(ball_of(law.damping + 1), law.nu - 1)
+        enclosed = limit(law, rational_power(arb(kappa), Fraction(1, law.d)))
+        for larger in (1, 2, 50):
+            epsilon = exact.collision(kappa=kappa * larger, law=law, digits=30).epsilon
+            assert enclosed.contains(epsilon * rational_power(arb(kappa * larger), law.nu) / scale)
+        assert enclosed.rad() < (1e-1 if kappa == 60 else 1e-3)
+
+
+def test_the_limit_needs_strong_damping_and_the_end_of_the_force():
+    with working(128):
+        with pytest.raises(ValueError, match="accepted is kappa"):
+            limit(law_of("linear"), arb(2))
+        for law in (law_of("linear", "return"), law_of("1/2,1")):
+            with pytest.raises(ValueError, match="accepted is nu > 1 with end 'force', or nu = 1"):
+                limit(law, arb(100))

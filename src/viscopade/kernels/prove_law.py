@@ -7,11 +7,11 @@ of the absolute values is a bound, as in `certificate`. Parts are halved until t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from flint import arb, arb_poly, arb_series
+from flint import arb, arb_series
 
 from viscopade import arguments
 from viscopade.approximation.measure import Measure
@@ -119,15 +119,24 @@ def _beyond(a: Sequence[arb], b: Sequence[arb], law: Law, end: Fraction) -> str:
         raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
     with working(BITS):
         true = limit(law, ball_of(end)) * rational_power(ball_of(law.damping + 1), law.nu - 1)
-        width = 1 / ball_of(end) / FEWEST_PARTS
-        bound = arb(0)
-        for i in range(FEWEST_PARTS):
-            u = arb((2 * i + 1) * width / 2, (width / 2).abs_upper())
-            top, bottom = (arb_poly(list(values)[::-1])(u) for values in (a, b))
-            bound = bound.max(abs(top / bottom / true - 1).abs_upper())
+        half = 1 / ball_of(2 * end)
+    with working(BITS, ORDER + 1):
+        bound = _largest(lambda u: [series_at(a[::-1], u) / series_at(b[::-1], u) / true - 1], half, half)
     if not bound < 1:
         raise ArithmeticError("no bound was found for large v*: is there a pole?")
     return rounded_up(bound)
+
+
+def _largest(functions: Callable[[arb_series], list[arb_series]], centre: arb, half: arb) -> arb:
+    """Bound the absolute values of functions of z for |z - centre| <= half by their Taylor series, with remainder."""
+    middle, whole = (functions(arb_series([start, half])) for start in (centre, arb(centre, half.upper())))
+    bound = arb(0)
+    for at_centre, everywhere in zip(middle, whole, strict=True):
+        if min(at_centre.prec, everywhere.prec) <= ORDER:
+            raise TypeError("a series loses coefficients")
+        terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
+        bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
+    return bound
 
 
 def _v_star(panel: LawPanel, z: Fraction) -> arb:
@@ -157,23 +166,10 @@ class _Task:
         half = (1 - start) / (2 * number)
         centres = (start + (2 * i + 1) * half for i in range(number))
         try:
-            bounds = [self._on_part(panel, ball_of(centre), ball_of(half)) for centre in centres]
+            bounds = [_largest(lambda z: self._deviations(panel.course(z)), ball_of(z), ball_of(half)) for z in centres]
         except (ZeroDivisionError, ValueError):
             return arb.pos_inf()
         return max(bounds) if all(bound.is_finite() for bound in bounds) else arb.pos_inf()
-
-    def _on_part(self, panel: LawPanel, centre: arb, half: arb) -> arb:
-        """Bound the deviation for |z - centre| <= half."""
-        middle, whole = (
-            self._deviations(panel.course(arb_series([start, half]))) for start in (centre, arb(centre, half.upper()))
-        )
-        bound = arb(0)
-        for at_centre, everywhere in zip(middle, whole, strict=True):
-            if min(at_centre.prec, everywhere.prec) <= ORDER:
-                raise TypeError("a series loses coefficients")
-            terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
-            bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
-        return bound
 
     def _deviations(self, course: Course) -> list[arb_series]:
         """Return (N/D)/eps - 1 and, in measure "both", (1 - N/D)/(1 - eps) - 1: 1 - N/D = v*^d S/D."""
