@@ -1,5 +1,7 @@
 """Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
 
+So are the kernels for all kappa by laws of contact with nu = 1 and nu = 2.
+
 python -m tools.kernel_records
 """
 
@@ -17,6 +19,8 @@ def main() -> None:
     """Replace the records in the folder of the package."""
     with store.anew() as records:
         requests.files()
+        for request in requests.READY_LAWS:
+            request.quotients()
     TARGET.mkdir(exist_ok=True)
     for old in TARGET.glob("*.json"):
         old.unlink()

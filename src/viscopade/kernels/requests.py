@@ -253,6 +253,12 @@ KINDS = (
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
 
+READY_LAWS = tuple(
+    Request(law=law, accuracy=("1e-5", "1e-10"), kappa_max=minimax.INFINITY)
+    for law in ("hunt-crossley", "hunt-crossley:1", "linear")
+)
+"""Kernels for all kappa whose records are the package's own: nu = 1 and nu = 2."""
+
 HALF_LINE = Request(accuracy=speed_kernel.HALF_LINE)
 INVERSE = Request(inverse=("1e-3", "1e-5"))
 
