@@ -18,9 +18,9 @@ COMMANDS = set(
     re.findall(
         r"\w+",
         """alpha approx arccos arccosh ast beta cdot circ cos ddot deg delta Delta dot dots eta exp frac
-        gamma ge hat Im in infty int kappa lambda langle le left ln log lvert lVert mathrm max min mu ne nu
+        gamma Gamma ge hat Im in infty int kappa lambda Lambda langle le left ln log lvert lVert mathrm max min mu ne nu
         overline phi pi pm propto qquad quad rangle Re rho right rVert rvert sigma sim sin sqrt sum tag tau
-        text tfrac theta tilde times to varepsilon varphi widehat xi zeta""",
+        text tfrac theta tilde times to varepsilon varphi varrho widehat xi zeta""",
     )
 )
 
