@@ -10,7 +10,7 @@ from viscopade_lab.figures.registry import FIGURES
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md", *sorted(DOCS.rglob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.md", *sorted(DOCS.rglob("*.md"))]
 WRITTEN = [page for page in PAGES if not page.read_text("utf-8").startswith("<!-- Generated")]
 
 # All that the pages' formulas need: a misspelt command would be printed in red.
