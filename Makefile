@@ -66,7 +66,7 @@ simulators: $(NATIVE)
 
 # The paper about the software as a PDF, with pandoc and the first program here that it can make one with.
 PAPER ?= build/paper.pdf
-ENGINE = $(firstword $(foreach program,pdflatex lualatex xelatex tectonic weasyprint,$(shell command -v $(program))))
+ENGINE = $(firstword $(foreach program,pdflatex lualatex xelatex tectonic,$(shell command -v $(program))))
 paper:
 	@command -v pandoc > /dev/null || { echo "make paper needs pandoc: apt install pandoc"; exit 1; }
 	@test -n "$(ENGINE)" || { echo "make paper needs LaTeX: apt install texlive-latex-recommended lmodern"; exit 1; }
