@@ -8,7 +8,7 @@ NATIVE := $(VENV)/.native
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce exported drawn test check test-slow exhaustive hardcases processors matrix bench simulators lint format clean
+.PHONY: reproduce exported drawn test check test-slow exhaustive hardcases processors matrix bench simulators paper lint format clean
 
 # One after the other; `make -j2 reproduce` does both at once.
 reproduce: exported drawn
@@ -63,6 +63,16 @@ simulators: $(NATIVE)
 	-$(BIN)/python -m viscopade_lab.programs.rebound_ice
 	-$(BIN)/python -m viscopade_lab.programs.liggghts_collisions
 	-$(BIN)/python -m viscopade_lab.programs.yade_collisions
+
+# The paper about the software as a PDF, with pandoc and the first program here that it can make one with.
+PAPER ?= build/paper.pdf
+ENGINE = $(firstword $(foreach program,pdflatex lualatex xelatex tectonic,$(shell command -v $(program))))
+paper:
+	@command -v pandoc > /dev/null || { echo "make paper needs pandoc: apt install pandoc"; exit 1; }
+	@test -n "$(ENGINE)" || { echo "make paper needs LaTeX: apt install texlive-latex-recommended lmodern"; exit 1; }
+	@mkdir -p $(dir $(PAPER))
+	pandoc paper/paper.md --citeproc --bibliography paper/paper.bib --metadata author='viscopade developers' \
+	  --variable geometry:margin=25mm --pdf-engine $(ENGINE) --output $(PAPER)
 
 # Files that git knows, so that a scratch file in the tree is nobody's concern; without git, all files.
 TRACKED = $(wildcard $(shell git ls-files '*.py' '*.pyi' '*.ipynb' 2>/dev/null))

@@ -10,7 +10,7 @@ from viscopade_lab.figures.registry import FIGURES
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md", *sorted(DOCS.rglob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.md", *sorted(DOCS.rglob("*.md"))]
 WRITTEN = [page for page in PAGES if not page.read_text("utf-8").startswith("<!-- Generated")]
 
 # All that the pages' formulas need: a misspelt command would be printed in red.
@@ -18,9 +18,9 @@ COMMANDS = set(
     re.findall(
         r"\w+",
         """alpha approx arccos arccosh ast beta cdot circ cos ddot deg delta Delta dot dots eta exp frac
-        gamma ge hat Im in infty int kappa lambda langle le left ln log lvert lVert mathrm max min mu ne nu
+        gamma Gamma ge hat Im in infty int kappa lambda Lambda langle le left ln log lvert lVert mathrm max min mu ne nu
         overline phi pi pm propto qquad quad rangle Re rho right rVert rvert sigma sim sin sqrt sum tag tau
-        text tfrac theta tilde times to varepsilon varphi widehat xi zeta""",
+        text tfrac theta tilde times to varepsilon varphi varrho widehat xi zeta""",
     )
 )
 

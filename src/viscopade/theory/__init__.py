@@ -8,4 +8,5 @@ __all__ = [
     "paper",
     "series",
     "singularity",
+    "symbolic",
 ]

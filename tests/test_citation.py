@@ -1,0 +1,190 @@
+"""CITATION.cff and the paper about the software: valid, of this version, each number that of the command beside it."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from mpmath import mp
+
+from tests.patience import HANGS
+from viscopade.approximation import frontier
+from viscopade.arithmetic.decimals import at_most
+from viscopade.audit import programs
+from viscopade.cli.main import command
+from viscopade.theory import singularity
+from viscopade.theory.series import series
+from viscopade_lab import convergence
+
+ROOT = Path(__file__).parents[1]
+CITATION = (ROOT / "CITATION.cff").read_text("utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+_, FRONT, BODY = (ROOT / "paper" / "paper.md").read_text("utf-8").split("---\n", 2)
+PARAGRAPHS = [" ".join(text.split()) for text in BODY.split("\n\n")]
+BIBLIOGRAPHY = (ROOT / "paper" / "paper.bib").read_text("utf-8")
+
+
+# --- CITATION.cff -----------------------------------------------------------------------------------------------------
+
+
+def test_the_citation_is_of_this_version():
+    fields = dict(re.findall(r"^([\w-]+): (.+)$", CITATION, re.MULTILINE))
+    assert fields["version"] == PROJECT["version"]
+    assert fields["license"] == PROJECT["license"]
+    assert re.findall(r"^  - name: (.*)$", CITATION, re.MULTILINE) == [a["name"] for a in PROJECT["authors"]]
+
+
+def test_the_citation_is_valid():
+    program = shutil.which("cffconvert")
+    if program is None:
+        pytest.skip("cffconvert is not installed: pip install cffconvert")
+    run = subprocess.run([program, "--validate"], cwd=ROOT, capture_output=True, text=True, timeout=HANGS)
+    assert run.returncode == 0, run.stderr
+
+
+# --- the numbers of the paper -----------------------------------------------------------------------------------------
+
+
+def from_mujoco():
+    words = [sys.executable, "-m", "viscopade", "audit", "--program", "mujoco", "--epsilon", "0.5", "--format", "json"]
+    rows = json.loads(subprocess.run(words, capture_output=True, text=True, check=True, timeout=HANGS).stdout)["rows"]
+    (delivered,) = {row["delivered"] for row in rows}
+    return "0.5", f"{float(delivered):.3f}"
+
+
+def audited_programs():
+    return (str(sum(program.name != "textbook" for program in programs.PROGRAMS)),)
+
+
+def radius():
+    return (mp.nstr(singularity.from_flow().radius, 4),)
+
+
+def errors_of_3_6():
+    (record,) = (r for r in frontier.table() if (r.v_star_max, r.m, r.n) == (5, 3, 6))
+    return at_most(record.pade_error, 2), at_most(record.error, 2)
+
+
+def verdicts():
+    """As `tests/lab/test_claims.py` holds them, and that file compares them with the command."""
+    text = (ROOT / "tests" / "lab" / "test_claims.py").read_text("utf-8")
+    table = text.partition("VERDICTS = {")[2].partition("\n}")[0]
+    count = Counter(re.findall(r": (HOLDS|LIMITED|FAILS),", table))
+    return tuple(str(n) for n in (count.total(), count["HOLDS"], count["LIMITED"], count["FAILS"]))
+
+
+def speed_kernel():
+    result = json.loads((ROOT / "docs" / "bench" / "result.json").read_text("utf-8"))
+    wanted = {"format": "double", "speeds": "log-uniform", "measure": "throughput"}
+    ns = {row["id"]: row["ns"]["median"] for row in result["rows"] if wanted.items() <= row.items()}
+    clock = re.search(r"Xeon.* @ (\d\.\d)\dGHz", result["machine"]["cpu"])[1]
+    return header("speed_1em5", r"<= (\S+) in the table"), f"{ns['speed-1e-5']:.1f}", clock, f"{ns['pow+[3/6]']:.0f}"
+
+
+def header(name, pattern):
+    return re.search(pattern, (ROOT / "exports" / f"viscopade_{name}.h").read_text("utf-8"))[1]
+
+
+def last_places():
+    return header("speed_full", r"off by at most (\S+) units in"), header("full", r"double, epsilon: +at most (\S+)")
+
+
+def first_coefficient():
+    return (series(2, 15).decimals()[2],)
+
+
+def proven_radius():
+    return (str(float(convergence.RADIUS)),)
+
+
+STATED = [
+    (r"asked for (\S+), delivers (\S+)\. <", from_mujoco),
+    (r"`viscopade audit` knows (\d+) programs", audited_programs),
+    (r"converge beyond \$v_\\ast = (\S+)\$", radius),
+    (r"error of \$\[3/6\]\$ reaches (\S+) in .*? has (\S+)\. <", errors_of_3_6),
+    (r"Of (\d+) statements of \S+ (\d+) hold, (\d+) hold with a limit and (\d+) do not", verdicts),
+    (r"proven error of (\S+) and (\S+) ns .*? at (\S+) GHz.*? takes (\d+) ns", speed_kernel),
+    (r"at most (\S+) units in the last place, .*? at most (\S+)\. <", last_places),
+    (r"h_2 = (\S+)\$", first_coefficient),
+    (r"proven for \$v_\\ast \\le (\S+)\$", proven_radius),
+]
+
+
+@pytest.mark.parametrize(("pattern", "compute"), STATED, ids=[compute.__name__ for _, compute in STATED])
+def test_a_number_is_that_of_its_command(pattern, compute):
+    ((paragraph, found),) = [(text, found) for text in PARAGRAPHS if (found := re.search(pattern, text))]
+    assert found.groups() == compute()
+    assert "<!-- " in paragraph[found.end() - 1 :]  # the command stands behind the numbers
+
+
+def test_no_other_number_is_stated():
+    for text in PARAGRAPHS:
+        for pattern, _ in STATED:
+            text = re.sub(pattern, lambda found: re.sub(r"\d+", "", found[0]), text)
+        text = re.sub(r"<!--.*?-->|\$[^$]*\$|@\w+", "", text)
+        assert re.findall(r"\d+", text) == []
+
+
+def test_the_commands_exist():
+    commands = re.findall(r"<!-- (.*?) -->", BODY)
+    assert commands
+    for line in commands:
+        program, first, *rest = line.split()
+        if program == "viscopade":
+            assert first in command.list_commands(None)
+        elif first == "-m":
+            assert find_spec(rest[0])
+        else:
+            assert (ROOT / first).exists()
+
+
+def test_every_paper_cited_is_listed_and_every_one_listed_is_cited():
+    assert set(re.findall(r"@([A-Z]\w+)", BODY)) == set(re.findall(r"^@\w+\{(\w+),$", BIBLIOGRAPHY, re.MULTILINE))
+    assert "bibliography: paper.bib" in FRONT
+
+
+# --- make paper -------------------------------------------------------------------------------------------------------
+
+
+def make(target):
+    words = ["make", "paper", f"PAPER={target}"]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS)
+
+
+def test_the_paper_is_a_pdf(tmp_path):
+    fonts = ["kpsewhich", "lmodern.sty"]
+    if (
+        not all(map(shutil.which, ("pandoc", "pdflatex", fonts[0])))
+        or subprocess.run(fonts, stdout=subprocess.DEVNULL).returncode
+    ):
+        pytest.skip("pandoc or pdflatex is not installed: apt install pandoc texlive-latex-recommended lmodern")
+    run = make(tmp_path / "paper.pdf")
+    assert run.returncode == 0, run.stderr
+    assert (tmp_path / "paper.pdf").read_bytes().startswith(b"%PDF")
+    assert "WARNING" not in run.stderr  # of citations that are not found
+
+
+@pytest.mark.parametrize(("there", "missing"), [([], "pandoc"), (["pandoc"], "LaTeX")])
+def test_make_says_what_is_missing(there, missing, tmp_path):
+    for name in ("sh", "echo", "test", "mkdir", "dirname"):
+        (tmp_path / name).symlink_to(shutil.which(name) or shutil.which("sh"))
+    for name in there:
+        (tmp_path / name).write_text("#!/bin/sh\nexit 1\n")
+        (tmp_path / name).chmod(0o755)
+    run = subprocess.run(
+        [shutil.which("make"), "paper"],
+        cwd=ROOT,
+        env={**os.environ, "PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=HANGS,
+    )
+    assert run.returncode != 0
+    assert re.match(rf"make paper needs {missing}: apt install ", run.stdout)
