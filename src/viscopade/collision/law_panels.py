@@ -46,7 +46,8 @@ BITS_OF_U = 30
 SHORTEST = 2.0**-12  # panel, relative to u
 
 
-_FIRST = {1: 0.4, 2: 0.1, 3: 0.02}  # end of the panel at the origin, by d
+_FIRST = {1: 0.4, 2: 0.1}  # end of the panel at the origin, by d
+_LEAST = 2.0**-20  # for larger d
 
 
 class Course(NamedTuple):
@@ -173,10 +174,12 @@ def limit(law: Law, v_star: arb) -> arb:
 
 def _layout(law: Law, end: Fraction) -> list[Fraction]:
     """Return the ends of panels in u."""
-    ends = [Fraction(0), *sorted({u for u in map(_dyadic, (_FIRST.get(law.d, _FIRST[3]), SMALL)) if u < end})]
-    ratio = (1 + HALF / law.d) / (1 - HALF / law.d)
+    ends = [Fraction(0), min(end, _dyadic(_FIRST.get(law.d, _LEAST)))]
     while ends[-1] < end:
-        ends.append(min(end, _dyadic(float(ends[-1]) * ratio) if ends[-1] else end))
+        # Where u is small, k = u^d must be seen to be positive.
+        half = HALF / law.d if ends[-1] >= SMALL else 0.95 * (2 ** (1 / law.d) - 1)
+        longest = float(ends[-1]) * (1 + half) / (1 - half)
+        ends.append(min(end, _dyadic(longest if ends[-1] >= SMALL else min(longest, SMALL))))
     return ends
 
 

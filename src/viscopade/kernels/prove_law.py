@@ -26,9 +26,9 @@ LARGEST, SMALLEST = 100, Fraction(1, 10**3)  # v*
 BITS, ORDER = 160, 12
 FEWEST_PARTS, MOST_PARTS = 4, 1 << 10
 BISECTIONS = 40
-ENDS = (60, 10**3, 10**4, 10**5, 10**6)  # v* of panels before the limit for large v* takes over
+ENDS = (60, 10**3, 10**4, 10**5, 10**6, 10**7)  # v* of panels before the limit for large v* takes over
 NEGLIGIBLE = 2.0**-7  # what is not known of the limit, relative to the formula's error
-TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
+TIGHT = 0.99  # a bound that halving the parts lowers by less than this factor is tight
 
 
 def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact) -> str:
@@ -95,11 +95,12 @@ def prove_by_panels(
             worst = max(range(len(starts)), key=lambda k: float(bounds[k]))
             i, start = starts[worst]
             finer = task.bound(panels[i], start, 2 * number[worst])
-            if finer > bounds[worst] * TIGHT and finer.is_finite():
+            most = number[worst] >= MOST_PARTS
+            if finer.is_finite() and (most or finer > bounds[worst] * TIGHT):
                 parts = tuple((i, n) for (i, _), n in zip(starts, number, strict=True))
                 bound = max((rounded_up(bound) for bound in bounds), key=Fraction)
                 return Certificate(measure, low, high, bound, parts, law)
-            if number[worst] >= MOST_PARTS:
+            if most:
                 near = float(_v_star(panels[i], Fraction(0)))
                 raise ArithmeticError(f"no bound was found near v* = {near:.3g} (a pole?)")
             bounds[worst], number[worst] = finer, 2 * number[worst]
