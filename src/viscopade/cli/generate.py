@@ -21,6 +21,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
+from viscopade.shipped import example_scene
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -119,7 +120,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
 
 @click.command("scene")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("--example", metavar="NAME", help="Take a scene that comes with viscopade, such as ice_rings, as FILE.")
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
 @click.option(
     "--costs",
@@ -136,17 +138,29 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
 @NO_CACHE
 @STYLE
-def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
+def scene_command(
+    file: Path | None,
+    example: str | None,
+    out: Path | None,
+    costs: Path | None,
+    checking: bool,
+    cc: str | None,
+    style: str,
+) -> None:
     """Find the cheapest kernel within a scene's tolerance.
 
     FILE describes the scene in TOML: materials, bodies, speeds, tolerance and language. docs/usage/scenes.md describes
-    its keys, and examples/ has ready scenes. With --out, the kernel's code is written.
+    its keys, and the folder that `viscopade --examples-dir` prints has ready scenes. With --out, the kernel's code is
+    written.
     """
     from viscopade.kernels import toolchain
     from viscopade.scene import check as run
     from viscopade.scene import choice, cost, render, tables
 
-    scene = read_scene(file)
+    if (file is None) == (example is None):
+        raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
+    words, source = ("--example ", example_scene(str(example))) if file is None else ("", file)
+    scene = read_scene(source)
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     by = cost.Costs()
@@ -156,7 +170,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     found = choice.choose(scene, by)
     verdict = text = None
     if out is not None or checking:
-        text = render.render(found, f"viscopade scene {file.name}")
+        text = render.render(found, f"viscopade scene {words}{example or source.name}")
     if checking and text is not None:
         verdict = run.check_code(found, text, cc)
     if out is not None and text is not None:
