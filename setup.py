@@ -1,4 +1,4 @@
-"""Build the extension `viscopade.arrays._native`, if there is a C compiler, and bring headers and scenes into the package.
+"""Build the extension `viscopade.arrays._native`, if there is a C compiler; put headers and scenes into the package.
 
 All else is in pyproject.toml.
 """

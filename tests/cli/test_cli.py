@@ -510,6 +510,12 @@ BAD = [
         ["export", "c", "--accuracy", "1e-3", "--v-star-min", "1"],
         "accepted is an interval with both ends (--v-star-max)",
     ),
+    (["scene"], "accepted is a scene: either FILE, or --example NAME"),
+    (["scene", "x.toml", "--example", "ice_rings"], "accepted is a scene: either FILE, or --example NAME"),
+    (
+        ["scene", "--example", "../x"],
+        "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
+    ),
     (["nonsense"], "No such command 'nonsense'"),
     (["--nonsense"], "No such option"),
 ]
