@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json"]))
+@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json", "version-header"]))
 @click.option(
     "--pade",
     type=Degrees(),
@@ -102,7 +102,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
     json, latex, certificates and vectors get the paper's approximants; series-csv and series-json get the coefficients
-    h_k; all other targets get kernels for all v* >= 0.
+    h_k; version-header gets the version, for the C preprocessor; all other targets get kernels for all v* >= 0.
 
     An existing file is replaced only if viscopade generated it.
     """
@@ -110,6 +110,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
     if target.startswith("series-"):
         text = requests.render_series(target.removeprefix("series-"), order, digits)
+    elif target == "version-header":
+        text = requests.file(requests.VERSION_HEADER)
     else:
         request = requests.Request(**{**wanted, "end": wanted["end"] or "force"})
         text = (request if request != requests.Request() else requests.default(target)).render(target)

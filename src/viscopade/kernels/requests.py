@@ -329,7 +329,9 @@ def file(name: str) -> str:
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
     if name == VERSION_HEADER:
-        return template(tables.__name__, "version_alone.h.jinja").render(marker=marker_line("viscopade reproduce"))
+        return template(tables.__name__, "version_alone.h.jinja").render(
+            marker=marker_line("viscopade export version-header")
+        )
     request, target = _FILES[name]
     return request.render(target)
 
