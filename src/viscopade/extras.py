@@ -21,7 +21,7 @@ class MissingPackage(ModuleNotFoundError):
 
 
 def install_command(*packages: str) -> str:
-    """Return the command that installs optional packages, by their extras if they have one, with the Python that runs."""
+    """Return the command that installs optional packages, by their extras, with the Python that runs."""
     extras = ",".join(sorted({EXTRAS[package] for package in packages if package in EXTRAS}))
     words = [f"viscopade[{extras}]"] * bool(extras) + [package for package in packages if package not in EXTRAS]
     return shlex.join([sys.executable, "-m", "pip", "install", *words])
