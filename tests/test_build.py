@@ -53,6 +53,7 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
         pytest.skip("no C compiler")
     assert len(extensions) == 1
     assert shown(tmp_path) == "compiled"
+    assert run_installed(tmp_path, ROOT / "tools" / "installed.py").endswith("compiled: as it should be\n")
 
 
 @pytest.mark.parametrize("compiler", ["false", "no-such-compiler"])
