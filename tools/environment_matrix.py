@@ -34,7 +34,8 @@ RECORD = ROOT / "docs" / "development" / "environments.csv"
 PAGE = RECORD.with_suffix(".md")
 PARTS = (
     "CHANGELOG.md", "CMakeLists.txt", "LICENSE", "MANIFEST.in", "Makefile", "README.md", "constraints.txt",
-    "pyproject.toml", "setup.py", "checkers", "cmake", "derivations", "docs", "examples", "exports", "notebooks", "src", "tests", "tools",
+    "pyproject.toml", "setup.py",
+    "checkers", "cmake", "derivations", "docs", "examples", "exports", "notebooks", "src", "tests", "tools",
 )  # fmt: skip
 SETS = ("oldest", "newest", "newest mpmath")
 PACKAGES = ("sympy", "mpmath", "numpy", "python-flint", "click", "jinja2", "pint", "rich", "matplotlib", "scipy")
