@@ -1,6 +1,8 @@
 """What is installed: from an unpacked source distribution, with a C compiler and without one."""
 
+import re
 import shutil
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -82,3 +84,13 @@ speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))
 """
     run_installed(tmp_path, "-c", code)
+
+
+def test_the_conda_recipe_asks_for_what_the_package_asks_for():
+    whole = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    recipe = (ROOT / "conda" / "recipe.yaml").read_text("utf-8")
+    assert re.search(r'^  version: "(.*)"$', recipe, re.MULTILINE)[1] == whole["project"]["version"]
+    run = re.search(r"^  run:\n((?:    - .*\n)+)", recipe, re.MULTILINE)[1].replace("    - ", "").splitlines()
+    assert [line.replace(" ", "") for line in run] == ["python", *whole["project"]["dependencies"]]
+    host = re.search(r"^  host:\n((?:    - .*\n)+)", recipe, re.MULTILINE)[1]
+    assert all(name.partition(">")[0] in host for name in whole["build-system"]["requires"])

@@ -30,20 +30,9 @@ def examples_folder() -> str:
     return str(_folder("examples"))
 
 
-def example_scene(name: str) -> Path:
-    """Return the file of an example scene, such as ice_rings.
-
-    Raises
-    ------
-    ValueError
-        If there is none of this name; the message has all names.
-    FileNotFoundError
-        As for `get_include`.
-    """
-    scenes = {file.stem: file for file in sorted(_folder("examples").glob("*.toml"))}
-    if name not in scenes:
-        raise ValueError(f"there is no example scene {name!r}: accepted are {', '.join(scenes)}")
-    return scenes[name]
+def example_scenes() -> dict[str, Path]:
+    """Return the files of the example scenes by their names, such as ice_rings; errors as for `get_include`."""
+    return {file.stem: file for file in sorted(_folder("examples").glob("*.toml"))}
 
 
 def _folder(name: str) -> Path:

@@ -21,7 +21,7 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
-from viscopade.shipped import example_scene
+from viscopade.shipped import example_scenes
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -123,7 +123,12 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
 @click.command("scene")
 @click.argument("file", type=click.Path(path_type=Path), required=False)
-@click.option("--example", metavar="NAME", help="Take a scene that comes with viscopade, such as ice_rings, as FILE.")
+@click.option(
+    "--example",
+    metavar="NAME",
+    shell_complete=lambda _context, _option, start: [name for name in example_scenes() if name.startswith(start)],
+    help="Take a scene that comes with viscopade, such as ice_rings, as FILE.",
+)
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
 @click.option(
     "--costs",
@@ -161,7 +166,7 @@ def scene_command(
 
     if (file is None) == (example is None):
         raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
-    words, source = ("--example ", example_scene(str(example))) if file is None else ("", file)
+    words, source = ("", file) if file is not None else ("--example ", _example(str(example)))
     scene = read_scene(source)
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
@@ -189,6 +194,13 @@ def scene_command(
         say(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")
+
+
+def _example(name: str) -> Path:
+    scenes = example_scenes()
+    if name not in scenes:
+        raise click.UsageError(f"there is no example scene {name!r}: accepted are {', '.join(scenes)}")
+    return scenes[name]
 
 
 def read_scene(file: Path) -> Scene:
