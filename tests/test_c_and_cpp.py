@@ -174,6 +174,9 @@ def test_projects_in_cpp(source, installed, home, tmp_path, way):
 @needs("cmake")
 def test_versions_that_are_asked_for(tmp_path):
     """Of a checkout that has version 2.3.4; no compiler is looked for."""
+    known = re.search(r"(\d+)\.(\d+)", subprocess.run(["cmake", "--version"], capture_output=True, text=True).stdout)
+    if tuple(map(int, known.groups())) < (3, 19):
+        pytest.skip("CMake is older than 3.19: it has no ranges of versions")
     shutil.copytree(ROOT / "cmake", tmp_path / "cmake")
     (tmp_path / "exports").mkdir()
     header = (ROOT / "exports" / "viscopade_version.h").read_text("utf-8")
