@@ -1,8 +1,14 @@
-"""Build the extension `viscopade.arrays._native`, if there is a C compiler; all else is in pyproject.toml."""
+"""Build the extension `viscopade.arrays._native`, if there is a C compiler; put headers and scenes into the package.
+
+All else is in pyproject.toml.
+"""
+
+from pathlib import Path
 
 import numpy
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
+from setuptools.command.build_py import build_py
 
 # Without contraction to fused multiply-add, and whatever CFLAGS says of fast mathematics, results are NumPy's to the
 # last bit. The kernel's floating-point exceptions are not used. Nothing depends on the machine that builds: the
@@ -21,6 +27,34 @@ class BuildNative(build_ext):
         super().build_extensions()
 
 
+# Folders of an installed package, and their files here, where they are under version control. An editable installation
+# and a checkout find the latter: src/viscopade/shipped.py.
+SHIPPED = {
+    "include": ("exports/*.h", "exports/*.hpp", "exports/*.cuh"),
+    "share/cmake/viscopade": ("cmake/*.cmake",),
+    "examples": ("examples/*.toml",),
+}
+
+
+class BuildPackage(build_py):
+    """Build the package with the files that other programs take from it."""
+
+    def run(self) -> None:
+        """Copy the files; viscopade.pc gets the version."""
+        super().run()
+        if self.editable_mode:
+            return
+        package = Path(self.build_lib, "viscopade")
+        for folder, patterns in SHIPPED.items():
+            (package / folder).mkdir(parents=True, exist_ok=True)
+            for file in (file for pattern in patterns for file in Path().glob(pattern)):
+                self.copy_file(str(file), str(package / folder / file.name))
+        text = Path("cmake/viscopade.pc.in").read_text(encoding="utf-8")
+        made = package / "share" / "pkgconfig" / "viscopade.pc"
+        made.parent.mkdir(parents=True, exist_ok=True)
+        made.write_text(text.replace("@PROJECT_VERSION@", self.distribution.get_version()), encoding="utf-8")
+
+
 setup(
     ext_modules=[
         Extension(
@@ -31,5 +65,5 @@ setup(
             optional=True,  # without it NumPy computes the same
         )
     ],
-    cmdclass={"build_ext": BuildNative},
+    cmdclass={"build_ext": BuildNative, "build_py": BuildPackage},
 )

@@ -15,17 +15,19 @@ from viscopade.kernels.targets.languages import LANGUAGES, target
 
 SOURCE = Path(__file__).parents[1] / "src"
 
-# Design section 3, from the ground up. The first four are files; a wing imports from those before it.
+# Design section 3, from the ground up. Those of the first line are files; a wing imports from those before it.
 WINGS = (
-    *("arguments", "records", "quantity", "progress", "generated"),
+    *("arguments", "records", "quantity", "progress", "generated", "extras", "shipped"),
     *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels"),
     *("audit", "fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
-# Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory.
+# Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory;
+# `shipped` finds the folders of the package.
 TOUCH_FILES = {
     "viscopade.cli.writer",
     "viscopade.cli.console",
+    "viscopade.shipped",
     "viscopade.store",
     "viscopade.kernels.toolchain",
     "viscopade.scene.runners",

@@ -15,6 +15,7 @@ import pytest
 import viscopade
 from tests.patience import HANGS
 from viscopade.collision.spheres import beta_si_from_cgs
+from viscopade.kernels.requests import VERSION_HEADER
 
 ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
@@ -127,7 +128,7 @@ def comment(file):
 
 
 def test_the_table_has_every_header():
-    assert {file for _, file, _, _ in ROWS} >= {path.name for path in ROOT.glob("exports/*.h")}
+    assert {file for _, file, _, _ in ROWS} >= {path.name for path in ROOT.glob("exports/*.h")} - {VERSION_HEADER}
     assert all(shown == file for shown, file, _, _ in ROWS)
 
 

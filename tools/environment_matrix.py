@@ -33,8 +33,9 @@ ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "docs" / "development" / "environments.csv"
 PAGE = RECORD.with_suffix(".md")
 PARTS = (
-    "CHANGELOG.md", "LICENSE", "MANIFEST.in", "Makefile", "README.md", "constraints.txt", "pyproject.toml", "setup.py",
-    "checkers", "derivations", "docs", "examples", "exports", "notebooks", "src", "tests", "tools",
+    "CHANGELOG.md", "CMakeLists.txt", "LICENSE", "MANIFEST.in", "Makefile", "README.md", "constraints.txt",
+    "pyproject.toml", "setup.py",
+    "checkers", "cmake", "derivations", "docs", "examples", "exports", "notebooks", "src", "tests", "tools",
 )  # fmt: skip
 SETS = ("oldest", "newest", "newest mpmath")
 PACKAGES = ("sympy", "mpmath", "numpy", "python-flint", "click", "jinja2", "pint", "rich", "matplotlib", "scipy")

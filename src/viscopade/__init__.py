@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
     from viscopade.fitting.damping import fit
     from viscopade.fitting.points import Points
+    from viscopade.shipped import get_include
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
     from viscopade.theory.series import series
@@ -42,6 +43,7 @@ __all__ = [
     "epsilon",
     "exact",
     "fit",
+    "get_include",
     "one_minus_epsilon",
     "pade",
     "restitution",
@@ -58,6 +60,7 @@ _HOME = {
     "Points": "viscopade.fitting.points",
     "fit": "viscopade.fitting.damping",
     "curve": "viscopade.collision.curve",
+    "get_include": "viscopade.shipped",
     "pade": "viscopade.theory.pade",
     "series": "viscopade.theory.series",
 }

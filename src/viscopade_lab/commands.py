@@ -62,7 +62,7 @@ def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...])
     """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import registry
 
-    need("matplotlib", "figures")
+    need("figures", "matplotlib")
     pictures = registry.render(names or None, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
@@ -151,7 +151,7 @@ def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> 
     from viscopade_lab.bench.result import Result
     from viscopade_lab.report.render import render
 
-    need("matplotlib", "report")
+    need("report", "matplotlib")
     check_targets([out / "report.html"], parents=True)
     if result is None:
         found = bench.run(bench.Settings())
@@ -193,7 +193,7 @@ def hardcases_command(
     if thorough and not wanted:
         raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
     if out is not None:
-        need("matplotlib", "hardcases --out")
+        need("hardcases --out", "matplotlib")
         cases = [finding.name for finding in known] + [case.name for case in wanted]
         check_targets([out / name for name in page.names(cases)], parents=True)
     fresh = hard_cases.check([case.name for case in wanted], thorough=thorough)

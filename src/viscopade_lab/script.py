@@ -44,7 +44,7 @@ def command(
 
     def run(style: str, **given: Any) -> None:
         if needs:
-            need(needs, measure.__module__.rpartition(".")[2])
+            need(measure.__module__.rpartition(".")[2], needs)
         result = measure(**given)
         if style == "json":
             click.echo(json.dumps(result, indent=1, default=asdict))

@@ -125,6 +125,7 @@ OPTIONS: Mapping[str, Sequence[str]] = {
     "--only": ("nothing", "", "twenty-terms", "localSlope", "3-6"),
     "--unit": ("cm/s", "", "\n", "x" * 500, "*/", "\x1b[31m"),
     "--memory-elements": ("1024", "0", "1e3", "999999999999"),
+    "--example": ("ice_rings", "nothing", "", "../examples/ice_rings", "ice_rings.toml", "x" * 500),
     "--rounds": ("1", "0", "-1", "10001"),
 }  # fmt: skip
 MATERIAL = ("--young-modulus", "--poisson-ratio", "--density", "--radius")

@@ -12,15 +12,17 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from tests.cli import VISCOPADE, called, started
 from tests.patience import HANGS
-from viscopade import Pair, Sphere, pade, series
+from viscopade import Pair, Points, Sphere, fit, pade, series
 from viscopade.cli.main import command
 from viscopade.collision import exact
+from viscopade.extras import EXTRAS
 from viscopade.kernels import requests
 from viscopade.theory.paper import TABLE
 from viscopade_lab import bench, hard_cases
@@ -380,25 +382,45 @@ def test_other_environments(environment):
 
 
 @pytest.mark.parametrize(
-    ("words", "user"),
+    ("words", "user", "packages", "extras"),
     [
-        (["figures"], "figures"),
-        (["report"], "report"),
-        (["report", "--from", SAMPLE], "report"),
-        (["hardcases"], "hardcases --out"),
+        (["figures", "--out"], "figures", "matplotlib, which is", "figures"),
+        (["report", "--out"], "report", "matplotlib, which is", "figures"),
+        (["report", "--from", SAMPLE, "--out"], "report", "matplotlib, which is", "figures"),
+        (["hardcases", "--out"], "hardcases --out", "matplotlib, which is", "figures"),
+        (["plot", "-o"], "plot", "matplotlib, which is", "figures"),
+        (["plot", "--data", "data.csv", "-o"], "plot", "matplotlib and scipy, which are", "figures,fit"),
+        (["fit", "data.csv", "--scene"], "fit", "scipy, which is", "fit"),
+        (["fit", "data.ods", "--plot"], "fit", "scipy and python_calamine and matplotlib, which are", "figures,fit"),
     ],
-    ids=["figures", "report", "report-from", "hardcases"],
+    ids=["figures", "report", "report-from", "hardcases", "plot", "plot-data", "fit", "fit-plot"],
 )
-def test_what_to_install_is_said_before_any_work(words, user, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)  # importing it fails, as if it were not there
+def test_what_to_install_is_said_before_any_work(words, user, packages, extras, tmp_path, monkeypatch):
+    for package in EXTRAS:
+        monkeypatch.setitem(sys.modules, package, None)  # importing it fails, as if it were not there
     for module, work in ((bench, "run"), (hard_cases, "check"), (figures, "render"), (render, "render")):
         monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
-    result = called(*words, "--out", tmp_path / "new")
+    result = called(*words, tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr.startswith(f"viscopade: {user} needs matplotlib, which is not installed")
-    assert result.stderr.endswith(f"{sys.executable} -m pip install matplotlib\n")
+    assert result.stderr.startswith(f"viscopade: {user} needs {packages} not installed")
+    assert result.stderr.endswith(f"{sys.executable} -m pip install 'viscopade[{extras}]'\n")
     assert result.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_public_functions_say_what_to_install(monkeypatch):
+    points = Points.measured([0.1, 0.3, 1, 3], [0.938, 0.918, 0.901, 0.874])
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    for call in (lambda: fit(points), lambda: Points.measured([0.1], [0.9])):
+        with pytest.raises(ModuleNotFoundError, match=r"needs scipy, which is .*-m pip install 'viscopade\[fit\]'$"):
+            call()
+
+
+def test_extras_bring_what_they_are_said_to():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    for package, extra in EXTRAS.items():
+        brought = project["optional-dependencies"][extra]
+        assert any(line.startswith(f"{package.replace('_', '-')}>=") for line in brought), package
 
 
 # --- what is refused ----------------------------------------------------------------------------------------------
@@ -509,6 +531,12 @@ BAD = [
     (
         ["export", "c", "--accuracy", "1e-3", "--v-star-min", "1"],
         "accepted is an interval with both ends (--v-star-max)",
+    ),
+    (["scene"], "accepted is a scene: either FILE, or --example NAME"),
+    (["scene", "x.toml", "--example", "ice_rings"], "accepted is a scene: either FILE, or --example NAME"),
+    (
+        ["scene", "--example", "../x"],
+        "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
     ),
     (["nonsense"], "No such command 'nonsense'"),
     (["--nonsense"], "No such option"),

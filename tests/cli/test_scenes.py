@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import viscopade as vp
 from tests.cli import called
 
 ROOT = Path(__file__).parents[2]
@@ -54,6 +55,25 @@ def small(tmp_path):
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     return path
+
+
+def test_an_example_is_the_scene_of_its_file(tmp_path):
+    words = ("--no-check", "--out", tmp_path)
+    shown = good("scene", "--example", "steel_balls", *words)
+    (code,) = tmp_path.iterdir()
+    text = code.read_text()
+    assert "viscopade scene --example steel_balls\n" in text
+    assert good("scene", EXAMPLES / "steel_balls.toml", *words) == shown
+    assert code.read_text() == text.replace("--example steel_balls", "steel_balls.toml")
+
+
+def test_folders_of_the_package():
+    """In a checkout; tests/test_c_and_cpp.py has the wheel's."""
+    assert good("--include-dir") == f"{vp.get_include()}\n"
+    assert Path(vp.get_include(), "viscopade_pade.h").is_file()
+    assert Path(good("--cmake-dir").strip(), "viscopade-config.cmake").is_file()
+    examples = Path(good("--examples-dir").strip())
+    assert {path.name for path in examples.glob("*.toml")} == {path.name for path in EXAMPLES.glob("*.toml")}
 
 
 def changed(path, old, new):

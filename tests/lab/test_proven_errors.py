@@ -12,7 +12,7 @@ from viscopade_lab import proven
 from viscopade_lab.proven import numbers
 
 EXPORTS = Path(__file__).parents[2] / "exports"
-HEADERS = [name for name in requests.NAMES if name.endswith(".h")]
+HEADERS = [name for name in requests.NAMES if name.endswith(".h") and name != requests.VERSION_HEADER]
 KERNELS = sorted({number.kernel for number in numbers()})
 
 

@@ -26,8 +26,11 @@ def test_every_script_is_imported_without_optional_packages():
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize(("name", "package"), [("studies.damping", "scipy"), ("programs.rebound_ice", "rebound")])
-def test_a_script_says_what_to_install(name, package):
+@pytest.mark.parametrize(
+    ("name", "package", "extra"),
+    [("studies.damping", "scipy", "fit"), ("programs.rebound_ice", "rebound", "simulators")],
+)
+def test_a_script_says_what_to_install(name, package, extra):
     code = MISSING.format([package]) + (
         f"from viscopade_lab.{name.partition('.')[0]} import {name.partition('.')[2]} as script\n"
         "script.errors = script.measure = lambda *_: print('computed')\n"
@@ -36,7 +39,7 @@ def test_a_script_says_what_to_install(name, package):
     done = run(code)
     assert (done.returncode, done.stdout) == (2, "")
     assert f"needs {package}, which is not installed" in done.stderr
-    assert done.stderr.endswith(f"-m pip install {package}\n")
+    assert done.stderr.endswith(f"-m pip install 'viscopade[{extra}]'\n")
     assert done.stderr.count("\n") == 1
 
 

@@ -6,10 +6,8 @@ import csv
 import io
 import json
 import re
-import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from importlib import import_module
 from itertools import zip_longest
 from pathlib import Path
 from textwrap import wrap
@@ -17,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from viscopade import arguments
+from viscopade import arguments, extras
 from viscopade.cli.latex import latex_cell
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
@@ -255,28 +253,20 @@ class Missing(click.ClickException):
     exit_code = 2
 
 
-def need(package: str, user: str, distribution: str | None = None) -> None:
-    """Check that an optional package is installed, before any work that needs it.
+def need(user: str, *packages: str) -> None:
+    """Check that optional packages are installed, before any work that needs them.
 
-    Parameters
-    ----------
-    package : str
-        Its name for `import`.
-    user : str
-        The command that needs the package, for the message.
-    distribution : str, optional
-        Its name for pip, if that differs.
+    Parameters are those of `viscopade.extras.require`.
 
     Raises
     ------
     Missing
-        If it is not installed; the message has the command that installs it.
+        If one is not installed; the message has the command that installs it.
     """
     try:
-        import_module(package)
-    except ImportError as error:
-        command = f"{shlex.quote(sys.executable)} -m pip install {distribution or package}"
-        raise Missing(f"{user} needs {package}, which is not installed ({error}): {command}") from None
+        extras.require(user, *packages)
+    except extras.MissingPackage as error:
+        raise Missing(str(error)) from None
 
 
 def picture_kind(option: str, file: Path) -> str:

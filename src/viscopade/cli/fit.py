@@ -82,11 +82,10 @@ def fit(
     has A, too; with a column contact_time in place of --young-modulus, A and the Young modulus. Plain numbers are in SI
     units.
     """
-    need("scipy", "fit")
-    if data.suffix.lower() in (".xls", ".xlsx", ".ods"):
-        need("python_calamine", f"fit with {data.suffix} files", "python-calamine")
+    spreadsheet = data.suffix.lower() in (".xls", ".xlsx", ".ods")
+    needed = {"scipy": True, "python_calamine": spreadsheet, "matplotlib": picture is not None}
+    need("fit", *(package for package, wanted in needed.items() if wanted))
     if picture is not None:
-        need("matplotlib", "fit --plot")
         picture_kind("--plot", picture)
     if scene_file is not None and scene_file == picture:
         raise click.UsageError("--scene and --plot are the same file: accepted are two")

@@ -21,13 +21,14 @@ from viscopade.cli.console import (
 )
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
+from viscopade.shipped import example_scenes
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
 
 
 @click.command()
-@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json"]))
+@click.argument("target", type=click.Choice([*TARGETS, "series-csv", "series-json", "version-header"]))
 @click.option(
     "--pade",
     type=Degrees(),
@@ -101,7 +102,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
     json, latex, certificates and vectors get the paper's approximants; series-csv and series-json get the coefficients
-    h_k; all other targets get kernels for all v* >= 0.
+    h_k; version-header gets the version, for the C preprocessor; all other targets get kernels for all v* >= 0.
 
     An existing file is replaced only if viscopade generated it.
     """
@@ -109,6 +110,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
     if target.startswith("series-"):
         text = requests.render_series(target.removeprefix("series-"), order, digits)
+    elif target == "version-header":
+        text = requests.file(requests.VERSION_HEADER)
     else:
         request = requests.Request(**{**wanted, "end": wanted["end"] or "force"})
         text = (request if request != requests.Request() else requests.default(target)).render(target)
@@ -119,7 +122,13 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 
 
 @click.command("scene")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--example",
+    metavar="NAME",
+    shell_complete=lambda _context, _option, start: [name for name in example_scenes() if name.startswith(start)],
+    help="Take a scene that comes with viscopade, such as ice_rings, as FILE.",
+)
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
 @click.option(
     "--costs",
@@ -136,17 +145,29 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
 @NO_CACHE
 @STYLE
-def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bool, cc: str | None, style: str) -> None:
+def scene_command(
+    file: Path | None,
+    example: str | None,
+    out: Path | None,
+    costs: Path | None,
+    checking: bool,
+    cc: str | None,
+    style: str,
+) -> None:
     """Find the cheapest kernel within a scene's tolerance.
 
     FILE describes the scene in TOML: materials, bodies, speeds, tolerance and language. docs/usage/scenes.md describes
-    its keys, and examples/ has ready scenes. With --out, the kernel's code is written.
+    its keys, and the folder that `viscopade --examples-dir` prints has ready scenes. With --out, the kernel's code is
+    written.
     """
     from viscopade.kernels import toolchain
     from viscopade.scene import check as run
     from viscopade.scene import choice, cost, render, tables
 
-    scene = read_scene(file)
+    if (file is None) == (example is None):
+        raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
+    words, source = ("", file) if file is not None else ("--example ", _example(str(example)))
+    scene = read_scene(source)
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     by = cost.Costs()
@@ -156,7 +177,7 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
     found = choice.choose(scene, by)
     verdict = text = None
     if out is not None or checking:
-        text = render.render(found, f"viscopade scene {file.name}")
+        text = render.render(found, f"viscopade scene {words}{example or source.name}")
     if checking and text is not None:
         verdict = run.check_code(found, text, cc)
     if out is not None and text is not None:
@@ -173,6 +194,13 @@ def scene_command(file: Path, out: Path | None, costs: Path | None, checking: bo
         say(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")
+
+
+def _example(name: str) -> Path:
+    scenes = example_scenes()
+    if name not in scenes:
+        raise click.UsageError(f"there is no example scene {name!r}: accepted are {', '.join(scenes)}")
+    return scenes[name]
 
 
 def read_scene(file: Path) -> Scene:

@@ -6,12 +6,14 @@ import errno
 import logging
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
-from typing import NoReturn, TextIO
+from typing import Any, NoReturn, TextIO
 
 import click
 
+from viscopade import shipped
 from viscopade.cli import audit, calculator, derive, fit, generate, simulators, speeds
 from viscopade.cli.console import keep_printing, tracker
 from viscopade.progress import shown_by
@@ -41,8 +43,23 @@ class Commands(click.Group):
             self.add_command(found)
 
 
+def _folder_option(name: str, folder: Callable[[], str], text: str) -> Callable[[Any], Any]:
+    """Return a decorator that adds an option which prints a folder."""
+
+    def show(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+        if wanted and not context.resilient_parsing:
+            click.echo(folder())
+            context.exit()
+
+    text = f"Print the folder of {text} and exit."
+    return click.option(name, is_flag=True, is_eager=True, expose_value=False, callback=show, help=text)
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="viscopade")
+@_folder_option("--include-dir", shipped.get_include, "the C and C++ headers, for -I,")
+@_folder_option("--cmake-dir", shipped.cmake_folder, "CMake's configuration, for viscopade_DIR,")
+@_folder_option("--examples-dir", shipped.examples_folder, "the example scenes")
 def command() -> None:
     """Coefficient of restitution eps of viscoelastic spheres: exact numbers, proven approximants, generated code.
 

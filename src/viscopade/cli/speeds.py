@@ -69,10 +69,8 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     each --law has the same eps there, and each --program is asked for it. Quantities may have units, such as "1 cm/s";
     plain numbers are in SI units. Without spheres, eps is drawn over v*, from --from to --to, with each --pade.
     """
-    need("matplotlib", "plot")
+    need("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
-    if data is not None:
-        need("scipy", "plot --data")
     check_targets([output])
     from viscopade.plots import sheet, speeds
 

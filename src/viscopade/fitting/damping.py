@@ -13,6 +13,7 @@ import numpy as np
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
+from viscopade.extras import require
 from viscopade.fitting.points import Points
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -145,6 +146,8 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     ------
     TypeError, ValueError
         If there are fewer than three points, all speeds are equal, or a law is none.
+    MissingPackage
+        If SciPy is not installed; the message has the command that installs it.
 
     Examples
     --------
@@ -154,6 +157,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
     ('0.093 +- 0.002', 'holds with a limit')
     """
+    require("fit", "scipy")
     from viscopade.fitting import verdict  # when it is needed: it loads SciPy
     from viscopade.fitting.likelihood import Model
 

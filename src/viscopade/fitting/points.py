@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from viscopade.arrays.checked import Accepted, FloatArray, array
+from viscopade.extras import require
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -114,7 +115,10 @@ class Points:
         ------
         TypeError, ValueError
             If a number is out of range, the lengths differ, or a standard error is 0 where nothing else scatters.
+        MissingPackage
+            If SciPy is not installed; the message has the command that installs it.
         """
+        require("Points.measured", "scipy")
         from scipy import sparse  # when it is needed: the package's names load without it
 
         v, e = array("speed", speed, _POSITIVE), array("epsilon", epsilon, _FINITE)

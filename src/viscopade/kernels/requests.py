@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 from viscopade import arguments
 from viscopade.approximation import minimax
 from viscopade.approximation.measure import Measure
+from viscopade.generated import marker_line, template
 from viscopade.kernels import prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
@@ -317,7 +318,9 @@ def render_series(target: str, order: int, digits: int) -> str:
 
 
 _SERIES = {f"series.{target}": target for target in ("csv", "json")}
-NAMES = (*_FILES, *_SERIES)
+VERSION_HEADER = "viscopade_version.h"
+"""The header that has the version and no kernel, for CMake and for checks before a kernel is included."""
+NAMES = (*_FILES, *_SERIES, VERSION_HEADER)
 """The files in `exports/`."""
 
 
@@ -325,6 +328,10 @@ def file(name: str) -> str:
     """Return the text of a file in `exports/`."""
     if name in _SERIES:
         return render_series(_SERIES[name], SERIES_ORDER, SERIES_DIGITS)
+    if name == VERSION_HEADER:
+        return template(tables.__name__, "version_alone.h.jinja").render(
+            marker=marker_line("viscopade export version-header")
+        )
     request, target = _FILES[name]
     return request.render(target)
 

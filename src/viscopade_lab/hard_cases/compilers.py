@@ -38,7 +38,7 @@ Array = npt.NDArray[Any]
 Form = Literal["double", "float"]
 
 EXPORTS = Path(__file__).parents[3] / "exports"  # of a source tree; elsewhere the headers are made
-HEADERS = tuple(name for name in requests.NAMES if name.endswith(".h"))
+HEADERS = tuple(name for name in requests.NAMES if name.endswith(".h") and name != requests.VERSION_HEADER)
 FEW = ("viscopade_pade.h", "viscopade_half_line.h", "viscopade_full.h", "viscopade_speed_1em3.h")
 DECIMAL = ("viscopade_pade.h", "viscopade_minimax.h", "viscopade_half_line.h", "viscopade_inverse.h")
 """Those that are also C++ before C++17, which has no hexadecimal constants."""

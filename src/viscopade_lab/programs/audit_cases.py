@@ -13,6 +13,7 @@ from viscopade.audit.measured import Measurement
 from viscopade.audit.program import DampingFormula, audited, same
 from viscopade.audit.programs import program_of
 from viscopade.collision import steps
+from viscopade.extras import EXTRAS, install_command
 
 ASKED = ("0.9", "0.5", "0.3")
 TIME_STEPS = (0.1, 0.02, 0.001)
@@ -67,7 +68,8 @@ def package(module: str, name: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise RuntimeError(f"there is no Python package {name}") from error
+        command = f": {install_command(module)}" if module in EXTRAS else ""
+        raise RuntimeError(f"there is no Python package {name}{command}") from error
 
 
 def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:

@@ -69,7 +69,7 @@ def errors() -> dict[str, dict[str, float]]:
 @STYLE
 def main(style: str) -> None:
     """Print the relative errors of A."""
-    need("scipy", "damping.py")
+    need("damping.py", "scipy")
     whole = errors()
     header = ("eps", "v*", "A by Newton on [3/6]", "A by Brent on [1/4]")
     rows = (

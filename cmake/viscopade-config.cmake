@@ -1,0 +1,16 @@
+# The target viscopade::viscopade: the folder of the headers, and the C library's mathematics where it is a library of its
+# own. The headers lie in ../../../include in a wheel and in an installation, and in ../exports in a checkout.
+if(NOT TARGET viscopade::viscopade)
+  foreach(_viscopade_folder ../../../include ../exports)
+    get_filename_component(viscopade_INCLUDE_DIR "${CMAKE_CURRENT_LIST_DIR}/${_viscopade_folder}" ABSOLUTE)
+    if(EXISTS "${viscopade_INCLUDE_DIR}/viscopade_version.h")
+      break()
+    endif()
+  endforeach()
+  unset(_viscopade_folder)
+  add_library(viscopade::viscopade INTERFACE IMPORTED GLOBAL)
+  set_target_properties(viscopade::viscopade PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${viscopade_INCLUDE_DIR}")
+  if(UNIX)
+    set_target_properties(viscopade::viscopade PROPERTIES INTERFACE_LINK_LIBRARIES m)
+  endif()
+endif()

@@ -1,0 +1,42 @@
+"""Files that come with the package for other programs and for a first trial: headers, CMake's configuration, scenes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent
+# Folders of an installed package, which setup.py fills, and where their files are in a checkout.
+_IN_A_CHECKOUT = {"include": "exports", "share/cmake/viscopade": "cmake", "examples": "examples"}
+
+
+def get_include() -> str:
+    """Return the folder of the C and C++ headers, for a compiler's -I; `viscopade --include-dir` prints it.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the package was installed without them.
+    """
+    return str(_folder("include"))
+
+
+def cmake_folder() -> str:
+    """Return the folder that CMake's viscopade_DIR names; errors as for `get_include`."""
+    return str(_folder("share/cmake/viscopade"))
+
+
+def examples_folder() -> str:
+    """Return the folder of the example scenes; errors as for `get_include`."""
+    return str(_folder("examples"))
+
+
+def example_scenes() -> dict[str, Path]:
+    """Return the files of the example scenes by their names, such as ice_rings; errors as for `get_include`."""
+    return {file.stem: file for file in sorted(_folder("examples").glob("*.toml"))}
+
+
+def _folder(name: str) -> Path:
+    for found in (_PACKAGE / name, _PACKAGE.parents[1] / _IN_A_CHECKOUT[name]):
+        if found.is_dir():
+            return found
+    raise FileNotFoundError(f"viscopade was installed without its folder {name}: accepted is an installation with pip")

@@ -1,0 +1,217 @@
+"""docs/usage/c-and-cpp.md, done as it says: the headers in projects of C and C++, by CMake and by pkg-config."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+import viscopade as vp
+from tests.built import ROOT, unpacked_source, wheel
+from tests.patience import HANGS
+from tests.test_readme import blocks
+
+PAGE = (ROOT / "docs" / "usage" / "c-and-cpp.md").read_text("utf-8")
+BLOCKS = blocks(PAGE)
+MAIN_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
+FIND, FETCH = (code for kind, code in BLOCKS if kind == "cmake")
+(MAIN_CPP,) = (code for kind, code in BLOCKS if kind == "cpp")
+(PRINTED,) = (code for kind, code in BLOCKS if kind == "text")
+FETCHING = re.sub(r"find_package.*\n", FETCH, FIND)
+COPIED, OF_THE_PACKAGE, CMAKE_OF_THE_PACKAGE, CMAKE_INSTALLED, PKG_CONFIG = (code for kind, code in BLOCKS if not kind)
+INSTALL = "".join(CMAKE_INSTALLED.splitlines(keepends=True)[:2])
+BUILD = "cmake -B build {}\ncmake --build build\n./build/collisions\n"
+
+EXACT = """
+#include <cstdio>
+#include <viscopade_speed_full.h>
+int main() { std::printf("%.17g\\n", viscopade_restitution_full(0.1, 1.307)); }
+"""
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the page's commands are those of a Unix shell")
+
+
+def needs(*programs):
+    missing = [program for program in programs if shutil.which(program) is None]
+    return pytest.mark.skipif(bool(missing), reason=f"there is no {', '.join(missing)}")
+
+
+with_cmake = needs("cmake", "cc", "c++")
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    return unpacked_source(tmp_path_factory.mktemp("copy"))
+
+
+@pytest.fixture(scope="module")
+def installed(source, tmp_path_factory):
+    """A folder with the wheel, and a command `viscopade` that runs it from anywhere."""
+    folder = tmp_path_factory.mktemp("wheel")
+    wheel(source, folder, CC="false")  # the headers need no extension
+    command = folder / "bin" / "viscopade"
+    command.parent.mkdir()
+    words = shlex.join([sys.executable, "-m", "viscopade"])
+    command.write_text(f'#!/bin/sh\nPYTHONPATH={shlex.quote(str(folder / "installed"))} exec {words} "$@"\n')
+    command.chmod(0o755)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def home(source, tmp_path_factory):
+    """A home directory into whose .local `cmake --install` has put a checkout."""
+    folder = tmp_path_factory.mktemp("home")
+    (folder / "viscopade").symlink_to(source)
+    run(INSTALL, folder, HOME=str(folder))
+    return folder
+
+
+def run(script, directory, **variables):
+    """Run lines of a shell; return what the last of them prints."""
+    ended = subprocess.run(
+        ["sh", "-e"],
+        input=script,
+        cwd=directory,
+        capture_output=True,
+        text=True,
+        env=os.environ | variables,
+        timeout=HANGS,
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return (ended.stdout.splitlines(keepends=True) or [""])[-1]
+
+
+def of_package(installed):
+    return {"PATH": f"{installed / 'bin'}{os.pathsep}{os.environ['PATH']}"}
+
+
+def project(directory, listed, **files):
+    (directory / "CMakeLists.txt").write_text(listed)
+    for name, text in files.items():
+        (directory / name.replace("_", ".")).write_text(text)
+    return directory
+
+
+def in_cpp(listed):
+    return listed.replace("LANGUAGES C)", "LANGUAGES CXX)").replace("main.c)", "main.cpp)")
+
+
+def test_folders_of_the_wheel(installed, tmp_path):
+    def shown(words):
+        return run(f"viscopade {words}", tmp_path, **of_package(installed)).strip()
+
+    here = installed / "installed" / "viscopade"
+    folders = {"--include-dir": "include", "--cmake-dir": "share/cmake/viscopade", "--examples-dir": "examples"}
+    assert {option: shown(option) for option in folders} == {o: str(here / name) for o, name in folders.items()}
+    assert shown("scene --example steel_balls --out . --no-check") == "wrote steel_balls.h to ."
+
+
+def test_what_the_page_prints_is_eps():
+    assert f"eps = {vp.restitution(0.1, 1.307):.6f}\n" == PRINTED
+
+
+@needs("cc")
+@pytest.mark.parametrize("script", [COPIED, OF_THE_PACKAGE], ids=["copied", "package"])
+def test_without_a_build_system(installed, tmp_path, script):
+    project(tmp_path, "", main_c=MAIN_C)
+    assert run(script, tmp_path, **of_package(installed)) == PRINTED
+
+
+@needs("cmake", "cc", "pkg-config")
+def test_pkg_config(home, installed, tmp_path):
+    project(tmp_path, "", main_c=MAIN_C)
+    assert run(PKG_CONFIG, tmp_path, HOME=str(home)) == PRINTED
+    asked = "pkg-config --modversion viscopade"
+    assert run(asked, tmp_path, PKG_CONFIG_PATH=f"{home}/.local/share/pkgconfig") == f"{vp.__version__}\n"
+    share = 'export PKG_CONFIG_PATH="$(viscopade --include-dir)/../share/pkgconfig"\n'
+    assert run(share + asked, tmp_path, **of_package(installed)) == f"{vp.__version__}\n"
+    again = share + PKG_CONFIG.partition("\n")[2]
+    assert run(again, tmp_path, **of_package(installed)) == PRINTED
+
+
+@with_cmake
+def test_find_package_in_the_python_package(installed, tmp_path):
+    project(tmp_path, FIND, main_c=MAIN_C)
+    assert run(CMAKE_OF_THE_PACKAGE, tmp_path, **of_package(installed)) == PRINTED
+
+
+@with_cmake
+def test_find_package_in_an_installation(source, tmp_path):
+    project(tmp_path, FIND, main_c=MAIN_C)
+    (tmp_path / "viscopade").symlink_to(source)
+    assert run(CMAKE_INSTALLED, tmp_path, HOME=str(tmp_path / "home")) == PRINTED
+
+
+@with_cmake
+def test_fetch_content(source, tmp_path):
+    project(tmp_path, FETCHING, main_c=MAIN_C)
+    (tmp_path / "viscopade").symlink_to(source)
+    assert run(BUILD.format(""), tmp_path) == PRINTED
+
+
+@with_cmake
+@pytest.mark.parametrize("way", ["package", "installation", "FetchContent"])
+def test_projects_in_cpp(source, installed, home, tmp_path, way):
+    """One program is the page's; the other's eps is that of vp.restitution to the last place or two."""
+    given = {
+        "package": f"-D viscopade_DIR={shlex.quote(str(installed / 'installed/viscopade/share/cmake/viscopade'))}",
+        "installation": f"-D CMAKE_PREFIX_PATH={shlex.quote(str(home / '.local'))}",
+        "FetchContent": f"-D FETCHCONTENT_SOURCE_DIR_VISCOPADE={shlex.quote(str(source))}",
+    }[way]
+    listed = in_cpp(FETCHING if way == "FetchContent" else FIND).replace(
+        "add_exec", "set(CMAKE_CXX_STANDARD 17)\nadd_exec"
+    )
+    more = listed + "add_executable(exact exact.cpp)\ntarget_link_libraries(exact PRIVATE viscopade::viscopade)\n"
+    project(tmp_path, more, main_cpp=MAIN_CPP, exact_cpp=EXACT)
+    assert run(BUILD.format(given), tmp_path) == PRINTED
+    assert float(run("./build/exact", tmp_path)) == pytest.approx(vp.restitution(0.1, 1.307), rel=4e-16, abs=0)
+
+
+@needs("cmake")
+def test_versions_that_are_asked_for(tmp_path):
+    """Of a checkout that has version 2.3.4; no compiler is looked for."""
+    known = re.search(r"(\d+)\.(\d+)", subprocess.run(["cmake", "--version"], capture_output=True, text=True).stdout)
+    if tuple(map(int, known.groups())) < (3, 19):
+        pytest.skip("CMake is older than 3.19: it has no ranges of versions")
+    shutil.copytree(ROOT / "cmake", tmp_path / "cmake")
+    (tmp_path / "exports").mkdir()
+    header = (ROOT / "exports" / "viscopade_version.h").read_text("utf-8")
+    (tmp_path / "exports" / "viscopade_version.h").write_text(header.replace(f'"{vp.__version__}"', '"2.3.4"'))
+    tried = {
+        "": True,
+        "2": True,
+        "2.3.4 EXACT": True,
+        "2.3 EXACT": False,
+        "2.3.5": False,
+        "1.9": False,
+        "3": False,
+        "2.0...<3": True,
+        "2.0...2.3.4": True,
+        "2.0...<2.3.4": False,
+        "2.4...3": False,
+        "1.0...3": False,
+    }
+    asked = "\n".join(
+        f'set(viscopade_DIR "${{HERE}}")\nfind_package(viscopade {version} CONFIG QUIET)\n'
+        f'message(STATUS "asked {version}: ${{viscopade_FOUND}}")\nunset(viscopade_DIR CACHE)'
+        for version in tried
+    )
+    project(tmp_path, f"cmake_minimum_required(VERSION 3.19)\nproject(x LANGUAGES NONE)\n{asked}\n")
+    words = ["cmake", "-B", "build", f"-DHERE={tmp_path / 'cmake'}"]
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
+    assert ended.returncode == 0, ended.stderr
+    assert dict(re.findall(r"asked (.*): (\d)", ended.stdout)) == {v: str(int(found)) for v, found in tried.items()}
+
+
+@needs("cc")
+def test_the_version_header(tmp_path):
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert f'#define VISCOPADE_VERSION "{stated}"\n' in (ROOT / "exports" / "viscopade_version.h").read_text("utf-8")
+    words = ["cc", "-x", "c", "-fsyntax-only", "-I", vp.get_include(), "-"]
+    for program, fits in ((NEEDS_VERSION, True), (NEEDS_VERSION.replace("< 100", "< 999999"), False)):
+        ended = subprocess.run(words, input=program, capture_output=True, text=True, cwd=tmp_path)
+        assert (ended.returncode == 0) is fits, ended.stderr
