@@ -83,7 +83,7 @@ def prove_by_panels(
     try:
         panels = law_panels(law, high)
     except ArithmeticError:
-        raise ArithmeticError(f"nothing was proven so far out for the law {law}") from None
+        raise ArithmeticError(f"no proof was found for the law {law} up to v* = {float(high):g}") from None
     task = _Task(a, b, law, measure)
     with working(BITS, ORDER + 1):
         starts = [
@@ -120,9 +120,18 @@ def _beyond(a: Sequence[arb], b: Sequence[arb], law: Law, end: Fraction) -> str:
         raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
     with working(BITS):
         true = limit(law, ball_of(end)) * rational_power(ball_of(law.damping + 1), law.nu - 1)
-        half = 1 / ball_of(2 * end)
+
+    def deviation(u: arb_series) -> list[arb_series]:
+        return [series_at(a[::-1], u) / series_at(b[::-1], u) / true - 1]
+
+    number, bound = FEWEST_PARTS, arb.pos_inf()
     with working(BITS, ORDER + 1):
-        bound = _largest(lambda u: [series_at(a[::-1], u) / series_at(b[::-1], u) / true - 1], half, half)
+        while number <= MOST_PARTS:
+            half = 1 / ball_of(2 * number * end)
+            finer = max(_largest(deviation, (2 * i + 1) * half, half) for i in range(number))
+            if finer > bound * TIGHT:
+                break
+            bound, number = finer, 2 * number
     if not bound < 1:
         raise ArithmeticError("no bound was found for large v*: is there a pole?")
     return rounded_up(bound)
