@@ -1,0 +1,214 @@
+"""The documentation site, built and driven in a headless Chromium: links, search, formulas, small and dark screens."""
+
+import inspect
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+import viscopade
+from tests.chromium import Page
+from tests.patience import HANGS
+
+ROOT = Path(__file__).parents[1]
+NEEDED = ("sphinx", "furo", "myst_parser", "sphinx_copybutton", "math_core")
+SAMPLE = (
+    "docs/index.html",
+    "docs/reference/python-api.html",
+    "docs/theory/exact-function.html",
+    "docs/results/audit.html",
+    "docs/figures/README.html",
+    "notebooks/02_derivation.html",
+    "derivations/06_time_reversal.html",
+    "examples/ice.c.html",
+    "exports/index.html",
+    "genindex.html",
+)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site, built with warnings as errors."""
+    missing = [name for name in NEEDED if not find_spec(name)]
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}; pip install -c constraints.txt -e '.[docs]'")
+    folder = tmp_path_factory.mktemp("site")
+    words = ["-q", "-W", "--keep-going", "-E", "-b", "html", "-c", "tools/site", "-d", folder / "trees"]
+    build = subprocess.run(
+        [sys.executable, "-m", "sphinx", *words, ".", folder / "site"],
+        cwd=ROOT,
+        env={**os.environ, "NO_COLOR": "1"},
+        capture_output=True,
+        text=True,
+        timeout=HANGS,
+    )
+    assert (build.returncode, build.stderr) == (0, "")
+    return folder / "site"
+
+
+class Marks(HTMLParser):
+    """What a page of the site names: its places, its links, and what it loads."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.ids, self.links, self.loaded = set(), set(), set()
+        self.feed(path.read_text("utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.ids |= {found[name] for name in ("id", "name") if name in found and (name == "id" or tag == "a")}
+        if tag == "a" and "href" in found:
+            self.links.add(found["href"])
+        elif tag == "link" and found["rel"] in ("stylesheet", "icon", "preload"):
+            self.loaded.add(found["href"])
+        elif "src" in found:
+            self.loaded.add(found["src"])
+
+
+@pytest.fixture(scope="module")
+def marks(site):
+    return {path: Marks(path) for path in site.rglob("*.html")}
+
+
+def test_the_doors_notebooks_derivations_and_files_are_pages(site, marks):
+    pages = {path.relative_to(site).as_posix() for path in marks}
+    assert {*SAMPLE, "index.html", "search.html", "README.html"} <= pages
+    for folder, pattern in (("docs", "**/*.md"), ("notebooks", "*.ipynb"), ("derivations", "*.py")):
+        for source in (ROOT / folder).glob(pattern):
+            assert source.relative_to(ROOT).with_suffix(".html").as_posix() in pages
+
+
+def test_every_link_leads_somewhere(site, marks):
+    dead = []
+    for path, found in marks.items():
+        for link in found.links:
+            if not link.startswith(("https://", "http://", "mailto:")):
+                name, _, place = unquote(link).partition("#")
+                target = (path.parent / name.partition("?")[0]).resolve() if name else path
+                if not target.is_file() or (place and target.suffix == ".html" and place not in marks[target].ids):
+                    dead.append((path.relative_to(site).as_posix(), link))
+    assert dead == []
+
+
+def test_files_that_pages_load_are_files_of_the_site(site, marks):
+    for path, found in marks.items():
+        for name in found.loaded:
+            if not name.startswith("data:image/"):
+                assert (path.parent / name.partition("?")[0]).resolve().is_file(), name
+    for sheet in site.rglob("*.css"):
+        assert re.findall(r"url\(\W*https?:|@import", sheet.read_text("utf-8")) == [], sheet
+
+
+def test_every_public_name_has_its_docstring_and_source(site, marks):
+    page = marks[site / "docs" / "reference" / "python-api.html"]
+    source = ROOT / "docs" / "reference" / "python-api.md"
+    listed = set(re.findall(r"^\| `vp\.([\w.]+)` ", source.read_text("utf-8"), re.MULTILINE))
+    names = {*viscopade.__all__} - {"__version__"}
+    modules = {name for name in names if inspect.ismodule(getattr(viscopade, name))}
+    assert {name for name in listed if "." not in name} == names - modules
+    assert {name.partition(".")[0] for name in listed if "." in name} == modules
+    assert {f"viscopade.{name}" for name in listed} <= page.ids
+    sources = {link.partition("#")[2] for link in page.links if "_modules/" in link}
+    assert {name.rpartition(".")[2] for name in listed} - sources == {"restitution"}  # which is compiled
+
+
+# --- in a browser -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def page(site, tmp_path_factory):
+    opened = Page(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def clean(page):
+    """The page, which at the end of the test must not have complained, nor asked anything of a server."""
+    page.requests.clear()
+    page.complaints.clear()
+    page.screen(1200)
+    yield page
+    assert page.complaints == []
+    assert {url.partition(":")[0] for url in page.requests} <= {"file", "data"}
+    assert page.requests
+
+
+def test_no_page_scrolls_sideways_on_a_phone(site, clean, marks):
+    clean.screen(400)
+    wide = {}
+    for path in marks:
+        if path.relative_to(site).parts[0] != "_modules" and path != site / "index.html":
+            clean.open(path.as_uri())
+            width = clean.value("document.documentElement.scrollWidth")
+            if width > 400:
+                wide[path.relative_to(site).as_posix()] = width
+    assert wide == {}
+
+
+BRIGHTNESS = """(what) => {
+  const found = getComputedStyle(document.body)[what].match(/[0-9.]+/g).slice(0, 3);
+  return found.reduce((sum, x) => sum + Number(x), 0) / 3;
+}"""
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_light_and_dark(site, clean, name):
+    for scheme in ("light", "dark"):
+        clean.screen(1200, scheme=scheme)
+        clean.open((site / name).as_uri())
+        ground, text = (clean.value(f"({BRIGHTNESS})('{what}')") for what in ("backgroundColor", "color"))
+        assert (ground > 200 and text < 80) if scheme == "light" else (ground < 60 and text > 180)
+
+
+def test_the_reader_can_choose_the_colours(site, clean):
+    clean.open((site / "docs" / "index.html").as_uri())
+    before = clean.value("document.body.dataset.theme")
+    clean.value("[...document.querySelectorAll('.theme-toggle')].find(b => b.offsetParent).click()")
+    assert clean.value("document.body.dataset.theme") != before
+    clean.value("localStorage.clear()")
+
+
+def test_formulas_are_drawn(site, clean):
+    clean.open((site / "docs" / "theory" / "exact-function.html").as_uri())
+    heights = clean.value("[...document.querySelectorAll('article math')].map(m => m.getBoundingClientRect().height)")
+    assert len(heights) > 100
+    assert min(heights) > 5
+    fractions = "[...document.querySelectorAll('article .formula mfrac')].map(f => f.getBoundingClientRect().height)"
+    assert min(clean.value(fractions)) > 20  # one number above the other
+    assert "\\" not in clean.value("[...document.querySelectorAll('math')].map(m => m.textContent).join()")
+
+
+def found_by_search(page):
+    page.wait("/found|did not match/.test(document.querySelector('.search-summary')?.textContent ?? '')")
+    return page.value("[...document.querySelectorAll('ul.search a')].map(a => a.href)")
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        ("Lambert", "docs/results/laws.html"),
+        ("Froissart", "docs/reference/python-api.html"),
+        ("phyphox", "docs/usage/fitting.html"),
+        ("restitution", "viscopade.restitution"),
+    ],
+)
+def test_search(site, clean, words, wanted):
+    clean.open((site / "search.html").as_uri() + f"?q={words}")
+    assert any(wanted in link for link in found_by_search(clean))
+
+
+def test_search_by_keyboard(site, clean):
+    clean.open((site / "index.html").as_uri())
+    clean.wait("document.querySelector('.sidebar-search')")  # the first page follows
+    clean.value("document.querySelector('.sidebar-search').focus()")
+    clean.send("Input.insertText", text="Lambert")
+    clean.press("Enter", "\r")
+    clean.wait("location.pathname.endsWith('/search.html')")
+    assert found_by_search(clean)
