@@ -105,6 +105,13 @@ def test_files_that_pages_load_are_files_of_the_site(site, marks):
         assert re.findall(r"url\(\W*https?:|@import", sheet.read_text("utf-8")) == [], sheet
 
 
+def test_docstrings_are_shown_as_they_are_written(site):
+    text = (site / "docs" / "reference" / "python-api.html").read_text("utf-8")
+    assert "\\" not in re.sub(r"<[^>]*>", "", text.partition("<article")[2])
+    assert "v* = beta^(1/2) v^(1/10), &gt;= 0; may be infinite" in text
+    assert "|pole - zero| / |pole|" in text
+
+
 def test_every_public_name_has_its_docstring_and_source(site, marks):
     page = marks[site / "docs" / "reference" / "python-api.html"]
     source = ROOT / "docs" / "reference" / "python-api.md"

@@ -1,6 +1,7 @@
 """Docstrings are plain text with formulas such as v*^2 and |x|; reStructuredText gives them the same words."""
 
 import re
+from itertools import pairwise
 from pkgutil import resolve_name
 from typing import Any
 
@@ -31,20 +32,18 @@ def indent(line: str) -> int:
 def prepare(app: Sphinx, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
     """Escape what Sphinx would read as markup, and show displayed formulas as they stand."""
     found: list[str] = []
-    margin, formula = 0, False
-    for i, line in enumerate(lines):
+    margin, formula, example = 0, False, False
+    for before, line in pairwise(["", *lines]):
         text = line.strip()
-        if text:
-            after_gap = i > 0 and not lines[i - 1].strip()
-            if after_gap and not formula and indent(line) >= margin + 4:
-                formula = True
-                found += [" " * margin + "::", ""]
-            elif indent(line) <= margin:
-                formula = False
-        if not formula:
-            margin = indent(line) if text else margin
-        plain = formula or HEADING.fullmatch(text) or text.startswith(">>>")
-        found.append(line if plain else escaped(line))
+        example = bool(text) and (example or text.startswith(">>>"))
+        if text and formula:
+            formula = indent(line) > margin
+        elif text and not before.strip() and indent(line) >= margin + 4:
+            formula = True
+            found += [" " * margin + "::", ""]
+        if text and not formula:
+            margin = indent(line)
+        found.append(line if formula or example or HEADING.fullmatch(text) else escaped(line))
     lines[:] = found
     if what == "property":
         PROPERTIES[name] = found
