@@ -11,6 +11,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
 from sphinx.util.typing import ExtensionMetadata
 
 from viscopade.arrays.ufunc import Ufunc
@@ -108,7 +109,9 @@ def make_calculator(app: Sphinx) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     words = [sys.executable, "-m", "viscopade", "calculator", "--out", str(file)]
     here = {**os.environ, "PYTHONPATH": str(app.srcdir / "src")}
-    subprocess.run(words, cwd=app.srcdir, env=here, capture_output=True)
+    made = subprocess.run(words, cwd=app.srcdir, env=here, capture_output=True, text=True)
+    if made.returncode and "No such command" not in made.stderr:
+        raise ExtensionError(made.stderr)
 
 
 def calculator(app: Sphinx) -> str:
@@ -120,11 +123,18 @@ def calculator(app: Sphinx) -> str:
     return f"## Calculator\n\n{FENCE}{{raw}} html\n{frame}\n{alone}\n{FENCE}\n\n"
 
 
+def place(heading: re.Match[str]) -> str:
+    """Return a heading with a formula under its name on a repository page; MyST leaves the formula out of the name."""
+    name = re.sub(r"[^\w\- ]", "", heading[1].lower()).replace(" ", "-")
+    return f"({name})=\n{heading[0]}"
+
+
 def read(app: Sphinx, name: str, content: list[str]) -> None:
     """Turn the source of a page into Markdown for the site."""
     text = content[0]
     suffix = Path(app.env.doc2path(name)).suffix
     text = notebook(text) if suffix == ".ipynb" else derivation(text) if suffix == ".py" else text
+    text = re.sub(r"^##+ (.*\$.*)$", place, text, flags=re.MULTILINE)
     text = re.sub(r'^<a id="([\w-]+)"></a>$', r"(\1)=", text, flags=re.MULTILINE)
     if name == INDEX:
         text = text.replace("## Install\n", calculator(app) + "## Install\n", 1) + doors(text)
