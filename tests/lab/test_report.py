@@ -6,7 +6,6 @@ import json
 import os
 import random
 import re
-import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -19,6 +18,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from tests import chromium
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
@@ -812,32 +812,14 @@ def test_an_ulp_is_no_larger_than_what_is_assumed(data, speed_min):
 # --- in a browser -----------------------------------------------------------------------------------------------------
 
 
-def browser():
-    """A command that runs Chromium, or None: from the path, or one that Playwright has fetched."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
-    found = next(filter(None, map(shutil.which, names)), None)
-    cached = Path(os.environ.get("PLAYWRIGHT_BROWSERS_PATH", Path.home() / ".cache" / "ms-playwright"))
-    patterns = ("chromium-*/chrome-linux*/chrome", "chromium_headless_shell-*/chrome-linux*/headless_shell")
-    return found or next((str(path) for pattern in patterns for path in sorted(cached.glob(pattern))), None)
-
-
 def run_browser(tmp_path, *arguments):
-    command = browser()
+    command = chromium.command()
     if command is None:
         pytest.skip("no Chromium, Chrome or Edge found")
-    offline = ("--host-resolver-rules=MAP * ~NOTFOUND", "--proxy-server=127.0.0.1:9", "--disable-background-networking")
-    quiet = (
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-dev-shm-usage",
-        "--hide-scrollbars",
-        "--no-first-run",
-    )
     profile = f"--user-data-dir={tmp_path / 'profile'}"
     page_url = (tmp_path / "report.html").as_uri()
     return subprocess.run(
-        [command, *quiet, *offline, profile, *arguments, page_url],
+        [command, *chromium.QUIET, *chromium.OFFLINE, profile, *arguments, page_url],
         capture_output=True,
         text=True,
         timeout=HANGS,
