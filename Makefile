@@ -110,7 +110,7 @@ $(TOOLS): $(READY)
 	@touch $@
 
 $(DOCS): $(READY)
-	@echo "Adds to $(VENV) what the site is built with: about 82 MB, 15 seconds"
+	@echo "Adds to $(VENV) what the site is built with: about 200 MB, half a minute"
 	@$(PIP) --editable '.[docs]'
 	@touch $@
 
