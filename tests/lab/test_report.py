@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from tests import chromium
+from tests.devtools import browser
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
@@ -813,13 +813,22 @@ def test_an_ulp_is_no_larger_than_what_is_assumed(data, speed_min):
 
 
 def run_browser(tmp_path, *arguments):
-    command = chromium.command()
+    command = browser()
     if command is None:
         pytest.skip("no Chromium, Chrome or Edge found")
+    offline = ("--host-resolver-rules=MAP * ~NOTFOUND", "--proxy-server=127.0.0.1:9", "--disable-background-networking")
+    quiet = (
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-dev-shm-usage",
+        "--hide-scrollbars",
+        "--no-first-run",
+    )
     profile = f"--user-data-dir={tmp_path / 'profile'}"
     page_url = (tmp_path / "report.html").as_uri()
     return subprocess.run(
-        [command, *chromium.QUIET, *chromium.OFFLINE, profile, *arguments, page_url],
+        [command, *quiet, *offline, profile, *arguments, page_url],
         capture_output=True,
         text=True,
         timeout=HANGS,

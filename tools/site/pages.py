@@ -11,7 +11,6 @@ from pkgutil import resolve_name
 from typing import Any
 
 from sphinx.application import Sphinx
-from sphinx.errors import ExtensionError
 from sphinx.util.typing import ExtensionMetadata
 
 from viscopade.arrays.ufunc import Ufunc
@@ -27,6 +26,14 @@ FOLDERS = {
 INDEX = "docs/index"
 REFERENCE = "docs/reference/python-api"
 CALCULATOR = "calculator.html"  # beside the first page's folder
+EMBEDDED = f"""## Calculator
+
+{FENCE}{{raw}} html
+<iframe class="calculator" src="../{CALCULATOR}" title="Calculator"></iframe>
+<p><a href="../{CALCULATOR}">The calculator on a page of its own</a></p>
+{FENCE}
+
+"""
 ALONE = {"README"}  # a page that the contents leave out
 
 
@@ -104,23 +111,12 @@ def directive(name: str) -> str:
 
 
 def make_calculator(app: Sphinx) -> None:
-    """Write the calculator into the site, if viscopade has one."""
+    """Write the calculator into the site."""
     file = Path(app.outdir, CALCULATOR)
     file.parent.mkdir(parents=True, exist_ok=True)
     words = [sys.executable, "-m", "viscopade", "calculator", "--out", str(file)]
     here = {**os.environ, "PYTHONPATH": str(app.srcdir / "src")}
-    made = subprocess.run(words, cwd=app.srcdir, env=here, capture_output=True, text=True)
-    if made.returncode and "No such command" not in made.stderr:
-        raise ExtensionError(made.stderr)
-
-
-def calculator(app: Sphinx) -> str:
-    """Return the calculator's place on the first page, or nothing if there is none."""
-    if not Path(app.outdir, CALCULATOR).exists():
-        return ""
-    frame = f'<iframe class="calculator" src="../{CALCULATOR}" title="Calculator"></iframe>'
-    alone = f'<p><a href="../{CALCULATOR}">The calculator on a page of its own</a></p>'
-    return f"## Calculator\n\n{FENCE}{{raw}} html\n{frame}\n{alone}\n{FENCE}\n\n"
+    subprocess.run(words, cwd=app.srcdir, env=here, stdout=subprocess.DEVNULL, check=True)
 
 
 def place(heading: re.Match[str]) -> str:
@@ -137,7 +133,7 @@ def read(app: Sphinx, name: str, content: list[str]) -> None:
     text = re.sub(r"^##+ (.*\$.*)$", place, text, flags=re.MULTILINE)
     text = re.sub(r'^<a id="([\w-]+)"></a>$', r"(\1)=", text, flags=re.MULTILINE)
     if name == INDEX:
-        text = text.replace("## Install\n", calculator(app) + "## Install\n", 1) + doors(text)
+        text = text.replace("## Install\n", EMBEDDED + "## Install\n", 1) + doors(text)
     if name == REFERENCE:
         text = re.sub(r"^\| name \|.*?\n(?=\n|\Z)", reference, text, flags=re.MULTILINE | re.DOTALL)
     if name in FOLDERS:
