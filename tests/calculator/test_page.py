@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import viscopade as vp
-from tests.calculator.devtools import opened
 from tests.cli import called
+from tests.devtools import opened
 from viscopade.calculator import page
 from viscopade.kernels.targets.languages import LANGUAGES
 from viscopade.simulators import SOFT, TARGETS

@@ -1,7 +1,6 @@
 """Physical parameters: identities, limits, units, arrays, extreme values, refusals."""
 
 import dataclasses
-import doctest
 import math
 import pickle
 import subprocess
@@ -601,9 +600,3 @@ def test_contact_ends_at_kappa_epsilon():
 def test_sympy_is_loaded_only_when_used():
     code = "import sys, viscopade.collision.spheres; assert 'sympy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_examples_in_the_docstrings():
-    result = doctest.testmod(spheres)
-    assert result.attempted > 0
-    assert result.failed == 0

@@ -6,7 +6,6 @@ import json
 import os
 import random
 import re
-import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -19,6 +18,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from tests.devtools import browser
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import FORMATS
 from viscopade.arrays import double
@@ -810,15 +810,6 @@ def test_an_ulp_is_no_larger_than_what_is_assumed(data, speed_min):
 
 
 # --- in a browser -----------------------------------------------------------------------------------------------------
-
-
-def browser():
-    """A command that runs Chromium, or None: from the path, or one that Playwright has fetched."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
-    found = next(filter(None, map(shutil.which, names)), None)
-    cached = Path(os.environ.get("PLAYWRIGHT_BROWSERS_PATH", Path.home() / ".cache" / "ms-playwright"))
-    patterns = ("chromium-*/chrome-linux*/chrome", "chromium_headless_shell-*/chrome-linux*/headless_shell")
-    return found or next((str(path) for pattern in patterns for path in sorted(cached.glob(pattern))), None)
 
 
 def run_browser(tmp_path, *arguments):

@@ -155,7 +155,7 @@ def fit(points: Points, *, laws: Sequence[Law | str] = (), robust: bool = False)
     >>> points = vp.Points.measured([0.1, 0.3, 1, 3], [0.938, 0.918, 0.901, 0.874])
     >>> found = vp.fit(points)
     >>> f"{found.beta:.3f} +- {found.beta_standard_error:.3f}", found.verdict.word
-    ('0.093 +- 0.002', 'holds with a limit')
+    ('0.094 +- 0.001', 'holds')
     """
     require("fit", "scipy")
     from viscopade.fitting import verdict  # when it is needed: it loads SciPy

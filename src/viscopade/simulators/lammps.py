@@ -126,7 +126,7 @@ def hertz_material(pair: Pair) -> HertzMaterial:
     --------
     >>> from viscopade import Pair, Sphere
     >>> glass = {"density": 2500, "young_modulus": 7e10, "poisson_ratio": 0.25, "dissipative_constant": 1e-8}
-    >>> parameters(Pair(Sphere(radius=1e-3, **glass), Sphere(radius=2e-3, **glass))).style.split()[:4]
+    >>> hertz_material(Pair(Sphere(radius=1e-3, **glass), Sphere(radius=2e-3, **glass))).style.split()[:4]
     ['hertz/material', '70000000000', '80214091.3183153', '0.25']
     """
     nu = _common_poisson_ratio(pair.first, pair.second)
