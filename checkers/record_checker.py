@@ -209,19 +209,42 @@ def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a best approximant: certificates of eps and its derivative, rounding, and that it is accurate enough."""
-    accuracy, low, high, measure = key
+    accuracy, low, high, measure, *law = key
     first = value["variants"][0]
     total = Fraction(first["certificate"]["bound"]) + Fraction(first["rounding"])
     claim(total <= Fraction(accuracy), "the kernel is not as accurate as was asked for")
     for variant in sample.of(value["variants"]):
         bound, slope = variant["certificate"], variant["derivative"]
         claim([bound["low"], bound["high"], bound["measure"]] == [low, high, measure], "another interval or measure")
+        if law:
+            check_law(law[0], variant, sample)
+            check_quotient_rounding(variant, variant["form"], Fraction(10**3), Fraction(variant["rounding"]), sample)
+            continue
         certificate_checker.Checker(entry_of(bound, variant)).check()
         check_quotient_rounding(variant, variant["form"], Fraction(high), Fraction(variant["rounding"]), sample)
         if slope is not None:
             formula = {"t": slope["t"], "b": variant["b"], "slope_errors": slope_errors(slope["t"])}
             certificate_checker.Checker(entry_of(slope["certificate"], formula)).check()
             check_slope_rounding(variant, slope, Fraction(high), sample)
+
+
+def check_law(law: Mapping[str, str], variant: Value, sample: Sample) -> None:
+    """Check the error of a kernel of kappa at some places, by the law's closed form."""
+    a, b = ([real(number(c)) for c in variant[letter]] for letter in "ab")
+    for kappa in map(real, places(sample, Fraction(1, 10**4), Fraction(10**7), 100)):
+        epsilon = closed_form(law, kappa)
+        off = abs(mp.polyval(a[::-1], kappa) / mp.polyval(b[::-1], kappa) - epsilon)
+        claim(off <= real(Fraction(variant["certificate"]["bound"])) * min(epsilon, 1 - epsilon), f"wrong at {kappa}")
+
+
+def closed_form(law: Mapping[str, str], kappa: Any) -> Any:
+    """Return eps of a law with nu = 1, by Lambert's function, or of a spring-dashpot with the end of the force."""
+    if law["elastic"] == law["damping"]:
+        return (1 + mp.lambertw(-(1 + kappa) * mp.exp(-1 - kappa)).real) / kappa
+    claim(law == {"elastic": "1", "damping": "0", "end": "force"}, "no closed form is known")
+    zeta = kappa / 2
+    root = mp.sqrt(zeta**2 - 1 + 0j)
+    return mp.exp(-(zeta / root) * mp.log((zeta + root) / (zeta - root))).real
 
 
 def slope_errors(t: Sequence[str]) -> list[str]:

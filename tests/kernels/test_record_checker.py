@@ -104,6 +104,16 @@ def test_a_wrong_record_is_refused(kind, place, change):
         check(record, Sample(1 if kind in ("of_pade", "accurate", "ulp_bounds") else 100, 0))
 
 
+@pytest.mark.parametrize("place", [("certificate", "bound"), ("a", 1), ("rounding",)])
+def test_a_wrong_kernel_of_a_law_is_refused(place):
+    """By closed forms of eps."""
+    record = copy.deepcopy(next(read(path) for path in RECORDS if "-elastic-" in path.name))
+    change = (lambda _: "0x1p-2") if place[0] == "a" else (lambda x: smaller(x, 0.01))
+    set_at(record, ("value", "variants", 0, *place), change)
+    with pytest.raises(Wrong):
+        check(record, Sample())
+
+
 @pytest.mark.parametrize("kind", ["table_rows", "last_place_rows", "double_rows", "float_rows"])
 def test_a_wrong_row_is_refused(kind, monkeypatch):
     """The checks of tables read all records of a table: all of them, with one number changed, take their place."""
