@@ -30,7 +30,7 @@ LAWS = {"hunt-crossley": nu_1, "linear": lambda kappa: nu_2(kappa / 2, "force")}
 
 
 def request(law, **more):
-    return Request(law=law, **{"accuracy": ("1e-5",), "kappa_max": "5"} | more)
+    return Request(law=law, **{"accuracy": ("1e-4",), "kappa_max": "2"} | more)
 
 
 @cache
@@ -59,12 +59,15 @@ def worst(of, form, true, v_stars):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("form", [DOUBLE, FLOAT], ids=lambda form: form.name)
 def test_the_proven_error_is_the_largest_one(law, form):
-    found = worst(kernel(law), form, LAWS[law], np.geomspace(1e-3, 5, 400))
+    found = worst(kernel(law), form, LAWS[law], np.geomspace(1e-3, 2, 400))
     bound = float(kernel(law).variant(form).certificate.bound)
-    assert 0.97 * bound < found < bound < 1e-5
+    assert 0.97 * bound < found < bound < 1e-4
 
 
-@pytest.mark.parametrize(("law", "kappa_max", "accuracy"), [("kelvin-voigt:1", "3", "1e-4"), ("3/2,1/2", "4", "1e-3")])
+@pytest.mark.parametrize(
+    ("law", "kappa_max", "accuracy"),
+    [pytest.param("kelvin-voigt:1", "3", "1e-4", marks=pytest.mark.slow), ("3/2,1/2", "4", "1e-3")],
+)
 def test_laws_without_a_closed_form(law, kappa_max, accuracy):
     """The second one is the paper's law, with v* = kappa^(1/2); its proof is that of the table of panels."""
     (found,), of = request(law, kappa_max=kappa_max, accuracy=(accuracy,)).quotients(), law_of(law)
@@ -93,7 +96,7 @@ def test_the_papers_law_by_its_exponents_is_the_papers():
 def test_an_interval_that_begins_late():
     (found,) = request("linear", v_star_min="1", accuracy=("1e-6",)).quotients()
     assert found.bounds[0].low == 1
-    size = worst(found, DOUBLE, LAWS["linear"], np.geomspace(1, 5, 200))
+    size = worst(found, DOUBLE, LAWS["linear"], np.geomspace(1, 2, 200))
     assert 0.9 * float(found.bounds[0].bound) < size < float(found.bounds[0].bound)
 
 
@@ -130,8 +133,8 @@ def test_a_quotient_without_the_limit_is_refused():
 
 # --- languages --------------------------------------------------------------------------------------------------------
 
-POINTS = (0.0, 2.0**-30, 0.125, 1.0, 2.5, 4.75, 5.0)
-OUTSIDE = (-1.0, 5.5)
+POINTS = (0.0, 2.0**-30, 0.125, 1.0, 1.5, 1.96875, 2.0)
+OUTSIDE = (-1.0, 2.5)
 DRIVERS = {
     "cuda": '#include <cstdio>\n#include <initializer_list>\n#include "{file}"\n'
     "int main() {{ for (double x : {{{points}}}) "
@@ -265,7 +268,7 @@ def test_vectors_are_exact():
     checked = 0
     for row in rows:
         x = float.fromhex(row["x"]) if row["x"] not in ("inf", "nan", "-inf") else float(row["x"])
-        if row["type"] == "double" and 1e-6 < x <= 5:
+        if row["type"] == "double" and 1e-6 < x <= 2:
             with mp.workdps(40):
                 assert abs(mpf(row["exact"]) / nu_1(mpf(x)) - 1) < 1e-18
             least, most = (float.fromhex(row[end]) for end in ("least", "most"))
@@ -303,7 +306,7 @@ def test_requests_that_are_refused(given, message):
 
 
 def test_a_language_without_the_type():
-    (found,) = request("hunt-crossley", accuracy=("1e-9",)).quotients()
+    (found,) = request("hunt-crossley", accuracy=("1e-9",), kappa_max="0.4").quotients()
     with pytest.raises(ValueError, match=r"cannot be written in glsl: .*; accepted are other degrees or targets"):
         quotients.render(target_of("glsl"), [found], "viscopade export glsl")
 
@@ -311,5 +314,5 @@ def test_a_language_without_the_type():
 def test_too_far_for_a_proof():
     with pytest.raises(ArithmeticError, match="proofs for the law 1,0 end at"):
         prove_rational._certified(
-            (Fraction(1),), (Fraction(1), Fraction(1)), (Fraction(0), Fraction(10**7)), "both", law_of("linear")
+            (Fraction(1),), (Fraction(1), Fraction(1)), (Fraction(0), Fraction(10**8)), "both", law_of("linear")
         )
