@@ -32,7 +32,7 @@ class BuildNative(build_ext):
 SHIPPED = {
     "include": ("exports/*.h", "exports/*.hpp", "exports/*.cuh"),
     "share/cmake/viscopade": ("cmake/*.cmake",),
-    "examples": ("examples/*.toml",),
+    "examples": ("examples/*.toml", "examples/*.csv"),
 }
 
 

@@ -63,6 +63,7 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
         lasting=lasting(map(_functions, blocks)),
         variable=variable(kernels[0].law),
         of_speed=takes_speed(kernels[0]),
+        has_ends=takes_speed(kernels[0]) or any(kernel.interval or kernel.end for kernel in kernels),
     )
 
 

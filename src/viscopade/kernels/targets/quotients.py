@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from textwrap import indent, wrap
 
@@ -57,11 +58,27 @@ def _usage(target: Target, kernels: Sequence[Quotient]) -> list[str]:
     types = ", ".join(
         f"{number.type}{f' (names that end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
+    ends = [
+        f"{_domain(kernel, number)[1]:.3g} in type {number.type}"
+        for kernel in kernels
+        for number in target.numbers
+        if kernel.interval is None and kernel.end is None and _holds(kernel, number)
+    ]
     notes = [f"For {types}, where the type holds the coefficients. {written.outside}"]
+    if ends:
+        notes.append(f"Here the domain ends where sums might overflow: at v* = {', '.join(ends)}.")
     if target.place == "shader":
         added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
         notes.append(f"The quotient in a shader may add {added} eps to the rounding stated, which is that of IEEE 754.")
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]
+
+
+def _holds(kernel: Quotient, number: Number) -> bool:
+    """Return whether a type holds a kernel's coefficients."""
+    with suppress(ValueError):
+        kernel.rounded(number.form)
+        return True
+    return False
 
 
 def _functions(target: Target, kernel: Quotient) -> Iterator[str]:
