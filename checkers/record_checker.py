@@ -324,6 +324,9 @@ def far_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) ->
 
 def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
+    if key[1:]:
+        check_inverse_of_law(key[0], key[1], value, sample)
+        return
     check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
     for variant in value["variants"]:
         machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
@@ -340,6 +343,38 @@ def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
             beta = machine(machine(computed * computed) / fifth)
             exact = exact**2 / mp.root(real(speed), 5)
             within(beta, exact, Fraction(sizes["beta"]["relative"]), f"rounding of beta at eps = {float(epsilon):g}")
+
+
+def check_inverse_of_law(powers: Any, law: Mapping[str, str], value: Value, sample: Sample) -> None:
+    """Check the error of a kernel of kappa(eps) at some places, by the law's closed form, and its rounding."""
+    claim(value["powers"] == powers, "another kernel than the key's")
+    order = 1 if law["elastic"] == law["damping"] else 2  # of the root, and y^order in the formula
+    for variant in value["variants"]:
+        machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
+        top, bottom = (given(value["powers"][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
+        bound = real(Fraction(variant["certificate"]["bound"]))
+        for kappa in map(real, places(sample, Fraction(1, 10**4), Fraction(10**7), 100)):
+            epsilon = closed_form(law, kappa)
+            y = mp.root((1 - epsilon) / epsilon, order)
+            off = abs(y**order * polynomial(top, y) / polynomial(bottom, y) / kappa - 1)
+            claim(off <= bound, f"wrong at {kappa}")
+        for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
+            y = mp.root(real((1 - epsilon) / epsilon), order)
+            exact = y**order * polynomial(top, y) / polynomial(bottom, y)
+            computed = inverse_of_law(machine, top, bottom, epsilon, order)
+            within(computed, exact, Fraction(sizes["v_star"]["relative"]), f"rounding at eps = {float(epsilon):g}")
+
+
+def inverse_of_law(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction, order: int) -> Fraction:
+    """Return kappa of y = ((1 - eps)/eps)^(1/order) for eps >= 1/2, else of u = 1/y."""
+    loss = machine(1 - epsilon)
+    ratio = machine(loss / epsilon if loss <= epsilon else epsilon / loss)
+    y = ratio if order == 1 else machine(fraction(mp.sqrt(real(ratio))))
+    if loss <= epsilon:
+        return machine(machine(machine.power(y, order) * machine.horner(top, y)) / machine.horner(bottom, y))
+    top, bottom = ({max(part) - k: c for k, c in part.items()} for part in (top, bottom))
+    upper, lower = machine.horner(top, y), machine.horner(bottom, y)
+    return machine(machine(upper / lower) / y) if order == 1 else machine(upper / machine(y * lower))
 
 
 def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) -> Fraction:

@@ -14,10 +14,12 @@ from mpmath import mp, mpf
 
 from tests import compiled
 from tests.closed_forms import nu_1, nu_2
-from viscopade.approximation import cheapest, minimax
+from viscopade.approximation import cheapest, inverse, minimax
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
-from viscopade.kernels import prove_rational
+from viscopade.kernels import prove_law, prove_rational
+from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.languages import target as target_of
@@ -154,10 +156,24 @@ DRIVERS = {
 
 @pytest.mark.parametrize("language", DRIVERS)
 def test_every_language_computes_the_same(tmp_path, language):
-    of, target = kernel("hunt-crossley"), target_of(language)
-    file, name = f"laws{target.suffix}", f"epsilon_{of.name}"
-    (tmp_path / file).write_text(request("hunt-crossley").render(language))
-    given = (*POINTS, *OUTSIDE)
+    of, given = kernel("hunt-crossley"), (*POINTS, *OUTSIDE)
+    rows = run_in(tmp_path, language, request("hunt-crossley").render(language), f"epsilon_{of.name}", given)
+    assert len(rows) == len(given)
+    for v_star, row in zip(given, rows, strict=True):
+        for found, form in zip(row, (DOUBLE, FLOAT), strict=False):
+            if v_star in OUTSIDE:
+                assert np.isnan(found)
+            else:
+                allowed = float(of.variant(form).rounding)
+                assert found == pytest.approx(float(quotient(of, form, mpf(v_star))), rel=allowed)
+
+
+def run_in(tmp_path, language, text, name, given):
+    """Return what a function of a language's file gives, a row for each argument: (double,) or (double, float)."""
+    target = target_of(language)
+    file = f"laws{target.suffix}"
+    if text is not None:
+        (tmp_path / file).write_text(text)
     written = [f"{x!r}_real64" if language == "fortran" else repr(x) for x in given]
     comma = ", &\n   " if language == "fortran" else ", "
     driver = DRIVERS[language].format(file=file, name=name, points=comma.join(written), number=len(given))
@@ -173,15 +189,7 @@ def test_every_language_computes_the_same(tmp_path, language):
             command = ["./driver.exe" if word.startswith("./") else word for word in command]
             done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
             assert not done.returncode, done.stderr
-    rows = [[float(x) for x in row.split()] for row in done.stdout.replace("-nan", "nan").split("\n") if row]
-    assert len(rows) == len(given)
-    for v_star, row in zip(given, rows, strict=True):
-        for found, form in zip(row, (DOUBLE, FLOAT), strict=False):
-            if v_star in OUTSIDE:
-                assert np.isnan(found)
-            else:
-                allowed = float(of.variant(form).rounding)
-                assert found == pytest.approx(float(quotient(of, form, mpf(v_star))), rel=allowed)
+    return [[float(x) for x in row.split()] for row in done.stdout.replace("-nan", "nan").split("\n") if row]
 
 
 @pytest.mark.parametrize("standard", ["c99", "c++17"])
@@ -284,6 +292,166 @@ def test_certificates_name_the_law():
     assert (record["law"], record["kappa"], record["d"]) == ("1,0", "c k^(-1/2) m^(-1/2)", 1)
 
 
+# --- the inverse ------------------------------------------------------------------------------------------------------
+
+
+def inverse_request(law, **more):
+    return Request(law=law, **{"inverse": ("1e-5",)} | more)
+
+
+@cache
+def inverse_kernel(law, accuracy="1e-5", epsilon_min="0"):
+    (found,) = inverse_request(law, inverse=(accuracy,), epsilon_min=epsilon_min).prove()
+    return found
+
+
+def inverted(of, form, epsilon, loss):
+    """V* by the formula with the coefficients of a type, exactly but for the digits of mpmath."""
+    variant = of.variant(form)
+    y = mp.root(loss / epsilon, of.root.denominator)
+    top, bottom = (
+        mp.fsum(mpf(c) * y**k for k, c in zip(powers, values, strict=True))
+        for powers, values in ((of.powers.top, variant.a), (of.powers.bottom, variant.b))
+    )
+    return y**of.form.shift * top / bottom
+
+
+def worst_inverse(of, form, true, kappas):
+    """The largest relative error of kappa."""
+    with mp.workdps(60):
+        errors = []
+        for kappa in map(mpf, kappas):
+            epsilon = true(kappa)
+            errors.append(abs(inverted(of, form, epsilon, 1 - epsilon) / kappa - 1))
+        return float(max(errors))
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("accuracy", "tightness"), [("1e-5", 0.95), ("1e-10", 0.7)])
+def test_ready_inverse_kernels_for_all_eps(law, accuracy, tightness):
+    """They are records of the package. Near 1e-11 the panels of nu = 1 are off themselves."""
+    of = inverse_kernel(law, accuracy)
+    bound = float(of.variant(DOUBLE).certificate.bound)
+    size = worst_inverse(of, DOUBLE, LAWS[law], np.geomspace(1e-12, 1e12, 3000))
+    assert tightness * bound < size < bound
+    assert of.variant(DOUBLE).total(of.checked) <= Fraction(accuracy)
+    assert of.bound.high is None
+    assert of.lasting_name.endswith(f"_{accuracy.replace('-', 'm')}")
+
+
+def test_inverse_kernels_in_type_float():
+    of = inverse_kernel("hunt-crossley")
+    bound = float(of.variant(FLOAT).certificate.bound)
+    assert 0.9 * bound < worst_inverse(of, FLOAT, LAWS["hunt-crossley"], np.geomspace(1e-6, 1e6, 1000)) < bound
+
+
+@pytest.mark.parametrize(
+    ("law", "epsilon_min", "accuracy"), [("hunt-crossley", "0.01", "1e-4"), ("linear", "0.1", "1e-4")]
+)
+def test_inverse_kernels_on_an_interval(law, epsilon_min, accuracy):
+    """The first one ends at kappa = 100, beyond the panels of nu = 1."""
+    of = inverse_kernel(law, accuracy, epsilon_min)
+    end = float(exact.invert(epsilon_min, 15, law=law_of(law)).v_star.mid())
+    bound = float(of.variant(DOUBLE).certificate.bound)
+    size = worst_inverse(of, DOUBLE, LAWS[law], np.geomspace(1e-6, end, 500))
+    assert 0.9 * bound < size < bound <= float(accuracy)
+    assert len(of.branches) == 1
+
+
+@pytest.mark.parametrize(("law", "d", "accuracy"), [("kelvin-voigt:1", 1, "1e-3"), ("3/2,0", 3, "1e-3")])
+def test_inverse_kernels_of_laws_without_a_closed_form(law, d, accuracy):
+    of = inverse_kernel(law, accuracy, "0.3")
+    assert (of.law.d, of.root) == (d, Fraction(1, d))
+    errors = []
+    with mp.workdps(40):
+        for epsilon in (Fraction(n, 40) for n in range(12, 40)):
+            true = mpf(exact.invert(epsilon, 25, law=of.law).v_star.mid().str(30, radius=False))
+            e = mpf(epsilon.numerator) / epsilon.denominator
+            errors.append(abs(inverted(of, DOUBLE, e, 1 - e) / true - 1))
+    assert 0.5 * float(of.bound.bound) < max(errors) < float(of.bound.bound) <= float(accuracy)
+
+
+def test_an_inverse_formula_with_another_limit_has_no_proof():
+    law = law_of("hunt-crossley")
+    form = inverse.inverse_form(law, whole=True)
+    wrong = LacunaryQuotient(Powers((0, 1), (0, 1)), (Fraction(3, 2), Fraction(1)), (Fraction(1), Fraction(-1)))
+    with pytest.raises(ArithmeticError, match="no bound was found"):
+        prove_law.prove_inverse_by_panels(exact_formulas.inverse_formula(wrong, form), form, law, Fraction(0))
+
+
+EPSILONS = (1.0, 1 - 2.0**-30, 0.875, 0.625, 0.5, 0.3125, 0.0625, 2.0**-8)
+NO_EPSILONS = (-0.5, 0.0, 1.5)
+
+
+def check_inverse_rows(of, rows, loss=False):
+    """Compare results of code of eps or 1 - eps, rows (double,) or (double, float), with the formula."""
+    for epsilon, row in zip((*EPSILONS, *NO_EPSILONS), rows, strict=True):
+        for found, form in zip(row, (DOUBLE, FLOAT), strict=False):
+            at = Fraction(epsilon) if loss else Fraction(form.nearest(Fraction(epsilon)))
+            if epsilon in NO_EPSILONS:
+                assert np.isnan(found)
+            elif at == 1:
+                assert found == 0
+            else:
+                with mp.workdps(40):
+                    e = mpf(at.numerator) / at.denominator
+                    true = inverted(of, form, e, 1 - e)
+                assert found == pytest.approx(float(true), rel=float(of.variant(form).rounding("v_star")))
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("language", DRIVERS)
+def test_every_language_inverts_the_same(tmp_path, language, law):
+    of = inverse_kernel(law)
+    given = (*EPSILONS, *NO_EPSILONS)
+    rows = run_in(tmp_path, language, inverse_request(law).render(language), f"v_star_{of.name}", given)
+    check_inverse_rows(of, rows)
+    losses = [1 - x for x in given]
+    check_inverse_rows(of, run_in(tmp_path, language, None, f"v_star_from_loss_{of.name}", losses), loss=True)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("standard", ["c99", "c++17"])
+def test_the_inverse_header_for_c(tmp_path, standard, law):
+    of = inverse_kernel(law)
+    functions = compiled.build(tmp_path, [inverse_request(law).render("c")], standard)
+    assert not [name for name in functions if "beta" in name]
+    name = f"v_star_{of.name}"
+    check_inverse_rows(of, [(functions[name](x), functions[f"{name}f"](x)) for x in (*EPSILONS, *NO_EPSILONS)])
+    tiny = functions[f"v_star_from_loss_{of.name}"](2.0**-1000)
+    assert tiny == pytest.approx(of.variant(DOUBLE).a[0] * 2.0**-1000, rel=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_inverse_module_for_python(tmp_path, law):
+    of = inverse_kernel(law)
+    (tmp_path / "laws.py").write_text(inverse_request(law).render("python"))
+    program = f"import laws; print([laws.v_star_{of.name}(x) for x in {EPSILONS}])"
+    done = subprocess.run([sys.executable, "-W", "error", "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout, done.stderr
+    rows = [(x,) for x in json.loads(done.stdout)] + [(np.nan,)] * len(NO_EPSILONS)
+    check_inverse_rows(of, rows)
+
+
+def test_inverse_vectors_are_exact():
+    data = json.loads(inverse_request("hunt-crossley").render("vectors"))
+    rows = [dict(zip(data["columns"], row, strict=True)) for row in data["vectors"]]
+    checked = 0
+    for row in rows:
+        x = float.fromhex(row["x"]) if row["x"] not in ("inf", "nan", "-inf") else float(row["x"])
+        if row["function"].startswith("v_star_inverse") and 1e-6 < x < 1:
+            with mp.workdps(80):
+                assert abs(nu_1(mpf(row["exact"])) / mpf(x) - 1) < 1e-18
+            checked += 1
+    assert checked > 10
+    assert not [row for row in rows if row["function"].startswith("beta")]
+
+
+def test_certificates_of_inverses_name_the_law():
+    (entry, *_) = json.loads(inverse_request("linear").render("certificates"))["certificates"]
+    assert (entry["law"], entry["end"], entry["measure"], entry["root"]) == ("1,0", "force", "speed", "1/2")
+
+
 # --- what is refused --------------------------------------------------------------------------------------------------
 
 
@@ -297,12 +465,22 @@ def test_certificates_name_the_law():
         ({"end": "return", "law": "linear"}, "accepted, as proofs need it, is the end 'force'"),
         ({"kappa_max": None}, "accepted with it is accuracy or minimax with kappa_max"),
         ({"accuracy": (), "kappa_max": None, "full": True}, "accepted with it is accuracy or minimax with kappa_max"),
+        ({"accuracy": ("1e-5",), "kappa_max": None, "inverse": ("1e-5",)}, "accepted with it is accuracy or minimax"),
+        (
+            {"accuracy": (), "kappa_max": None, "inverse": ("1e-3",), "law": "kelvin-voigt:1"},
+            "epsilon_min is 0: accepted for the law 2,1 is a number from 2e-4 to 0.99",
+        ),
         ({"law": "kelvin-voigt:1", "kappa_max": "inf"}, "v_star_max is inf: accepted for the law 2,1 is a number"),
     ],
 )
 def test_requests_that_are_refused(given, message):
     with pytest.raises(ValueError, match=re.escape(message).replace("'cubic'", "'cubic'")):
-        request(**{"law": "hunt-crossley"} | given).quotients()
+        request(**{"law": "hunt-crossley"} | given).prove()
+
+
+def test_a_root_that_a_language_does_not_take():
+    with pytest.raises(ValueError, match=r"takes a root of order 3: accepted for rust are laws with v\* = kappa or"):
+        Request(law="3/2,0", inverse=("1e-3",), epsilon_min="0.3").render("rust")
 
 
 def test_a_language_without_the_type():

@@ -51,11 +51,15 @@ _LEAST = 2.0**-20  # for larger d
 
 
 class Course(NamedTuple):
-    """v*, eps and (1 - eps)/v*^d as series, whose coefficients hold for every true collision on the panel."""
+    """v*, eps and (1 - eps)/v*^d as series, whose coefficients hold for every true collision on the panel.
+
+    `root` is v*/z on the panel at the origin, and v* on all others.
+    """
 
     v_star: arb_series
     epsilon: arb_series
     loss_ratio: arb_series
+    root: arb_series
 
 
 class LawPanel(NamedTuple):
@@ -74,23 +78,34 @@ class LawPanel(NamedTuple):
         """The least z."""
         return Fraction(0 if self.origin else -1)
 
-    def course(self, z: arb_series) -> Course:
-        """Return the course at z, a series or a ball. To be called within `working`."""
+    @property
+    def error(self) -> arb:
+        """Bound the relative error of the approximate P/F, as its logarithm."""
+        return -(1 - self.loading.error - self.unloading.error).log()
+
+    def course(self, z: arb_series, true: bool = True) -> Course:
+        """Return the course at z, a series or a ball; the approximate one if not `true`. To be called in `working`."""
         law, power = self.law, self.law.d if self.origin else 0
-        f, p = (_at(e.slope, z) / _at(e.step, z) * arb(1, e.error) for e in (self.loading, self.unloading))
+        f, p = (
+            _at(e.slope, z) / _at(e.step, z) * (arb(1, e.error) if true else 1) for e in (self.loading, self.unloading)
+        )
         reduced = _at(arb_poly(self.k.poly().coeffs()[power:]), z)  # k/z^power
         epsilon = p / f
         scale = rational_power(2 * ball_of(law.n_b / (law.damping + 1)), 1 / law.nu - 1)
-        root = _power(reduced * scale * _power(f, 2 * law.c), Fraction(1, law.d))
+        root = power_of_series(reduced * scale * power_of_series(f, 2 * law.c), Fraction(1, law.d))
         v_star = root * (z if self.origin else 1)
         if not self.work:
-            return Course(v_star, epsilon, (1 - epsilon) / v_star**law.d)
+            return Course(v_star, epsilon, (1 - epsilon) / v_star**law.d, root)
         lost = sum((_at(top, z) / _at(bottom, z) for top, bottom in self.work), z * 0)
         if law.delayed:
-            inner = _power(reduced, Fraction(law.n_b, law.d)) * _power(p, Fraction(law.n_a, law.d)) / law.n_a
+            inner = (
+                power_of_series(reduced, Fraction(law.n_b, law.d))
+                * power_of_series(p, Fraction(law.n_a, law.d))
+                / law.n_a
+            )
             lost = lost + inner * (z**law.n_b if self.origin else 1)
-        loss_ratio = lost / (scale * _power(f, 2 * law.c + 2) * (1 + epsilon))
-        return Course(v_star, epsilon, loss_ratio)
+        loss_ratio = lost / (scale * power_of_series(f, 2 * law.c + 2) * (1 + epsilon))
+        return Course(v_star, epsilon, loss_ratio, root)
 
 
 def _at(polynomial: arb_poly, z: arb_series) -> arb_series:
@@ -105,7 +120,8 @@ def series_at(coefficients: Sequence[arb], z: arb_series) -> arb_series:
     return total
 
 
-def _power(series: arb_series, exponent: Fraction) -> arb_series:
+def power_of_series(series: arb_series, exponent: Fraction) -> arb_series:
+    """Return a power of a series with a positive constant term."""
     if exponent.denominator == 1:
         return series ** int(exponent)
     return (series.log() * ball_of(exponent)).exp()

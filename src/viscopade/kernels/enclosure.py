@@ -49,8 +49,8 @@ class Formula:
         found: arb_series = _evaluated(self.near, result, self.coefficients, given, _SERIES)
         return found
 
-    def limit(self, **given: arb) -> arb:
-        """Return "limit", a result of the program near infinity, given its inputs and roots.
+    def limit(self, **given: Any) -> Any:
+        """Return "limit", a result of the program near infinity, given its inputs and roots: balls, or power series.
 
         Raises
         ------
@@ -59,8 +59,8 @@ class Formula:
         """
         if self.far is None or "limit" not in self.far.results:
             raise ValueError("the formula does not go like the exact one at infinity")
-        found: arb = _evaluated(self.far, "limit", self.coefficients, given, _BALLS)
-        return found
+        series = any(isinstance(value, arb_series) for value in given.values())
+        return _evaluated(self.far, "limit", self.coefficients, given, _SERIES if series else _BALLS)
 
 
 def _evaluated(

@@ -11,13 +11,12 @@ from typing import NamedTuple, TypeVar, get_args
 from viscopade import arguments
 from viscopade.approximation import half_line, inverse, remez
 from viscopade.approximation.half_line import BEST
-from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, prove_law
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
@@ -26,6 +25,7 @@ from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
 from viscopade.store import recorded
+from viscopade.theory.law import VISCOELASTIC, Law
 
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
@@ -88,7 +88,7 @@ def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     return HalfLineKernel(powers, *_variants(fit.quotient, formula), SOURCES[measure])
 
 
-def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
+def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELASTIC) -> InverseKernel:
     """Return the kernel for v*(eps) with the fewest coefficients and a proven error within the accuracy.
 
     Parameters
@@ -98,6 +98,8 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
     epsilon_min : like accuracy
         0 for all 0 < eps <= 1, or from 2e-4 to 0.99 for a kernel on [epsilon_min, 1]. For such ones the degrees m and
         n of numerator and denominator are tried that differ by at most `FARTHEST`.
+    law : Law
+        Of contact, with no attractive force; v* = kappa^(1/d). 0 is accepted for nu = 1 and 2, and for the paper's law.
 
     Raises
     ------
@@ -108,39 +110,50 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
     low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or _inside(e, *EPSILON_MIN)
     )
-    return of_inverse_on(*_inverse_degrees(wanted, low), low) if low else of_inverse(_inverse_powers(wanted))
+    if not low and not inverse.whole_powers(law):
+        raise ValueError(
+            f"epsilon_min is 0: accepted for the law {law} is a number from 2e-4 to 0.99, as no quotient follows its "
+            "v* to eps = 0 (--epsilon-min)"
+        )
+    if low:
+        return of_inverse_on(*_inverse_degrees(wanted, low, law), low, law)
+    return of_inverse(_inverse_powers(wanted, law), law)
 
 
 @recorded
-def _inverse_powers(wanted: Fraction) -> Powers:
-    fits = ((inverse.fit_whole(powers).error, powers) for powers in inverse.WHOLE)
-    return _first(wanted, fits, of_inverse)
+def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC) -> Powers:
+    return _first(wanted, _on_whole(law), lambda powers: of_inverse(powers, law))
 
 
 @recorded
-def _inverse_degrees(wanted: Fraction, epsilon_min: Fraction) -> tuple[int, int]:
-    return _first(wanted, _on_interval(wanted, epsilon_min), lambda degrees: of_inverse_on(*degrees, epsilon_min))
+def _inverse_degrees(wanted: Fraction, epsilon_min: Fraction, law: Law = VISCOELASTIC) -> tuple[int, int]:
+    found = _on_interval(wanted, epsilon_min, law)
+    return _first(wanted, found, lambda degrees: of_inverse_on(*degrees, epsilon_min, law))
 
 
 @recorded
-def of_inverse(powers: Powers) -> InverseKernel:
+def of_inverse(powers: Powers, law: Law = VISCOELASTIC) -> InverseKernel:
     """Return the best kernel for 0 < eps <= 1 with given powers; errors as for `inverse.fit_whole`."""
-    return _of_inverse(inverse.fit_whole(powers).quotient, Fraction(0))
+    return _of_inverse(inverse.fit_whole(powers, law).quotient, Fraction(0), law)
 
 
 @recorded
-def of_inverse_on(m: int, n: int, epsilon_min: Fraction) -> InverseKernel:
+def of_inverse_on(m: int, n: int, epsilon_min: Fraction, law: Law = VISCOELASTIC) -> InverseKernel:
     """Return the best kernel for epsilon_min <= eps <= 1 with given degrees; errors as for `inverse.fit_interval`."""
-    return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min)).quotient, epsilon_min)
+    return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min), law).quotient, epsilon_min, law)
 
 
-def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction) -> InverseKernel:
+def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction, law: Law) -> InverseKernel:
     low = interval_start(epsilon_min)
-    root = INTERVAL_ROOT if low else WHOLE_ROOT
-    formula = _Formula(
-        lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, root), low),
-        lambda a, b, form: rounding_bounds.inverse_sizes(quotient.powers, root, low, a, b, form),
-    )
+    form = inverse.inverse_form(law, whole=not low)
+
+    def prove(q: LacunaryQuotient) -> Certificate:
+        stated = exact_formulas.inverse_formula(q, form)
+        if law == VISCOELASTIC:
+            return certificate.prove_inverse(stated, low)
+        return prove_law.prove_inverse_by_panels(stated, form, law, low)
+
+    formula = _Formula(prove, lambda a, b, kind: rounding_bounds.inverse_sizes(quotient.powers, form, low, a, b, kind))
     return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)
 
 
@@ -178,7 +191,14 @@ def _first(
     )
 
 
-def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[float, tuple[int, int]]]:
+def _on_whole(law: Law) -> Iterator[tuple[float, Powers]]:
+    """Yield the sampled errors and powers on (0, 1]."""
+    for powers in inverse.whole_powers(law):
+        with suppress(remez.NoBest):
+            yield inverse.fit_whole(powers, law).error, powers
+
+
+def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[tuple[float, tuple[int, int]]]:
     """Yield the sampled errors and degrees on [epsilon_min, 1], those with fewest coefficients and least error first.
 
     Degrees are left out where the most equal ones with the same sum are not accurate enough by far.
@@ -191,7 +211,7 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[floa
             if max(m, n) > inverse.MAX_DEGREE or (found and min(found)[0] > HOPELESS * wanted):
                 continue
             with suppress(remez.NoBest):
-                found.append((inverse.fit_interval(m, n, interval_start(epsilon_min)).error, (m, n)))
+                found.append((inverse.fit_interval(m, n, interval_start(epsilon_min), law).error, (m, n)))
         yield from sorted(found)
 
 

@@ -92,10 +92,11 @@ class Request:
                 "v_star_min and v_star_max bound a best approximant: accepted is an interval with minimax or accuracy "
                 "(--minimax, --accuracy)"
             )
-        if of != VISCOELASTIC and not (self.pade or self.minimax or (self.accuracy and self.bounded)):
+        asked = self.pade or self.minimax or self.inverse or self.accuracy
+        if of != VISCOELASTIC and (not asked or (self.accuracy and not self.bounded)):
             raise ValueError(
                 f"the law is {self.law} with end {of.end!r}: accepted with it is accuracy or minimax with kappa_max "
-                "(--accuracy, --minimax, --kappa-max), or pade (--pade)"
+                "(--accuracy, --minimax, --kappa-max), pade (--pade), or inverse (--inverse)"
             )
         if of.nu > 1 and not of.delayed:
             raise ValueError(
@@ -116,6 +117,10 @@ class Request:
         if len(self._kinds) > 1:
             kinds = " and ".join(kind.name for kind in self._kinds)
             raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
+
+    def prove(self) -> list[Any]:
+        """Return the requested kernels, with their proofs; errors as for `quotients`."""
+        return [kernel for kind in self._kinds for kernel in kind.kernels(self)]
 
     @property
     def bounded(self) -> bool:
@@ -165,8 +170,9 @@ class Request:
 
     def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
         """Return the requested half-line and inverse kernels, with their proofs; errors as for `quotients`."""
+        law = law_of(self.law, self.end)
         half_lines = _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
-        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
+        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min, law) for accuracy in self.inverse)
         return [*half_lines, *inverses]
 
     def render(self, target: str, module: str = MODULE) -> str:
@@ -255,10 +261,14 @@ PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
 
 READY_LAWS = tuple(
-    Request(law=law, accuracy=("1e-5", "1e-10"), kappa_max=minimax.INFINITY)
+    request
     for law in ("hunt-crossley", "hunt-crossley:1", "linear")
+    for request in (
+        Request(law=law, accuracy=("1e-5", "1e-10"), kappa_max=minimax.INFINITY),
+        Request(law=law, inverse=("1e-5", "1e-10")),
+    )
 )
-"""Kernels for all kappa whose records are the package's own: nu = 1 and nu = 2."""
+"""Kernels for all kappa, and for all eps, whose records are the package's own: nu = 1 and nu = 2."""
 
 HALF_LINE = Request(accuracy=speed_kernel.HALF_LINE)
 INVERSE = Request(inverse=("1e-3", "1e-5"))

@@ -16,7 +16,7 @@ from flint import arb
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
-from viscopade.theory.law import Law
+from viscopade.theory.law import VISCOELASTIC, Law
 
 BITS = 256
 SHARP_DIGITS = 22
@@ -77,8 +77,10 @@ def exact_slope(v_star: Fraction) -> arb:
 
 
 @lru_cache(maxsize=256)
-def exact_v_star(epsilon: Fraction) -> arb:
-    """Return v*(eps), 0 < eps < 1."""
+def exact_v_star(epsilon: Fraction, law: Law = VISCOELASTIC) -> arb:
+    """Return v*(eps) of a law, 0 < eps < 1."""
+    if law != VISCOELASTIC:
+        return exact.invert(epsilon, SHARP_DIGITS, law=law).v_star
     loss = ball_of(1 - epsilon)
     near = (loss / panel_proof.lambda_1_ball()).sqrt()
     if 2 * near < ball_of(panel_proof.ELASTIC):

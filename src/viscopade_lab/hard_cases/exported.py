@@ -17,7 +17,7 @@ import numpy as np
 from flint import arb
 
 from viscopade.approximation import half_line, inverse, machine_coefficients, minimax
-from viscopade.approximation.inverse import WHOLE_ROOT
+from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
@@ -385,9 +385,9 @@ def of_inverse(accuracies: Sequence[str] = tuple(INVERSE)) -> Iterator[ExportedF
         quotient = inverse.fit_whole(powers).quotient
         for form in formats(accuracy):
             a, b = _machine(quotient, form)
-            size = rounding_bounds.inverse_sizes(powers, WHOLE_ROOT, Fraction(0), a, b, form)["v_star"]
+            size = rounding_bounds.inverse_sizes(powers, WHOLE_FORM, Fraction(0), a, b, form)["v_star"]
             numbers = formulas.constants(powers, a, b)
-            near, far = formulas.inverse_branches(powers, WHOLE_ROOT)
+            near, far = formulas.inverse_branches(powers, WHOLE_FORM)
             kind = type_of(form)
             below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
             parts = (
@@ -409,8 +409,8 @@ def _inverse_at(given: Given, variable: str, x: arb, form: Format) -> tuple[dict
     portions = given(x)
     ratio = portions["loss"] / portions["epsilon"]
     ratio = ratio if variable == "y" else 1 / ratio
-    exponent = abs(Fraction(form.nearest(WHOLE_ROOT)) - WHOLE_ROOT)
-    of_ratio = 2 * _log_error(arb(2) ** -form.precision) * ball_of(WHOLE_ROOT)
+    exponent = abs(Fraction(form.nearest(WHOLE_FORM.root)) - WHOLE_FORM.root)
+    of_ratio = 2 * _log_error(arb(2) ** -form.precision) * ball_of(WHOLE_FORM.root)
     return {}, ratio.root(10), of_ratio + _of_root(form) + ball_of(exponent) * abs(ratio.log())
 
 

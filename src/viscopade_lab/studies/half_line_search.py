@@ -272,7 +272,7 @@ def whole(deep: float) -> Iterator[FormRow]:
     form, sample = "v*, q^(1/10), (0, 1]", inverse.inverse_sample()
     for k in (4, *(DEEP if deep else ())):
         for a, b in ((k // 2, k - k // 2), (k - k // 2, k // 2)) if k % 2 else ((k // 2, k // 2),):
-            space = Space(a, b, -inverse.DEGREES_LESS, 2)
+            space = Space(a, b, -inverse.WHOLE_FORM.degrees_less, 2)
             found = local_search(space, sample, deep, k) if k > 4 else in_batches(list(space.all()), sample)
             yield from _rows("inverse", form, k, "relative", found, "local search" if k > 4 else "exhaustive")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from viscopade.approximation.inverse import HALF
+from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import LacunaryQuotient
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.forms import formulas
@@ -30,11 +30,11 @@ def half_line_formula(found: LacunaryQuotient) -> Formula:
     return Formula(3, *formulas.half_line_branches(found.powers), formulas.constants(found.powers, found.a, found.b))
 
 
-def inverse_formula(found: LacunaryQuotient, root: Fraction) -> Formula:
-    """Return v* = y^k N/D, with N and D lacunary in y = ((1 - eps)/eps)^root, k = 1/(2 root)."""
-    near, *far = formulas.inverse_branches(found.powers, root)
+def inverse_formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
+    """Return v* = y^k N/D, with N and D lacunary in y = ((1 - eps)/eps)^root; `power` is k."""
+    near, *far = formulas.inverse_branches(found.powers, form)
     given = formulas.constants(found.powers, found.a, found.b)
-    return Formula(int(HALF / root), near, far[0] if far else None, given)
+    return Formula(form.shift, near, far[0] if far else None, given)
 
 
 def slope_numerator(a: Coefficients, b: Coefficients) -> tuple[Fraction, ...]:

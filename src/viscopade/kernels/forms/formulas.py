@@ -17,7 +17,7 @@ Rows of tables are polynomials in t or in m that are summed in pairs; those of f
 whose sums are exact.
 
 Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^2, "ratio"
-is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^(10/3), or of v* y^(-3), for large v*.
+is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^(10/3), or of v* y^(-j), for large v*.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeVar
 
-from viscopade.approximation.inverse import HALF, INTERVAL_ROOT
+from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers, mirrored
 from viscopade.kernels.expressions import (
     Call,
@@ -46,8 +46,6 @@ from viscopade.kernels.expressions import (
     power,
     powers,
 )
-
-_LIMIT_POWER = 3  # v* goes like u^-3, as eps goes like v*^(-10/3)
 
 Number = TypeVar("Number")
 
@@ -157,26 +155,27 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     )
 
 
-def inverse_branches(form: Powers, root: Fraction) -> tuple[CodeBranch, ...]:
-    """Return the program for root 1/2, or for root 1/10 those for eps >= 1/2 and eps < 1/2.
+def inverse_branches(form: Powers, of: InverseForm) -> tuple[CodeBranch, ...]:
+    """Return the program for an interval of eps, or on all of (0, 1] those for eps >= 1/2 and eps < 1/2.
 
     Inputs are epsilon and loss, which is 1 - epsilon; the result is v_star.
     """
     epsilon, loss = Name("epsilon"), Name("loss")
-    shift, ratio = int(HALF / root), Name("top") / Name("bottom")
+    shift, ratio = of.shift, Name("top") / Name("bottom")
     near = CodeBranch(
-        None if root == INTERVAL_ROOT else Guard(loss, epsilon),
-        (Statement("y", _root(root, loss / epsilon)), *_sums(form, "y", shift)),
+        Guard(loss, epsilon) if of.whole else None,
+        (Statement("y", _root(of.root, loss / epsilon)), *_sums(form, "y", shift)),
         {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
     )
-    if root == INTERVAL_ROOT:
+    if not of.whole:
         return (near,)
     rest = shift + form.top[-1] - form.bottom[-1]
     far = CodeBranch(
         None,
-        (Statement("u", _root(root, epsilon / loss)), *_sums(form, "u", rest)),
-        {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
-        | ({"limit": ratio} if rest == _LIMIT_POWER else {}),
+        (Statement("u", _root(of.root, epsilon / loss)), *_sums(form, "u", rest)),
+        # Where u is eps nearly, u D^ may underflow.
+        {"v_star": ratio / power("u", rest) if of.root == 1 else Name("top") / (power("u", rest) * Name("bottom"))}
+        | ({"limit": ratio} if rest == of.rest else {}),
     )
     return near, far
 
@@ -198,7 +197,9 @@ def _sums(form: Powers, variable: str, shift: int) -> Program:
 
 
 def _root(root: Fraction, argument: Expression) -> Expression:
-    if root == INTERVAL_ROOT:
+    if root == 1:
+        return argument
+    if root == Fraction(1, 2):
         return Call("sqrt", (argument,))
     return Call("pow", (argument, Literal(str(float(root)))))
 

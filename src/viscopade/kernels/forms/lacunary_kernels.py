@@ -9,7 +9,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from viscopade.approximation import half_line
-from viscopade.approximation.inverse import INTERVAL_ROOT, WHOLE_ROOT
+from viscopade.approximation.inverse import InverseForm, inverse_form
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
@@ -17,7 +17,9 @@ from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.quotient import law_name, law_record
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
+from viscopade.theory.law import Law
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 
@@ -173,6 +175,11 @@ class LacunaryKernel(ABC):
         return max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound))
 
     @property
+    def law(self) -> Law:
+        """The law of contact."""
+        return self.bound.law
+
+    @property
     def facts(self) -> tuple[str, ...]:
         """Source, formula, domain and error."""
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
@@ -322,10 +329,12 @@ class HalfLineKernel(LacunaryKernel):
 class InverseKernel(LacunaryKernel):
     """Inverse kernel: v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
 
+    The law of contact is that of the certificates.
+
     Attributes
     ----------
     epsilon_min : Fraction
-        0, or where the interval begins that was asked for; N and D are then full polynomials and the root is 1/2.
+        0, or where the interval begins that was asked for; N and D are then full polynomials, and k is 1.
     epsilon_low : Fraction
         0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24.
 
@@ -354,12 +363,17 @@ class InverseKernel(LacunaryKernel):
 
     def _name(self, error: str) -> str:
         interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
-        return f"{INVERSE}_{interval}{error}"
+        return f"{INVERSE}{law_name(self.law)}_{interval}{error}"
+
+    @property
+    def form(self) -> InverseForm:
+        """The root, and k."""
+        return inverse_form(self.law, whole=not self.epsilon_min)
 
     @property
     def root(self) -> Fraction:
         """Exponent: y = ((1 - eps)/eps)^root."""
-        return INTERVAL_ROOT if self.epsilon_min else WHOLE_ROOT
+        return self.form.root
 
     @property
     def domain(self) -> str:
@@ -369,13 +383,13 @@ class InverseKernel(LacunaryKernel):
     @property
     def formula(self) -> str:
         """The formula as text."""
-        shift = int(Fraction(1, 2) / self.root)
-        return f"v* = {_power(shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
+        power = "" if self.root == 1 else f"^({self.root})"
+        return f"v* = {_power(self.form.shift)} N/D, y = ((1 - eps)/eps){power}, {self.powers_text}"
 
     @property
     def branches(self) -> tuple[CodeBranch, ...]:
         """The program, or those for eps >= 1/2 and eps < 1/2."""
-        return formulas.inverse_branches(self.powers, self.root)
+        return formulas.inverse_branches(self.powers, self.form)
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -384,17 +398,26 @@ class InverseKernel(LacunaryKernel):
 
     def _head(self) -> dict[str, object]:
         ends = {"epsilon_min": str(self.epsilon_min), "epsilon_low": str(self.epsilon_low)}
-        return {**super()._head(), **ends}
+        return {**super()._head(), **ends, **law_record(self.law)}
 
     @property
     def proven(self) -> tuple[str, ...]:
         """Sentences on the proven errors of formula and rounding."""
         of_beta = self.bound_of_beta
+        of_v_star = f"rounding of v_star: adds at most {self._per_type(lambda v: v.rounding('v_star') + ' v*')} (proven"
+        if not self.of_speed:
+            normal = ", where eps and 1 - eps are normal numbers" if self.form.linear else ""
+            return f"proven: |formula - v*| / v* <= {self._bounds}", f"{of_v_star}{normal})"
         return (
             f"proven: |formula - v*| / v* <= {self._bounds}; |formula - beta| / beta <= {of_beta}",
-            f"rounding of v_star: adds at most {self._per_type(lambda v: v.rounding('v_star') + ' v*')} (proven)",
+            f"{of_v_star})",
             f"rounding of beta: adds at most {self._per_type(lambda v: self._of_beta(v) + ' beta')} (proven)",
         )
+
+    @property
+    def of_speed(self) -> bool:
+        """Whether beta has a meaning: for the paper's law."""
+        return not law_name(self.law)
 
     @property
     def bound_of_beta(self) -> str:

@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeVar
 
 from flint import arb
 
-from viscopade.approximation.inverse import INTERVAL_ROOT
+from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
@@ -26,6 +26,7 @@ from viscopade.collision.panel_proof import END
 from viscopade.kernels.certificate import speeds
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
 
 ULPS = 4
@@ -185,12 +186,13 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
 
 @lru_cache(maxsize=256)
 def inverse_sizes(
-    form: Powers, root: Fraction, epsilon_min: Fraction, a: Values, b: Values, kind: Format
+    form: Powers, of: InverseForm, epsilon_min: Fraction, a: Values, b: Values, kind: Format
 ) -> dict[str, Size]:
     """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
 
     The quotient of 1 - eps and eps has two roundings. (Where it is subnormal, the larger of eps and 1 - eps is
-    rounded to 1, and the quotient is exact but for less than that.)
+    rounded to 1, and the quotient is exact but for less than that. Where v* goes like 1 - eps near 0, both are meant to
+    be normal numbers.)
 
     Raises
     ------
@@ -199,23 +201,41 @@ def inverse_sizes(
     """
     with working(BITS):
         unit = arb(2) ** -kind.precision
+        root = of.root
         of_ratio = 2 * _log_error(unit) * ball_of(root)
 
         def of_root(y: arb) -> arb:
-            if root == INTERVAL_ROOT:
+            if root == 1:
+                return of_ratio
+            if root == Fraction(1, 2):
                 return of_ratio + _log_error(unit)
             return of_ratio + _of_pow(root, kind, abs(y.log()) / ball_of(root))
 
-        start = _below_root(smallest_number(kind), root)
-        end = _above_root(1 / epsilon_min - 1) if epsilon_min else Fraction(1)
+        least = Fraction(2) ** (1 - kind.largest) if of.linear else smallest_number(kind)
+        start = _below_root(least, root)
+        end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
-        walks = (
+        near, *far = (
             _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, of_root)
-            for variable, branch in zip("yu", formulas.inverse_branches(form, root), strict=False)
+            for variable, branch in zip("yu", formulas.inverse_branches(form, of), strict=False)
         )
-        relative = max(largest(on, _from(start, end), _of_v_star) for on in walks)
+        relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
+        if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
+            relative = relative.max(largest(near, _narrow(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
+
+
+def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction:
+    """Return the largest power of 2 up to which neither y^k N nor D can overflow, for full polynomials.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    top, bottom = ([Fraction(0)] * of.shift + [*map(Fraction, a)], [*map(Fraction, b)])
+    return Fraction(2) ** threshold("N/D", top, bottom, kind)
 
 
 def of_speed(kind: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
@@ -343,12 +363,19 @@ def _uniform(end: Fraction) -> Iterator[Part]:
 def _from(start: Fraction, end: Fraction) -> Iterator[Part]:
     """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `_uniform`."""
     low = start
-    while low < _NEAR:
-        yield low, low * _STEP
-        low *= _STEP
+    for part in _narrow(start, _NEAR):
+        low = part[1]
+        yield part
     for part in _uniform(end):
         if part[1] > low:
             yield max(part[0], low), part[1]
+
+
+def _narrow(start: Fraction, end: Fraction) -> Iterator[Part]:
+    """Yield narrow parts that cover [start, end]."""
+    while start < end:
+        yield start, start * _STEP
+        start *= _STEP
 
 
 def _below_root(number: Fraction, root: Fraction) -> Fraction:
@@ -357,9 +384,9 @@ def _below_root(number: Fraction, root: Fraction) -> Fraction:
     return Fraction(1, 2 ** -(-exponent * root.numerator // root.denominator))
 
 
-def _above_root(number: Fraction) -> Fraction:
-    """Return a number that is a little above the square root."""
-    return Fraction(float(number) ** 0.5) * (1 + Fraction(1, 2**40))
+def _above_root(number: Fraction, root: Fraction) -> Fraction:
+    """Return a number that is a little above the root."""
+    return Fraction(float(number) ** float(root)) * (1 + Fraction(1, 2**40))
 
 
 def _between(low: Fraction, high: Fraction) -> arb:

@@ -12,19 +12,26 @@ from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.syntax import constant_of_c, of_c, text
-from viscopade.kernels.targets.wording import distinct, lasting, lasting_lines, preamble, takes_speed, variable
+from viscopade.kernels.targets.wording import (
+    OF_EXPONENTS,
+    distinct,
+    lasting,
+    lasting_lines,
+    preamble,
+    takes_speed,
+    variable,
+)
 from viscopade.kernels.v_star import speed_note
 
 _PADE = "for the Pade approximant [M/N]"
 _MINIMAX = "for the best approximant [M/N] up to v* = V, with the proven bound B of its error"
 _SPELLING = "(p stands for the decimal point, m for the minus of an exponent)"
-_LAW = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
 NAMES = {
     "pade_M_N": f"{_PADE}.",
-    "pade_M_N_aA_bB": f"{_PADE} {_LAW}.",
+    "pade_M_N_aA_bB": f"{_PADE} {OF_EXPONENTS}.",
     "minimax_M_N_vV_B": f"{_MINIMAX} {_SPELLING}.",
-    "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_SPELLING}, {_LAW}.",
-    "minimax_M_N_aA_bB_all_B": f"{_MINIMAX.replace('up to v* = V', 'for all v*')} {_SPELLING}, {_LAW}.",
+    "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_SPELLING}, {OF_EXPONENTS}.",
+    "minimax_M_N_aA_bB_all_B": f"{_MINIMAX.replace('up to v* = V', 'for all v*')} {_SPELLING}, {OF_EXPONENTS}.",
 }
 """By the form of the functions' names, what they stand for."""
 

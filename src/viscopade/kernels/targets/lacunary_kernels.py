@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from textwrap import wrap
 from typing import Any, cast
 
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import WIDTH, marker_line, template
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import (
@@ -19,14 +20,26 @@ from viscopade.kernels.forms.lacunary_kernels import (
     LacunaryKernel,
     LacunaryVariant,
 )
+from viscopade.kernels.forms.quotient import law_pattern
 from viscopade.kernels.targets.syntax import MATH_MODULE, Syntax, constant_of_c, of_c, text
-from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
+from viscopade.kernels.targets.wording import (
+    OF_EPSILON,
+    OF_EXPONENTS,
+    PROVEN,
+    distinct,
+    end_condition,
+    lasting,
+    lasting_lines,
+    of_law,
+    takes_speed,
+)
 from viscopade.kernels.v_star import assumed, stated
 
 _FUNCTIONS = {
     HALF_LINE: ("epsilon", "one_minus_epsilon", "restitution"),
     INVERSE: ("v_star", "v_star_from_loss", "beta"),
 }
+_OF_SPEED = ("restitution", "beta")
 
 # --- text -------------------------------------------------------------------------------------------------------------
 
@@ -58,12 +71,14 @@ def render_c(kernels: Sequence[LacunaryKernel], command: str) -> str:
         kinds=_kinds(chosen),
         names=_names(chosen),
         lasting=lasting(map(_functions, chosen)),
+        of_speed=takes_speed(chosen[0]),
     )
 
 
 def _functions(kernel: LacunaryKernel) -> tuple[LacunaryKernel, list[str]]:
     """Return a kernel and its functions, with {} for its name."""
-    return kernel, [f"{name}_{{}}{v.form.suffix}" for v in kernel.variants for name in _FUNCTIONS[kernel.kind]]
+    names = [name for name in _FUNCTIONS[kernel.kind] if takes_speed(kernel) or name not in _OF_SPEED]
+    return kernel, [f"{name}_{{}}{v.form.suffix}" for v in kernel.variants for name in names]
 
 
 def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
@@ -82,7 +97,7 @@ def render_python(kernels: Sequence[LacunaryKernel], command: str) -> str:
     head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command, [DOUBLE]))
     blocks = [_python_block(kernel) for kernel in chosen]
     return template(__name__, "lacunary.py.jinja").render(
-        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen)
+        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen), of_speed=takes_speed(chosen[0])
     )
 
 
@@ -97,26 +112,38 @@ def _kinds(kernels: Sequence[LacunaryKernel]) -> dict[str, str]:
 
 def _names(kernels: Sequence[LacunaryKernel]) -> list[str]:
     sentences = [NAMES[kind] for kind in NAMES if kind in _kinds(kernels)]
+    if not takes_speed(kernels[0]):
+        of_laws = NAMES[INVERSE].replace(INVERSE, f"{INVERSE}{law_pattern(kernels[0].law)}")
+        return wrap(f"{of_laws} {SPELLING}, {OF_EXPONENTS}.", WIDTH)
     return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
+
+
+def inverse_preamble(kernels: Sequence[InverseKernel], command: str) -> list[str]:
+    """Return the lines that begin a file of inverse kernels, without comment marks."""
+    return _preamble(_distinct(kernels), command, [])
 
 
 def _preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[Format]) -> list[str]:
     """Return the lines that begin the file, without comment marks; `forms` are the types of its functions."""
-    return [
-        marker_line(command),
-        "",
+    law = kernels[0].law
+    calls = takes_speed(kernels[0]) or kernels[0].root < Fraction(1, 2)
+    spheres = [
         "The coefficient of normal restitution eps of two viscoelastic spheres as a function of",
         "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity, or v* as a function",
         "of eps: quotients of polynomials in which only some powers of a root y occur.",
+    ]
+    return [
+        marker_line(command),
         "",
-        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
+        *(spheres if takes_speed(kernels[0]) else of_law(law, OF_EPSILON)),
+        "",
+        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
         "",
         *(line for kernel in kernels for line in _summary(kernel)),
         "",
         *wrap(f"{PROVEN}.", WIDTH),
-        "",
-        *([*wrap(stated(forms), WIDTH), ""] if HALF_LINE in _kinds(kernels) else []),
-        *wrap(f"{assumed('cbrt and pow')}.", WIDTH),
+        *(["", *wrap(stated(forms), WIDTH)] if HALF_LINE in _kinds(kernels) else []),
+        *(["", *wrap(f"{assumed('cbrt and pow')}.", WIDTH)] if calls else []),
     ]
 
 

@@ -76,16 +76,20 @@ START = (f"./{EXECUTABLE}",)
 
 @dataclass(frozen=True)
 class FunctionText:
-    """How a language writes a file of functions of v*: patterns, whose words stand in braces."""
+    """How a language writes a file of functions of v*, or of eps: patterns, whose words stand in braces.
+
+    {function} is the beginning of the function's name, and {given} the name of its argument.
+    """
 
     begin: str  # {name}, {suffix}, {type}, {guard}: a name in capitals with the type
     constant: str  # {constant}, {value}, {type}
     assign: str  # {variable}, {value}, {type}
     result: str  # {value}, {low}, {high}, {type}
-    guard: str = ""  # {low}, {high}, {type}
+    guard: str = ""  # {low}, {high}, {type}, {locals}: the names of variables
     close: str = ""
-    call: str = "epsilon_{name}(v_star)"
-    outside: str = "They return NaN for a v* outside the domain, and for NaN."
+    call: str = "{function}_{name}({given})"
+    outside: str = "They return NaN for an argument outside the domain, and for NaN."
+    library: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
     file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
     apart: int = 0  # lines between functions, besides one
 

@@ -1,4 +1,4 @@
-"""Quotients of polynomials in v* in the compact languages: functions that are NaN outside the kernel's domain.
+"""Quotients in v*, and inverses of laws, in compact languages: functions that are NaN outside the kernel's domain.
 
 All texts come from the program of `viscopade.kernels.forms.formulas`; a target's `FunctionText` says how its language
 writes a function. C and Python have templates of their own, with more functions.
@@ -7,21 +7,28 @@ writes a function. C and Python have templates of their own, with more functions
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
 from textwrap import indent, wrap
+from typing import NamedTuple
 
-from viscopade.arithmetic.formats import FLOAT
+from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import WIDTH
+from viscopade.kernels.expressions import Expression, Literal, Name, Program, Statement
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.rounding_bounds import inverse_end
+from viscopade.kernels.targets.lacunary_kernels import inverse_preamble
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
-from viscopade.kernels.targets.wording import distinct, preamble, variable
+from viscopade.kernels.targets.wording import Named, distinct, preamble, variable
 
 _INDENT = 34  # columns that assignments need besides the expression
 _QUOTIENT_ULPS = 2.5  # of a quotient in a shader, by the standards
+_ROOT_ULPS = 9.0  # of v*, which goes like up to y^2, by a root: 2 for 1/sqrt(x) and one quotient
 
 
 def render(target: Target, kernels: Sequence[Quotient], command: str, module: str = "viscopade") -> str:
@@ -44,93 +51,201 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         If a kernel cannot be written in any of the language's types, or `command` is not one line.
     """
     chosen = distinct(kernels)
-    functions = [function for kernel in chosen for function in _functions(target, kernel)]
-    lines = [*preamble(chosen, command), "", *_usage(target, chosen)]
+    functions = [part for kernel in chosen for part in _in_types(target, kernel, partial(_of_v_star, kernel))]
+    calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
+    added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
+    in_shaders = f"The quotient in a shader may add {added} eps to the rounding stated, which is that of IEEE 754."
+    ends = [
+        f"v* = {_domain(kernel, number.form)[1]:.3g} in type {number.type}"
+        for kernel in chosen
+        for number in target.numbers
+        if kernel.interval is None and kernel.end is None and _holds(partial(kernel.rounded, number.form))
+    ]
+    return _file(target, preamble(chosen, command), calls, ends, in_shaders, functions, module)
+
+
+def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: str, module: str = "viscopade") -> str:
+    """Return the text of a file with functions of eps, and of 1 - eps, for each kernel of another law than the paper's.
+
+    Parameters and errors are those of `render`; a root of an order above 2 is refused.
+    """
+    for kernel in kernels:
+        if kernel.root < Fraction(1, 2):
+            raise ValueError(
+                f"{kernel.name} takes a root of order {kernel.root.denominator}: accepted for {target.name} are laws "
+                "with v* = kappa or kappa^(1/2)"
+            )
+    functions = [part for kernel in kernels for part in _in_types(target, kernel, partial(_of_epsilon, kernel))]
+    calls = [
+        (f"{function}_{kernel.name}", given, f"{variable(kernel.law)} at {what}")
+        for kernel in kernels
+        for function, given, what in (
+            ("v_star", "epsilon", "eps"),
+            ("v_star_from_loss", "one_minus_epsilon", "1 - eps"),
+        )
+    ]
+    root = max((_ROOT_ULPS for kernel in kernels if kernel.root < 1), default=0.0)
+    added = f"{(2 * _QUOTIENT_ULPS + root) * FLOAT.epsilon:.1g}"
+    in_shaders = (
+        f"Quotients and roots in a shader may add {added} v* to the rounding stated, which is that of IEEE 754."
+    )
+    ends = [
+        f"eps = {float(_least_epsilon(kernel, number.form)):.3g} in type {number.type}"
+        for kernel in kernels
+        for number in target.numbers
+        if not kernel.epsilon_low and _holds(partial(kernel.variant, number.form))
+    ]
+    return _file(target, inverse_preamble(kernels, command), calls, ends, in_shaders, functions, module)
+
+
+def _holds(coefficients: Callable[[], object]) -> bool:
+    """Return whether a type holds coefficients."""
+    with suppress(ValueError):
+        coefficients()
+        return True
+    return False
+
+
+def _file(
+    target: Target,
+    beginning: Sequence[str],
+    calls: Sequence[tuple[str, str, str]],
+    ends: Sequence[str],
+    in_shaders: str,
+    functions: Sequence[str],
+    module: str,
+) -> str:
+    lines = [*beginning, "", *_usage(target, calls, ends, in_shaders)]
     head = "\n".join(f"{target.comment} {line}".rstrip() for line in lines)
     blank = "\n\n" + "\n" * target.written.apart
     return target.written.file.format(head=head, functions=blank.join(functions), module=module)
 
 
-def _usage(target: Target, kernels: Sequence[Quotient]) -> list[str]:
+def _usage(target: Target, calls: Sequence[tuple[str, str, str]], ends: Sequence[str], in_shaders: str) -> list[str]:
     """Return the lines on the functions and on their results."""
     written = target.written
-    names = [f"    {written.call.format(name=kernel.name)}    eps at {variable(kernel.law)}" for kernel in kernels]
+    names = [
+        f"    {written.call.replace('{function}_{name}', name).format(given=given)}    {what}"
+        for name, given, what in calls
+    ]
     types = ", ".join(
         f"{number.type}{f' (names that end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
-    ends = [
-        f"{_domain(kernel, number)[1]:.3g} in type {number.type}"
-        for kernel in kernels
-        for number in target.numbers
-        if kernel.interval is None and kernel.end is None and _holds(kernel, number)
-    ]
     notes = [f"For {types}, where the type holds the coefficients. {written.outside}"]
     if ends:
-        notes.append(f"Here the domain ends where sums might overflow: at v* = {', '.join(ends)}.")
+        notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":
-        added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
-        notes.append(f"The quotient in a shader may add {added} eps to the rounding stated, which is that of IEEE 754.")
+        notes.append(in_shaders)
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]
 
 
-def _holds(kernel: Quotient, number: Number) -> bool:
-    """Return whether a type holds a kernel's coefficients."""
-    with suppress(ValueError):
-        kernel.rounded(number.form)
-        return True
-    return False
+class _Function(NamedTuple):
+    """A function: the beginning of its name, its argument and the ends of that, its constants, program and result."""
+
+    function: str
+    given: str
+    ends: tuple[float, float]
+    constants: Mapping[str, float]
+    program: Program
+    result: Expression
 
 
-def _functions(target: Target, kernel: Quotient) -> Iterator[str]:
-    """Yield the functions of a kernel; refuse a language without any."""
+def _in_types(target: Target, kernel: Named, functions: Callable[[Format], list[_Function]]) -> Iterator[str]:
+    """Yield the texts of a kernel's functions in each type; refuse a language without any."""
     number, reason = 0, ""
     for kind in target.numbers:
         try:
-            a, b = kernel.rounded(kind.form)
+            found = functions(kind.form)
         except ValueError as error:
             reason = str(error)
             continue
         number += 1
-        yield _function(target, kernel, kind, a, b)
+        yield from (_text(target, kernel.name, kind, function) for function in found)
     if not number:
         raise ValueError(
             f"{kernel.name} cannot be written in {target.name}: {reason}; accepted are other degrees or targets"
         )
 
 
-def _function(target: Target, kernel: Quotient, number: Number, a: Sequence[float], b: Sequence[float]) -> str:
-    written = target.written
+def _of_v_star(kernel: Quotient, form: Format) -> list[_Function]:
+    a, b = kernel.rounded(form)
     given = formulas.dense(a=a, b=b)
     branch, _ = formulas.epsilon_branches(given)
-    low, high = _domain(kernel, number)
-    words = {
-        "name": kernel.name,
-        "suffix": number.suffix,
-        "guard": f"{kernel.name}_{number.form.name}".upper(),
-        "type": number.type,
-        "low": number.coefficient(low),
-        "high": number.coefficient(high),
+    found = _Function("epsilon", "v_star", _domain(kernel, form), given, branch.program, branch.results["epsilon"])
+    return [found]
+
+
+def _of_epsilon(kernel: InverseKernel, form: Format) -> list[_Function]:
+    """Return v* of eps, and of 1 - eps: no branch for small eps, so that eps ends before a sum may overflow."""
+    variant = kernel.variant(form)
+    given = formulas.constants(kernel.powers, variant.a, variant.b)
+    branch = kernel.branches[0]
+    low = _least_epsilon(kernel, form)
+    one, epsilon, loss = Literal("1.0"), Name("epsilon"), Name("one_minus_epsilon")
+    starts = {
+        "v_star": (epsilon, (low, Fraction(1)), (Statement("loss", one - epsilon),)),
+        "v_star_from_loss": (loss, (Fraction(0), 1 - low), (Statement("epsilon", one - loss), Statement("loss", loss))),
     }
-    statements = [(name, text(expression, number.syntax)) for name, expression in branch.program]
+    return [
+        _Function(
+            function,
+            argument.name,
+            (form.nearest(least, math.ceil), min(form.nearest(most, math.floor), 1.0)),
+            given,
+            (*start, *branch.program),
+            branch.results["v_star"],
+        )
+        for function, (argument, (least, most), start) in starts.items()
+    ]
+
+
+def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
+    variant = kernel.variant(form)
+    low = kernel.epsilon_low or 1 / inverse_end(kernel.form, variant.a, variant.b, form) ** int(1 / kernel.root)
+    return max(low, Fraction(2) ** (1 - form.largest))
+
+
+def _text(target: Target, name: str, number: Number, function: _Function) -> str:
+    written = target.written
+    low, high = function.ends
+    guard = name if function.function == "epsilon" else f"{function.function}_{name}"
+    words = {
+        "name": name,
+        "function": function.function,
+        "given": function.given,
+        "suffix": number.suffix,
+        "guard": f"{guard}_{number.form.name}".upper(),
+        "type": number.type,
+        "low": number.coefficient(low) if low else number.constant(low),
+        "high": number.coefficient(high),
+        "locals": ", ".join(statement.name for statement in function.program),
+    }
+    syntax = number.syntax
+    if written.library:
+        syntax = syntax._replace(function=lambda name: written.library.format(name=name, suffix=number.suffix))
+    statements = [(name, text(expression, syntax)) for name, expression in function.program]
     lines = [
-        *(written.constant.format(**words, constant=name, value=number.coefficient(c)) for name, c in given.items()),
+        *(
+            written.constant.format(**words, constant=name, value=number.coefficient(c))
+            for name, c in function.constants.items()
+        ),
         *([written.guard.format(**words)] if written.guard else []),
         *(
             written.assign.format(**words, variable=name, value=target.next_line.join(wrap(value, WIDTH - _INDENT)))
             for name, value in statements
         ),
-        written.result.format(**words, value=text(branch.results["epsilon"], number.syntax)),
+        written.result.format(**words, value=text(function.result, syntax)),
     ]
     body = indent("\n".join(line for line in lines), "    ")
     return "\n".join(filter(None, (written.begin.format(**words), body, written.close.format(**words))))
 
 
-def _domain(kernel: Quotient, number: Number) -> tuple[float, float]:
+def _domain(kernel: Quotient, form: Format) -> tuple[float, float]:
     """Return the ends of the domain in a type, rounded inwards; where it has none, sums end before they overflow."""
     if kernel.interval is not None:
         low, high = kernel.interval
-        return number.form.nearest(low, math.ceil), number.form.nearest(high, math.floor)
-    high = Fraction(2) ** kernel.threshold(number.form)
+        return form.nearest(low, math.ceil), form.nearest(high, math.floor)
+    high = Fraction(2) ** kernel.threshold(form)
     if kernel.end is not None:
         high = min(high, Fraction(kernel.end[1]))
-    return 0.0, number.form.nearest(high, math.floor)
+    return 0.0, form.nearest(high, math.floor)

@@ -22,6 +22,7 @@ from viscopade.kernels.forms.table_free import (
     LARGEST,
     RoundingBound,
 )
+from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, distinct
@@ -52,7 +53,10 @@ def render(
         If there is no kernel, one twice, or one for the inverse, `command` is not one line, or no kernel can be
         written in the language's types.
     """
-    if any(isinstance(kernel, InverseKernel) for kernel in kernels):
+    inverses = [kernel for kernel in kernels if isinstance(kernel, InverseKernel)]
+    if inverses and len(inverses) == len(kernels) and not any(kernel.of_speed for kernel in inverses):
+        return quotients.render_inverse(target, inverses, command, module)
+    if inverses:
         raise ValueError(
             f"the request has an inverse kernel: accepted for {target.name} are kernels of eps for all v* >= 0"
         )

@@ -68,7 +68,8 @@ def certificates(kernels: Sequence[Described], command: str) -> str:
 def records(kernels: Sequence[Described], command: str) -> str:
     """Return one object; its "approximants" hold the records of lacunary kernels."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
-    return _json(command, source, {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]})
+    rest: dict[str, object] = {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]}
+    return _json(command, source, rest, getattr(kernels[0], "law", None))
 
 
 def latex_table(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:

@@ -488,7 +488,9 @@ def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
                 return _NAN, Fraction(0)
             if epsilon == 1:
                 return 0.0, Fraction(0)
-            exact = truth.exact_v_star(epsilon)
+            if kernel.form.linear and min(epsilon, 1 - epsilon) < Fraction(2) ** (1 - form.largest):
+                return None
+            exact = truth.exact_v_star(epsilon, kernel.law)
             return exact, relative * _above(exact)
 
         def of_epsilon(x: float, v_star: Callable[..., Answer] = v_star) -> Answer:
@@ -516,6 +518,8 @@ def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
         speeds += [(0.5, -1.0)]
         yield Function(f"v_star_{name}", form, of_epsilon, None, [*special, *inside])
         yield Function(f"v_star_from_loss_{name}", form, of_loss, None, [*special, *losses])
+        if not kernel.of_speed:
+            continue
         yield Function(f"beta_{name}", form, beta, None, [*speeds, (0.0, 1.0), (2.0, 1.0), (_NAN, 1.0), (0.5, _NAN)])
 
 

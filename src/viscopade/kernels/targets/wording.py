@@ -17,6 +17,11 @@ PROVEN = (
     "of the order of evaluation below (to nearest, with or without fused multiply-add), and adds to the error"
 )
 
+OF_EXPONENTS = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
+
+OF_V_STAR = ("The coefficient of normal restitution eps", ", as a rational function of", ":")
+OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", ". Here", ".")
+
 AnyQuotient = TypeVar("AnyQuotient", bound="Quotient")
 
 
@@ -56,14 +61,20 @@ def _of_eps(law: Law | None) -> list[str]:
             "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
             "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
         ]
+    return of_law(law)
+
+
+def of_law(law: Law, words: tuple[str, str, str] = OF_V_STAR) -> list[str]:
+    """Return the lines that say what a law is, in which `words` say what the file has."""
+    begin, middle, end = words
     return [
-        "The coefficient of normal restitution eps of the law of contact",
+        f"{begin} of the law of contact",
         "",
         f"    m xi'' + k xi^a + c xi^b xi' = 0,    a = {law.elastic}, b = {law.damping},",
         "",
-        "with the effective mass m and the normal component v of the impact velocity, as a rational function of",
+        f"with the effective mass m and the normal component v of the impact velocity{middle}",
         "",
-        f"    {variable(law)},    kappa = {law.kappa_text}:",
+        f"    {variable(law)},    kappa = {law.kappa_text}{end}",
     ]
 
 
@@ -72,7 +83,7 @@ def variable(law: Law) -> str:
     return "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
 
 
-def takes_speed(kernel: Quotient) -> bool:
+def takes_speed(kernel: OfLaw) -> bool:
     """Return whether a kernel has functions of speed and beta besides those of v*: the paper's law has."""
     return not law_name(kernel.law)
 
@@ -82,6 +93,14 @@ def end_condition(law: Law | None) -> str:
     if law is None or law.delayed:
         return END_CONDITION
     return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
+
+
+class OfLaw(Protocol):
+    """A kernel of a law."""
+
+    @property
+    def law(self) -> Law:
+        """The law of contact."""
 
 
 class Named(Protocol):

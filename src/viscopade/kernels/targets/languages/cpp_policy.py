@@ -31,14 +31,14 @@ TARGET = Target(
     stem="viscopade_policy",
     functions=FunctionText(
         "#ifndef VISCOPADE_{guard}_POLICY\n#define VISCOPADE_{guard}_POLICY\n\n"
-        "inline {type} epsilon_{name}({type} v_star)\n{{",
+        "inline {type} {function}_{name}({type} {given})\n{{",
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
-        "if (!(v_star >= {low} && v_star <= {high})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
+        "if (!({given} >= {low} && {given} <= {high})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
         "}}\n\n#endif",
-        "viscopade::epsilon_{name}(v_star)",
-        file="{head}\n\n#include <limits>\n\nnamespace viscopade {{\n\n{functions}\n\n"
+        "viscopade::{function}_{name}({given})",
+        file="{head}\n\n#include <cmath>\n#include <limits>\n\nnamespace viscopade {{\n\n{functions}\n\n"
         "}} // namespace viscopade\n",
     ),
     include='#include "{file}" (C++14 or later)',

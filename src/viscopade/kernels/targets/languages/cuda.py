@@ -64,13 +64,14 @@ TARGET = Target(
     device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
     functions=FunctionText(
         "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\n"
-        "VISCOPADE_FUNCTION {type} viscopade_epsilon_{name}{suffix}({type} v_star)\n{{",
+        "VISCOPADE_FUNCTION {type} viscopade_{function}_{name}{suffix}({type} {given})\n{{",
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
-        'if (!(v_star >= {low} && v_star <= {high})) {{\n    return nan{suffix}("");\n}}',
+        'if (!({given} >= {low} && {given} <= {high})) {{\n    return nan{suffix}("");\n}}',
         "}}\n\n#endif",
-        "viscopade_epsilon_{name}(v_star)",
+        "viscopade_{function}_{name}({given})",
+        library="{name}{suffix}",
         file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",
     ),
     include='#include "{file}"',

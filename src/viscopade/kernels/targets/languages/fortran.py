@@ -30,14 +30,14 @@ TARGET = Target(
     exp="exp",
     next_line=" &\n" + " " * 12,
     functions=FunctionText(
-        "pure elemental real({type}) function epsilon_{name}{suffix}(v_star) result(value)\n"
-        "    real({type}), intent(in) :: v_star",
+        "pure elemental real({type}) function {function}_{name}{suffix}({given}) result(value)\n"
+        "    real({type}), intent(in) :: {given}",
         "real({type}), parameter :: {constant} = {value}",
         "{variable} = {value}",
         "value = {value}",
-        "real({type}) :: numerator, denominator\n\n"
-        "if (.not. (v_star >= {low} .and. v_star <= {high})) then\n"
-        "    value = ieee_value(v_star, ieee_quiet_nan)\n    return\nend if",
+        "real({type}) :: {locals}\n\n"
+        "if (.not. ({given} >= {low} .and. {given} <= {high})) then\n"
+        "    value = ieee_value({given}, ieee_quiet_nan)\n    return\nend if",
         "end function",
         file="{head}\n\nmodule {module}\n    use, intrinsic :: iso_fortran_env, only: real32, real64\n"
         "    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan\n    implicit none\n\ncontains\n\n"

@@ -15,14 +15,14 @@ TARGET = Target(
         ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
     ),
     functions=FunctionText(
-        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\nfloat viscopade_epsilon_{name}(float v_star)\n{{",
+        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\nfloat viscopade_{function}_{name}(float {given})\n{{",
         "const float {constant} = {value};",
         "precise float {variable} = {value};",
         "precise float result = {value};\n\nreturn result;",
-        "v_star = clamp(v_star, {low}, {high});",
+        "{given} = clamp({given}, {low}, {high});",
         "}}\n\n#endif",
-        "viscopade_epsilon_{name}(v_star)",
-        "A v* outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
+        "viscopade_{function}_{name}({given})",
+        "An argument outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
     ),
     assumed=of_shaders("Vulkan"),
     place="shader",

@@ -11,13 +11,13 @@ TARGET = package_of_python(
     Number.of(DOUBLE, "float64", function="jnp.{}"),
     Number.of(FLOAT, "float32", "_f32", function="jnp.{}"),
     functions=FunctionText(
-        "def epsilon_{name}{suffix}(v_star):\n"
-        '    v_star = jnp.asarray(v_star, jax.dtypes.canonicalize_dtype("{type}"))\n'
-        '    if v_star.dtype != "{type}":\n'
-        '        raise TypeError("epsilon_{name}{suffix} needs {type}: set jax_enable_x64")',
+        "def {function}_{name}{suffix}({given}):\n"
+        '    {given} = jnp.asarray({given}, jax.dtypes.canonicalize_dtype("{type}"))\n'
+        '    if {given}.dtype != "{type}":\n'
+        '        raise TypeError("{function}_{name}{suffix} needs {type}: set jax_enable_x64")',
         "{constant} = {value}",
         "{variable} = {value}",
-        "return jnp.where((v_star >= {low}) & (v_star <= {high}), {value}, jnp.nan)",
+        "return jnp.where(({given} >= {low}) & ({given} <= {high}), {value}, jnp.nan)",
         file="{head}\n\nimport jax\nimport jax.numpy as jnp\n\n\n{functions}\n",
         apart=1,
     ),

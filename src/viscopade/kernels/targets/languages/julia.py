@@ -27,11 +27,11 @@ TARGET = Target(
     runner=Runner(("julia",), ".jl", (), (TOOL, "--startup-file=no", DRIVER)),
     assumed=of_library("log2 and exp2"),
     functions=FunctionText(
-        "function epsilon_{name}(v_star::{type})",
+        "function {function}_{name}({given}::{type})",
         "{constant} = {value}",
         "{variable} = {value}",
         "return {value}",
-        "if !(v_star >= {low} && v_star <= {high})\n    return {type}(NaN)\nend",
+        "if !({given} >= {low} && {given} <= {high})\n    return {type}(NaN)\nend",
         "end",
         file="{head}\n\nmodule Viscopade\n\n{functions}\n\nend\n",
     ),

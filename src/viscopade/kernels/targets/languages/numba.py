@@ -11,11 +11,11 @@ TARGET = package_of_python(
     Number.of(DOUBLE, "np.float64", function="np.{}"),
     Number.of(FLOAT, "np.float32", "_f32", function="np.{}", literal="np.float32({})"),
     functions=FunctionText(
-        '@njit(error_model="numpy")\ndef epsilon_{name}{suffix}(v_star):',
+        '@njit(error_model="numpy")\ndef {function}_{name}{suffix}({given}):',
         "{constant} = {value}",
         "{variable} = {value}",
         "return {value}",
-        "if not (v_star >= {low} and v_star <= {high}):\n    return {type}(np.nan)",
+        "if not ({given} >= {low} and {given} <= {high}):\n    return {type}(np.nan)",
         file="{head}\n\nimport numpy as np\nfrom numba import njit\n\n\n{functions}\n",
         apart=1,
     ),

@@ -23,11 +23,11 @@ TARGET = Target(
     runner=Runner(("rustc",), ".rs", (TOOL, "--edition", "2021", "-O", DRIVER, "-o", PROGRAM), START),
     assumed=of_library("log2 and exp2"),
     functions=FunctionText(
-        "pub fn epsilon_{name}{suffix}(v_star: {type}) -> {type} {{",
+        "pub fn {function}_{name}{suffix}({given}: {type}) -> {type} {{",
         "let {constant}: {type} = {value};",
         "let {variable} = {value};",
         "{value}",
-        "if !(v_star >= {low} && v_star <= {high}) {{\n    return {type}::NAN;\n}}",
+        "if !({given} >= {low} && {given} <= {high}) {{\n    return {type}::NAN;\n}}",
         "}}",
     ),
     include='#[allow(dead_code)] #[path = "{file}"] mod scene;',

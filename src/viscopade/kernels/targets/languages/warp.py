@@ -11,11 +11,11 @@ TARGET = package_of_python(
     Number.of(DOUBLE, "wp.float64", function="wp.{}", literal="wp.float64({})"),
     Number.of(FLOAT, "wp.float32", function="wp.{}", literal="wp.float32({})"),
     functions=FunctionText(
-        "@wp.func\ndef epsilon_{name}{suffix}(v_star: {type}):",
+        "@wp.func\ndef {function}_{name}{suffix}({given}: {type}):",
         "{constant} = {value}",
         "{variable} = {value}",
         "return {value}",
-        "if not (v_star >= {low} and v_star <= {high}):\n    return {type}(wp.nan)",
+        "if not ({given} >= {low} and {given} <= {high}):\n    return {type}(wp.nan)",
         file="{head}\n\nimport warp as wp\n\n\n{functions}\n",
         apart=1,
     ),
