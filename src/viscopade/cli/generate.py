@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     help="Largest proven error, such as 1e-5; repeat for more. With --v-star-max, this selects the cheapest best "
     "approximant on the interval. Without it, this selects the smallest kernel for all v* >= 0.",
 )
-@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps).")
+@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps), of any --law.")
 @click.option(
     "--epsilon-min", default="0", show_default=True, help="Smallest eps, for --inverse; 0 means all 0 < eps <= 1."
 )

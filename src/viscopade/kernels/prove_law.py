@@ -31,6 +31,7 @@ BITS, ORDER = 160, 12
 FEWEST_PARTS, MOST_PARTS = 4, 1 << 10
 BISECTIONS = 40
 DIGITS_OF_END = 25
+EXACT = 2.0**-60  # a formula whose limit is off by less has the right one
 ENDS = (60, 10**3, 10**4, 10**5, 10**6, 10**7)  # v* of panels before the limit for large v* takes over
 NEGLIGIBLE = 2.0**-7  # what is not known of the limit, relative to the formula's error
 TIGHT = 0.99  # a bound that halving the parts lowers by less than this factor is tight
@@ -113,7 +114,7 @@ def prove_inverse_by_panels(formula: Formula, form: InverseForm, law: Law, epsil
     with working(BITS):
         end = Fraction(ENDS[0])  # for nu = 1, the limit is sharp from there on
         if high is None:
-            error = abs(formula.limit(u=arb(0)) / rational_power(_limit_factor(law), form.rest * form.root) - 1)
+            error = abs(formula.limit(u=arb(0)) / rational_power(_limit_factor(law), form.rest * form.root) - 1) + EXACT
             end = Fraction(next((end for end in ENDS if limit(law, arb(end)).rad() < NEGLIGIBLE * error), ENDS[-1]))
     found = _on_panels(task, law, Fraction(0), end, "speed")
     return _and_beyond(found, _inverse_beyond(formula, form, law, end, epsilon_min), high)

@@ -30,7 +30,7 @@ from viscopade.kernels.targets.wording import (
     end_condition,
     lasting,
     lasting_lines,
-    of_law,
+    equation_lines,
     takes_speed,
 )
 from viscopade.kernels.v_star import assumed, stated
@@ -135,7 +135,7 @@ def _preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[F
     return [
         marker_line(command),
         "",
-        *(spheres if takes_speed(kernels[0]) else of_law(law, OF_EPSILON)),
+        *(spheres if takes_speed(kernels[0]) else equation_lines(law, OF_EPSILON)),
         "",
         *wrap(f"End condition: {end_condition(law)}.", WIDTH),
         "",

@@ -61,10 +61,10 @@ def _of_eps(law: Law | None) -> list[str]:
             "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
             "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
         ]
-    return of_law(law)
+    return equation_lines(law)
 
 
-def of_law(law: Law, words: tuple[str, str, str] = OF_V_STAR) -> list[str]:
+def equation_lines(law: Law, words: tuple[str, str, str] = OF_V_STAR) -> list[str]:
     """Return the lines that say what a law is, in which `words` say what the file has."""
     begin, middle, end = words
     return [
