@@ -28,9 +28,9 @@ from viscopade.kernels.targets.wording import (
     PROVEN,
     distinct,
     end_condition,
+    equation_lines,
     lasting,
     lasting_lines,
-    equation_lines,
     takes_speed,
 )
 from viscopade.kernels.v_star import assumed, stated
