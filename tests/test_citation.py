@@ -38,6 +38,11 @@ def test_the_citation_is_of_this_version():
     fields = dict(re.findall(r"^([\w-]+): (.+)$", CITATION, re.MULTILINE))
     assert fields["version"] == PROJECT["version"]
     assert fields["license"] == PROJECT["license"]
+    page = (ROOT / "docs" / "usage" / "citing.md").read_text("utf-8")
+    assert f"version = {{{PROJECT['version']}}}" in page
+    for line in page.splitlines():
+        if "doi" in line:
+            assert line.strip() in BIBLIOGRAPHY
     assert re.findall(r"^  - name: (.*)$", CITATION, re.MULTILINE) == [a["name"] for a in PROJECT["authors"]]
 
 
