@@ -358,7 +358,10 @@ def test_inverse_kernels_on_an_interval(law, epsilon_min, accuracy):
     assert len(of.branches) == 1
 
 
-@pytest.mark.parametrize(("law", "d", "accuracy"), [("kelvin-voigt:1", 1, "1e-3"), ("3/2,0", 3, "1e-3")])
+@pytest.mark.parametrize(
+    ("law", "d", "accuracy"),
+    [("kelvin-voigt:1", 1, "1e-3"), pytest.param("3/2,0", 3, "1e-3", marks=pytest.mark.slow)],
+)
 def test_inverse_kernels_of_laws_without_a_closed_form(law, d, accuracy):
     of = inverse_kernel(law, accuracy, "0.3")
     assert (of.law.d, of.root) == (d, Fraction(1, d))
@@ -478,6 +481,7 @@ def test_requests_that_are_refused(given, message):
         request(**{"law": "hunt-crossley"} | given).prove()
 
 
+@pytest.mark.slow
 def test_a_root_that_a_language_does_not_take():
     with pytest.raises(ValueError, match=r"takes a root of order 3: accepted for rust are laws with v\* = kappa or"):
         Request(law="3/2,0", inverse=("1e-3",), epsilon_min="0.3").render("rust")
