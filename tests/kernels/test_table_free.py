@@ -1,8 +1,4 @@
-"""Compact kernels in other languages: bounds of rounding, and every text run where its toolchain is present.
-
-Those of GLSL and WGSL also run translated to C++, and that of Julia translated to Python, so that their numbers and
-expressions are checked everywhere. Nothing here has run on a GPU.
-"""
+"""Compact kernels in other languages: bounds of rounding, and every text run where its toolchain is present."""
 
 from __future__ import annotations
 
@@ -10,9 +6,7 @@ import itertools
 import math
 import os
 import re
-import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -23,6 +17,8 @@ import pytest
 
 import viscopade as vp
 from tests import compiled
+from tests.kernels import languages
+from tests.kernels.languages import BITS, COMPACT, FORMS, TYPES, Code, tool
 from viscopade.approximation import lacunary
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import working
@@ -36,13 +32,9 @@ from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.syntax import shortest
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.targets.table_free import render as render_target
-from viscopade.scene.runners import find_tool
 
 COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
 BENCHMARK = Path(__file__).parents[2] / "src" / "viscopade_lab" / "cuda" / "bench.cu"
-FORMS = {"double": DOUBLE, "float": FLOAT}
-TYPES = {"double": np.float64, "float": np.float32}
-BITS = {"double": np.uint64, "float": np.uint32}
 OF_REFERENCE = 1e-13  # error of the reference, of v* as well
 
 
@@ -65,13 +57,6 @@ def made(target):
 
 def having(form):
     return [kernel for kernel in kernels() if any(v.form == FORMS[form] for v in kernel.variants)]
-
-
-def tool(name):
-    command = shutil.which(name)
-    if command is None:
-        pytest.skip(f"{name} is not installed")
-    return command
 
 
 # --- programs and bounds ----------------------------------------------------------------------------------------------
@@ -279,436 +264,20 @@ def test_relative_kernels_claim_nothing_of_the_loss():
 
 
 # --- running the texts ------------------------------------------------------------------------------------------------
-#
-# A program reads lines of two numbers, speed and beta, as hexadecimal bits, and writes the results of all functions.
 
+EACH = [(name, form) for name, language in COMPACT.items() for form in language.forms]
+EACH_IEEE = [(name, form) for name, form in EACH if not COMPACT[name].is_shader]
+SHADERS = [name for name, language in COMPACT.items() if language.is_shader]
 
-def calls(form, pattern, prefix=""):
-    """Calls of all functions for a form, in the order of `results`."""
-    return [
-        pattern.format(f"{prefix}{function}_{name_of(kernel)}")
-        for kernel, function in itertools.product(having(form), FUNCTIONS)
-    ]
 
+def of_kernel(kernel, function):
+    return f"{function}_{name_of(kernel)}"
 
-def run(command, form, speed, beta):
-    kind, bits = TYPES[form], BITS[form]
-    digits = 16 if form == "double" else 8
-    pairs = zip(kind(speed).view(bits), kind(beta).view(bits), strict=True)
-    lines = "".join(f"{s:0{digits}x} {b:0{digits}x}\n" for s, b in pairs)
-    ran = subprocess.run(command, input=lines, check=True, capture_output=True, text=True)
-    words = np.array([int(word, 16) for word in ran.stdout.split()], dtype=bits)
-    return by_name(form, words.view(kind).reshape(len(speed), -1))
 
-
-def by_name(form, columns):
-    names = list(itertools.product(having(form), FUNCTIONS))
-    assert columns.shape[1] == len(names)
-    return {(name_of(k), f): columns[:, i] for i, (k, f) in enumerate(names)}
-
-
-C_DRIVER = """
-#include <stdio.h>
-#include <string.h>
-{include}
-int main(void)
-{{
-    {integer} s, b, r;
-    {type} speed, beta, result;
-    while (scanf("%{length}x %{length}x", &s, &b) == 2) {{
-        memcpy(&speed, &s, sizeof speed);
-        memcpy(&beta, &b, sizeof beta);
-{body}
-        printf("\\n");
-    }}
-    return 0;
-}}
-"""
-
-
-def c_driver(form, include, prefix="viscopade_", suffix=None):
-    """A program in C and C++."""
-    end = FORMS[form].suffix if suffix is None else suffix
-    body = "\n".join(
-        f'        result = {call}; memcpy(&r, &result, sizeof r); printf("%{"l" if form == "double" else ""}x ", r);'
-        for call in calls(form, "{}" + end + "(speed, beta)", prefix)
-    )
-    integer, length = ("unsigned long", "l") if form == "double" else ("unsigned", "")
-    return C_DRIVER.format(include=include, integer=integer, length=length, type=form, body=body)
-
-
-def c_program(directory, form, standard, source, flags=()):
-    path, program_ = directory / f"driver_{form}.src", directory / f"driver_{form}"
-    path.write_text(source)
-    command = [*compiled.compiler(standard), *compiled.WARNINGS, "-O2", *flags, str(path), "-o", str(program_), "-lm"]
-    subprocess.run(command, check=True, capture_output=True, text=True, cwd=directory)
-    return [str(program_)]
-
-
-def host(directory, form, standard="c99", flags=()):
-    (directory / "viscopade.cuh").write_text(made("cuda"))
-    return c_program(directory, form, standard, c_driver(form, '#include "viscopade.cuh"'), flags)
-
-
-def host_cxx(directory, form):
-    return host(directory, form, "c++98")
-
-
-def host_nvcc(directory, form):
-    (directory / "viscopade.cuh").write_text(made("cuda"))
-    (directory / "driver.cu").write_text(c_driver(form, '#include "viscopade.cuh"'))
-    command = [tool("nvcc"), "-arch=sm_75", "-Werror", "all-warnings", "driver.cu", "-o", "driver"]
-    subprocess.run(command, check=True, capture_output=True, cwd=directory)
-    return [str(directory / "driver")]
-
-
-def javascript(directory, form):
-    (directory / "viscopade.mjs").write_text(made("javascript"))
-    body = ", ".join(calls(form, "m.{}(speed, beta)"))
-    (directory / "driver.mjs").write_text(
-        f"""import * as m from "./viscopade.mjs";
-import {{ readFileSync }} from "node:fs";
-const view = new DataView(new ArrayBuffer(8));
-const number = (h) => {{ view.setBigUint64(0, BigInt("0x" + h)); return view.getFloat64(0); }};
-const bits = (x) => {{ view.setFloat64(0, x); return view.getBigUint64(0).toString(16); }};
-const lines = readFileSync(0, "utf8").trim().split("\\n");
-console.log(lines.map((line) => {{
-    const [speed, beta] = line.split(" ").map(number);
-    return [{body}].map(bits).join(" ");
-}}).join("\\n"));
-"""
-    )
-    return [tool("node"), str(directory / "driver.mjs")]
-
-
-def fortran(directory, form):
-    (directory / "viscopade.f90").write_text(made("fortran"))
-    kind, digits = ("real64", 16) if form == "double" else ("real32", 8)
-    integer = kind.replace("real", "int")
-    body = "\n".join(f"r({i + 1}) = {call}" for i, call in enumerate(calls(form, "{}(speed, beta)")))
-    (directory / "driver.f90").write_text(
-        f"""program driver
-use, intrinsic :: iso_fortran_env
-use viscopade
-implicit none
-integer({integer}) :: s, b
-real({kind}) :: speed, beta, r({len(calls(form, ""))})
-integer :: status, i
-do
-read (*, '(z{digits}, 1x, z{digits})', iostat=status) s, b
-if (status /= 0) exit
-speed = transfer(s, speed)
-beta = transfer(b, beta)
-{body}
-write (*, '(*(z{digits}, 1x))') (transfer(r(i), s), i = 1, size(r))
-end do
-end program
-"""
-    )
-    flags = ["-std=f2018", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O2"]
-    command = [tool("gfortran"), *flags, "viscopade.f90", "driver.f90", "-o", "driver"]
-    subprocess.run(command, check=True, capture_output=True, cwd=directory)
-    return [str(directory / "driver")]
-
-
-def rust(directory, form):
-    (directory / "viscopade.rs").write_text(made("rust"))
-    kind, integer, end = ("f64", "u64", "") if form == "double" else ("f32", "u32", "_f32")
-    body = ", ".join(calls(form, "viscopade::{}" + end + "(speed, beta)"))
-    (directory / "main.rs").write_text(
-        f"""#[allow(dead_code)]
-mod viscopade;
-fn main() {{
-    for line in std::io::stdin().lines() {{
-        let line = line.unwrap();
-        let bits = |i: usize| {integer}::from_str_radix(line.split(' ').nth(i).unwrap(), 16).unwrap();
-        let (speed, beta) = ({kind}::from_bits(bits(0)), {kind}::from_bits(bits(1)));
-        for r in [{body}] {{
-            print!("{{:x}} ", r.to_bits());
-        }}
-        println!();
-    }}
-}}
-"""
-    )
-    command = [tool("rustc"), "--edition", "2021", "-D", "warnings", "-O", "main.rs", "-o", "driver"]
-    subprocess.run(command, check=True, capture_output=True, cwd=directory)
-    return [str(directory / "driver")]
-
-
-def julia(directory, form):
-    (directory / "viscopade.jl").write_text(made("julia"))
-    kind, integer = ("Float64", "UInt64") if form == "double" else ("Float32", "UInt32")
-    body = ", ".join(calls(form, "Viscopade.{}(speed, beta)"))
-    (directory / "driver.jl").write_text(
-        f"""include("viscopade.jl")
-for line in eachline()
-    speed, beta = (reinterpret({kind}, parse({integer}, word, base = 16)) for word in split(line))
-    println(join((string(reinterpret({integer}, r), base = 16) for r in ({body},)), " "))
-end
-"""
-    )
-    return [tool("julia"), str(directory / "driver.jl")]
-
-
-POLICY = """
-#include <cstdio>
-#include <cstring>
-#include "viscopade_policy.hpp"
-struct Now {{ static {type} beta; static {type} Beta() {{ return beta; }} }};
-{type} Now::beta;
-int main()
-{{
-    {integer} s, b, r;
-    {type} speed, result;
-    while (std::scanf("%{length}x %{length}x", &s, &b) == 2) {{
-        std::memcpy(&speed, &s, sizeof speed);
-        std::memcpy(&Now::beta, &b, sizeof speed);
-{body}
-        std::printf("\\n");
-    }}
-    return 0;
-}}
-"""
-OF_POLICY = dict(zip(FUNCTIONS, ("EpsilonN", "ReboundN", "DissipationN"), strict=True))
-
-
-def policy(directory, form, standard="c++14"):
-    (directory / "viscopade_policy.hpp").write_text(made("cpp-policy"))
-    integer, length = ("unsigned long", "l") if form == "double" else ("unsigned", "")
-    body = "\n".join(
-        f"        result = viscopade::Policy<Now, viscopade::{name_of(kernel)}, {form}>::{OF_POLICY[function]}(speed);"
-        f' std::memcpy(&r, &result, sizeof r); std::printf("%{length}x ", r);'
-        for kernel, function in itertools.product(having(form), FUNCTIONS)
-    )
-    source = POLICY.format(type=form, integer=integer, length=length, body=body)
-    return c_program(directory, form, standard, source)
-
-
-def policy_17(directory, form):
-    return policy(directory, form, "c++17")
-
-
-PYTHON = """
-import sys
-import numpy as np
-words = [[int(word, 16) for word in line.split()] for line in sys.stdin]
-speed, beta = np.array(words, dtype="{bits}").view("{kind}").T.copy()
-{body}
-for row in np.stack(columns, 1).view("{bits}"):
-    print(*(f"{{value:x}}" for value in row))
-"""
-
-
-def python(directory, form, target, body):
-    """A program in Python with a package, or a skip without it."""
-    found = target_of(target)
-    if find_tool(found.runner) is None:
-        pytest.skip(f"the Python package {found.runner.package} is not installed")
-    (directory / f"{found.stem}.py").write_text(made(target))
-    driver = directory / f"driver_{form}.py"
-    driver.write_text(PYTHON.format(kind=TYPES[form].__name__, bits=BITS[form].__name__, body=body))
-    return [sys.executable, str(driver)]
-
-
-def jax(directory, form):
-    body = "\n".join(
-        [
-            "import jax",
-            f"jax.config.update('jax_enable_x64', {form == 'double'})",
-            "import viscopade_jax as v",
-            f"columns = [jax.jit(f)(speed, beta) for f in ({', '.join(calls(form, 'v.{}'))},)]",
-        ]
-    )
-    return python(directory, form, "jax", body)
-
-
-def numba(directory, form):
-    """Called for numbers and for arrays, with the same bits."""
-    end = target_of("numba").number(form).suffix
-    numbers = ", ".join(calls(form, "v.{}" + end))
-    arrays = numbers.replace("_compact", "_array_compact")
-    body = f"""import viscopade_numba as v
-columns = [np.array([f(*pair) for pair in zip(speed, beta)], speed.dtype) for f in ({numbers},)]
-for f, column in zip(({arrays},), columns):
-    np.testing.assert_array_equal(f(speed, beta), column, strict=True)
-"""
-    return python(directory, form, "numba", body)
-
-
-def warp(directory, form):
-    given = calls(form, "v.{}(speed[i], beta[i])")
-    kind = target_of("warp").number(form).type
-    store = "\n".join(f"    out[i, {j}] = {call}" for j, call in enumerate(given))
-    body = f"""import contextlib
-import warp as wp
-import viscopade_warp as v
-wp.config.kernel_cache_dir = "{directory}"
-@wp.kernel
-def compute(speed: wp.array(dtype={kind}), beta: wp.array(dtype={kind}), out: wp.array2d(dtype={kind})):
-    i = wp.tid()
-{store}
-with contextlib.redirect_stdout(sys.stderr), wp.ScopedDevice("cpu"):
-    out = wp.zeros((len(speed), {len(given)}), dtype={kind})
-    wp.launch(compute, len(speed), [wp.array(speed), wp.array(beta), out])
-    columns = list(out.numpy().T)
-"""
-    return python(directory, form, "warp", body)
-
-
-SHIMS = """
-#include <math.h>
-#define precise const
-struct vec2 { float x, y; vec2(float a, float b) : x(a), y(b) {} };
-static inline float min(float a, float b) { return b < a ? b : a; }
-static inline float max(float a, float b) { return a < b ? b : a; }
-static inline float select(float a, float b, bool c) { return c ? b : a; }
-"""
-# Implicit conversions of constants are the language's own; all else is compiled with warnings as errors.
-SHIM_FLAGS = ("-Wno-unused-function", "-Wno-conversion")
-
-
-def glsl_translated(directory, form):
-    text = re.sub(r"\b(\d+\.\d*(?:e[+-]?\d+)?)(?![\w.])", r"\1f", re.sub(r"//.*", "", made("glsl")))
-    text = re.sub(r"^(float|vec2) ", r"static inline \1 ", text, flags=re.MULTILINE)
-    return c_program(directory, form, "c++17", c_driver(form, SHIMS + text, suffix=""), SHIM_FLAGS)
-
-
-def wgsl_translated(directory, form):
-    text = re.sub(r"//.*", "", made("wgsl")).replace("vec2<f32>", "vec2")
-    text = re.sub(
-        r"^fn (\w+)\((\w+): f32, (\w+): f32\) -> (\w+) {", r"static inline \4 \1(f32 \2, f32 \3) {", text, flags=re.M
-    )
-    text = re.sub(r"let (\w+)(?:: f32)? =", r"const auto \1 =", text)
-    text = re.sub(r"\b(\d+\.\d+)(?![\w.])", r"\1f", text)
-    assert "fn " not in text
-    assert "let " not in text
-    source = c_driver(form, f"{SHIMS}typedef float f32;\n{text}", suffix="")
-    return c_program(directory, form, "c++17", source, SHIM_FLAGS)
-
-
-class OnDevice:
-    """A compute shader, run by wgpu on whatever device it finds, which may be a CPU."""
-
-    def __init__(self, form, shader):
-        self.form, self.shader = form, shader
-
-    def __call__(self, speed, beta):
-        from wgpu.utils.compute import compute_with_buffers
-
-        count = len(calls(self.form, ""))
-        inputs = {0: speed.astype(np.float32), 1: beta.astype(np.float32)}
-        out = compute_with_buffers(inputs, {2: (count * len(speed), "f")}, self.shader, n=len(speed))
-        return by_name(self.form, np.frombuffer(out[2], dtype=np.float32).reshape(len(speed), count))
-
-
-def wgpu():
-    found = pytest.importorskip("wgpu", reason="wgpu is not installed")
-    try:
-        found.gpu.request_adapter_sync()
-    except Exception as reason:  # whatever the driver raises
-        pytest.skip(f"wgpu finds no device: {reason}")
-
-
-def wgsl(directory, form):
-    wgpu()
-    count = len(calls(form, ""))
-    body = "\n".join(
-        f"    r[{count}u * id.x + {i}u] = {call};"
-        for i, call in enumerate(calls(form, "{}(s[id.x], b[id.x])", "viscopade_"))
-    )
-    shader = f"""{made("wgsl")}
-@group(0) @binding(0) var<storage, read> s: array<f32>;
-@group(0) @binding(1) var<storage, read> b: array<f32>;
-@group(0) @binding(2) var<storage, read_write> r: array<f32>;
-@compute @workgroup_size(1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
-{body}
-}}
-"""
-    return OnDevice(form, shader)
-
-
-def glsl(directory, form):
-    wgpu()
-    compile_glsl(directory, form)
-    return OnDevice(form, (directory / "t.spv").read_bytes())
-
-
-def compile_glsl(directory, form):
-    count = len(calls(form, ""))
-    body = "\n".join(
-        f"    r[{count}u * i + {j}u] = {call};" for j, call in enumerate(calls(form, "{}(s[i], b[i])", "viscopade_"))
-    )
-    (directory / "t.comp").write_text(
-        f"""#version 450
-{made("glsl")}
-layout(local_size_x = 1) in;
-layout(std430, set = 0, binding = 0) readonly buffer S {{ float s[]; }};
-layout(std430, set = 0, binding = 1) readonly buffer B {{ float b[]; }};
-layout(std430, set = 0, binding = 2) buffer R {{ float r[]; }};
-void main() {{
-    uint i = gl_GlobalInvocationID.x;
-{body}
-}}
-"""
-    )
-    command = [tool("glslangValidator"), "-V", "t.comp", "-o", "t.spv"]
-    subprocess.run(command, check=True, capture_output=True, cwd=directory)
-
-
-def julia_translated(directory, form):
-    return JuliaInPython(form)
-
-
-class JuliaInPython:
-    """The functions of the Julia module, line by line as Python, with NumPy's numbers of one type."""
-
-    def __init__(self, form):
-        self.form, kind = form, "Float64" if form == "double" else "Float32"
-        text = re.sub(r"#.*", "", made("julia"))
-        text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", text)
-        text = re.sub(r"return w > largest \? largest : w", "return largest if w > largest else w", text)
-        text = re.sub(r"if !\((.*)\)", r"if not (\1):", text.replace("&&", "and"))
-        text = re.sub(r"(\w+ = )(-?\d[\d.e+-]*)$", r"\1number(\2)", text, flags=re.M)
-        blocks = re.findall(rf"function (\w+)\(([^)]*::{kind})\)\n(.*?)^end", text, re.M | re.S)
-        lines = [
-            f"def {name}({arguments.replace(f'::{kind}', '')}):\n{body.replace('    end', '')}"
-            for name, arguments, body in blocks
-        ]
-        number = TYPES[form]
-        self.names = {"number": number, "NaN": math.nan, kind: number, "log2": np.log2, "exp2": np.exp2}
-        exec("\n".join(lines), self.names)
-
-    def __call__(self, speed, beta):
-        with np.errstate(all="ignore"):
-            columns = [
-                [self.names[f"{f}_{name_of(k)}"](s, b) for k, f in itertools.product(having(self.form), FUNCTIONS)]
-                for s, b in zip(TYPES[self.form](speed), TYPES[self.form](beta), strict=True)
-            ]
-        return by_name(self.form, np.array(columns))
-
-
-IEEE = {
-    "C": host,
-    "C++": host_cxx,
-    "nvcc, host": host_nvcc,
-    "JavaScript": javascript,
-    "Fortran": fortran,
-    "Rust": rust,
-    "Julia": julia,
-    "Julia as Python": julia_translated,
-    "C++14 policy": policy,
-    "C++17 policy": policy_17,
-    "JAX": jax,
-    "Numba": numba,
-    "Warp": warp,
-}
-SHADERS = {"GLSL": glsl, "GLSL as C++": glsl_translated, "WGSL": wgsl, "WGSL as C++": wgsl_translated}
-RUNNERS = IEEE | SHADERS
-ONLY = {"JavaScript": "double", **dict.fromkeys(SHADERS, "float")}
-EACH = [(name, form) for name in RUNNERS for form in FORMS if ONLY.get(name, form) == form]
-EACH_IEEE = [(name, form) for name, form in EACH if name in IEEE]
+def code(target, form):
+    """Return the file of a target with all functions for a form."""
+    functions = tuple(of_kernel(*pair) for pair in itertools.product(having(form), FUNCTIONS))
+    return Code(made(target), functions, form, 2)
 
 
 @pytest.fixture(scope="module")
@@ -717,14 +286,14 @@ def runner(tmp_path_factory):
 
     @cache
     def ready(name, form):
-        found = RUNNERS[name](tmp_path_factory.mktemp("language"), form)
-        return found if callable(found) else lambda speed, beta: run(found, form, speed, beta)
+        language = COMPACT[name]
+        return language.run(tmp_path_factory.mktemp("language"), code(language.target, form))
 
     return ready
 
 
 def machine_of(name, form):
-    return SHADER if name in SHADERS else LIBRARY[form]
+    return SHADER if COMPACT[name].is_shader else LIBRARY[form]
 
 
 def inputs(form, low, high, size, seed=7):
@@ -757,7 +326,7 @@ def test_results_are_within_the_bounds(runner, name, form):
         bound = float(Fraction(variant.certificate.bound))
         rounding = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine_of(name, form))
         for function in FUNCTIONS:
-            result = np.float64(found[name_of(kernel), function])
+            result = np.float64(found[of_kernel(kernel, function)])
             of_formula = bound * (1 + bound / 2) if function == "dissipation" else bound * np.minimum(1, 1 / eps - 1)
             allowed = of_formula + float(rounding[function].everywhere) * (1 + bound) + OF_REFERENCE
             error = np.abs(result / true[function] - 1)
@@ -797,7 +366,7 @@ def test_special_values(runner, name, form):
     if name == "JAX":  # subnormal numbers are 0
         cases = [(s, b, (1, 0, None) if s == tiny else wanted) for s, b, wanted in cases]
     for kernel in having(form):
-        results = {function: found[name_of(kernel), function] for function in FUNCTIONS}
+        results = {function: found[of_kernel(kernel, function)] for function in FUNCTIONS}
         least = results["restitution"][-1]
         assert 0 < least < (1e-89 if form == "double" else 2e-12)
         for i, (_, _, wanted) in enumerate(cases):
@@ -823,7 +392,7 @@ def test_special_values_of_shaders(runner, name):
     speed, beta = (np.array(column, dtype=np.float32) for column in zip(*cases, strict=True))
     found = runner(name, "float")(speed, beta)
     for kernel in having("float"):
-        eps, loss = (found[name_of(kernel), function] for function in ("restitution", "dissipation"))
+        eps, loss = (found[of_kernel(kernel, function)] for function in ("restitution", "dissipation"))
         assert (eps[:6] == 1).all()
         assert (loss[:6] == 0).all()
         assert eps[6] == eps[7]
@@ -837,9 +406,9 @@ def test_eps_is_never_beyond_its_range(runner, form):
     bits = np.random.default_rng(9).integers(0, 2 ** (63 if form == "double" else 31), 20_000).astype(BITS[form])
     speed = bits.view(TYPES[form])
     speed = speed[speed >= 0]
-    found = runner("C", form)(speed, np.full(len(speed), 1.3))
+    found = runner("CUDA, host", form)(speed, np.full(len(speed), 1.3))
     for kernel in having(form):
-        eps, loss = (found[name_of(kernel), function] for function in ("restitution", "dissipation"))
+        eps, loss = (found[of_kernel(kernel, function)] for function in ("restitution", "dissipation"))
         assert ((eps > 0) & (eps <= 1)).all()
         assert ((loss >= 0) & (loss <= 1 + 2 * np.finfo(TYPES[form]).eps)).all()
 
@@ -848,10 +417,10 @@ def test_the_header_agrees_with_the_one_for_v_star(runner, tmp_path):
     """viscopade_half_line.h takes cbrt of v*, the header here a thirtieth power of w."""
     library = compiled.build(tmp_path, [lacunary_code.render_c(kernels(), COMMAND)])
     speed, beta = inputs("double", -100, 40, 2000)
-    found = runner("C", "double")(speed, beta)
+    found = runner("CUDA, host", "double")(speed, beta)
     for kernel in kernels():
         other = np.array([library[f"restitution_{kernel.name}"](s, b) for s, b in zip(speed, beta, strict=True)])
-        ulps = np.abs(found[name_of(kernel), "restitution"] - other) / np.spacing(other)
+        ulps = np.abs(found[of_kernel(kernel, "restitution")] - other) / np.spacing(other)
         assert ulps.max() <= 60
 
 
@@ -861,14 +430,14 @@ def test_results_do_not_depend_on_contraction(tmp_path, runner):
     with open("/proc/cpuinfo") if os.path.exists("/proc/cpuinfo") else open(os.devnull) as file:
         flags += ["-mfma"] if " fma " in file.read() else []
     speed, beta = inputs("float", -100, 40, 3000)
-    found = run(host(tmp_path, "float", flags=flags), "float", speed, beta)
+    found = languages.of_c(tmp_path, code("cuda", "float"), flags=flags)(speed, beta)
     _, true = exact("float", speed, beta)
     for kernel in having("float"):
         variant = kernel.variant(FLOAT)
         rounding = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])[
             "restitution"
         ].everywhere
-        error = np.abs(found[name_of(kernel), "restitution"] / true["restitution"] - 1)
+        error = np.abs(found[of_kernel(kernel, "restitution")] / true["restitution"] - 1)
         assert error.max() <= float(variant.certificate.bound) + float(rounding) * 1.001
 
 
@@ -877,7 +446,7 @@ def test_results_do_not_depend_on_contraction(tmp_path, runner):
 
 @pytest.mark.parametrize("standard", [s for s in compiled.STANDARDS if s not in ("c99", "c++98")])
 def test_the_header_is_c_and_cxx(tmp_path, standard):
-    host(tmp_path, "double", standard)
+    languages.of_c(tmp_path, code("cuda", "double"), standard)
 
 
 MATERIALS = """
@@ -903,7 +472,7 @@ int main()
 @pytest.mark.parametrize("standard", ["c++14", "c++17"])
 def test_a_policy_knows_beta_when_compiled_or_when_started(tmp_path, standard):
     (tmp_path / "viscopade_policy.hpp").write_text(made("cpp-policy"))
-    command = c_program(tmp_path, "double", standard, MATERIALS)
+    command = languages.c_program(tmp_path, standard, MATERIALS)
     *truths, eps = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     assert truths == ["1"] * 3
     assert float(eps) == pytest.approx(float(vp.restitution(2.0, 1.307)), rel=3e-8)
@@ -953,4 +522,4 @@ def test_the_gpu_benchmark_compiles(tmp_path):
 
 
 def test_glsl_compiles(tmp_path):
-    compile_glsl(tmp_path, "float")
+    languages.compile_glsl(tmp_path, code("glsl", "float"))

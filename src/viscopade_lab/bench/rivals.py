@@ -40,13 +40,12 @@ def contenders(speeds: SpeedRange) -> list[Contender]:
         _formula(
             COPY, "scaled copy, out[i] = s v[i]", lambda form: "beta * speed", lambda v, beta: beta * v, group="limit"
         ),
-        _formula(
-            "pow", "libm's pow alone, v^(1/10)", lambda form: _power(form, "0.1"), lambda v, _: v**0.1, group="limit"
-        ),
+        _formula("pow", "libm's pow alone, v^(1/10)", _tenth_root, lambda v, _: v**0.1, group="limit"),
         _truncated_series(),
         _quotient((1, 4), "pow+[1/4]"),
         _quotient((3, 6), PADE),
         _quotient((3, 6), f"{PADE}-fast", fast_math=True),
+        _quotient((3, 6), "exp-log+[3/6]-fast", fast_math=True, root=_exp_log),
         _fit(speeds),
         _table(speeds, "table", logarithmic=False),
         _table(speeds, "log-table", logarithmic=True),
@@ -56,6 +55,19 @@ def contenders(speeds: SpeedRange) -> list[Contender]:
     ]
 
 
+def _power(form: Format, exponent: str) -> str:
+    return f"pow{form.suffix}(speed, {form.literal(exponent)})"
+
+
+def _tenth_root(form: Format) -> str:
+    return _power(form, "0.1")
+
+
+def _exp_log(form: Format) -> str:
+    """Return the tenth root without `pow`, for which vector libraries have faster code."""
+    return f"exp{form.suffix}({form.literal('0.1')} * log{form.suffix}(speed))"
+
+
 def _formula(
     ident: str,
     label: str,
@@ -63,18 +75,16 @@ def _formula(
     expected: Expected,
     *,
     v_star: bool = False,
+    root: Callable[[Format], str] = _tenth_root,
     group: Group = "rival",
     **options: Any,
 ) -> Contender:
     """Return a contender of one expression in `speed` and `beta`, or in `v_star`; `options` are its other fields."""
     name = "".join(character if character.isalnum() else "_" for character in ident)
-    source = render("formula.c.jinja", name=name, v_star=v_star, expression=expression, formats=tuple(FORMATS.values()))
+    formats = tuple(FORMATS.values())
+    source = render("formula.c.jinja", name=name, v_star=v_star, root=root, expression=expression, formats=formats)
     scalar = f"rival_{name}"
     return Contender(ident, label, group, expected, source, scalar=scalar, takes_root=v_star, **options)
-
-
-def _power(form: Format, exponent: str) -> str:
-    return f"pow{form.suffix}(speed, {form.literal(exponent)})"
 
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
@@ -100,18 +110,21 @@ def _truncated_series() -> Contender:
     )
 
 
-def _quotient(degrees: tuple[int, int], ident: str, *, fast_math: bool = False) -> Contender:
+def _quotient(
+    degrees: tuple[int, int], ident: str, *, fast_math: bool = False, root: Callable[[Format], str] = _tenth_root
+) -> Contender:
     a, b = TABLE[degrees]
-    label = "pow + paper's [{}/{}]".format(*degrees)
+    label = "{} + paper's [{}/{}]".format("pow" if root is _tenth_root else "exp and log", *degrees)
     return _formula(
         ident,
         label + (", -ffast-math" if fast_math else ", 6 digits"),
         lambda form: f"({_polynomial(form, a)}) / ({_polynomial(form, b)})",
         lambda speed, beta: _value(a, spheres.v_star(speed, beta)) / _value(b, spheres.v_star(speed, beta)),
         v_star=True,
+        root=root,
         fast_math=fast_math,
         measures=ARRAY if fast_math else MEASURES,
-        note="with the vector pow of libmvec, where the compiler and libm have one" if fast_math else "",
+        note="with the vector functions of libmvec, where the compiler and libm have them" if fast_math else "",
     )
 
 
