@@ -102,9 +102,7 @@ C_DRIVER = """
 int main(void)
 {{
     {integer} bits[2], r;
-    {type} x, y, result;
-    y = 0;
-    (void)y;
+    {type} {names}, result;
     while ({read}) {{
         memcpy(&x, &bits[0], sizeof x);
         {second}
@@ -125,7 +123,10 @@ def c_driver(code: Code, include: str, calls: Sequence[str]) -> str:
     places = ", ".join(f"&bits[{i}]" for i in range(code.arity))
     read = f'scanf("{" ".join([f"%{length}x"] * code.arity)}", {places}) == {code.arity}'
     second = "memcpy(&y, &bits[1], sizeof y);" if code.arity == 2 else ""
-    return C_DRIVER.format(include=include, integer=integer, type=code.form, read=read, second=second, body=body)
+    names = ", ".join(NAMES[: code.arity])
+    return C_DRIVER.format(
+        include=include, integer=integer, type=code.form, names=names, read=read, second=second, body=body
+    )
 
 
 def c_program(directory: Path, standard: str, source: str, flags: Sequence[str] = ()) -> list[str]:
@@ -275,8 +276,8 @@ end
 def of_julia_translated(_: Path, code: Code) -> Compute:
     """Run the functions of a Julia module, line by line as Python, with NumPy's numbers of one type."""
     number, kind = code.kind, "Float64" if code.form == "double" else "Float32"
-    text = re.sub(r"\s*\n {8,}(?=\S.*\))", " ", re.sub(r"#.*", "", code.text)) if code.arity == 1 else code.text
-    text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", re.sub(r"#.*", "", text))
+    text = re.sub(r"\n {12,}", " ", re.sub(r"#.*", "", code.text))  # lines of one expression
+    text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", text)
     text = re.sub(r"return w > largest \? largest : w", "return largest if w > largest else w", text)
     text = re.sub(r"if !\((.*)\)", r"if not (\1):", text.replace("&&", "and"))
     text = re.sub(r"(\w+ = )(-?\d[\d.e+-]*)$", r"\1number(\2)", text, flags=re.M)

@@ -2,9 +2,6 @@
 
 import json
 import re
-import shutil
-import subprocess
-import sys
 from fractions import Fraction
 from functools import cache
 
@@ -24,7 +21,6 @@ from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
-from viscopade.scene.runners import find_tool
 from viscopade.theory.law import law_of
 
 LAWS = {"hunt-crossley": nu_1, "linear": lambda kappa: nu_2(kappa / 2, "force")}
@@ -133,119 +129,7 @@ def test_a_quotient_without_the_limit_is_refused():
         cheapest.cheapest_fit("1e-3", "inf")
 
 
-# --- languages --------------------------------------------------------------------------------------------------------
-
-POINTS = (0.0, 2.0**-30, 0.125, 1.0, 1.5, 1.96875, 2.0)
-OUTSIDE = (-1.0, 2.5)
-DRIVERS = {
-    "cuda": '#include <cstdio>\n#include <initializer_list>\n#include "{file}"\n'
-    "int main() {{ for (double x : {{{points}}}) "
-    'std::printf("%.17g %.9g\\n", viscopade_{name}(x), viscopade_{name}f((float)x)); }}',
-    "cpp-policy": '#include <cstdio>\n#include <initializer_list>\n#include "{file}"\n'
-    "int main() {{ for (double x : {{{points}}}) "
-    'std::printf("%.17g %.9g\\n", viscopade::{name}(x), viscopade::{name}((float)x)); }}',
-    "fortran": "program check\n use viscopade\n use, intrinsic :: iso_fortran_env\n implicit none\n integer :: i\n"
-    " real(real64) :: x({number}) = [{points}]\n do i = 1, {number}\n"
-    "  print *, {name}_r64(x(i)), {name}_r32(real(x(i), real32))\n end do\nend program",
-    "rust": '#[path = "{file}"] mod scene;\nfn main() {{ for x in [{points}] {{ let x: f64 = x; '
-    'println!("{{:e}} {{:e}}", scene::{name}(x), scene::{name}_f32(x as f32)); }} }}',
-    "javascript": 'import {{ {name} }} from "./{file}";\n'
-    "for (const x of [{points}]) console.log({name}(x));",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("language", DRIVERS)
-def test_every_language_computes_the_same(tmp_path, language):
-    of, given = kernel("hunt-crossley"), (*POINTS, *OUTSIDE)
-    rows = run_in(tmp_path, language, request("hunt-crossley").render(language), f"epsilon_{of.name}", given)
-    assert len(rows) == len(given)
-    for v_star, row in zip(given, rows, strict=True):
-        for found, form in zip(row, (DOUBLE, FLOAT), strict=False):
-            if v_star in OUTSIDE:
-                assert np.isnan(found)
-            else:
-                allowed = float(of.variant(form).rounding)
-                assert found == pytest.approx(float(quotient(of, form, mpf(v_star))), rel=allowed)
-
-
-def run_in(tmp_path, language, text, name, given):
-    """Return what a function of a language's file gives, a row for each argument: (double,) or (double, float)."""
-    target = target_of(language)
-    file = f"laws{target.suffix}"
-    if text is not None:
-        (tmp_path / file).write_text(text)
-    written = [f"{x!r}_real64" if language == "fortran" else repr(x) for x in given]
-    comma = ", &\n   " if language == "fortran" else ", "
-    driver = DRIVERS[language].format(file=file, name=name, points=comma.join(written), number=len(given))
-    main = tmp_path / f"driver{target.runner.ending}"
-    main.write_text(driver)
-    tool = find_tool(target.runner)
-    if tool is None:
-        pytest.skip(f"none of {', '.join(target.runner.tools)} is installed")
-    words = {"{driver}": main.name, "{file}": file, "{program}": "driver.exe"}
-    for line in (target.runner.build, target.runner.start):
-        if line:
-            command = [part for word in line for part in (tool.words if word == "{tool}" else [words.get(word, word)])]
-            command = ["./driver.exe" if word.startswith("./") else word for word in command]
-            done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-            assert not done.returncode, done.stderr
-    return [[float(x) for x in row.split()] for row in done.stdout.replace("-nan", "nan").split("\n") if row]
-
-
-@pytest.mark.parametrize("standard", ["c99", "c++17"])
-def test_the_header_for_c(tmp_path, standard):
-    of = kernel("hunt-crossley")
-    functions = compiled.build(tmp_path, [request("hunt-crossley").render("c")], standard)
-    assert sorted(functions) == [f"epsilon_{of.name}", f"epsilon_{of.name}f"]
-    for v_star in POINTS:
-        found = functions[f"epsilon_{of.name}"](v_star)
-        assert found == pytest.approx(float(quotient(of, DOUBLE, mpf(v_star))), rel=float(of.variant(DOUBLE).rounding))
-    assert np.isnan(functions[f"epsilon_{of.name}"](-1.0))
-
-
-def test_the_module_for_python(tmp_path):
-    of = kernel("linear")
-    (tmp_path / "laws.py").write_text(request("linear").render("python"))
-    program = f"import laws; print([laws.epsilon_{of.name}(x) for x in {POINTS}], hasattr(laws, '_v_star'))"
-    done = subprocess.run([sys.executable, "-W", "error", "-c", program], cwd=tmp_path, capture_output=True, text=True)
-    assert done.stdout.endswith("] False\n"), done.stderr
-    found = json.loads(done.stdout.split("]")[0] + "]")
-    assert found == pytest.approx([float(quotient(of, DOUBLE, mpf(x))) for x in POINTS], rel=1e-14)
-
-
-def test_glsl_compiles(tmp_path):
-    tool = shutil.which("glslangValidator")
-    if tool is None:
-        pytest.skip("glslangValidator is not installed")
-    of = kernel("hunt-crossley")
-    text = request("hunt-crossley").render("glsl")
-    shader = (
-        "#version 450\nlayout(binding = 0) buffer data {{ float x[]; }};\n{}\n"
-        "void main() {{ x[0] = viscopade_{}(x[0]); }}"
-    )
-    (tmp_path / "check.comp").write_text(shader.format(text, f"epsilon_{of.name}"))
-    done = subprocess.run([tool, "-V", "check.comp", "-o", "check.spv"], cwd=tmp_path, capture_output=True, text=True)
-    assert not done.returncode, done.stdout
-
-
-@pytest.mark.parametrize("language", ["jax", "numba", "warp"])
-def test_packages_of_python(tmp_path, language):
-    pytest.importorskip(language)
-    of = kernel("hunt-crossley")
-    (tmp_path / "laws.py").write_text(request("hunt-crossley").render(language))
-    name = f"epsilon_{of.name}"
-    programs = {
-        "jax": "import jax; jax.config.update('jax_enable_x64', True)\n"
-        f"import laws; print([float(laws.{name}(x)) for x in {POINTS}])",
-        "numba": f"import laws; print([float(laws.{name}(x)) for x in {POINTS}])",
-        "warp": "import warp as wp, laws\n@wp.kernel\ndef run(x: wp.array(dtype=wp.float64)):\n    i = wp.tid()\n"
-        f"    x[i] = laws.{name}(x[i])\nx = wp.array({POINTS}, dtype=wp.float64, device='cpu')\n"
-        "wp.launch(run, dim=len(x), inputs=[x], device='cpu')\nprint(x.numpy().tolist())",
-    }
-    (tmp_path / "main.py").write_text(programs[language])
-    done = subprocess.run([sys.executable, "main.py"], cwd=tmp_path, capture_output=True, text=True)
-    found = json.loads(done.stdout.splitlines()[-1])
-    assert found == pytest.approx([float(quotient(of, DOUBLE, mpf(x))) for x in POINTS], rel=1e-14)
+# --- texts and numbers ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("language", [target.name for target in targets() if target.compact])
@@ -380,60 +264,6 @@ def test_an_inverse_formula_with_another_limit_has_no_proof():
     wrong = LacunaryQuotient(Powers((0, 1), (0, 1)), (Fraction(3, 2), Fraction(1)), (Fraction(1), Fraction(-1)))
     with pytest.raises(ArithmeticError, match="no bound was found"):
         prove_law.prove_inverse_by_panels(exact_formulas.inverse_formula(wrong, form), form, law, Fraction(0))
-
-
-EPSILONS = (1.0, 1 - 2.0**-30, 0.875, 0.625, 0.5, 0.3125, 0.0625, 2.0**-8)
-NO_EPSILONS = (-0.5, 0.0, 1.5)
-
-
-def check_inverse_rows(of, rows, loss=False):
-    """Compare results of code of eps or 1 - eps, rows (double,) or (double, float), with the formula."""
-    for epsilon, row in zip((*EPSILONS, *NO_EPSILONS), rows, strict=True):
-        for found, form in zip(row, (DOUBLE, FLOAT), strict=False):
-            at = Fraction(epsilon) if loss else Fraction(form.nearest(Fraction(epsilon)))
-            if epsilon in NO_EPSILONS:
-                assert np.isnan(found)
-            elif at == 1:
-                assert found == 0
-            else:
-                with mp.workdps(40):
-                    e = mpf(at.numerator) / at.denominator
-                    true = inverted(of, form, e, 1 - e)
-                assert found == pytest.approx(float(true), rel=float(of.variant(form).rounding("v_star")))
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("language", DRIVERS)
-def test_every_language_inverts_the_same(tmp_path, language, law):
-    of = inverse_kernel(law)
-    given = (*EPSILONS, *NO_EPSILONS)
-    rows = run_in(tmp_path, language, inverse_request(law).render(language), f"v_star_{of.name}", given)
-    check_inverse_rows(of, rows)
-    losses = [1 - x for x in given]
-    check_inverse_rows(of, run_in(tmp_path, language, None, f"v_star_from_loss_{of.name}", losses), loss=True)
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("standard", ["c99", "c++17"])
-def test_the_inverse_header_for_c(tmp_path, standard, law):
-    of = inverse_kernel(law)
-    functions = compiled.build(tmp_path, [inverse_request(law).render("c")], standard)
-    assert not [name for name in functions if "beta" in name]
-    name = f"v_star_{of.name}"
-    check_inverse_rows(of, [(functions[name](x), functions[f"{name}f"](x)) for x in (*EPSILONS, *NO_EPSILONS)])
-    tiny = functions[f"v_star_from_loss_{of.name}"](2.0**-1000)
-    assert tiny == pytest.approx(of.variant(DOUBLE).a[0] * 2.0**-1000, rel=1e-14)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_the_inverse_module_for_python(tmp_path, law):
-    of = inverse_kernel(law)
-    (tmp_path / "laws.py").write_text(inverse_request(law).render("python"))
-    program = f"import laws; print([laws.v_star_{of.name}(x) for x in {EPSILONS}])"
-    done = subprocess.run([sys.executable, "-W", "error", "-c", program], cwd=tmp_path, capture_output=True, text=True)
-    assert done.stdout, done.stderr
-    rows = [(x,) for x in json.loads(done.stdout)] + [(np.nan,)] * len(NO_EPSILONS)
-    check_inverse_rows(of, rows)
 
 
 def test_inverse_vectors_are_exact():
