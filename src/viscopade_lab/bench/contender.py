@@ -68,6 +68,8 @@ class Contender:
         Of what function that is: eps of the speed, or eps of a v*, so that the rounding of v* comes on top.
     note : str
         What the reader must know of the error.
+    before : str
+        C code ahead of the headers.
     fast_math : bool
         Build the array function with -ffast-math, too.
     valid : (float, float) or None
@@ -96,6 +98,7 @@ class Contender:
     proven: Mapping[str, str] = field(default_factory=dict)
     proven_of: ProvenOf = "speed"
     note: str = ""
+    before: str = ""
     fast_math: bool = False
     valid: tuple[float, float] | None = None
     most: int = 1 << 40

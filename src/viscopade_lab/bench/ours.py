@@ -29,6 +29,7 @@ MINIMAX_END = 5.0
 
 _NAME = re.compile(r"\bdouble viscopade_restitution_(\w+)\(double speed, double beta\)")
 _LOOKUP = "lookup_"
+_GATHER = "#define VISCOPADE_OPAQUE(index) ((void)0)"  # what keeps compilers from gathers is taken away
 # Half an ulp of float, and less than a thousandth of it for what double is off.
 _ROUNDED_TO_FLOAT = "0.501 ulp"
 
@@ -99,10 +100,11 @@ def _of_tier(tier: str, file: str, text: str, speeds: SpeedRange) -> list[Conten
     )
     if tier != WITH_PAIRS:
         return [main]
-    pair, each = (f"viscopade_restitution_{how}_{name}" for how in ("by_pair", "each"))
     arrays = replace(main, scalar="", measures=ARRAY)
+    pair, each = (f"viscopade_restitution_{how}_{name}" for how in ("by_pair", "each"))
     return [
         main,
+        replace(arrays, id=f"{main.id}-gather", label=f"{label}, rows by gather instructions", before=_GATHER),
         replace(arrays, id=f"{main.id}-by-pair", label=f"{label}, beta of {PAIRS} pairs", array=pair, beta="pair"),
         replace(arrays, id=f"{main.id}-each", label=f"{label}, beta of each", array=each, beta="each"),
     ]

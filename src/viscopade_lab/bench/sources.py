@@ -28,5 +28,10 @@ def unit(contender: Contender, library: Library) -> str:
     if not loops:
         return ""
     return render(
-        "unit.c.jinja", marker=marker_line(COMMAND), headers=contender.headers, source=contender.source, loops=loops
+        "unit.c.jinja",
+        marker=marker_line(COMMAND),
+        before=contender.before,
+        headers=contender.headers,
+        source=contender.source,
+        loops=loops,
     )
