@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
 from functools import cache
+from operator import itemgetter
 from typing import NamedTuple, TypeVar, get_args
 
 from viscopade import arguments
@@ -31,7 +32,6 @@ LOOSER = 2  # a float's bound may exceed that of the double by this factor
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
-SAFE = Fraction(51, 50)  # a proven bound, rounded up to three digits, exceeds the sampled error by less
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
 
 SOURCES = {
@@ -176,19 +176,30 @@ def _first(
 
     Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
     """
-    best = Fraction(1)
+    best, missed = Fraction(1), []
     for error, choice in candidates:
-        best = min(best, Fraction(error) * SAFE)
         if error > wanted:
+            missed.append((error, choice))
             continue
-        kernel = make(choice)
-        total = kernel.variant(DOUBLE).total(kernel.checked)
+        total = _total(make, choice)
         if total <= wanted:
             return choice
         best = min(best, total)
+    for error, choice in sorted(missed, key=itemgetter(0)):  # the nearest miss that has a proof, for the message
+        if best < 1 or error >= best:
+            break
+        best = min(best, _total(make, choice))
     raise ValueError(
         f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
     )
+
+
+def _total(make: Callable[[Choice], HalfLineKernel | InverseKernel], choice: Choice) -> Fraction:
+    """Return the proven error of a choice's kernel in type double, with rounding; 1 without a proof."""
+    with suppress(ArithmeticError):
+        kernel = make(choice)
+        return kernel.variant(DOUBLE).total(kernel.checked)
+    return Fraction(1)
 
 
 def _on_whole(law: Law) -> Iterator[tuple[float, Powers]]:
