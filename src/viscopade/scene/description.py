@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.simulators.setup import SI, Units
-from viscopade.theory.law import Law, law_of
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
     from viscopade.kernels.targets.language import Target
@@ -273,7 +273,15 @@ class Scene:
         return material.sphere(body.sizes.typical if radius is None else radius)
 
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
-        """Return the pair of bodies that meet, with their typical radii unless radii are given."""
+        """Return the pair of bodies that meet, with their typical radii unless radii are given.
+
+        Raises
+        ------
+        ValueError
+            If the scene has another law than the paper's: its bodies have no radii.
+        """
+        if self.contact_law != VISCOELASTIC:
+            raise ValueError(f"law is {self.law!r}: accepted here is a scene of viscoelastic spheres, without law")
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
         return with_constant(Pair(*spheres), meeting.dissipative_constant)
 

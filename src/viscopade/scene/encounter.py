@@ -194,8 +194,6 @@ def encounters(scene: Scene) -> list[Encounter]:
     ValueError
         If the scene has another law, or physical properties of a pair are beyond double precision.
     """
-    if scene.contact_law != VISCOELASTIC:
-        raise ValueError(f"{scene.source}: law is {scene.law!r}: accepted here are viscoelastic spheres, without a law")
     return [_encounter(scene, meeting) for meeting in scene.meetings]
 
 
