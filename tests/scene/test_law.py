@@ -60,6 +60,11 @@ def test_v_star_falls_with_the_speed_if_nu_is_above_2():
     assert float(found.epsilon[1]) == pytest.approx(0.8)  # at the fastest
 
 
+def test_a_v_star_beyond_all_bounds_is_refused():
+    with pytest.raises(ValueError, match=r"v\* of foot-floor is from .* accepted is 1e-30 to 1e30"):
+        impacts(read.from_toml(toml(top="speed = { min = 1, max = 1e300 }"), "law.toml"))
+
+
 # --- kernels ----------------------------------------------------------------------------------------------------------
 
 
@@ -153,12 +158,14 @@ def test_tables_have_kappa_in_place_of_v_star():
     ("more", "message"),
     [
         ({"law": "hertz"}, "law is 'hertz': accepted is viscoelastic, linear"),
+        ({"law": "1/100,10"}, r"law\.toml: the exponents 1/100,10 have too large denominators"),
         ({"contact": ""}, r"contact\[0\]: restitution and kappa: neither given, accepted is one of them"),
         ({"contact": f"{KNOWN}\nkappa = {{ value = 1, speed = 1 }}"}, "restitution and kappa: both given"),
         ({"contact": "dissipative_constant = 1"}, "dissipative_constant is not known: accepted are between, speed"),
         ({"contact": 'law = "tsuji"'}, "law is not known: accepted are between, speed, restitution, kappa"),
         ({"contact": "restitution = { epsilon = 1, speed = 1 }"}, "has no dissipation"),
         ({"contact": "kappa = { value = 0, speed = 1 }"}, "value is 0"),
+        ({"contact": "kappa = { value = 1, speed = 1e-309 }"}, "accepted is a kappa at 1 m/s that double precision"),
         ({"top": ""}, "speed is missing"),
         ({"top": "speed = { granular_temperature = 1 }"}, "granular_temperature is not known: accepted are min, max"),
         ({"top": f"{SPEEDS}\nmaterial = 1"}, "material is not known: accepted are name, title, law, contact"),

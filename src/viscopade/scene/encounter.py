@@ -25,6 +25,7 @@ from viscopade.theory.law import VISCOELASTIC, Law
 DIGITS = 20
 # Wider than what double precision does to beta and v*: the true range lies inside.
 _PADDING = Fraction(1, 10**12)
+LARGEST_LOG = 100.0  # of v*, more than what is accepted
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
 Interval = tuple[Fraction, Fraction]
@@ -94,7 +95,9 @@ class LawImpacts(Impacts):
     @cached_property
     def v_star(self) -> Interval:
         """The range of v*; for nu > 2 it falls with the speed."""
-        low, high = sorted(Fraction(self.factor * v ** float(self.of.power_of_speed)) for v in self.speeds[::2])
+        power, log = float(self.of.power_of_speed), math.log(self.factor)
+        ends = (min(max(log + power * math.log(v), -LARGEST_LOG), LARGEST_LOG) for v in self.speeds[::2])
+        low, high = sorted(Fraction(math.exp(end)) for end in ends)
         return low * (1 - _PADDING), high * (1 + _PADDING)
 
     def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -6,6 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
@@ -64,8 +65,12 @@ def from_toml(content: bytes | str, source: str) -> Scene:
         One line that names the file, the key, what is there and what is accepted.
     """
     whole = Node(source, "", _parsed(content, source)).only(*_TOP)
-    law = "viscoelastic" if (given := whole.get("law")) is None else given.text()
-    if _checked(whole, lambda: law_of(law)) != VISCOELASTIC:
+    law = "viscoelastic" if (given := whole.get("law")) is None else given.text().replace(" ", "")
+    try:
+        other = law_of(law) != VISCOELASTIC
+    except ValueError as error:
+        raise ValueError(f"{source}: {error}") from None
+    if other:
         return _of_law(whole, law)
     materials = {
         name: _material(node) for name, node in _named(whole.need("material", "one table or more, [material.NAME]"))
@@ -145,7 +150,11 @@ def _factor(node: Node, law: Law) -> float:
         if not kappa:
             raise ValueError(f"{node.source}: {known.key} has no dissipation, eps is 1: accepted is an epsilon < 1")
     speed = _required(known, "speed", "speed")
-    return float(kappa ** (1 / law.d) * speed ** -float(law.power_of_speed))
+    with suppress(OverflowError):
+        factor = float(kappa ** (1 / law.d)) * math.pow(speed, -law.power_of_speed)
+        if 0 < factor < math.inf:
+            return factor
+    raise known.refuse("a kappa at 1 m/s that double precision can hold")
 
 
 def _parsed(content: bytes | str, source: str) -> dict[str, object]:

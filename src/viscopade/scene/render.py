@@ -214,8 +214,10 @@ def _constant(scene: Scene, value: float) -> str:
     try:
         return number.constant(number.form.nearest(Fraction(value)))
     except (ValueError, OverflowError):
+        beta = f"beta, or beta times a radius, is {value:.3g} in {scene.units.beta}"
+        what = beta if damping_name(scene) == "beta" else f"a contact's factor is {value:.3g}"
         raise ValueError(
-            f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
+            f"{scene.source}: units: {what}: accepted are "
             f"units in which it is a normal number of type {number.form.name}"
         ) from None
 
