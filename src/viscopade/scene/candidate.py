@@ -262,7 +262,8 @@ class BestApproximant(Candidate):
     def errors(self) -> Errors:
         """Errors on the scene."""
         variant = self.kernel.variant(FORMATS[self.code.format])
-        bound, rounding = Fraction(variant.certificate.bound), Fraction(variant.rounding)
+        bound = Fraction(variant.certificate.bound)
+        rounding = Fraction(variant.rounding) * self._of_rounding(bound)
         of_v_star = self.of_v_star
         if variant.certificate.measure == "both":
             both, relative = bound * (1 + of_v_star) + of_v_star, rounding
@@ -274,6 +275,10 @@ class BestApproximant(Candidate):
     def of_v_star(self) -> Fraction:
         """What the rounding of v* adds to the errors of eps and 1 - eps, relatively."""
         return _of_v_star(self.code)
+
+    def _of_rounding(self, bound: Fraction) -> Fraction:
+        """Return eps at the rounded v* over eps, at most, but for the factor 1 + `of_v_star`."""
+        return Fraction(1)
 
     def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
@@ -301,6 +306,10 @@ class LawQuotient(BestApproximant):
     def of_v_star(self) -> Fraction:
         """The error of ln v* times the steepness of the quotient; twice, for terms of second order."""
         return 2 * self.in_speed * self.steepness if self.in_speed else Fraction(0)
+
+    def _of_rounding(self, bound: Fraction) -> Fraction:
+        """Return that of the quotient, whose steepness is known, times what it is off at either v*."""
+        return (1 + bound) / (1 - bound)
 
     @cached_property
     def steepness(self) -> Fraction:

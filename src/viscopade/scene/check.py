@@ -19,7 +19,7 @@ from viscopade.kernels.toolchain import ToolchainError
 from viscopade.scene import runners, shaders
 from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
-from viscopade.scene.encounter import Encounter, of_law
+from viscopade.scene.encounter import Encounter, restitution_of_law
 from viscopade.scene.render import damping, file_name, layout
 from viscopade.scene.units import Scale
 from viscopade.theory.law import VISCOELASTIC
@@ -180,7 +180,7 @@ def _collisions(choice: Choice) -> Collisions:
         v_star = wide[1] * wide[0] ** float(law.power_of_speed)
         argument = v_star.astype(speed.dtype) if by_v_star else given
         return Collisions(
-            speed, given, argument, pair, *of_law(law, argument.astype(np.float64) if by_v_star else v_star)
+            speed, given, argument, pair, *restitution_of_law(law, argument.astype(np.float64) if by_v_star else v_star)
         )
     if by_v_star:
         argument = _v_star(speed, given)

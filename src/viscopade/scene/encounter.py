@@ -102,10 +102,10 @@ class LawImpacts(Impacts):
 
     def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return eps and 1 - eps from the law's table."""
-        return of_law(self.of, v_star)
+        return restitution_of_law(self.of, v_star)
 
 
-def of_law(law: Law, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
+def restitution_of_law(law: Law, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return eps and 1 - eps of a law, to `curve.ERROR` (sampled)."""
     functions, kappa = curve(law), v_star**law.d
     return np.asarray(functions.epsilon(kappa)), np.asarray(functions.one_minus_epsilon(kappa))
