@@ -85,11 +85,13 @@ def cheapest_fit(
     )
 
 
-def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
+def most_accurate(
+    price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both", law: Law = VISCOELASTIC
+) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
-    degrees = (pair for pair in _candidates(interval, VISCOELASTIC) if cost(*pair) == price)
-    found = (_fit_or_none(m, n, interval, measure, VISCOELASTIC) for m, n in degrees)
+    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
+    degrees = (pair for pair in _candidates(interval, law) if cost(*pair) == price)
+    found = (_fit_or_none(m, n, interval, measure, law) for m, n in degrees)
     return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
 
 

@@ -6,27 +6,31 @@ import math
 import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import cast
 
 import numpy as np
+from flint import arb, arb_poly
 
 from viscopade.approximation import cheapest, minimax
 from viscopade.approximation.measure import Measure
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
-from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import expressions, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.rounding_bounds import BITS, of_factor
 from viscopade.kernels.registry import HOST, Entry, limits
+from viscopade.kernels.targets.languages import targets
 from viscopade.scene.cost import Operations, id_of
 from viscopade.scene.description import Code, Scene, Tolerance
-from viscopade.scene.encounter import Encounter, Interval
+from viscopade.scene.encounter import Encounter, Impacts, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
 from viscopade.scene.units import Scale
+from viscopade.theory.law import VISCOELASTIC, law_of
 
 LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
 STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
@@ -34,6 +38,7 @@ WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the spee
 LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
+PARTS = 1024  # of the range of v*, on each of which a quotient's steepness is enclosed
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 ULPS_OF_DISSIPATION = 3  # that the last sums and products of 1 - eps^2 add
 
@@ -44,11 +49,11 @@ class Candidate(ABC):
 
     Attributes
     ----------
-    encounters : sequence of Encounter
+    encounters : sequence of Impacts
         The pairs of the scene.
     """
 
-    encounters: Sequence[Encounter]
+    encounters: Sequence[Impacts]
 
     @property
     @abstractmethod
@@ -71,7 +76,7 @@ class Candidate(ABC):
         """The largest errors on the scene (proven), with rounding."""
 
     @abstractmethod
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the formula's eps for a pair, to find the place of its largest error."""
 
     @property
@@ -95,10 +100,10 @@ class Candidate(ABC):
         """
         return max(self._sampled(encounter, measure) for encounter in self.encounters)
 
-    def _sampled(self, encounter: Encounter, measure: str) -> tuple[float, float, str]:
+    def _sampled(self, encounter: Impacts, measure: str) -> tuple[float, float, str]:
         low, high = (float(v) for v in encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
-        eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
+        eps, loss = encounter.restitution(v_star)
         off = np.maximum(np.abs(self.epsilon(encounter, v_star) - eps) - NOISE * eps, 0.0)
         scale = {"epsilon": eps, "dissipation": loss * (1 + eps) / (2 * eps), "absolute": np.ones_like(eps)}[measure]
         i = int(np.argmax(off / scale))
@@ -149,7 +154,7 @@ class PairConstant(Candidate):
         assert found is not None
         return found
 
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the constant."""
         return np.full_like(v_star, float(self.values[list(self.encounters).index(encounter)]))
 
@@ -230,9 +235,15 @@ class BestApproximant(Candidate):
     @property
     def label(self) -> str:
         """The kernel in words."""
-        of_speed = ", v* by pow" if self.code.argument == "speed" else ""
+        of_speed = ", v* by pow" if self._by_pow else ""
         kind = "best series" if self.kernel.n == 0 else "best quotient"
-        return f"{kind} {self.kernel.label}{of_speed}"
+        everywhere = " for all v*" if self.kernel.interval is None else ""
+        return f"{kind} {self.kernel.label}{everywhere}{of_speed}"
+
+    @property
+    def _by_pow(self) -> bool:
+        """Whether v* is a power of the speed that takes pow."""
+        return self.code.argument == "speed" and self.kernel.law.power_of_speed not in (0, 1)
 
     @property
     def name(self) -> str:
@@ -245,21 +256,31 @@ class BestApproximant(Candidate):
         a, b = self.kernel.rounded(FORMATS[self.code.format])
         near, _ = formulas.epsilon_branches(formulas.dense(a=a, b=b))
         found = expressions.operations(near.program, near.results["epsilon"])
-        return Operations(found["+"] + found["*"], int(self.kernel.n > 0), int(self.code.argument == "speed"))
+        return Operations(found["+"] + found["*"], int(self.kernel.n > 0), int(self._by_pow))
 
     @cached_property
     def errors(self) -> Errors:
         """Errors on the scene."""
         variant = self.kernel.variant(FORMATS[self.code.format])
-        bound, rounding = Fraction(variant.certificate.bound), Fraction(variant.rounding)
-        of_v_star = _of_v_star(self.code)
+        bound = Fraction(variant.certificate.bound)
+        rounding = Fraction(variant.rounding) * self._of_rounding(bound)
+        of_v_star = self.of_v_star
         if variant.certificate.measure == "both":
             both, relative = bound * (1 + of_v_star) + of_v_star, rounding
         else:
             both, relative = of_v_star, bound + rounding
         return _worst(self.encounters, self.code, Bound(both, relative * (1 + of_v_star), _of_product(self.code)))
 
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
+    @property
+    def of_v_star(self) -> Fraction:
+        """What the rounding of v* adds to the errors of eps and 1 - eps, relatively."""
+        return _of_v_star(self.code)
+
+    def _of_rounding(self, bound: Fraction) -> Fraction:
+        """Return eps at the rounded v* over eps, at most, but for the factor 1 + `of_v_star`."""
+        return Fraction(1)
+
+    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
         a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (self.kernel.a, self.kernel.b))
         return np.asarray(a(v_star) / b(v_star))
@@ -267,6 +288,47 @@ class BestApproximant(Candidate):
     def request(self) -> requests.Request:
         """Return the request to `viscopade export` for this kernel."""
         return self.wanted
+
+
+@dataclass(frozen=True)
+class LawQuotient(BestApproximant):
+    """The candidate of a best approximant for another law than the paper's; also of a ready one for all v*.
+
+    Attributes
+    ----------
+    in_speed : Fraction
+        Bound of the error of ln v* if the kernel is given a speed.
+    """
+
+    in_speed: Fraction
+
+    @property
+    def of_v_star(self) -> Fraction:
+        """The error of ln v* times the steepness of the quotient; twice, for terms of second order."""
+        return 2 * self.in_speed * self.steepness if self.in_speed else Fraction(0)
+
+    def _of_rounding(self, bound: Fraction) -> Fraction:
+        """Return that of the quotient, whose steepness is known, times what it is off at either v*."""
+        return (1 + bound) / (1 - bound)
+
+    @cached_property
+    def steepness(self) -> Fraction:
+        """A bound of |d ln f/d ln v*| and |d ln(1 - f)/d ln v*| of the quotient f on the scene (proven)."""
+        low, high = interval(self.encounters, self.code)
+        a, b = (list(map(Fraction, c)) for c in self.kernel.rounded(FORMATS[self.code.format]))
+        a, b = (c + [Fraction(0)] * (max(len(a), len(b)) - len(c)) for c in (a, b))
+        d = self.kernel.law.d
+        with working(BITS):
+            n, q, s = (arb_poly(list(map(ball_of, c))) for c in (a, b, [y - x for x, y in zip(a, b, strict=True)][d:]))
+            steepest = arb(0)
+            for i in range(PARTS):
+                start, end = (ball_of(low + (high - low) * Fraction(j, PARTS)) for j in (i, i + 1))
+                x = start.union(end)
+                # x f'/f = x (N'/N - D'/D), and with D - N = x^d s: x f'/(1 - f) = x N'/D - N (d + x s'/s)/D
+                of_f = x * (n.derivative()(x) / n(x) - q.derivative()(x) / q(x))
+                of_rest = (x * n.derivative()(x) - n(x) * (d + x * s.derivative()(x) / s(x))) / q(x)
+                steepest = steepest.max(abs(of_f)).max(abs(of_rest))
+            return exact_middle(steepest.abs_upper()) if steepest.is_finite() else HOPELESS
 
 
 @dataclass(frozen=True)
@@ -334,7 +396,7 @@ class RegistryKernel(Candidate):
             found.append(Bound(both, last * (1 + both), loss, apart).errors(epsilon))
         return worst(found)
 
-    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the kernel's eps, without rounding."""
         return registry_arrays.entry_epsilon(self.entry, v_star)
 
@@ -347,11 +409,11 @@ class RegistryKernel(Candidate):
         return requests.Request(accuracy=(self.entry.tier,))
 
 
-def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
+def _worst(encounters: Sequence[Impacts], code: Code, bound: Bound) -> Errors:
     return worst([bound.errors(in_format(encounter, code)[1]) for encounter in encounters])
 
 
-def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
+def in_format(encounter: Impacts, code: Code) -> tuple[Interval, Interval]:
     """Return the ranges of v* and of eps, widened by the rounding of beta, the speed and v*.
 
     For type double the encounter's own ranges are wide enough.
@@ -359,8 +421,11 @@ def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
     if code.format == DOUBLE.name:
         return encounter.v_star, encounter.epsilon
     (low, high), (least, most) = encounter.v_star, encounter.epsilon
+    wide = low * (1 - WIDER), high * (1 + WIDER)
+    if encounter.law != VISCOELASTIC:
+        return wide, encounter.epsilon_on(wide)
     wider = STEEPEST * WIDER
-    return (low * (1 - WIDER), high * (1 + WIDER)), (least * (1 - wider), 1 - (1 - most) * (1 - wider))
+    return wide, (least * (1 - wider), 1 - (1 - most) * (1 - wider))
 
 
 def _of_product(code: Code) -> Fraction:
@@ -379,12 +444,17 @@ def _of_v_star(code: Code) -> Fraction:
 # --- all of them ------------------------------------------------------------------------------------------------------
 
 
-def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
+def candidates(scene: Scene, encounters: Sequence[Impacts]) -> Iterator[Candidate]:
     """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
     code = scene.code
-    yield PairConstant(encounters, scene.tolerance, code)
+    constant = PairConstant(encounters, scene.tolerance, code)
+    yield constant
     target = code.target
     kinds = target.kinds[code.argument]
+    if scene.contact_law != VISCOELASTIC:
+        if "polynomial" in kinds and constant.errors.failing(scene.tolerance):
+            yield from _of_law(scene, encounters)
+        return
     if "polynomial" in kinds:
         found = best_polynomial(scene, encounters)
         if found is not None:
@@ -397,9 +467,46 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
             yield RegistryKernel(encounters, entry, code)
 
 
-def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
+def _of_law(scene: Scene, encounters: Sequence[Impacts]) -> Iterator[Candidate]:
+    """Yield the best quotient on the range of v*, and the ready ones for all v*, of another law."""
+    found = best_polynomial(scene, encounters)
+    if found is not None:
+        yield found
+    for ready in requests.READY_LAWS:
+        if law_of(ready.law) == scene.contact_law:
+            for accuracy in ready.accuracy:
+                asked = replace(ready, accuracy=(accuracy,))
+                (kernel,) = asked.prove()
+                if any(v.form.name == scene.code.format for v in kernel.variants):
+                    yield _approximant(scene, encounters, kernel, asked)
+
+
+def _approximant(
+    scene: Scene, encounters: Sequence[Impacts], kernel: MinimaxKernel, request: requests.Request
+) -> BestApproximant:
+    if scene.contact_law == VISCOELASTIC:
+        return BestApproximant(encounters, kernel, scene.code, request)
+    return LawQuotient(encounters, kernel, scene.code, request, _in_speed(scene, encounters))
+
+
+def _in_speed(scene: Scene, encounters: Sequence[Impacts]) -> Fraction:
+    """Return a bound of the error of ln v* that a kernel of another law computes from a speed in the scene's units."""
+    if scene.code.argument == "v_star":
+        return Fraction(0)
+    unit = Scale(*scene.scale).speed
+    ends = (Fraction(v / unit) for encounter in encounters for v in encounter.speeds)
+    largest = max(max(v, 1 / v) for v in ends) * (1 + WIDER)
+    return of_factor(scene.contact_law.power_of_speed, FORMATS[scene.code.format], largest)
+
+
+def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:
     """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
     code = scene.code
+    if scene.contact_law != VISCOELASTIC:
+        accepted = [t.name for t in targets() if "polynomial" in t.kinds.get(code.argument, ())]
+        if code.language in accepted:
+            return None
+        return f"language is {code.language!r}: accepted for quotients of the law {scene.law} is {', '.join(accepted)}"
     if not code.target.compact:
         return None
     low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))
@@ -410,7 +517,8 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
             f"{float(least):.3g} to {float(largest):.3g}"
         )
     scale = Scale(*scene.scale)
-    betas = [scale.beta(pair.beta) for e in encounters for pair in (e.weakest, e.strongest)]
+    met = [e for e in encounters if isinstance(e, Encounter)]
+    betas = [scale.beta(pair.beta) for e in met for pair in (e.weakest, e.strongest)]
     # beta^2, beta^4 and beta^5 must be normal numbers.
     exponent = (FORMATS[code.format].largest - 2) / 5
     if not 2.0**-exponent <= min(betas) <= max(betas) <= 2.0**exponent:
@@ -421,7 +529,7 @@ def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
     return None
 
 
-def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApproximant | None:
+def best_polynomial(scene: Scene, encounters: Sequence[Impacts]) -> BestApproximant | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
     Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
@@ -432,7 +540,8 @@ def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApprox
     first = _best(scene, encounters, (low, high), "both")
     if first is not None and not first.errors.failing(scene.tolerance):
         price, accuracy = minimax.cost(first.kernel.m, first.kernel.n), _accuracy(scene, encounters, "relative")
-        fit = cheapest.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
+        law = scene.contact_law
+        fit = cheapest.most_accurate(price - 1, high, low, "relative", law) if accuracy is not None else None
         if accuracy is None or fit is None or fit.error > accuracy:
             return first
     found = [c for c in (first, _best(scene, encounters, (low, high), "relative")) if c is not None]
@@ -440,7 +549,7 @@ def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApprox
     return min(fine or found, key=lambda c: minimax.cost(c.kernel.m, c.kernel.n), default=None)
 
 
-def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> BestApproximant | None:
+def _best(scene: Scene, encounters: Sequence[Impacts], ends: Interval, measure: Measure) -> BestApproximant | None:
     """Return the cheapest approximant in a measure, of which more is asked if there is none in the scene's format."""
     accuracy = _accuracy(scene, encounters, measure)
     low, high = ends
@@ -449,21 +558,23 @@ def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure
             return None
         text = _short(accuracy * factor)
         try:
-            kernel = prove_rational.accurate(text, high, low, measure)
+            kernel = prove_rational.accurate(text, high, low, measure, scene.contact_law)
         except (ValueError, ArithmeticError):
             return None
         if any(v.form.name == scene.code.format for v in kernel.variants):
             request = requests.Request(
-                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
+                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure, law=scene.law
             )
-            return BestApproximant(encounters, kernel, scene.code, request)
+            return _approximant(scene, encounters, kernel, request)
     return None
 
 
-def _accuracy(scene: Scene, encounters: Sequence[Encounter], measure: Measure) -> Fraction | None:
+def _accuracy(scene: Scene, encounters: Sequence[Impacts], measure: Measure) -> Fraction | None:
     """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
     ranges = [in_format(encounter, scene.code)[1] for encounter in encounters]
-    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * _of_v_star(scene.code)
+    law = scene.contact_law
+    lost = _of_v_star(scene.code) if law == VISCOELASTIC else 4 * law.d * _in_speed(scene, encounters)
+    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * lost
     return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
 
 
@@ -477,7 +588,7 @@ def _short(accuracy: Fraction) -> str:
     return text.replace("e-0", "e-")
 
 
-def interval(encounters: Sequence[Encounter], code: Code) -> Interval:
+def interval(encounters: Sequence[Impacts], code: Code) -> Interval:
     """Return the range of v* of all pairs, rounded outwards to three digits; a very low start becomes 0."""
     ranges = [in_format(encounter, code)[0] for encounter in encounters]
     low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
@@ -492,10 +603,11 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
 
 def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
-    assert found.kernel.interval is not None
+    if found.kernel.interval is None:
+        return None
     low, high = found.kernel.interval
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, found.kernel.bounds[0].measure)
-    fit = cheapest.most_accurate(price, high, low, measure)
+    fit = cheapest.most_accurate(price, high, low, measure, found.kernel.law)
     words = "min(eps, 1 - eps)" if measure == "both" else "eps"
     return None if fit is None else (fit.label, float(fit.error), words)

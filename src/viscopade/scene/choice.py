@@ -12,7 +12,7 @@ from viscopade.scene import sense
 from viscopade.scene.candidate import BestApproximant, Candidate, candidates, cheaper_polynomial, uncovered
 from viscopade.scene.cost import COUNTED, Costs, Price
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter, encounters
+from viscopade.scene.encounter import Encounter, Impacts, impacts
 
 AS_CHEAP = 1.05  # prices that differ by less are equal: the smaller table decides, then the error
 WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
@@ -45,7 +45,7 @@ class Choice:
     Attributes
     ----------
     scene : Scene
-    encounters : sequence of Encounter
+    encounters : sequence of Impacts
     offers : sequence of Offer
         All candidates, the cheapest first.
     chosen : Offer
@@ -59,7 +59,7 @@ class Choice:
     """
 
     scene: Scene
-    encounters: Sequence[Encounter]
+    encounters: Sequence[Impacts]
     offers: Sequence[Offer]
     chosen: Offer
     costs: Costs
@@ -81,7 +81,7 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
     ValueError
         If there is none: one line that says what the best one reaches.
     """
-    met = encounters(scene)
+    met = impacts(scene)
     for i in track(range(len(met)), "pairs"):
         met[i].epsilon  # noqa: B018  computed once, and kept
     found = list(candidates(scene, met))
@@ -96,8 +96,9 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
         raise _nothing(scene, met, offers)
     as_cheap = [offer for offer in enough if offer.price.value <= AS_CHEAP * enough[0].price.value]
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
-    warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
-    notes = [text for encounter in met for text in sense.notes(scene, encounter)]
+    spheres = [encounter for encounter in met if isinstance(encounter, Encounter)]
+    warnings = [text for encounter in spheres for text in sense.warnings(scene, encounter)]
+    notes = [text for encounter in spheres for text in sense.notes(scene, encounter)]
     return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings, notes)
 
 
@@ -107,7 +108,7 @@ def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
     return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
 
 
-def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) -> ValueError:
+def _nothing(scene: Scene, met: Sequence[Impacts], offers: Sequence[Offer]) -> ValueError:
     """Return the refusal of a tolerance that no kernel keeps."""
     reason = uncovered(scene, met)
     if reason is not None:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from math import sqrt
 from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.generated import WIDTH, marker_line, template
+from viscopade.kernels.targets.wording import end_condition, variable
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter
+from viscopade.scene.encounter import Encounter, Impacts, LawImpacts
 from viscopade.scene.units import Scale
+from viscopade.theory.law import VISCOELASTIC
 
 _RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
 _IN_A_ROW = 3
@@ -62,6 +64,8 @@ def layout(choice: Choice) -> dict[str, Any]:
     number = target.number(scene.code.format)
     constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
     typical = ", for typical radii" if spread else ""
+    damping = damping_name(scene)
+    values = f"beta in {scene.units.beta}{typical}" if damping == "beta" else f"v* / {_power_words(scene)}"
     return {
         "target": target,
         "element": lambda array, index: target.element.format(array=array, index=index),
@@ -74,11 +78,36 @@ def layout(choice: Choice) -> dict[str, Any]:
         "batch": scene.code.use == "batch",
         "argument": scene.code.argument,
         "spread": spread,
-        "what": "epsilon" if constant else "beta",
-        "values_are": "By pair, eps" if constant else f"By pair, beta in {scene.units.beta}{typical}",
+        "what": "epsilon" if constant else damping,
+        "damping": damping,
+        "v_star_of_speed": _v_star_of_speed(scene),
+        "v_star_is": "sqrt(beta) speed^(1/10)" if damping == "beta" else variable(scene.contact_law)[5:],
+        "values_are": "By pair, eps" if constant else f"By pair, {values}",
         "number": number.type,
         "suffix": number.suffix,
     }
+
+
+def damping_name(scene: Scene) -> str:
+    """Return the name of a pair's number: beta, or the factor of v* = factor speed^p of another law."""
+    return "beta" if scene.contact_law == VISCOELASTIC else "factor"
+
+
+def _power_words(scene: Scene) -> str:
+    """Return the power of the speed in v* of another law, in words."""
+    power = scene.contact_law.power_of_speed
+    return "1" if not power else "speed" if power == 1 else f"speed^({power})"
+
+
+def _v_star_of_speed(scene: Scene) -> str | None:
+    """Return v* of the speed and a factor in the language's words; None for the paper's law."""
+    power, number = scene.contact_law.power_of_speed, scene.code.target.number(scene.code.format)
+    if damping_name(scene) == "beta":
+        return None
+    if power in (0, 1):
+        return "factor" + " * speed" * int(power)
+    call = number.syntax.function("pow")
+    return f"factor * {call}(speed, {number.constant(number.form.nearest(power))})"
 
 
 def _kind(candidate: Candidate) -> str:
@@ -91,7 +120,7 @@ def _kind(candidate: Candidate) -> str:
 def _is_spread(scene: Scene) -> bool:
     """Return whether a body has radii that differ."""
     met = {name for meeting in scene.meetings for name in (meeting.first, meeting.second)}
-    return any((sizes := scene.bodies[name].sizes) is not None and sizes.spread for name in met)
+    return any((sizes := scene.bodies[name].sizes) is not None and sizes.spread for name in met & scene.bodies.keys())
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
@@ -140,22 +169,37 @@ def _single(name: str) -> str:
 def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     """Return what the template needs of a pair."""
     scene, encounter, candidate = choice.scene, choice.encounters[index], choice.chosen.candidate
+    values = candidate.values if isinstance(candidate, PairConstant) else None
+    found: dict[str, object] = {
+        "name": name,
+        "index": index + scene.code.target.first_index,
+        "title": encounter.name,
+    }
+    if not isinstance(encounter, Encounter):
+        value = float(values[index]) if values else damping(scene, encounter)
+        return found | {"value": _constant(scene, value)}
     pair = Scale(*scene.scale).pair(encounter.pair)
     # beta = of_wall/R_1 [(1 + densities s^3)/sqrt(1 + s)]^(2/5), s = R_1/R_2, from eq:betadef; no power of a radius
     # in it leaves the range of the format, whatever the units.
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
-    of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / sqrt(1 + ratio)) ** 0.4
-    value = float(candidate.values[index]) if isinstance(candidate, PairConstant) else pair.beta
-    return {
-        "name": name,
-        "index": index + scene.code.target.first_index,
-        "title": encounter.name,
+    of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / math.sqrt(1 + ratio)) ** 0.4
+    value = float(values[index]) if values else pair.beta
+    return found | {
         "value": _constant(scene, value),
         "of_wall": _constant(scene, of_wall),
         "densities": _constant(scene, densities),
     }
+
+
+def damping(scene: Scene, encounter: Impacts) -> float:
+    """Return a pair's beta, or the factor of another law, in the scene's units."""
+    scale = Scale(*scene.scale)
+    if isinstance(encounter, Encounter):
+        return scale.beta(encounter.pair.beta)
+    assert isinstance(encounter, LawImpacts)
+    return encounter.factor * math.pow(scale.speed, encounter.law.power_of_speed)
 
 
 def _constant(scene: Scene, value: float) -> str:
@@ -170,8 +214,10 @@ def _constant(scene: Scene, value: float) -> str:
     try:
         return number.constant(number.form.nearest(Fraction(value)))
     except (ValueError, OverflowError):
+        beta = f"beta, or beta times a radius, is {value:.3g} in {scene.units.beta}"
+        what = beta if damping_name(scene) == "beta" else f"a contact's factor is {value:.3g}"
         raise ValueError(
-            f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
+            f"{scene.source}: units: {what}: accepted are "
             f"units in which it is a normal number of type {number.form.name}"
         ) from None
 
@@ -189,7 +235,8 @@ def _head(choice: Choice, command: str) -> list[str]:
     paragraphs = [
         # Without a title of its own it has the name of the file, as it was given.
         re.split(r"[/\\]", scene.title)[-1] if scene.title == scene.source else scene.title,
-        f"End condition: {END_CONDITION}.",
+        *([] if damping_name(scene) == "beta" else [f"Law of contact: {scene.law}, {scene.contact_law.equation}."]),
+        f"End condition: {end_condition(scene.contact_law)}.",
         "Tolerance: "
         + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
         + ".",
@@ -201,10 +248,15 @@ def _head(choice: Choice, command: str) -> list[str]:
     lines = [marker_line(command), ""]
     for paragraph in paragraphs:
         lines += [*wrap(paragraph, WIDTH, subsequent_indent="    "), ""]
+    if damping_name(scene) == "beta":
+        given = f"and beta in {scene.units.beta} for typical radii"
+    else:
+        power = _power_words(scene)
+        given = f"and factor = v* / {power}, {variable(scene.contact_law)}"
     lines += [
-        f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta} for typical radii:",
+        f"Pairs, with speeds in {scene.units.speed} {given}:",
         "",
-        *(f"    {i}  {line}" for i, line in enumerate(map(_line, _in_units(choice)), scene.code.target.first_index)),
+        *(f"    {i}  {line}" for i, line in enumerate(_lines(choice), scene.code.target.first_index)),
         "",
         *(f"Use: {line}" for line in _use(choice)),
     ]
@@ -223,7 +275,7 @@ def _use(choice: Choice) -> list[str]:
     scene, target, file = choice.scene, choice.scene.code.target, file_name(choice.scene)
     pair, qualifier = names(choice)[0], qualifier_of(scene)
     constant = isinstance(choice.chosen.candidate, PairConstant)
-    what = "epsilon" if constant else "beta"
+    what = "epsilon" if constant else damping_name(scene)
     title = choice.encounters[0].name
     index = target.pair.format(qualifier=qualifier, pair=pair, PAIR=pair.upper(), title=title)
     if _is_spread(scene) and not constant:
@@ -241,18 +293,17 @@ def qualifier_of(scene: Scene) -> str:
     return scene.code.target.qualifier.format(name=prefix(scene), module=module(scene))
 
 
-def _in_units(choice: Choice) -> list[tuple[Encounter, float, tuple[float, ...]]]:
-    scale = Scale(*choice.scene.scale)
-    return [(e, scale.beta(e.pair.beta), tuple(v / scale.speed for v in e.speeds)) for e in choice.encounters]
-
-
-def _line(given: tuple[Encounter, float, tuple[float, ...]]) -> str:
-    encounter, beta, (slowest, _, fastest) = given
-    (low, high), (least, most) = ((float(x) for x in interval) for interval in (encounter.v_star, encounter.epsilon))
-    return (
-        f"{encounter.name}: beta = {beta:.10g}, speeds {slowest:.4g} to {fastest:.4g}, v* {low:.4g} to {high:.4g}, "
-        f"eps {least:.6g} to {most:.6g}"
-    )
+def _lines(choice: Choice) -> Iterator[str]:
+    """Yield a line for each pair, in the scene's units."""
+    scene = choice.scene
+    scale = Scale(*scene.scale)
+    for encounter in choice.encounters:
+        slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
+        (low, high), (least, most) = (tuple(map(float, ends)) for ends in (encounter.v_star, encounter.epsilon))
+        yield (
+            f"{encounter.name}: {damping_name(scene)} = {damping(scene, encounter):.10g}, speeds {slowest:.4g} to "
+            f"{fastest:.4g}, v* {low:.4g} to {high:.4g}, eps {least:.6g} to {most:.6g}"
+        )
 
 
 def error_sentences(choice: Choice) -> list[str]:

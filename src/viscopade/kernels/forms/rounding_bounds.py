@@ -249,6 +249,16 @@ def of_speed(kind: Format = DOUBLE, largest: Fraction | None = None) -> Fraction
         return exact_middle((of_pow + 2 * _log_error(unit)).abs_upper())
 
 
+def of_factor(power: Fraction, kind: Format, largest: Fraction) -> Fraction:
+    """Return a bound of the error of ln v*, v* = factor pow(speed, power), for 1/largest <= speed <= largest.
+
+    There is no pow if the power is 0 or 1.
+    """
+    with working(BITS):
+        of_pow = arb(0) if power in (0, 1) else _of_pow(power, kind, ball_of(largest).log())
+        return exact_middle((of_pow + _log_error(arb(2) ** -kind.precision)).abs_upper())
+
+
 def _log_error(relative: arb) -> arb:
     """Bound the error of the logarithm of a number with this relative error."""
     return -(1 - relative).log()

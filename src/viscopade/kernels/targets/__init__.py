@@ -7,4 +7,5 @@ __all__ = [
     "speed",
     "syntax",
     "tables",
+    "wording",
 ]
