@@ -34,7 +34,7 @@ from viscopade.kernels.targets import lacunary_kernels as lacunary_code
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.syntax import shortest
-from viscopade.kernels.targets.table_free import name_of
+from viscopade.kernels.targets.table_free import name_of, names_of
 from viscopade.kernels.targets.table_free import render as render_target
 from viscopade.scene.runners import find_tool
 
@@ -579,7 +579,7 @@ def wgsl_translated(directory, form):
     text = re.sub(
         r"^fn (\w+)\((\w+): f32, (\w+): f32\) -> (\w+) {", r"static inline \4 \1(f32 \2, f32 \3) {", text, flags=re.M
     )
-    text = re.sub(r"let (\w+)(?:: f32)? =", r"const auto \1 =", text)
+    text = re.sub(r"(?:let|const) (\w+)(?:: [fi]32)? =", r"const auto \1 =", text)
     text = re.sub(r"\b(\d+\.\d+)(?![\w.])", r"\1f", text)
     assert "fn " not in text
     assert "let " not in text
@@ -679,6 +679,8 @@ class JuliaInPython:
         number = TYPES[form]
         self.names = {"number": number, "NaN": math.nan, kind: number, "log2": np.log2, "exp2": np.exp2}
         exec("\n".join(lines), self.names)
+        for lasting, name in re.findall(r"^const (\w+) = ([a-z]\w+)$", text, re.M):
+            self.names[lasting] = self.names.get(name)
 
     def __call__(self, speed, beta):
         with np.errstate(all="ignore"):
@@ -765,6 +767,19 @@ def test_results_are_within_the_bounds(runner, name, form):
             if function == "restitution":
                 assert error.max() > bound / 2  # of the formula: the test can tell
                 assert ((result > 0) & (result <= 1)).all()
+
+
+@pytest.mark.parametrize(("name", "form"), EACH)
+def test_names_that_last_give_the_same_results(runner, tmp_path, monkeypatch, name, form):
+    speed, beta = inputs(form, -30, 30, 100)
+    today = runner(name, form)(speed, beta)
+    monkeypatch.setitem(globals(), "name_of", lambda kernel: names_of(kernel).lasting_name)
+    lasting = RUNNERS[name](tmp_path, form)
+    found = lasting(speed, beta) if callable(lasting) else run(lasting, form, speed, beta)
+    limits = ("1em3", "1em5", "1em7")[: len(having(form))]
+    assert {kernel for kernel, _ in found} == {f"compact_{limit}" for limit in limits}
+    for of_today, of_lasting in zip(today.values(), found.values(), strict=True):
+        np.testing.assert_array_equal(of_today, of_lasting)
 
 
 @pytest.mark.parametrize(("name", "form"), EACH_IEEE)

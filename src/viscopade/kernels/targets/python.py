@@ -9,7 +9,15 @@ from fractions import Fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import template
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, functions_of, lasting, lasting_lines, preamble, takes_speed, variable
+from viscopade.kernels.targets.wording import (
+    distinct,
+    functions_of,
+    lasting,
+    lasting_lines,
+    preamble,
+    takes_speed,
+    variable,
+)
 from viscopade.kernels.v_star import speed_note
 
 
