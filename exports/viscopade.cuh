@@ -68,6 +68,9 @@
  * NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
  * the decimal point, m for the minus of an exponent).
  *
+ * NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+ * (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+ *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *
  *     viscopade_restitution_NAME(speed, beta)    eps
@@ -100,6 +103,11 @@
  * floating-point exceptions are those of log2 and exp2. With -use_fast_math results below 2^-126 are set
  * to 0; nothing is promised with -ffast-math.
  */
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "1.0.0"
+#define VISCOPADE_VERSION_NUMBER 10000 /* 10000 major + 100 minor + patch */
+#endif
+
 #ifndef VISCOPADE_COMPACT_COMMON
 #define VISCOPADE_COMPACT_COMMON
 
@@ -413,6 +421,14 @@ struct viscopade_compact_2p09em4 {
 };
 #endif
 
+#define viscopade_compact_1em3 viscopade_compact_2p09em4
+#define viscopade_restitution_compact_1em3 viscopade_restitution_compact_2p09em4
+#define viscopade_rebound_compact_1em3 viscopade_rebound_compact_2p09em4
+#define viscopade_dissipation_compact_1em3 viscopade_dissipation_compact_2p09em4
+#define viscopade_restitution_compact_1em3f viscopade_restitution_compact_2p09em4f
+#define viscopade_rebound_compact_1em3f viscopade_rebound_compact_2p09em4f
+#define viscopade_dissipation_compact_1em3f viscopade_dissipation_compact_2p09em4f
+
 #endif
 
 #ifndef VISCOPADE_COMPACT_3P4EM6
@@ -573,6 +589,14 @@ struct viscopade_compact_3p4em6 {
 };
 #endif
 
+#define viscopade_compact_1em5 viscopade_compact_3p4em6
+#define viscopade_restitution_compact_1em5 viscopade_restitution_compact_3p4em6
+#define viscopade_rebound_compact_1em5 viscopade_rebound_compact_3p4em6
+#define viscopade_dissipation_compact_1em5 viscopade_dissipation_compact_3p4em6
+#define viscopade_restitution_compact_1em5f viscopade_restitution_compact_3p4em6f
+#define viscopade_rebound_compact_1em5f viscopade_rebound_compact_3p4em6f
+#define viscopade_dissipation_compact_1em5f viscopade_dissipation_compact_3p4em6f
+
 #endif
 
 #ifndef VISCOPADE_COMPACT_2P79EM8
@@ -668,5 +692,10 @@ struct viscopade_compact_2p79em8 {
     };
 };
 #endif
+
+#define viscopade_compact_1em7 viscopade_compact_2p79em8
+#define viscopade_restitution_compact_1em7 viscopade_restitution_compact_2p79em8
+#define viscopade_rebound_compact_1em7 viscopade_rebound_compact_2p79em8
+#define viscopade_dissipation_compact_1em7 viscopade_dissipation_compact_2p79em8
 
 #endif

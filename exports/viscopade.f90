@@ -60,6 +60,9 @@
 ! NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 ! the decimal point, m for the minus of an exponent).
 !
+! NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+! (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+!
 !     restitution_NAME(speed, beta)    eps
 !     rebound_NAME(speed, beta)        eps speed, the speed after the collision
 !     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
@@ -86,11 +89,21 @@ module viscopade
     implicit none
     private
 
+    character(*), parameter, public :: viscopade_version = "1.0.0"
+    ! 10000 major + 100 minor + patch
+    integer, parameter, public :: viscopade_version_number = 10000
+
     interface restitution_compact_2p09em4
         module procedure restitution_compact_2p09em4_r64
         module procedure restitution_compact_2p09em4_r32
     end interface
     public :: restitution_compact_2p09em4
+
+    interface restitution_compact_1em3
+        module procedure restitution_compact_2p09em4_r64
+        module procedure restitution_compact_2p09em4_r32
+    end interface
+    public :: restitution_compact_1em3
 
     interface rebound_compact_2p09em4
         module procedure rebound_compact_2p09em4_r64
@@ -98,11 +111,23 @@ module viscopade
     end interface
     public :: rebound_compact_2p09em4
 
+    interface rebound_compact_1em3
+        module procedure rebound_compact_2p09em4_r64
+        module procedure rebound_compact_2p09em4_r32
+    end interface
+    public :: rebound_compact_1em3
+
     interface dissipation_compact_2p09em4
         module procedure dissipation_compact_2p09em4_r64
         module procedure dissipation_compact_2p09em4_r32
     end interface
     public :: dissipation_compact_2p09em4
+
+    interface dissipation_compact_1em3
+        module procedure dissipation_compact_2p09em4_r64
+        module procedure dissipation_compact_2p09em4_r32
+    end interface
+    public :: dissipation_compact_1em3
 
     interface restitution_compact_3p4em6
         module procedure restitution_compact_3p4em6_r64
@@ -110,11 +135,23 @@ module viscopade
     end interface
     public :: restitution_compact_3p4em6
 
+    interface restitution_compact_1em5
+        module procedure restitution_compact_3p4em6_r64
+        module procedure restitution_compact_3p4em6_r32
+    end interface
+    public :: restitution_compact_1em5
+
     interface rebound_compact_3p4em6
         module procedure rebound_compact_3p4em6_r64
         module procedure rebound_compact_3p4em6_r32
     end interface
     public :: rebound_compact_3p4em6
+
+    interface rebound_compact_1em5
+        module procedure rebound_compact_3p4em6_r64
+        module procedure rebound_compact_3p4em6_r32
+    end interface
+    public :: rebound_compact_1em5
 
     interface dissipation_compact_3p4em6
         module procedure dissipation_compact_3p4em6_r64
@@ -122,20 +159,41 @@ module viscopade
     end interface
     public :: dissipation_compact_3p4em6
 
+    interface dissipation_compact_1em5
+        module procedure dissipation_compact_3p4em6_r64
+        module procedure dissipation_compact_3p4em6_r32
+    end interface
+    public :: dissipation_compact_1em5
+
     interface restitution_compact_2p79em8
         module procedure restitution_compact_2p79em8_r64
     end interface
     public :: restitution_compact_2p79em8
+
+    interface restitution_compact_1em7
+        module procedure restitution_compact_2p79em8_r64
+    end interface
+    public :: restitution_compact_1em7
 
     interface rebound_compact_2p79em8
         module procedure rebound_compact_2p79em8_r64
     end interface
     public :: rebound_compact_2p79em8
 
+    interface rebound_compact_1em7
+        module procedure rebound_compact_2p79em8_r64
+    end interface
+    public :: rebound_compact_1em7
+
     interface dissipation_compact_2p79em8
         module procedure dissipation_compact_2p79em8_r64
     end interface
     public :: dissipation_compact_2p79em8
+
+    interface dissipation_compact_1em7
+        module procedure dissipation_compact_2p79em8_r64
+    end interface
+    public :: dissipation_compact_1em7
 
 contains
 

@@ -51,6 +51,9 @@
 // NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 // the decimal point, m for the minus of an exponent).
 //
+// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6): a name that
+// stays when a better kernel takes the place of today's.
+//
 // For GLSL 4.00 or GLSL ES 3.20 and later; without the word "precise" also for GLSL 1.30 and GLSL ES 3.00
 // with highp float. To be pasted or included into a shader of any stage. ("precise" keeps the order of
 // evaluation, for which rounding is proven.)
@@ -65,6 +68,10 @@
 //
 // At 0 and below, and where w is subnormal, eps is 1 and 1 - eps^2 is 0 (if both are negative, w is positive).
 // At infinity they are what they are at the cut-off. NaN is not promised to come out of a NaN.
+
+#ifndef VISCOPADE_VERSION_NUMBER
+#define VISCOPADE_VERSION_NUMBER 10000 // 10000 major + 100 minor + patch
+#endif
 
 #ifndef VISCOPADE_COMPACT_COMMON
 #define VISCOPADE_COMPACT_COMMON
@@ -147,6 +154,10 @@ float viscopade_dissipation_compact_2p09em4(float speed, float beta)
     return result;
 }
 
+#define viscopade_restitution_compact_1em3 viscopade_restitution_compact_2p09em4
+#define viscopade_rebound_compact_1em3 viscopade_rebound_compact_2p09em4
+#define viscopade_dissipation_compact_1em3 viscopade_dissipation_compact_2p09em4
+
 #endif
 
 #ifndef VISCOPADE_COMPACT_3P4EM6
@@ -214,5 +225,9 @@ float viscopade_dissipation_compact_3p4em6(float speed, float beta)
 
     return result;
 }
+
+#define viscopade_restitution_compact_1em5 viscopade_restitution_compact_3p4em6
+#define viscopade_rebound_compact_1em5 viscopade_rebound_compact_3p4em6
+#define viscopade_dissipation_compact_1em5 viscopade_dissipation_compact_3p4em6
 
 #endif

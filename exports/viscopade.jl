@@ -60,6 +60,9 @@
 # NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 # the decimal point, m for the minus of an exponent).
 #
+# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+#
 #     restitution_NAME(speed, beta)    eps
 #     rebound_NAME(speed, beta)        eps speed, the speed after the collision
 #     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
@@ -81,9 +84,16 @@
 
 module Viscopade
 
+const VISCOPADE_VERSION = v"1.0.0"
+# 10000 major + 100 minor + patch
+const VISCOPADE_VERSION_NUMBER = 10000
+
 export restitution_compact_2p09em4, rebound_compact_2p09em4, dissipation_compact_2p09em4
+export restitution_compact_1em3, rebound_compact_1em3, dissipation_compact_1em3
 export restitution_compact_3p4em6, rebound_compact_3p4em6, dissipation_compact_3p4em6
+export restitution_compact_1em5, rebound_compact_1em5, dissipation_compact_1em5
 export restitution_compact_2p79em8, rebound_compact_2p79em8, dissipation_compact_2p79em8
+export restitution_compact_1em7, rebound_compact_1em7, dissipation_compact_1em7
 
 # w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN.
 @inline function w_of(speed::Float64, beta::Float64)
@@ -196,6 +206,10 @@ rebound_compact_2p09em4(speed::Real, beta::Real) = rebound_compact_2p09em4(Float
 
 dissipation_compact_2p09em4(speed::Real, beta::Real) = dissipation_compact_2p09em4(Float64(speed), Float64(beta))
 
+const restitution_compact_1em3 = restitution_compact_2p09em4
+const rebound_compact_1em3 = rebound_compact_2p09em4
+const dissipation_compact_1em3 = dissipation_compact_2p09em4
+
 # compact_3p4em6
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
@@ -291,6 +305,10 @@ rebound_compact_3p4em6(speed::Real, beta::Real) = rebound_compact_3p4em6(Float64
 
 dissipation_compact_3p4em6(speed::Real, beta::Real) = dissipation_compact_3p4em6(Float64(speed), Float64(beta))
 
+const restitution_compact_1em5 = restitution_compact_3p4em6
+const rebound_compact_1em5 = rebound_compact_3p4em6
+const dissipation_compact_1em5 = dissipation_compact_3p4em6
+
 # compact_2p79em8
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
@@ -349,5 +367,9 @@ restitution_compact_2p79em8(speed::Real, beta::Real) = restitution_compact_2p79e
 rebound_compact_2p79em8(speed::Real, beta::Real) = rebound_compact_2p79em8(Float64(speed), Float64(beta))
 
 dissipation_compact_2p79em8(speed::Real, beta::Real) = dissipation_compact_2p79em8(Float64(speed), Float64(beta))
+
+const restitution_compact_1em7 = restitution_compact_2p79em8
+const rebound_compact_1em7 = rebound_compact_2p79em8
+const dissipation_compact_1em7 = dissipation_compact_2p79em8
 
 end

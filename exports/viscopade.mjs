@@ -56,6 +56,9 @@
 // NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 // the decimal point, m for the minus of an exponent).
 //
+// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+// (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+//
 //     restitution_NAME(speed, beta)    eps
 //     rebound_NAME(speed, beta)        eps speed, the speed after the collision
 //     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
@@ -72,6 +75,10 @@
 //     one is 0, the other +infinity                           NaN           NaN         NaN
 //     one is negative or NaN                                  NaN           NaN         NaN
 //     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+
+export const VISCOPADE_VERSION = "1.0.0";
+// 10000 major + 100 minor + patch
+export const VISCOPADE_VERSION_NUMBER = 10000;
 
 const exp2 = (x) => Math.pow(2, x);
 const log2 = Math.log2;
@@ -157,6 +164,10 @@ export function dissipation_compact_2p09em4(speed, beta) {
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
+export { restitution_compact_2p09em4 as restitution_compact_1em3 };
+export { rebound_compact_2p09em4 as rebound_compact_1em3 };
+export { dissipation_compact_2p09em4 as dissipation_compact_1em3 };
+
 // compact_3p4em6
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6
@@ -235,6 +246,10 @@ export function dissipation_compact_3p4em6(speed, beta) {
     const inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
 }
+
+export { restitution_compact_3p4em6 as restitution_compact_1em5 };
+export { rebound_compact_3p4em6 as rebound_compact_1em5 };
+export { dissipation_compact_3p4em6 as dissipation_compact_1em5 };
 
 // compact_2p79em8
 //
@@ -329,3 +344,7 @@ export function dissipation_compact_2p79em8(speed, beta) {
     const inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
 }
+
+export { restitution_compact_2p79em8 as restitution_compact_1em7 };
+export { rebound_compact_2p79em8 as rebound_compact_1em7 };
+export { dissipation_compact_2p79em8 as dissipation_compact_1em7 };

@@ -60,6 +60,9 @@
 // NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 // the decimal point, m for the minus of an exponent).
 //
+// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+// (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+//
 //     restitution_NAME(speed, beta)    eps
 //     rebound_NAME(speed, beta)        eps speed, the speed after the collision
 //     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
@@ -78,6 +81,10 @@
 //     one is 0, the other +infinity                           NaN           NaN         NaN
 //     one is negative or NaN                                  NaN           NaN         NaN
 //     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+
+pub const VISCOPADE_VERSION: &str = "1.0.0";
+/// 10000 major + 100 minor + patch
+pub const VISCOPADE_VERSION_NUMBER: u32 = 10000;
 
 /// w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN.
 fn w_of(speed: f64, beta: f64) -> f64 {
@@ -198,6 +205,19 @@ pub fn dissipation_compact_2p09em4_f32(speed: f32, beta: f32) -> f32 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
+#[allow(unused_imports)]
+pub use self::restitution_compact_2p09em4 as restitution_compact_1em3;
+#[allow(unused_imports)]
+pub use self::rebound_compact_2p09em4 as rebound_compact_1em3;
+#[allow(unused_imports)]
+pub use self::dissipation_compact_2p09em4 as dissipation_compact_1em3;
+#[allow(unused_imports)]
+pub use self::restitution_compact_2p09em4_f32 as restitution_compact_1em3_f32;
+#[allow(unused_imports)]
+pub use self::rebound_compact_2p09em4_f32 as rebound_compact_1em3_f32;
+#[allow(unused_imports)]
+pub use self::dissipation_compact_2p09em4_f32 as dissipation_compact_1em3_f32;
+
 // compact_3p4em6
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
@@ -293,6 +313,19 @@ pub fn dissipation_compact_3p4em6_f32(speed: f32, beta: f32) -> f32 {
     lost * inverse * (1.0 + elastic * inverse)
 }
 
+#[allow(unused_imports)]
+pub use self::restitution_compact_3p4em6 as restitution_compact_1em5;
+#[allow(unused_imports)]
+pub use self::rebound_compact_3p4em6 as rebound_compact_1em5;
+#[allow(unused_imports)]
+pub use self::dissipation_compact_3p4em6 as dissipation_compact_1em5;
+#[allow(unused_imports)]
+pub use self::restitution_compact_3p4em6_f32 as restitution_compact_1em5_f32;
+#[allow(unused_imports)]
+pub use self::rebound_compact_3p4em6_f32 as rebound_compact_1em5_f32;
+#[allow(unused_imports)]
+pub use self::dissipation_compact_3p4em6_f32 as dissipation_compact_1em5_f32;
+
 // compact_2p79em8
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
@@ -348,3 +381,10 @@ pub fn dissipation_compact_2p79em8(speed: f64, beta: f64) -> f64 {
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
+
+#[allow(unused_imports)]
+pub use self::restitution_compact_2p79em8 as restitution_compact_1em7;
+#[allow(unused_imports)]
+pub use self::rebound_compact_2p79em8 as rebound_compact_1em7;
+#[allow(unused_imports)]
+pub use self::dissipation_compact_2p79em8 as dissipation_compact_1em7;

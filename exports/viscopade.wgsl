@@ -51,6 +51,9 @@
 // NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 // the decimal point, m for the minus of an exponent).
 //
+// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6): a name that
+// stays when a better kernel takes the place of today's.
+//
 // To be put before the code of a shader module; nothing else is needed. (Compilers may reorder sums and
 // products, as WGSL allows; rounding is proven for the order written.)
 //
@@ -58,12 +61,16 @@
 // viscopade_rebound_NAME(speed: f32, beta: f32) -> f32        eps speed, the speed after the collision
 // viscopade_dissipation_NAME(speed: f32, beta: f32) -> f32    1 - eps^2; loses no digits where eps is near 1
 //
+// WGSL has no second names of functions: one that stays is a function that calls today's.
+//
 // For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 //
 //     let eps = viscopade_restitution_compact_3p4em6(2.0, 1.307);
 //
 // At 0 and below, and where w is subnormal, eps is 1 and 1 - eps^2 is 0 (if both are negative, w is positive).
 // At infinity they are what they are at the cut-off. NaN is not promised to come out of a NaN.
+
+const VISCOPADE_VERSION_NUMBER: i32 = 10000;  // 10000 major + 100 minor + patch
 
 // y = w^(1/30), w = beta^5 speed.
 fn viscopade_root(speed: f32, beta: f32) -> f32 {
@@ -128,6 +135,16 @@ fn viscopade_dissipation_compact_2p09em4(speed: f32, beta: f32) -> f32 {
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
+fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
+    return viscopade_restitution_compact_2p09em4(speed, beta);
+}
+fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
+    return viscopade_rebound_compact_2p09em4(speed, beta);
+}
+fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
+    return viscopade_dissipation_compact_2p09em4(speed, beta);
+}
+
 // compact_3p4em6
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.4e-6
@@ -181,4 +198,14 @@ fn viscopade_dissipation_compact_3p4em6(speed: f32, beta: f32) -> f32 {
     let lost = parts.y;
     let inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
+}
+
+fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
+    return viscopade_restitution_compact_3p4em6(speed, beta);
+}
+fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
+    return viscopade_rebound_compact_3p4em6(speed, beta);
+}
+fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
+    return viscopade_dissipation_compact_3p4em6(speed, beta);
 }

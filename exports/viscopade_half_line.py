@@ -55,6 +55,10 @@
 #
 # assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
 # units in the last place (the largest errors known of glibc's are not larger).
+#
+# NAME may also be halfline_1em3 (now halfline_2p09em4), halfline_1em5 (now halfline_3p4em6),
+# halfline_1em7 (now halfline_2p79em8): a name that stays when a better kernel takes the place of
+# today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.11 or newer.
 
     epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
@@ -71,6 +75,9 @@ real number.
 """
 
 import math
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 def _number(name: str, value: float) -> float:
@@ -241,3 +248,16 @@ def restitution_halfline_2p79em8(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
     root = math.sqrt(_not_negative("beta", beta))
     return epsilon_halfline_2p79em8(root * math.pow(_not_negative("speed", speed), 0.1))
+
+
+epsilon_halfline_1em3 = epsilon_halfline_2p09em4
+one_minus_epsilon_halfline_1em3 = one_minus_epsilon_halfline_2p09em4
+restitution_halfline_1em3 = restitution_halfline_2p09em4
+
+epsilon_halfline_1em5 = epsilon_halfline_3p4em6
+one_minus_epsilon_halfline_1em5 = one_minus_epsilon_halfline_3p4em6
+restitution_halfline_1em5 = restitution_halfline_3p4em6
+
+epsilon_halfline_1em7 = epsilon_halfline_2p79em8
+one_minus_epsilon_halfline_1em7 = one_minus_epsilon_halfline_2p79em8
+restitution_halfline_1em7 = restitution_halfline_2p79em8

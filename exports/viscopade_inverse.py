@@ -33,6 +33,9 @@
 #
 # assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
 # units in the last place (the largest errors known of glibc's are not larger).
+#
+# NAME may also be inverse_1em3 (now inverse_5p77em4), inverse_1em5 (now inverse_3p55em6): a name that
+# stays when a better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.11 or newer.
 
     v_star_NAME(epsilon)                        v* at which eps is epsilon
@@ -49,6 +52,9 @@ real number.
 """
 
 import math
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 def _number(name: str, value: float) -> float:
@@ -189,3 +195,12 @@ def beta_inverse_3p55em6(epsilon: float, speed: float) -> float:
         raise ValueError(f"speed must be positive, but is {value!r}")
     v_star = v_star_inverse_3p55em6(epsilon)
     return v_star * v_star / math.pow(value, 0.2)
+
+
+v_star_inverse_1em3 = v_star_inverse_5p77em4
+v_star_from_loss_inverse_1em3 = v_star_from_loss_inverse_5p77em4
+beta_inverse_1em3 = beta_inverse_5p77em4
+
+v_star_inverse_1em5 = v_star_inverse_3p55em6
+v_star_from_loss_inverse_1em5 = v_star_from_loss_inverse_3p55em6
+beta_inverse_1em5 = beta_inverse_3p55em6

@@ -65,6 +65,9 @@
 #
 # NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 # the decimal point, m for the minus of an exponent).
+#
+# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for JAX: for jit, vmap and grad.
 
     restitution_NAME(speed, beta)    eps
@@ -91,6 +94,9 @@ What they return beyond the domain; eps is always in (0, 1]:
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 _LEAST = {"float64": 2.2250738585072014e-308, "float32": 1.1754944e-38}
 _LARGEST = {"float64": 8.452712498170644e270, "float32": 1.329228e36}
@@ -258,6 +264,9 @@ rebound_compact_2p09em4 = _function(
 dissipation_compact_2p09em4 = _function(
     "dissipation_compact_2p09em4", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
+restitution_compact_1em3 = restitution_compact_2p09em4
+rebound_compact_1em3 = rebound_compact_2p09em4
+dissipation_compact_1em3 = dissipation_compact_2p09em4
 
 
 # compact_3p4em6
@@ -361,6 +370,9 @@ rebound_compact_3p4em6 = _function(
 dissipation_compact_3p4em6 = _function(
     "dissipation_compact_3p4em6", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
+restitution_compact_1em5 = restitution_compact_3p4em6
+rebound_compact_1em5 = rebound_compact_3p4em6
+dissipation_compact_1em5 = dissipation_compact_3p4em6
 
 
 # compact_2p79em8
@@ -455,3 +467,6 @@ rebound_compact_2p79em8 = _function(
 dissipation_compact_2p79em8 = _function(
     "dissipation_compact_2p79em8", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
+restitution_compact_1em7 = restitution_compact_2p79em8
+rebound_compact_1em7 = rebound_compact_2p79em8
+dissipation_compact_1em7 = dissipation_compact_2p79em8

@@ -44,6 +44,10 @@
 #
 # assumed: sqrt rounds correctly; the results of pow, in type float as well, are within 4 units in the
 # last place (the largest errors known of glibc's are not larger).
+#
+# NAME may also be minimax_v5_1em3 (now minimax_1_4_v5_9p87em4), minimax_v5_1em5 (now
+# minimax_3_7_v5_2p84em6), minimax_v5_1em8 (now minimax_6_9_v5_3p06em9): a name that stays when a
+# better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
 For each approximant there are two functions:
@@ -60,6 +64,9 @@ negative or v* is outside the formula's domain, and TypeError where one is not a
 """
 
 import math
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 A_MINIMAX_1_4_V5_9P87EM4 = (
     1.0,
@@ -251,3 +258,16 @@ def epsilon_derivative_minimax_6_9_v5_3p06em9(v_star: float) -> float:
 def restitution_minimax_6_9_v5_3p06em9(speed: float, beta: float) -> float:
     """Return [6/9](v*) at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_6_9_v5_3p06em9(_v_star(speed, beta))
+
+
+epsilon_minimax_v5_1em3 = epsilon_minimax_1_4_v5_9p87em4
+epsilon_derivative_minimax_v5_1em3 = epsilon_derivative_minimax_1_4_v5_9p87em4
+restitution_minimax_v5_1em3 = restitution_minimax_1_4_v5_9p87em4
+
+epsilon_minimax_v5_1em5 = epsilon_minimax_3_7_v5_2p84em6
+epsilon_derivative_minimax_v5_1em5 = epsilon_derivative_minimax_3_7_v5_2p84em6
+restitution_minimax_v5_1em5 = restitution_minimax_3_7_v5_2p84em6
+
+epsilon_minimax_v5_1em8 = epsilon_minimax_6_9_v5_3p06em9
+epsilon_derivative_minimax_v5_1em8 = epsilon_derivative_minimax_6_9_v5_3p06em9
+restitution_minimax_v5_1em8 = restitution_minimax_6_9_v5_3p06em9

@@ -59,6 +59,9 @@
 #
 # NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 # the decimal point, m for the minus of an exponent).
+#
+# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), compiled by Numba.
 
     restitution_NAME(speed, beta)    eps
@@ -85,6 +88,9 @@ With fastmath=True in code that calls them, the bounds are not promised.
 
 import numpy as np
 from numba import njit, vectorize
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 @njit(error_model="numpy")
@@ -235,6 +241,20 @@ def dissipation_compact_2p09em4_f32(speed, beta):
 dissipation_array_compact_2p09em4_f32 = vectorize(dissipation_compact_2p09em4_f32.py_func)
 
 
+restitution_compact_1em3 = restitution_compact_2p09em4
+restitution_array_compact_1em3 = restitution_array_compact_2p09em4
+rebound_compact_1em3 = rebound_compact_2p09em4
+rebound_array_compact_1em3 = rebound_array_compact_2p09em4
+dissipation_compact_1em3 = dissipation_compact_2p09em4
+dissipation_array_compact_1em3 = dissipation_array_compact_2p09em4
+restitution_compact_1em3_f32 = restitution_compact_2p09em4_f32
+restitution_array_compact_1em3_f32 = restitution_array_compact_2p09em4_f32
+rebound_compact_1em3_f32 = rebound_compact_2p09em4_f32
+rebound_array_compact_1em3_f32 = rebound_array_compact_2p09em4_f32
+dissipation_compact_1em3_f32 = dissipation_compact_2p09em4_f32
+dissipation_array_compact_1em3_f32 = dissipation_array_compact_2p09em4_f32
+
+
 # compact_3p4em6
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
@@ -363,6 +383,20 @@ def dissipation_compact_3p4em6_f32(speed, beta):
 dissipation_array_compact_3p4em6_f32 = vectorize(dissipation_compact_3p4em6_f32.py_func)
 
 
+restitution_compact_1em5 = restitution_compact_3p4em6
+restitution_array_compact_1em5 = restitution_array_compact_3p4em6
+rebound_compact_1em5 = rebound_compact_3p4em6
+rebound_array_compact_1em5 = rebound_array_compact_3p4em6
+dissipation_compact_1em5 = dissipation_compact_3p4em6
+dissipation_array_compact_1em5 = dissipation_array_compact_3p4em6
+restitution_compact_1em5_f32 = restitution_compact_3p4em6_f32
+restitution_array_compact_1em5_f32 = restitution_array_compact_3p4em6_f32
+rebound_compact_1em5_f32 = rebound_compact_3p4em6_f32
+rebound_array_compact_1em5_f32 = rebound_array_compact_3p4em6_f32
+dissipation_compact_1em5_f32 = dissipation_compact_3p4em6_f32
+dissipation_array_compact_1em5_f32 = dissipation_array_compact_3p4em6_f32
+
+
 # compact_2p79em8
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
@@ -434,3 +468,11 @@ def dissipation_compact_2p79em8(speed, beta):
 
 
 dissipation_array_compact_2p79em8 = vectorize(dissipation_compact_2p79em8.py_func)
+
+
+restitution_compact_1em7 = restitution_compact_2p79em8
+restitution_array_compact_1em7 = restitution_array_compact_2p79em8
+rebound_compact_1em7 = rebound_compact_2p79em8
+rebound_array_compact_1em7 = rebound_array_compact_2p79em8
+dissipation_compact_1em7 = dissipation_compact_2p79em8
+dissipation_array_compact_1em7 = dissipation_array_compact_2p79em8

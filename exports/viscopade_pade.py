@@ -68,6 +68,9 @@ negative or v* is outside the formula's domain, and TypeError where one is not a
 
 import math
 
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
+
 A_PADE_0_3 = (
     1.0,
 )

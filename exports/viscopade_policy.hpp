@@ -60,6 +60,9 @@
 // NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 // the decimal point, m for the minus of an exponent).
 //
+// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+// (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+//
 // For C++14 and later. A simulation that takes a policy, a class with a static function of the speed:
 //
 //     struct Ice { static constexpr double Beta() { return 1.307; } };  // (s/cm)^(1/5), when it is compiled
@@ -85,6 +88,11 @@
 //     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
 //
 // With -ffast-math the bounds are not promised.
+
+#ifndef VISCOPADE_VERSION
+#define VISCOPADE_VERSION "1.0.0"
+#define VISCOPADE_VERSION_NUMBER 10000 /* 10000 major + 100 minor + patch */
+#endif
 
 #ifndef VISCOPADE_POLICY_COMMON
 #define VISCOPADE_POLICY_COMMON
@@ -251,6 +259,8 @@ private:
     }
 };
 
+using compact_1em3 = compact_2p09em4;
+
 } // namespace viscopade
 
 #endif
@@ -371,6 +381,8 @@ private:
     }
 };
 
+using compact_1em5 = compact_3p4em6;
+
 } // namespace viscopade
 
 #endif
@@ -445,6 +457,8 @@ private:
         return Parts<double>{elastic, lost};
     }
 };
+
+using compact_1em7 = compact_2p79em8;
 
 } // namespace viscopade
 

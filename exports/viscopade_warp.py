@@ -59,6 +59,9 @@
 #
 # NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
 # the decimal point, m for the minus of an exponent).
+#
+# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
+# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), functions for kernels of NVIDIA Warp.
 
     restitution_NAME(speed, beta)    eps
@@ -83,6 +86,9 @@ With the option fast_math of a module, the bounds are not promised.
 """
 
 import warp as wp
+
+VISCOPADE_VERSION = "1.0.0"
+VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
 
 @wp.func
@@ -209,6 +215,14 @@ def dissipation_compact_2p09em4(speed: wp.float32, beta: wp.float32):
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
 
+restitution_compact_1em3 = restitution_compact_2p09em4
+rebound_compact_1em3 = rebound_compact_2p09em4
+dissipation_compact_1em3 = dissipation_compact_2p09em4
+restitution_compact_1em3 = restitution_compact_2p09em4
+rebound_compact_1em3 = rebound_compact_2p09em4
+dissipation_compact_1em3 = dissipation_compact_2p09em4
+
+
 # compact_3p4em6
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
@@ -313,6 +327,14 @@ def dissipation_compact_3p4em6(speed: wp.float32, beta: wp.float32):
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
 
+restitution_compact_1em5 = restitution_compact_3p4em6
+rebound_compact_1em5 = rebound_compact_3p4em6
+dissipation_compact_1em5 = dissipation_compact_3p4em6
+restitution_compact_1em5 = restitution_compact_3p4em6
+rebound_compact_1em5 = rebound_compact_3p4em6
+dissipation_compact_1em5 = dissipation_compact_3p4em6
+
+
 # compact_2p79em8
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
@@ -372,3 +394,8 @@ def dissipation_compact_2p79em8(speed: wp.float64, beta: wp.float64):
     elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
+
+
+restitution_compact_1em7 = restitution_compact_2p79em8
+rebound_compact_1em7 = rebound_compact_2p79em8
+dissipation_compact_1em7 = dissipation_compact_2p79em8

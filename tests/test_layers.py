@@ -17,8 +17,8 @@ SOURCE = Path(__file__).parents[1] / "src"
 
 # Design section 3, from the ground up. Those of the first line are files; a wing imports from those before it.
 WINGS = (
-    *("arguments", "records", "quantity", "progress", "generated", "extras", "shipped"),
-    *("arithmetic", "store", "arrays", "theory", "collision", "approximation", "kernels"),
+    *("arguments", "records", "progress", "generated", "extras", "shipped"),
+    *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
     *("audit", "fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}

@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from viscopade.records import Node
+from viscopade.store import recorded
 
 if TYPE_CHECKING:
     import pint
@@ -147,24 +148,21 @@ def _decimal(text: str, unit: str) -> Decimal | None:
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None or not _UNIT.fullmatch(match[2].strip()):
         return None
-    size = _size(match[2].strip(), unit)
-    with localcontext(prec=_EXACT):  # as decimals: 2.5 mm is 0.0025 m, to the last bit
-        return None if size is None else Decimal(match[1]) * size
-
-
-@lru_cache(maxsize=256)
-def _size(name: str, unit: str) -> Decimal | None:
-    """Return a unit in terms of another one of the same dimension, or None."""
-    registry = _registry()
     try:
-        asked = registry.Unit(name.replace("μ", "µ"))
-        if asked.dimensionality != registry.Unit(unit).dimensionality:
-            return None
-        size = float(registry.Quantity(1.0, asked).to(unit).magnitude)
+        size = _size_of_unit(match[2].strip().replace("μ", "µ"), unit)
     except (ArithmeticError, AttributeError, AssertionError, TypeError, ValueError, KeyError, SyntaxError):
         return None  # what Pint raises for a name it does not know, or one that cannot be a factor
+    with localcontext(prec=_EXACT):  # as decimals: 2.5 mm is 0.0025 m, to the last bit
+        return Decimal(match[1]) * size
+
+
+@recorded
+def _size_of_unit(name: str, unit: str) -> Decimal:
+    """Return a unit in terms of another one: a record, because Pint's registry takes longer to make than a scene."""
+    registry = _registry()
+    size = float(registry.Quantity(1.0, registry.Unit(name)).to(unit).magnitude)
     if not 0 < size < math.inf:
-        return None
+        raise ValueError(f"{name} is no factor")
     # Pint multiplies in double precision: 1 g/cm^3 is 1000 kg/m^3, not the neighbour.
     short = f"{size:.15g}"
     return Decimal(short if len(short) <= _SHORT else repr(size))

@@ -239,7 +239,7 @@ def _sources() -> str | None:
     files = [path for wing in wings for path in (root / wing).rglob("*.py")]
     if not files:
         return None
-    digest = hashlib.sha256("".join(version(package) for package in ("numpy", "python-flint")).encode())
+    digest = hashlib.sha256("".join(version(package) for package in ("numpy", "python-flint", "pint")).encode())
     for path in sorted([*files, *root.glob("*.py"), *(root / "data").glob("*.*")]):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()

@@ -288,6 +288,7 @@ def of_julia_translated(_: Path, code: Code) -> Compute:
     ]
     names = {"number": number, "NaN": math.nan, kind: number, "log2": np.log2, "exp2": np.exp2, "sqrt": np.sqrt}
     exec("\n".join(lines), names)
+    names |= {lasting: names.get(name) for lasting, name in re.findall(r"^const (\w+) = ([a-z]\w+)$", text, re.M)}
 
     def compute(*columns: np.ndarray) -> Results:
         rows = list(zip(*map(number, columns), strict=True))
@@ -416,7 +417,7 @@ def of_wgsl_translated(directory: Path, code: Code) -> Compute:
     text = re.sub(r"//.*", "", code.text).replace("vec2<f32>", "vec2")
     text = re.sub(r"^fn (\w+)\((.*)\) -> (\w+) {", r"static inline \3 \1(\2) {", text, flags=re.M)
     text = re.sub(r"(\w+): f32([,)])", r"f32 \1\2", text)
-    text = re.sub(r"let (\w+)(?:: f32)? =", r"const auto \1 =", text)
+    text = re.sub(r"(?:let|const) (\w+)(?:: [fi]32)? =", r"const auto \1 =", text)
     text = re.sub(r"\b(\d+\.\d+)(?![\w.])", r"\1f", text)
     assert "fn " not in text
     assert "let " not in text

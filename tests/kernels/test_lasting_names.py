@@ -1,4 +1,4 @@
-"""Names, version and guard of the headers: what users hold on to when a kernel is replaced by a better one."""
+"""Names and version of the exported files: what users hold on to when a kernel is replaced by a better one."""
 
 import re
 import subprocess
@@ -21,6 +21,16 @@ HEADERS = {path.stem: path.read_text() for path in sorted(EXPORTS.glob("*.h"))}
 TIERS = ("1em3", "1em5", "1em7", "1em10", "full")
 TABLES = ("viscopade_full", *(f"viscopade_speed_{tier}" for tier in TIERS))
 LASTING = re.compile(r"^#define (viscopade_\w+) (viscopade_\w+)$", re.MULTILINE)
+
+CODE = {name: requests.file(name) for name in requests.NAMES if not name.endswith((".h", ".json", ".csv", ".tex"))}
+COMPACT = ["compact_1em3", "compact_1em5", "compact_1em7"]
+OF_V_STAR = {
+    "viscopade_half_line.py": ["halfline_1em3", "halfline_1em5", "halfline_1em7"],
+    "viscopade_inverse.py": ["inverse_1em3", "inverse_1em5"],
+    "viscopade_minimax.py": ["minimax_v5_1em3", "minimax_v5_1em5", "minimax_v5_1em8"],
+    "viscopade_pade.py": [],
+}
+SHADERS = (".glsl", ".wgsl")  # of type float only, and without texts
 
 every_header = pytest.mark.parametrize("name", HEADERS)
 
@@ -109,3 +119,31 @@ def test_an_old_standard_gets_one_line(name):
 def test_other_standards_read_the_tables(name, standard):
     run = checked(name, "int unused;", *compiled.compiler(standard), "-Werror")
     assert run.returncode == 0, run.stderr[:500]
+
+
+@pytest.mark.parametrize("name", CODE)
+def test_every_language_has_names_that_last_and_the_version(name):
+    text = CODE[name]
+    expected = OF_V_STAR.get(name, COMPACT[: 2 if name.endswith(SHADERS) else 3])
+    stated = re.search(r"NAME may also be (.*?): a name that stays", re.sub(r"\n *(?:\*|#|//|!) *", " ", text))
+    found = re.findall(r"(\w+) \(now (\w+)\)", stated.group(1)) if stated else []
+    assert [lasting for lasting, _ in found] == expected
+    code = re.sub(r"^ *(?:\*|# |//|! ).*", "", text, flags=re.MULTILINE)
+    for lasting, today in found:
+        names = [set(re.findall(rf"\b(\w*){one}(\w*)\b", code)) for one in (lasting, today)]
+        assert names[0]
+        assert names[0] <= names[1]
+    number = "".join(f"{int(part):02}" for part in version("viscopade").split(".")).lstrip("0")
+    assert re.search(rf"viscopade_version_number\b.*\b{number}\b", text, re.IGNORECASE)
+    if not name.endswith(SHADERS):
+        assert re.search(rf'viscopade_version\b.*"{version("viscopade")}"', text, re.IGNORECASE)
+
+
+@pytest.mark.parametrize("name", OF_V_STAR)
+def test_modules_of_python_have_one_function_under_both_names(name):
+    made = {"__name__": name}
+    exec(CODE[name], made)
+    pairs = re.findall(r"^([a-z]\w*) = (\w+)$", CODE[name], re.MULTILINE)
+    assert bool(pairs) == bool(OF_V_STAR[name])
+    for lasting, today in pairs:
+        assert made[lasting] is made[today]

@@ -30,7 +30,7 @@ from viscopade.kernels.targets import lacunary_kernels as lacunary_code
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.syntax import shortest
-from viscopade.kernels.targets.table_free import name_of
+from viscopade.kernels.targets.table_free import name_of, names_of
 from viscopade.kernels.targets.table_free import render as render_target
 
 COMMAND = "viscopade export TARGET --accuracy 1e-3 --accuracy 1e-5 --accuracy 1e-7"
@@ -334,6 +334,18 @@ def test_results_are_within_the_bounds(runner, name, form):
             if function == "restitution":
                 assert error.max() > bound / 2  # of the formula: the test can tell
                 assert ((result > 0) & (result <= 1)).all()
+
+
+@pytest.mark.parametrize(("name", "form"), EACH)
+def test_names_that_last_give_the_same_results(runner, tmp_path, name, form):
+    speed, beta = inputs(form, -30, 30, 100)
+    today, language = runner(name, form)(speed, beta), COMPACT[name]
+    lasting = {of_kernel(k, f): f"{f}_{names_of(k).lasting_name}" for k in having(form) for f in FUNCTIONS}
+    found = language.run(tmp_path, replace(code(language.target, form), functions=tuple(lasting.values())))(speed, beta)
+    limits = ("1em3", "1em5", "1em7")[: len(having(form))]
+    assert {function.partition("_")[2] for function in found} == {f"compact_{limit}" for limit in limits}
+    for of_today, of_lasting in lasting.items():
+        np.testing.assert_array_equal(today[of_today], found[of_lasting])
 
 
 @pytest.mark.parametrize(("name", "form"), EACH_IEEE)

@@ -116,16 +116,6 @@ class HalfLine:
         """The largest error in the approximant's own measure (sampled)."""
         return self.relative_error if self.measure == "relative" else self.both_error
 
-    @property
-    def _top(self) -> Terms:
-        """y^6 N."""
-        return terms(self.powers.top, self.quotient.a, SHIFT)
-
-    @property
-    def _bottom(self) -> Terms:
-        """D."""
-        return self.quotient.bottom
-
     def epsilon(self, v_star: Values) -> Values:
         """Return eps(v*) in double precision; v_star is a number >= 0, infinity, or an array.
 
@@ -136,17 +126,19 @@ class HalfLine:
         ValueError
             If a v* is negative or NaN.
         """
-        return checked.elementwise(lambda v: self._portion(v, 0), "v_star", v_star, _SPEEDS)
+        return checked.elementwise(lambda v: portions(self.quotient, v)[0], "v_star", v_star, _SPEEDS)
 
     def one_minus_epsilon(self, v_star: Values) -> Values:
         """Return 1 - eps(v*) without cancellation; arguments and errors as for `epsilon`."""
-        return checked.elementwise(lambda v: self._portion(v, 1), "v_star", v_star, _SPEEDS)
+        return checked.elementwise(lambda v: portions(self.quotient, v)[1], "v_star", v_star, _SPEEDS)
 
-    def _portion(self, v_star: FloatArray, index: int) -> FloatArray:
-        """Return D (index 0) or v*^2 N (index 1) divided by the sum of both."""
-        y, degree = np.cbrt(v_star), self._top[-1][0]
-        bottom, top = _evaluated(self._bottom, y, degree), _evaluated(self._top, y, degree)
-        return (bottom, top)[index] / (bottom + top)
+
+def portions(quotient: LacunaryQuotient, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return eps and 1 - eps: D and v*^2 N, divided by the sum of both."""
+    of_loss = terms(quotient.powers.top, quotient.a, SHIFT)  # y^6 N
+    y, degree = np.cbrt(v_star), of_loss[-1][0]
+    bottom, top = _evaluated(quotient.bottom, y, degree), _evaluated(of_loss, y, degree)
+    return bottom / (bottom + top), top / (bottom + top)
 
 
 def _evaluated(polynomial: Terms, y: FloatArray, degree: int) -> FloatArray:

@@ -11,10 +11,12 @@ from contextlib import contextmanager
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from threading import RLock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flint import arb, ctx
-from mpmath import mp
+
+if TYPE_CHECKING:
+    from mpmath import mp
 
 _turn = RLock()
 
@@ -42,6 +44,8 @@ def working(bits: int, length: int | None = None) -> Iterator[None]:
 
 def context(bits: int) -> Any:
     """Return a separate mpmath context with this precision in bits; the global one stays unchanged."""
+    from mpmath import mp  # imported when it is used: ready kernels need none
+
     own = mp.clone()
     own.prec = bits
     return own
@@ -92,6 +96,8 @@ def _digits_of(number: int) -> tuple[int, ...]:
 
 def to_mpf(ball: arb) -> mp.mpf:
     """Return the ball's middle as an mpmath number, exactly."""
+    from mpmath import mp
+
     mantissa, exponent = ball.mid().man_exp()
     return mp.make_mpf((int(mantissa < 0), abs(int(mantissa)), int(exponent), int(abs(mantissa)).bit_length()))
 

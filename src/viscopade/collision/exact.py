@@ -21,10 +21,9 @@ import math
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
-from typing import Any, SupportsIndex
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from flint import arb, fmpz
-from mpmath import mp
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
@@ -34,6 +33,9 @@ from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integra
 from viscopade.collision.validation import Ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
+
+if TYPE_CHECKING:
+    from mpmath import mp
 
 Exact = Any
 """A number taken exactly: str (decimal), int, float, Fraction, Decimal, mpmath.mpf or a NumPy scalar."""
@@ -109,6 +111,8 @@ class Collision:
 
     def mpf(self) -> dict[str, mp.mpf]:
         """Return the numbers by name as mpmath numbers, of relative error below 5 10^-digits."""
+        from mpmath import mp
+
         return {name: to_mpf(ball) if ball.is_finite() else mp.inf for name, ball in self.balls().items()}
 
     def floats(self) -> dict[str, float]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
 
 from viscopade.approximation import half_line
+from viscopade.approximation.lacunary import LacunaryQuotient
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
+from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Table
 from viscopade.kernels.names import FULL
@@ -26,14 +30,16 @@ def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     key = entry.tier, entry.size
     table = TABLES.get(key) if entry.kind == "speed" else None
     if table is None:
-        return _half_line(entry.tier).epsilon(v_star)
-    beyond = _half_line(entry.tier).epsilon(v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
+        return _of_half_line(entry.tier, v_star)
+    beyond = _of_half_line(entry.tier, v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
     return np.where(_inside(table, v_star), _of_table(table, _rows(*key), v_star), beyond)
 
 
-@lru_cache(maxsize=8)
-def _half_line(tier: str) -> half_line.HalfLine:
-    return half_line.smallest_half_line(float(tier), "both")
+def _of_half_line(tier: str, v_star: FloatArray) -> FloatArray:
+    kernel = prove_lacunary.half_line_kernel(tier)
+    variant = kernel.variant(DOUBLE)
+    quotient = LacunaryQuotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
+    return half_line.portions(quotient, v_star)[0]
 
 
 def _inside(table: Table, v_star: FloatArray) -> FloatArray:

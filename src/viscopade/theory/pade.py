@@ -15,11 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Rational
-from typing import SupportsIndex, TypeVar, cast
+from typing import TYPE_CHECKING, SupportsIndex, TypeVar, cast
 
 import numpy as np
 from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
-from mpmath import mp
 from numpy.typing import ArrayLike, NDArray
 
 from viscopade import arguments
@@ -35,6 +34,9 @@ from viscopade.arithmetic.balls import (
 )
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 from viscopade.theory.series import derived
+
+if TYPE_CHECKING:
+    from mpmath import mp
 
 DOUBLET_TOLERANCE = 0.01
 # Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.

@@ -23,11 +23,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, floor, log2, pi, sin
-from typing import Any, NamedTuple, SupportsIndex
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
 from flint import arb, arb_series, fmpq, fmpq_poly, fmpq_series, fmpz_poly
-from mpmath import mp
 from numpy.typing import NDArray
 
 from viscopade import arguments
@@ -35,6 +34,9 @@ from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
+
+if TYPE_CHECKING:
+    from mpmath import mp
 
 GUARD_BITS = 16
 # Two attempts usually suffice; this many mean that a coefficient is exactly zero.

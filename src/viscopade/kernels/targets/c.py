@@ -15,6 +15,7 @@ from viscopade.kernels.targets.syntax import constant_of_c, of_c, text
 from viscopade.kernels.targets.wording import (
     OF_EXPONENTS,
     distinct,
+    functions_of,
     lasting,
     lasting_lines,
     preamble,
@@ -67,25 +68,14 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
         blocks=blocks,
         names=names,
         has_derivative=has_derivative,
-        lasting=lasting(map(_functions, blocks)),
+        lasting=lasting(
+            (block["kernel"], functions_of(block["kernel"], (FORMATS[v["type"]] for v in block["variants"])))
+            for block in blocks
+        ),
         variable=variable(kernels[0].law),
         of_speed=takes_speed(kernels[0]),
         has_ends=takes_speed(kernels[0]) or any(kernel.interval or kernel.end for kernel in kernels),
     )
-
-
-def _functions(block: Mapping[str, Any]) -> tuple[Quotient, list[str]]:
-    """Return a kernel and its functions, with {} for its name."""
-    return block["kernel"], [
-        f"{function}_{{}}{variant['suffix']}"
-        for variant in block["variants"]
-        for function, given in (
-            ("epsilon", True),
-            ("epsilon_derivative", variant["derivative"]),
-            ("restitution", takes_speed(block["kernel"])),
-        )
-        if given
-    ]
 
 
 def _block(kernel: Quotient) -> dict[str, Any]:

@@ -70,15 +70,15 @@ def render_c(kernels: Sequence[LacunaryKernel], command: str) -> str:
         blocks=blocks,
         kinds=_kinds(chosen),
         names=_names(chosen),
-        lasting=lasting(map(_functions, chosen)),
+        lasting=lasting((kernel, _functions(kernel, forms)) for kernel in chosen),
         of_speed=takes_speed(chosen[0]),
     )
 
 
-def _functions(kernel: LacunaryKernel) -> tuple[LacunaryKernel, list[str]]:
-    """Return a kernel and its functions, with {} for its name."""
+def _functions(kernel: LacunaryKernel, forms: Sequence[Format]) -> list[str]:
+    """Return a kernel's functions in these types, with {} for its name."""
     names = [name for name in _FUNCTIONS[kernel.kind] if takes_speed(kernel) or name not in _OF_SPEED]
-    return kernel, [f"{name}_{{}}{v.form.suffix}" for v in kernel.variants for name in names]
+    return [f"{name}_{{}}{v.form.suffix}" for v in kernel.variants if v.form in forms for name in names]
 
 
 def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
@@ -94,10 +94,14 @@ def render_python(kernels: Sequence[LacunaryKernel], command: str) -> str:
     Parameters and errors are those of `render_c`.
     """
     chosen = _distinct(kernels)
-    head = "\n".join(f"# {line}".rstrip() for line in _preamble(chosen, command, [DOUBLE]))
-    blocks = [_python_block(kernel) for kernel in chosen]
+    lines = [*_preamble(chosen, command, [DOUBLE]), *lasting_lines(chosen)]
     return template(__name__, "lacunary.py.jinja").render(
-        head=head, blocks=blocks, kinds=_kinds(chosen), names=_names(chosen), of_speed=takes_speed(chosen[0])
+        head="\n".join(f"# {line}".rstrip() for line in lines),
+        blocks=[_python_block(kernel) for kernel in chosen],
+        kinds=_kinds(chosen),
+        names=_names(chosen),
+        lasting=lasting((kernel, _functions(kernel, [DOUBLE])) for kernel in chosen),
+        of_speed=takes_speed(chosen[0]),
     )
 
 

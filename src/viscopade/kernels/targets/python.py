@@ -9,7 +9,15 @@ from fractions import Fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import template
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.targets.wording import distinct, preamble, takes_speed, variable
+from viscopade.kernels.targets.wording import (
+    distinct,
+    functions_of,
+    lasting,
+    lasting_lines,
+    preamble,
+    takes_speed,
+    variable,
+)
 from viscopade.kernels.v_star import speed_note
 
 
@@ -28,11 +36,16 @@ def render(kernels: Sequence[Quotient], command: str) -> str:
     ValueError
         If a kernel does not fit type double, or `command` is not one line.
     """
-    lines = [*preamble(kernels, command), *speed_note(kernels, [DOUBLE])]
+    lines = [*preamble(kernels, command), *speed_note(kernels, [DOUBLE]), *lasting_lines(kernels)]
     head = "\n".join(f"# {line}".rstrip() for line in lines)
-    blocks = [_block(kernel) for kernel in distinct(kernels)]
+    chosen = distinct(kernels)
+    blocks = [_block(kernel) for kernel in chosen]
     return template(__name__, "quotient.py.jinja").render(
-        head=head, blocks=blocks, variable=variable(kernels[0].law), of_speed=takes_speed(kernels[0])
+        head=head,
+        blocks=blocks,
+        lasting=lasting((kernel, functions_of(kernel, [DOUBLE])) for kernel in chosen),
+        variable=variable(kernels[0].law),
+        of_speed=takes_speed(kernels[0]),
     )
 
 

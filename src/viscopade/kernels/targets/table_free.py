@@ -9,23 +9,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from textwrap import wrap
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
-from viscopade.arithmetic.decimals import at_most, below
-from viscopade.arithmetic.formats import FLOAT, Format
+from viscopade.arithmetic.decimals import at_most, below, power_of_ten
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
 from viscopade.kernels.forms import slope, table_free
-from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, SPELLING, HalfLineKernel, InverseKernel, LacunaryVariant
+from viscopade.kernels.forms.lacunary_kernels import (
+    HALF_LINE,
+    SPELLING,
+    HalfLineKernel,
+    InverseKernel,
+    LacunaryVariant,
+    scientific,
+)
 from viscopade.kernels.forms.table_free import (
     FUNCTIONS,
     LARGEST,
+    LIBRARY,
     RoundingBound,
 )
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
-from viscopade.kernels.targets.wording import PROVEN, distinct
+from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
 
 COMPACT = "compact"
 _INDENT = 30  # columns that assignments need besides the expression
@@ -69,9 +77,10 @@ def render(
         )
     left_out = [kernel for kernel in chosen if kernel not in written]
     head = _head(target, written, left_out, command)
+    stay = {name: stays for ((stays, name),) in lasting((names_of(kernel), ["{}"]) for kernel in written)}
     return template(__name__, target.template("table_free")).render(
         head="\n".join(f"{target.comment} {line}".rstrip() for line in head),
-        kernels=[_block(target, kernel) for kernel in written],
+        kernels=[_block(target, kernel) | {"lasting": stay.get(name_of(kernel))} for kernel in written],
         example=name_of(written[-1]),
         module=module,
         w=_statements(table_free.w_program(), target.numbers[0].syntax, target),
@@ -98,6 +107,22 @@ SPECIAL = (
 def name_of(kernel: HalfLineKernel) -> str:
     """Return the name with the proven bound, "compact_2p09em4"."""
     return COMPACT + kernel.name.removeprefix(HALF_LINE)
+
+
+class Names(NamedTuple):
+    """The names of a compact kernel: the one with the bound, and the one that lasts."""
+
+    name: str
+    lasting_name: str
+
+
+def names_of(kernel: HalfLineKernel) -> Names:
+    """Return both names, in every language the same: "compact_1em5" keeps its error, in double with rounding."""
+    variant = kernel.variant(DOUBLE)
+    bound = Fraction(variant.certificate.bound)
+    rounding, _ = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY[DOUBLE.name])["restitution"]
+    total = power_of_ten(bound + Fraction(rounding) * (1 + bound))
+    return Names(name_of(kernel), name_of(kernel).replace(scientific(kernel.bound.bound), total))
 
 
 # --- what templates need ----------------------------------------------------------------------------------------------
@@ -181,6 +206,7 @@ def _head(
         *wrap(f"assumed: {target.assumed}.", WIDTH),
         "",
         *wrap(f"NAME is compact_B, B being the proven bound of the formula's error {SPELLING}.", WIDTH),
+        *lasting_lines([names_of(kernel) for kernel in kernels]),
     ]
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from textwrap import wrap
 from typing import Protocol, TypeVar
 
+from viscopade.arithmetic.formats import Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
 from viscopade.kernels.forms.quotient import Quotient, law_name
 from viscopade.theory.law import Law
@@ -113,6 +114,20 @@ class Named(Protocol):
     @property
     def lasting_name(self) -> str:
         """The end of the names that do not change when a better kernel takes this one's place."""
+
+
+def functions_of(kernel: Quotient, forms: Iterable[Format]) -> list[str]:
+    """Return the names of a quotient's functions in C and Python, with {} for that of the kernel."""
+    return [
+        f"{function}_{{}}{form.suffix}"
+        for form in forms
+        for function, given in (
+            ("epsilon", True),
+            ("epsilon_derivative", kernel.derivative(form)),
+            ("restitution", takes_speed(kernel)),
+        )
+        if given
+    ]
 
 
 def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[list[tuple[str, str]]]:
