@@ -826,6 +826,21 @@ def test_what_is_said_to_be_accepted_is_accepted():
     assert prove_lacunary.half_line_kernel(accuracy).variants[0].total(("epsilon",)) <= Fraction(accuracy)
 
 
+def test_a_refusal_names_the_least_error_that_a_proof_reaches():
+    proven, made = {"offered": "1.3e-11", "near": "1.1e-11", "far": "1e-20"}, []
+
+    def make(choice):
+        made.append(choice)
+        if choice == "unproven":
+            raise ArithmeticError
+        return SimpleNamespace(checked=(), variant=lambda _: SimpleNamespace(total=lambda _: Fraction(proven[choice])))
+
+    sampled = [(1e-10, "far"), (2e-12, "near"), (1e-12, "unproven"), (6e-14, "offered")]
+    with pytest.raises(ValueError, match=r"^accuracy is 1e-13: accepted is a number >= 1\.1e-11, "):
+        prove_lacunary._first(Fraction("1e-13"), sampled, make)
+    assert made == ["offered", "unproven", "near"]
+
+
 def test_a_float_that_is_much_less_accurate_is_left_out():
     kernel = prove_lacunary.of_half_line(NOT_IN_FLOAT, "both")
     assert [v.form for v in kernel.variants] == [DOUBLE]

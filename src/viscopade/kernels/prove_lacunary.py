@@ -31,7 +31,6 @@ LOOSER = 2  # a float's bound may exceed that of the double by this factor
 LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
-SAFE = Fraction(51, 50)  # a proven bound, rounded up to three digits, exceeds the sampled error by less
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
 
 SOURCES = {
@@ -174,18 +173,28 @@ def _first(
 ) -> Choice:
     """Return the first choice whose kernel is proven to be accurate enough, rounding in type double included.
 
-    Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
+    Candidates come with their sampled errors, from which those that cannot be accurate enough are known. If all fail,
+    the nearest of these are proven too: the refusal names an error that a proof reaches.
     """
-    best = Fraction(1)
-    for error, choice in candidates:
-        best = min(best, Fraction(error) * SAFE)
-        if error > wanted:
-            continue
+    best, misses = Fraction(1), list[tuple[float, Choice]]()
+
+    def proven(choice: Choice) -> Fraction:
         kernel = make(choice)
-        total = kernel.variant(DOUBLE).total(kernel.checked)
+        return kernel.variant(DOUBLE).total(kernel.checked)
+
+    for error, choice in candidates:
+        if error > wanted:
+            misses.append((error, choice))
+            continue
+        total = proven(choice)
         if total <= wanted:
             return choice
         best = min(best, total)
+    for error, choice in sorted(misses, key=lambda miss: miss[0]):
+        if error >= best:
+            break
+        with suppress(ArithmeticError):
+            best = min(best, proven(choice))
     raise ValueError(
         f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
     )
