@@ -447,6 +447,12 @@ BAD = [
     ),
     (["coefficients", "--end", "top"], "'top' is not one of 'force', 'return'"),
     (["epsilon", "--law", "linear", "--end", "return", "--kappa", "2"], "accepted is a smaller kappa, or end 'force'"),
+    (["invert", "--law", "tsuji", "--end", "return", "--epsilon", "1e-30"], "accepted is a larger epsilon, or end"),
+    (
+        ["epsilon", "--law", "hunt-crossley:1", "--beta", "1 s/m", "--speed", "1"],
+        "beta is '1 s/m': accepted is a plain",
+    ),
+    (["epsilon", "--law", "linear", "--beta", "1 s", "--speed", "1"], "accepted is a plain number, for the law 1,0"),
     (["epsilon", "--kappa", "1", "--v-star", "1"], "the options do not give one v*: accepted is --v-star, --kappa"),
     (["epsilon", "--law", "1,-1", "--kappa", "1"], "b is '-1': accepted is a rational number such as 3/2 or 0.25"),
     (["epsilon", *BALL, "--dissipative-constant", "1", "--speed", "1", "--law", "tsuji"], "and none of --v-star"),

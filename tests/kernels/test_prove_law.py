@@ -55,6 +55,13 @@ def test_a_pole_is_refused():
         error_up_to([arb(1), arb(-1)], [arb(1), arb(-1), arb("-0.5")], law_of("hunt-crossley"), "2")
 
 
+@pytest.mark.slow
+def test_a_law_with_no_proof_at_the_origin_is_refused_with_the_reason():
+    message = r"^the law is 2,0: accepted .* nu <= 2, as for nu = 3 none .* \(the error of the work is not small\)$"
+    with pytest.raises(ValueError, match=message):
+        error_up_to([arb(1)], [arb(1)], law_of("2,0"), "0.1")
+
+
 @pytest.mark.parametrize("high", ["0", "1e-9", "101", "nan", "x"])
 def test_bad_ends_are_refused(high):
     with pytest.raises(ValueError, match=r"v_star_max is .*: accepted is a number from 0\.001 to 100"):

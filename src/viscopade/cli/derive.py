@@ -212,8 +212,11 @@ def epsilon(
         factor, in_its_units, unit = _beta_and_speed(beta, speed)
         collision = exact.collision(digits=number, beta=factor, speed=in_its_units)
     else:
-        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
         unit = "" if beta is None else _unit_of_beta(of)
+        if beta is not None:
+            accepted = f"a plain number, in {unit}" if unit else "a plain number"
+            arguments.exact_number("beta", beta, f"{accepted}, for the law {of}", lambda _: True)
+        collision = exact.collision(v_star, number, kappa=kappa, beta=beta, speed=speed, law=of)
     units = {"beta": unit} if unit else {}
     _show_numbers(collision.decimals(), units, {"digits": collision.digits, **fields}, style, line)
 

@@ -253,7 +253,8 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     steps = _steps(k, accuracy, motion, k.mantissa < 0 and motion.attractive)
     bits, pieces = steps.bits, [steps.piece(0, 0, steps.first())]
     while not _ends_in(pieces[-1], k, bits, motion):
-        slow = k.mantissa < 0 and not motion.delayed and len(pieces) == MAX_SLOW_PIECES
+        stopped = len(pieces) == MAX_SLOW_PIECES or sum(pieces[-1].y) <= 0  # p > 0 is lost in its errors
+        slow = k.mantissa < 0 and not motion.delayed and stopped
         if slow or (k.mantissa < 0 and _creeps(pieces[-1], k, bits, motion)):
             raise NoEndError("x = 0 is not reached")
         if len(pieces) == MAX_PIECES:

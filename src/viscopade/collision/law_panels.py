@@ -134,9 +134,9 @@ def law_panels(law: Law, high: Fraction) -> tuple[LawPanel, ...]:
     Raises
     ------
     ValueError
-        If contact ends against an attractive force.
+        If contact ends against an attractive force, or no panel at the origin is proven, however short.
     ArithmeticError
-        If panels become too short.
+        If other panels become too short.
     """
     if law.nu > 1 and not law.delayed:
         raise ValueError(f"the end is {law.end!r}: accepted for proofs on an interval, for the law {law} is 'force'")
@@ -148,9 +148,14 @@ def law_panels(law: Law, high: Fraction) -> tuple[LawPanel, ...]:
             left, right = waiting.pop()
             try:
                 found.append(panel(law, left, right))
-            except ArithmeticError:
+            except ArithmeticError as error:
                 if right - left < max(SHORTEST * right, SHORTEST**2):
-                    raise
+                    if left:
+                        raise
+                    raise ValueError(
+                        f"the law is {law}: accepted for proofs on an interval is for instance nu <= 2, as for "
+                        f"nu = {law.nu} none was found at v* = 0 ({error})"
+                    ) from None
                 middle = _dyadic(float((left + right) / 2 if left else right / 4))  # exact ends: no gap between panels
                 waiting += [(middle, right), (left, middle)]
     with working(BITS, 1):
