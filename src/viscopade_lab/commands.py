@@ -13,6 +13,7 @@ import click
 
 from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show, terminal_width
 from viscopade.cli.writer import check_targets, write, write_all
+from viscopade.theory.law import ENDS
 from viscopade_lab import figures, report
 
 if TYPE_CHECKING:
@@ -58,12 +59,23 @@ def claims(names: tuple[str, ...], style: str) -> None:
     "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
     help="Format of the figures; repeat for more.",
 )  # fmt: skip
-def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
-    """Draw the paper's figures, and further ones."""
+@click.option("--law", metavar="NAME|A,B", help="Law of contact: draw its series and approximants instead.")
+@click.option("--end", type=click.Choice(ENDS), help="End of contact of --law.  [default: force]")
+def figures_command(
+    out: Path, names: tuple[str, ...], formats: tuple[str, ...], law: str | None, end: str | None
+) -> None:
+    """Draw the paper's figures, and further ones, or the series and approximants of another law of contact."""
+    from viscopade.theory.law import law_of
     from viscopade_lab.figures import registry
 
     need("figures", "matplotlib")
-    pictures = registry.render(names or None, formats)
+    if law is None and end is not None:
+        raise click.UsageError("--end is that of a law: accepted is --end with --law")
+    if law is not None and names:
+        raise click.UsageError("--only and --law are both given: accepted is one of them")
+    pictures = (
+        registry.render(names or None, formats) if law is None else registry.render_law(law_of(law, end), formats)
+    )
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
 

@@ -30,9 +30,9 @@ from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
 from viscopade_lab import figures
-from viscopade_lab.figures import FORMATS, cooling, paper
+from viscopade_lab.figures import FORMATS, cooling, laws, paper
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, MAX_M
-from viscopade_lab.figures.registry import FIGURES, content, drawn, render
+from viscopade_lab.figures.registry import FIGURES, content, drawn, render, render_law
 
 DIGITS = 25
 NAMES = list(FIGURES)
@@ -384,6 +384,26 @@ def test_universal_curves_with_closed_forms(sheets):
                     K = mpf(x)
                     expected = nu_1(K) if nu == "1" else nu_2(K / 2, end)
                 assert y == pytest.approx(float(expected), rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize(("law", "end"), [("hunt-crossley", "force"), ("linear", "force"), ("linear", "return")])
+def test_series_and_approximants_of_a_law(law, end):
+    """The exact curve is that of the closed form; at a small kappa a better formula is drawn below a worse one."""
+    of = law_of(law, end)
+    sheet = laws.approximants_of(of).draw()
+    for x, y in samples(artist(sheet, "exact"), 5):
+        with mp.workdps(30):
+            expected = nu_1(mpf(x)) if law == "hunt-crossley" else nu_2(mpf(x) / 2, end)
+        assert y == pytest.approx(float(expected), rel=1e-10)
+    names = [gid.removesuffix("-error") for gid in gids(sheet) if gid.endswith("-error")]
+    assert names[:3] == ["series-5", "series-10", "series-40"]
+    m, n = map(int, names[-1].split("-"))
+    assert n == m + of.excess
+    errors = {name: artist(sheet, f"{name}-error").get_ydata()[240] for name in (*names[:2], names[3], names[-1])}
+    assert sorted(errors, key=errors.get)[0] == names[-1]
+    assert list(render_law(of)) == [
+        f"approximants_{'a1_b0' if law == 'linear' else 'a3o2_b3o2'}{'_return' if end == 'return' else ''}.svg"
+    ]
 
 
 def test_what_programs_deliver_with_closed_forms(sheets):

@@ -12,8 +12,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from viscopade.generated import marker_line
-from viscopade.plots.sheet import PNG_DPI, STYLE, metadata
+from viscopade.kernels.forms.quotient import law_name
+from viscopade.plots.sheet import PNG_DPI, STYLE, metadata, picture
 from viscopade.progress import quietly, track
+from viscopade.theory.law import Law
 from viscopade_lab.figures import FORMATS, audit, cooling, laws, paper
 from viscopade_lab.figures.paper import Figure
 
@@ -49,6 +51,17 @@ def render(names: Iterable[str] | None = None, formats: Iterable[str] = ("svg",)
             for kind in formats:
                 files[f"{names[i]}.{kind}"] = content(sheet, names[i], kind)
     return files
+
+
+def render_law(law: Law, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
+    """Return file name and content of the figure of a law's series and approximants; formats and errors as above."""
+    formats = list(formats)
+    _refuse_unknown("format", formats, FORMATS)
+    ends = "" if law.end == "force" else f"_{law.end}"
+    name = f"approximants{law_name(law) or '_viscoelastic'}{ends}"
+    of, command = laws.approximants_of(law), f"viscopade figures --law {law} --end {law.end}"
+    with quietly():
+        return {f"{name}.{kind}": picture(of.draw, of.description, command, kind) for kind in formats}
 
 
 @contextmanager

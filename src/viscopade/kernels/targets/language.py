@@ -89,7 +89,7 @@ class FunctionText:
     close: str = ""
     call: str = "{function}_{name}({given})"
     outside: str = "They return NaN for an argument outside the domain, and for NaN."
-    library: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
+    mathematics: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
     file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
     apart: int = 0  # lines between functions, besides one
 

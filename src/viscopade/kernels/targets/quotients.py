@@ -221,8 +221,8 @@ def _text(target: Target, name: str, number: Number, function: _Function) -> str
         "locals": ", ".join(statement.name for statement in function.program),
     }
     syntax = number.syntax
-    if written.library:
-        syntax = syntax._replace(function=lambda name: written.library.format(name=name, suffix=number.suffix))
+    if written.mathematics:
+        syntax = syntax._replace(function=lambda name: written.mathematics.format(name=name, suffix=number.suffix))
     statements = [(name, text(expression, syntax)) for name, expression in function.program]
     lines = [
         *(

@@ -71,7 +71,7 @@ TARGET = Target(
         'if (!({given} >= {low} && {given} <= {high})) {{\n    return nan{suffix}("");\n}}',
         "}}\n\n#endif",
         "viscopade_{function}_{name}({given})",
-        library="{name}{suffix}",
+        mathematics="{name}{suffix}",
         file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",
     ),
     include='#include "{file}"',

@@ -19,7 +19,7 @@ TARGET = Target(
         "return {value};",
         "if (!({given} >= {low} && {given} <= {high})) {{\n    return NaN;\n}}",
         "}}",
-        library="Math.{name}",
+        mathematics="Math.{name}",
     ),
     include='import * as scene from "./{file}";',
     qualifier="scene.",
