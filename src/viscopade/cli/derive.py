@@ -289,7 +289,9 @@ def _beta_and_speed(beta: str, speed: str) -> tuple[str, str | Fraction, str]:
 def _unit_of_beta(law: Law) -> str:
     """Return the SI unit of beta, (s/m)^(2/nu - 1); "" if it has none."""
     power = 2 / law.nu - 1
-    return "" if power == 0 else f"(s/m)^({power})" if power > 0 else f"(m/s)^({-power})"
+    if abs(power) in (0, 1):
+        return {0: "", 1: "s/m", -1: "m/s"}[int(power)]
+    return f"(s/m)^({power})" if power > 0 else f"(m/s)^({-power})"
 
 
 def _show_material(
