@@ -67,7 +67,7 @@ def test_against_the_exact_inverse(whole):
 
 def test_there_and_back():
     """An error e of eps in both measures is one of at most 2 e in q, which is at least the square of v*."""
-    back, forward = smallest(1e-7), half_line.smallest_half_line(1e-7, "both")
+    back, forward = smallest(1e-7), half_line.fit_half_line(half_line.BOTH[-1], "both")
     slow, fast = np.geomspace(1e-3, 1, 151), np.geomspace(1, 1e6, 151)
     found = np.concatenate(
         [of_epsilon(back, one_minus_epsilon=forward.one_minus_epsilon(slow)), of_epsilon(back, forward.epsilon(fast))]

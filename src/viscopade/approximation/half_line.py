@@ -193,25 +193,6 @@ def _fit(powers: Powers, measure: Measure) -> HalfLine:
     return HalfLine(quotient, measure, found.error, *errors, points)
 
 
-def smallest_half_line(accuracy: float, measure: Measure = "relative") -> HalfLine:
-    """Return the kernel with the fewest coefficients (of those in `BEST`) whose error is at most `accuracy`.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    if measure not in get_args(Measure):
-        raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
-    for powers in BEST[measure]:
-        found = fit_half_line(powers, measure)
-        if found.error <= accuracy:
-            return found
-    raise ValueError(
-        f"accuracy is {accuracy!r}: accepted is a number >= {found.error:.2e}, which the best kernel reaches"
-    )
-
-
 def _target(y: arb) -> arb:
     """Return (1/eps - 1)/v*^2."""
     exact = exact_target(TABLE_DIGITS)
