@@ -159,12 +159,22 @@ def _require_motion(f: _Functions, end: arb) -> None:
     """
     with working(64):
         coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
-        rest = sum((abs(c) for c in coefficients[LEADING:]), arb(0))
+        rest = _largest(arb_poly(coefficients[LEADING:]))
         speed = arb_poly(coefficients[:LEADING])
-        for i in range(PARTS):
-            part = speed(arb_poly([(2 * i + 1) * end / (2 * PARTS), end / (2 * PARTS)]))
-            if not part[0] > sum((abs(c) for c in part.coeffs()[1:]), rest):
-                raise ArithmeticError("the speed may vanish before the end")
+        if not any(_is_positive(speed, rest, end, parts) for parts in (1, PARTS)):
+            raise ArithmeticError("the speed may vanish before the end")
+
+
+def _is_positive(speed: arb_poly, rest: arb, end: arb, parts: int) -> bool:
+    """Show that a polynomial less `rest` is positive on 0 <= z <= end; expanded around the middle of each part."""
+    step = end / (2 * parts)
+    of_parts = (speed(arb_poly([(2 * i + 1) * step, step])) for i in range(parts))
+    return all(part[0] > _largest(part - part[0]) + rest for part in of_parts)
+
+
+def _largest(polynomial: arb_poly) -> arb:
+    """Bound |polynomial| on -1 <= z <= 1."""
+    return polynomial(arb(0, 1)).abs_upper()
 
 
 def _shares(branch: Branch, functions: list[_Functions], residuals: list[arb]) -> list[arb]:
