@@ -14,7 +14,7 @@ import pytest
 from tests.kernels.languages import FORMS, LANGUAGES, TYPES, Code
 from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels import requests
-from viscopade.kernels.forms.quotient import law_name
+from viscopade.kernels.forms.kernel import law_name
 from viscopade.kernels.names import TIERS
 from viscopade.kernels.requests import KINDS, Request
 from viscopade.kernels.targets import quotients

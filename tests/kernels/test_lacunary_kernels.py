@@ -32,7 +32,8 @@ from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_hor
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
-from viscopade.kernels.targets.lacunary_kernels import render_c, render_python
+from viscopade.kernels.targets.c import render as render_c
+from viscopade.kernels.targets.python import render as render_python
 from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
 from viscopade_lab.hard_cases import exported
 
@@ -889,7 +890,7 @@ def test_kernels_that_contradict_themselves_cannot_be_made():
     both, relative, _, interval = kernels()
     with pytest.raises(ValueError, match="wrong number of coefficients"):
         HalfLineKernel(SMALL, both.variants, (), both.source)
-    with pytest.raises(ValueError, match="of one measure"):
+    with pytest.raises(ValueError, match="one interval and one measure"):
         HalfLineKernel(both.powers, (*both.variants, *relative.variants), (), both.source)
     with pytest.raises(ValueError, match="for all v"):
         HalfLineKernel(interval.powers, interval.variants, (), both.source)

@@ -19,7 +19,7 @@ from viscopade.collision import exact
 from viscopade.kernels import prove_rational
 from viscopade.kernels.certificate import prove
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
-from viscopade.kernels.forms.quotient import span
+from viscopade.kernels.forms.kernel import span
 from viscopade.kernels.targets import c, python
 from viscopade.theory.pade import pade
 

@@ -26,7 +26,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
-from viscopade.kernels.targets import lacunary_kernels as lacunary_code
+from viscopade.kernels.targets import c
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.syntax import shortest
@@ -427,7 +427,7 @@ def test_eps_is_never_beyond_its_range(runner, form):
 
 def test_the_header_agrees_with_the_one_for_v_star(runner, tmp_path):
     """viscopade_half_line.h takes cbrt of v*, the header here a thirtieth power of w."""
-    library = compiled.build(tmp_path, [lacunary_code.render_c(kernels(), COMMAND)])
+    library = compiled.build(tmp_path, [c.render(kernels(), COMMAND)])
     speed, beta = inputs("double", -100, 40, 2000)
     found = runner("CUDA, host", "double")(speed, beta)
     for kernel in kernels():

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.collision import exact
 from viscopade.collision.curve import curve
 from viscopade.kernels.toolchain import ToolchainError
@@ -94,7 +95,7 @@ def test_quotients_keep_their_errors_with_a_law_by_pow():
 @pytest.mark.parametrize("law", ["hunt-crossley", "kelvin-voigt:1"])
 def test_steepness_bounds_the_slopes_of_the_quotient(law):
     found = chosen(law=law).chosen.candidate
-    a, b = ([float(c) for c in part] for part in (found.kernel.a, found.kernel.b))
+    a, b = found.kernel.rounded(DOUBLE)
     v = np.linspace(*map(float, found.encounters[0].v_star), 2001)[1:]
     f = np.polyval(a[::-1], v) / np.polyval(b[::-1], v)
     slope = np.abs(np.gradient(f, v)[1:-1] * v[1:-1])

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.generated import WIDTH
-from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.forms.rounding_bounds import ULPS, of_speed
 from viscopade.store import recorded
-from viscopade.theory.law import VISCOELASTIC
 
 _DECADES = 30
 USUAL = Fraction(10) ** _DECADES
@@ -56,10 +52,3 @@ def assumed(roots: str) -> str:
         f"assumed: sqrt rounds correctly; the results of {roots}, in type float as well, are within {ULPS} units in "
         "the last place (the largest errors known of glibc's are not larger)"
     )
-
-
-def speed_note(kernels: Sequence[Quotient], forms: Sequence[Format]) -> list[str]:
-    """Return the lines on functions of the speed in a file of quotients; none if no error of theirs is proven."""
-    if not any(kernel.bounds and kernel.law == VISCOELASTIC for kernel in kernels):
-        return []
-    return ["", *wrap(stated(forms), WIDTH), "", *wrap(f"{assumed('pow')}.", WIDTH)]

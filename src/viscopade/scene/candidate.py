@@ -282,7 +282,7 @@ class BestApproximant(Candidate):
 
     def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
-        a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (self.kernel.a, self.kernel.b))
+        a, b = map(np.polynomial.Polynomial, self.kernel.rounded(DOUBLE))
         return np.asarray(a(v_star) / b(v_star))
 
     def request(self) -> requests.Request:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from viscopade.generated import marker_line
-from viscopade.kernels.forms.quotient import law_name
+from viscopade.kernels.forms.kernel import law_name
 from viscopade.plots.sheet import PNG_DPI, STYLE, metadata, picture
 from viscopade.progress import quietly, track
 from viscopade.theory.law import Law

@@ -34,7 +34,7 @@ from viscopade.kernels.expressions import (
     evaluate,
 )
 from viscopade.kernels.forms import exact_formulas, formulas, last_place, rounding_bounds, speed_kernel, table_free
-from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.forms.rounding_bounds import ULPS, Size
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
@@ -197,13 +197,13 @@ def _v_star(x: Any) -> dict[str, Any]:
     return {"v_star": x}
 
 
-def _pade_end(kernel: Quotient) -> Fraction:
+def _pade_end(kernel: PadeKernel) -> Fraction:
     """Return the largest v* for which a header states an error."""
     return max(v for v in prove_rational.USEFUL if kernel.end is None or v < Fraction(kernel.end[1]) * Fraction(9, 10))
 
 
 @lru_cache(maxsize=8)
-def pade_kernel(m: int, n: int) -> Quotient:
+def pade_kernel(m: int, n: int) -> PadeKernel:
     """Return an approximant of the paper's table, without proofs."""
     return prove_rational.without_proof(pade(m, n, prove_rational.DIGITS))
 

@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from viscopade.kernels import names, requests
-from viscopade.kernels.forms.quotient import decimal_text
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import tables
 from viscopade.theory.series import series
@@ -318,9 +317,7 @@ def from_exports(degrees: requests.Degrees) -> Iterator[ReadBack]:
     request = Request(pade=degrees)
     kernels = request.quotients()
     wanted = {
-        (k.m, k.n): {
-            f"{letter}_{i}": decimal_text(c) for letter, part in (("a", k.a), ("b", k.b)) for i, c in enumerate(part)
-        }
+        (k.m, k.n): {f"{letter}_{i}": c for letter, part in zip("ab", k.texts, strict=True) for i, c in enumerate(part)}
         for k in kernels
     }
     rows = [[str(m), str(n), *_split(name), c] for (m, n), terms in wanted.items() for name, c in terms.items()]

@@ -3,6 +3,7 @@
 __all__ = [
     "exact_formulas",
     "formulas",
+    "kernel",
     "lacunary_kernels",
     "last_place",
     "minimax",

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 
 from viscopade.approximation import half_line
 from viscopade.approximation.inverse import InverseForm, inverse_form
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
-from viscopade.arithmetic.formats import Format
-from viscopade.generated import one_line
-from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.quotient import law_name, law_record
+from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, law_name, law_record, scientific
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
-from viscopade.theory.law import Law
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 
@@ -34,31 +29,18 @@ LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both 
 
 
 @dataclass(frozen=True)
-class LacunaryVariant:
-    """The coefficients of a kernel in one format, and the proof of their error.
+class LacunaryVariant(Variant):
+    """The coefficients of a kernel in one format, in the order of the exponents, and the proof of their error.
 
     Attributes
     ----------
-    form : Format
-    a, b : tuple of float
-        Coefficients of N and D in the order of the exponents, numbers of the format; b_0 = 1.
-    certificate : Certificate
-        Of the formula with these coefficients, evaluated exactly.
     sizes : tuple of (str, Size)
         By function, what rounding adds, relative to the value of the formula.
+
+    The others are those of `Variant`.
     """
 
-    form: Format
-    a: tuple[float, ...]
-    b: tuple[float, ...]
-    certificate: Certificate
     sizes: tuple[tuple[str, Size], ...]
-
-    def __post_init__(self) -> None:
-        if self.b[0] != 1:
-            raise ValueError("b_0 must be 1")
-        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
-            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
 
     def rounding(self, function: str) -> str:
         """Return a bound of a function's rounding error, relative to the true value.
@@ -71,26 +53,22 @@ class LacunaryVariant:
         """Return a bound of the relative error, with rounding, of the worst of these functions."""
         return Fraction(self.certificate.bound) + max(Fraction(self.rounding(name)) for name in functions)
 
+    @property
+    def roundings(self) -> dict[str, dict[str, str]]:
+        """The sizes as JSON-able data."""
+        return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in self.sizes}
+
 
 @dataclass(frozen=True)
-class LacunaryKernel(ABC):
+class LacunaryKernel(Fitted[LacunaryVariant]):
     """A lacunary kernel: common base of half-line and inverse kernels.
 
     Attributes
     ----------
     powers : Powers
         The exponents in N and D.
-    variants : tuple of LacunaryVariant
-        At least one; all of the same measure.
-    missing : tuple of (str, str)
-        For names of types without a variant, the reason.
-    source : str
-        One line: where the formula comes from.
 
-    Raises
-    ------
-    ValueError
-        If these contradict each other.
+    The others, and errors, are those of `Fitted`.
     """
 
     powers: Powers
@@ -98,13 +76,10 @@ class LacunaryKernel(ABC):
     missing: tuple[tuple[str, str], ...]
     source: str
 
-    def __post_init__(self) -> None:
-        one_line("source", self.source)
-        if len({v.certificate.measure for v in self.variants}) != 1:
-            raise ValueError(f"{self.name}: the variants must be of one measure")
-        sizes = (len(self.powers.top), len(self.powers.bottom))
-        if any((len(v.a), len(v.b)) != sizes for v in self.variants):
-            raise ValueError(f"{self.label}: wrong number of coefficients")
+    @property
+    def lengths(self) -> tuple[int, int]:
+        """The numbers of coefficients in N and D."""
+        return len(self.powers.top), len(self.powers.bottom)
 
     @property
     @abstractmethod
@@ -112,9 +87,9 @@ class LacunaryKernel(ABC):
         """The first part of the name."""
 
     @property
-    @abstractmethod
     def name(self) -> str:
-        """The end of the functions' names."""
+        """The name with the proven bound, "halfline_1p57em3"."""
+        return self._name(scientific(self.bound.bound))
 
     @property
     @abstractmethod
@@ -132,11 +107,6 @@ class LacunaryKernel(ABC):
 
     @property
     @abstractmethod
-    def domain(self) -> str:
-        """The domain of the formula, as part of a sentence."""
-
-    @property
-    @abstractmethod
     def formula(self) -> str:
         """The formula as text."""
 
@@ -151,11 +121,6 @@ class LacunaryKernel(ABC):
         """The exponent of y = v*^root, or of y = ((1 - eps)/eps)^root."""
 
     @property
-    @abstractmethod
-    def proven(self) -> tuple[str, ...]:
-        """Sentences on the proven errors."""
-
-    @property
     def powers_text(self) -> str:
         """N and D as text, the end of the formula's text."""
         top, bottom = (
@@ -165,38 +130,10 @@ class LacunaryKernel(ABC):
         return f"N = {top}, D = {bottom}"
 
     @property
-    def label(self) -> str:
-        """The name in comments and messages."""
-        return self.name
-
-    @property
-    def bound(self) -> Certificate:
-        """The certificate with the largest bound."""
-        return max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound))
-
-    @property
-    def law(self) -> Law:
-        """The law of contact."""
-        return self.bound.law
-
-    @property
     def facts(self) -> tuple[str, ...]:
         """Source, formula, domain and error."""
         head = (f"source: {self.source}", f"formula: {self.formula}", f"domain: {self.domain}")
         return (*head, *self.proven)
-
-    def variant(self, form: Format) -> LacunaryVariant:
-        """Return the variant of a format.
-
-        Raises
-        ------
-        ValueError
-            If there is none.
-        """
-        for variant in self.variants:
-            if variant.form == form:
-                return variant
-        raise ValueError(dict(self.missing).get(form.name, f"{self.label} has no coefficients in type {form.name}"))
 
     def _head(self) -> dict[str, object]:
         """Return what the formula is besides its coefficients, as JSON-able data."""
@@ -215,16 +152,7 @@ class LacunaryKernel(ABC):
             "formula": self.formula,
             "domain": self.domain,
             "measure": self.bound.measure,
-            "variants": [
-                {
-                    "type": v.form.name,
-                    "a": [v.form.decimal(c).rstrip("f") for c in v.a],
-                    "b": [v.form.decimal(c).rstrip("f") for c in v.b],
-                    "bound": v.certificate.bound,
-                    "rounding": _sizes(v),
-                }
-                for v in self.variants
-            ],
+            "variants": [v.record() | {"rounding": v.roundings} for v in self.variants],
             "missing": dict(self.missing),
             "source": self.source,
         }
@@ -235,10 +163,9 @@ class LacunaryKernel(ABC):
             {
                 **self._head(),
                 "type": v.form.name,
-                "a": [c.hex() for c in v.a],
-                "b": [c.hex() for c in v.b],
+                **hexadecimals(a=v.a, b=v.b),
                 **v.certificate.record(),
-                "rounding": _sizes(v),
+                "rounding": v.roundings,
             }
             for v in self.variants
         ]
@@ -248,9 +175,6 @@ class LacunaryKernel(ABC):
         """The bound, or those of the types."""
         same = len({v.certificate.bound for v in self.variants}) == 1
         return self.bound.bound if same else self._per_type(lambda v: v.certificate.bound)
-
-    def _per_type(self, phrase: Callable[[LacunaryVariant], str]) -> str:
-        return " and ".join(f"{phrase(v)} in type {v.form.name}" for v in self.variants)
 
 
 @dataclass(frozen=True)
@@ -270,12 +194,8 @@ class HalfLineKernel(LacunaryKernel):
         """The first part of the name."""
         return HALF_LINE
 
-    @property
-    def name(self) -> str:
-        """The name with the proven bound: "halfline_1p57em3"; "_relative" is appended in that measure."""
-        return self._name(scientific(self.bound.bound))
-
     def _name(self, error: str) -> str:
+        """Return "halfline_1p57em3"; "_relative" is appended in that measure."""
         return f"{HALF_LINE}_{error}{'' if self.bound.measure == 'both' else '_relative'}"
 
     @property
@@ -356,12 +276,8 @@ class InverseKernel(LacunaryKernel):
         """The first part of the name."""
         return INVERSE
 
-    @property
-    def name(self) -> str:
-        """The name with the interval and the proven bound: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
-        return self._name(scientific(self.bound.bound))
-
     def _name(self, error: str) -> str:
+        """Return the name with the interval: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
         interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
         return f"{INVERSE}{law_name(self.law)}_{interval}{error}"
 
@@ -379,6 +295,11 @@ class InverseKernel(LacunaryKernel):
     def domain(self) -> str:
         """The values of eps."""
         return f"{above(self.epsilon_min)} <= eps <= 1" if self.epsilon_min else "0 < eps <= 1"
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """The least eps and the largest 1 - eps that are accepted; None for all of (0, 1]."""
+        return (float(self.epsilon_low), float(1 - self.epsilon_low)) if self.epsilon_low else None
 
     @property
     def formula(self) -> str:
@@ -415,11 +336,6 @@ class InverseKernel(LacunaryKernel):
         )
 
     @property
-    def of_speed(self) -> bool:
-        """Whether beta has a meaning: for the paper's law."""
-        return not law_name(self.law)
-
-    @property
     def bound_of_beta(self) -> str:
         """A bound of the relative error of beta, which is v*^2 but for a factor."""
         return at_most((1 + Fraction(self.bound.bound)) ** 2 - 1)
@@ -431,15 +347,6 @@ class InverseKernel(LacunaryKernel):
 def interval_start(epsilon_min: Fraction) -> Fraction:
     """Return the largest multiple of 2^-24 up to a number; it and its difference from 1 are exact in both types."""
     return Fraction(epsilon_min.numerator * 2**LEAST_BITS // epsilon_min.denominator, 2**LEAST_BITS)
-
-
-def _sizes(variant: LacunaryVariant) -> dict[str, dict[str, str]]:
-    return {name: {"relative": size.relative, "underflow": size.underflow} for name, size in variant.sizes}
-
-
-def scientific(bound: str) -> str:
-    """Return a bound as part of a name, always with an exponent: 0.00157 becomes 1p57em3."""
-    return identifier(f"{Decimal(bound).normalize():e}")
 
 
 def _power(exponent: int) -> str:

@@ -7,18 +7,9 @@ from fractions import Fraction
 
 from viscopade.arithmetic.decimals import above, below, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
-from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.quotient import (
-    Values,
-    law_name,
-    law_pattern,
-    law_record,
-    proven_errors,
-    threshold,
-    without_leading_zeros,
-)
-from viscopade.theory.law import Law
+from viscopade.kernels.forms.kernel import Fitted, Variant, decimals, hexadecimals, law_name, law_pattern, law_record
+from viscopade.kernels.forms.quotient import Quotient, Texts, Values, proven_errors, threshold, without_leading_zeros
 
 
 @dataclass(frozen=True)
@@ -41,60 +32,52 @@ class Derivative:
 
     def record(self, form: Format) -> dict[str, object]:
         """Return the numerator and its errors as JSON-able data."""
-        t = [form.decimal(c).rstrip("f") for c in self.t]
-        return {"t": t, "bound": self.certificate.bound, "rounding": self.rounding}
+        return {**decimals(form, t=self.t), "bound": self.certificate.bound, "rounding": self.rounding}
 
 
 @dataclass(frozen=True)
-class MinimaxVariant:
-    """The coefficients of a kernel in one format, ascending, and the proof of their error.
+class MinimaxVariant(Variant):
+    """The coefficients of a kernel in one format, with proofs.
 
     Attributes
     ----------
-    form : Format
-    a, b : tuple of float
-        Numbers of the format; a_0 = b_0 = 1.
-    certificate : Certificate
-        Of the formula with these coefficients, evaluated exactly.
     rounding : str
         Proven bound of what rounding adds, relative to eps.
     derivative : Derivative or None
         The derivative's numerator; None if nothing is proven of it.
+
+    The others are those of `Variant`; a_0 is 1, too.
     """
 
-    form: Format
-    a: tuple[float, ...]
-    b: tuple[float, ...]
-    certificate: Certificate
     rounding: str
     derivative: Derivative | None
 
     def __post_init__(self) -> None:
-        if self.a[0] != 1 or self.b[0] != 1:
-            raise ValueError("a_0 and b_0 must be 1")
-        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
-            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+        super().__post_init__()
+        if self.a[0] != 1:
+            raise ValueError("a_0 must be 1")
+
+    def record(self) -> dict[str, object]:
+        """Return coefficients and errors as JSON-able data."""
+        slope = None if self.derivative is None else self.derivative.record(self.form)
+        return {**super().record(), "rounding": self.rounding, "derivative": slope}
+
+    @property
+    def total(self) -> Fraction:
+        """The sum of the proven errors of formula and rounding."""
+        return Fraction(self.certificate.bound) + Fraction(self.rounding)
 
 
 @dataclass(frozen=True)
-class MinimaxKernel:
-    """A best rational approximant of eps on an interval of v*.
+class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
+    """A best rational approximant of eps on an interval of v*, or for all v*.
 
     Attributes
     ----------
     m, n : int
         Degrees.
-    variants : tuple of MinimaxVariant
-        At least one; all of the same interval and measure.
-    missing : tuple of (str, str)
-        For names of types without a variant, the reason.
-    source : str
-        One line: where the formula comes from.
 
-    Raises
-    ------
-    ValueError
-        If these contradict each other.
+    The others, and errors, are those of `Fitted`.
     """
 
     m: int
@@ -103,40 +86,30 @@ class MinimaxKernel:
     missing: tuple[tuple[str, str], ...]
     source: str
 
-    def __post_init__(self) -> None:
-        one_line("source", self.source)
-        kinds = {(c.low, c.high, c.measure, c.law) for c in (v.certificate for v in self.variants)}
-        if len(kinds) != 1:
-            raise ValueError(f"{self.label}: the variants must be of one law, one interval and one measure")
-        if any((len(v.a), len(v.b)) != (self.m + 1, self.n + 1) for v in self.variants):
-            raise ValueError(f"{self.label}: wrong number of coefficients")
+    @property
+    def lengths(self) -> tuple[int, int]:
+        """The numbers of coefficients a and b."""
+        return self.m + 1, self.n + 1
 
     @property
     def interval(self) -> tuple[Fraction, Fraction] | None:
         """The interval of v*; None for all v* >= 0."""
-        certificate = self.variants[0].certificate
-        return None if certificate.high is None else (certificate.low, certificate.high)
-
-    @property
-    def law(self) -> Law:
-        """The law of contact."""
-        return self.variants[0].certificate.law
+        return None if self.bound.high is None else (self.bound.low, self.bound.high)
 
     @property
     def bounds(self) -> tuple[Certificate, ...]:
         """The certificate with the largest bound."""
-        return (max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound)),)
+        return (self.bound,)
 
     @property
     def name(self) -> str:
         """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
-        return f"minimax_{self.m}_{self.n}{law_name(self.law)}_{self._name(identifier(self.bounds[0].bound))}"
+        return f"minimax_{self.m}_{self.n}{law_name(self.law)}_{self._name(identifier(self.bound.bound))}"
 
     @property
     def lasting_name(self) -> str:
         """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
-        total = Fraction(self.variants[0].certificate.bound) + Fraction(self.variants[0].rounding)
-        return f"minimax{law_name(self.law)}_{self._name(power_of_ten(total))}"
+        return f"minimax{law_name(self.law)}_{self._name(power_of_ten(self.variants[0].total))}"
 
     def _name(self, error: str) -> str:
         """Return the part of the names with interval, error and measure."""
@@ -145,17 +118,12 @@ class MinimaxKernel:
         else:
             low, high = self.interval
             ends = f"v{identifier(below(high) if low == 0 else f'{above(low)}to{below(high)}')}"
-        return f"{ends}_{error}{'' if self.bounds[0].measure == 'both' else '_relative'}"
+        return f"{ends}_{error}{'' if self.bound.measure == 'both' else '_relative'}"
 
     @property
     def pattern(self) -> str:
         """The form of the names."""
         return f"minimax_M_N{law_pattern(self.law)}_{'all' if self.interval is None else 'vV'}_B"
-
-    @property
-    def label(self) -> str:
-        """The name in comments and messages."""
-        return f"[{self.m}/{self.n}]"
 
     @property
     def domain(self) -> str:
@@ -164,16 +132,6 @@ class MinimaxKernel:
             return "all v* >= 0, as far as eps is a normal number"
         low, high = self.interval
         return f"{above(low)} <= v* <= {below(high)}"
-
-    @property
-    def end(self) -> None:
-        """No end of the domain: the interval has neither pole nor zero."""
-        return None
-
-    @property
-    def facts(self) -> tuple[str, ...]:
-        """Source, domain and error."""
-        return (f"source: {self.source}", f"domain: {self.domain}", *self.proven)
 
     @property
     def proven(self) -> tuple[str, ...]:
@@ -191,78 +149,40 @@ class MinimaxKernel:
         )
 
     @property
-    def a(self) -> tuple[float, ...]:
-        """Coefficients of the numerator in the first type."""
-        return self.variants[0].a
-
-    @property
-    def b(self) -> tuple[float, ...]:
-        """Coefficients of the denominator, likewise."""
-        return self.variants[0].b
+    def texts(self) -> Texts:
+        """The coefficients in the first type, as their shortest decimals."""
+        a, b = (tuple(map(repr, values)) for values in (self.variants[0].a, self.variants[0].b))
+        return a, b
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
-        low, high = self.interval or (Fraction(0), None)
         return {
             "name": self.name,
             "m": self.m,
             "n": self.n,
-            "v_star_min": above(low),
-            "v_star_max": None if high is None else below(high),
-            "measure": self.bounds[0].measure,
+            "v_star_min": above(self.bound.low),
+            "v_star_max": None if self.bound.high is None else below(self.bound.high),
+            "measure": self.bound.measure,
             **law_record(self.law),
-            "variants": [
-                {
-                    "type": v.form.name,
-                    "a": [v.form.decimal(c).rstrip("f") for c in v.a],
-                    "b": [v.form.decimal(c).rstrip("f") for c in v.b],
-                    "bound": v.certificate.bound,
-                    "rounding": v.rounding,
-                    "derivative": None if v.derivative is None else v.derivative.record(v.form),
-                }
-                for v in self.variants
-            ],
+            "variants": [v.record() for v in self.variants],
             "missing": dict(self.missing),
             "source": self.source,
         }
 
     def certificates(self) -> list[dict[str, object]]:
         """Return the data for independent checks of the proofs, ready for JSON; coefficients are hexadecimal."""
+
+        def entry(
+            v: MinimaxVariant, proof: MinimaxVariant | Derivative, **values: tuple[float, ...]
+        ) -> dict[str, object]:
+            head = {"name": self.name, "type": v.form.name, **hexadecimals(**values)}
+            return {**head, **proof.certificate.record(), "rounding": proof.rounding}
+
+        slopes = ((v, v.derivative) for v in self.variants if v.derivative is not None)
         return [
-            {
-                "name": self.name,
-                "type": v.form.name,
-                "a": [c.hex() for c in v.a],
-                "b": [c.hex() for c in v.b],
-                **v.certificate.record(),
-                "rounding": v.rounding,
-            }
-            for v in self.variants
-        ] + [
-            {
-                "name": self.name,
-                "type": v.form.name,
-                "t": [c.hex() for c in v.derivative.t],
-                "b": [c.hex() for c in v.b],
-                **v.derivative.certificate.record(),
-                "rounding": v.derivative.rounding,
-            }
-            for v in self.variants
-            if v.derivative is not None
+            *(entry(v, v, a=v.a, b=v.b) for v in self.variants),
+            *(entry(v, slope, t=slope.t, b=v.b) for v, slope in slopes),
         ]
-
-    def variant(self, form: Format) -> MinimaxVariant:
-        """Return the variant of a format.
-
-        Raises
-        ------
-        ValueError
-            If there is none.
-        """
-        for variant in self.variants:
-            if variant.form == form:
-                return variant
-        raise ValueError(dict(self.missing).get(form.name, f"{self.label} has no coefficients in type {form.name}"))
 
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b of a format, without leading ones that are zero."""
@@ -280,8 +200,3 @@ class MinimaxKernel:
             for j, y in enumerate(b):
                 squared[i + j] += abs(Fraction(x) * Fraction(y))
         return (t, b), threshold(self.label, [Fraction(0), *map(Fraction, t)], squared, form)
-
-    def threshold(self, form: Format) -> int:
-        """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t."""
-        a, b = (tuple(map(Fraction, values)) for values in self.rounded(form))
-        return threshold(self.label, a, b, form)

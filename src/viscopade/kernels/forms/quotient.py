@@ -1,24 +1,26 @@
-"""Quotient kernels [m/n]: frozen descriptions of rational approximants, the source of every exported file.
+"""Quotient kernels [m/n]: rational approximants of eps in v*.
 
-Each exporter (`c`, `python`, `tables`) is a pure function from kernels to text. `Quotient` is the interface of a kernel
-to all exporters. `PadeKernel` is one of its two implementations; the other is `minimax.MinimaxKernel`.
+`Quotient` is what exporters need of one. `PadeKernel` is one of its two implementations; the other is
+`minimax.MinimaxKernel`.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from viscopade import arguments
-from viscopade.arithmetic.decimals import above, below
+from viscopade.arithmetic.decimals import below
 from viscopade.arithmetic.formats import Format, float_text
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
+from viscopade.kernels.forms.kernel import Kernel, law_name, law_pattern, law_record, span
 from viscopade.theory.law import VISCOELASTIC, Law
 
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
@@ -29,93 +31,75 @@ _ROOT_TOLERANCE = Fraction(1, 10**12)  # of what is left of the terms; the root 
 
 Number = TypeVar("Number", float, Fraction)
 Values = tuple[tuple[float, ...], tuple[float, ...]]
+Texts = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-class Quotient(Protocol):
-    """Interface of a quotient kernel for the exporters."""
+class Quotient(Kernel):
+    """A rational approximant of eps in v*, (a_0 + ... + a_m v*^m) / (b_0 + ... + b_n v*^n).
+
+    Attributes
+    ----------
+    m, n : int
+        Degrees of numerator and denominator.
+    """
+
+    m: int
+    n: int
 
     @property
-    def name(self) -> str:
-        """The end of the functions' names."""
+    def label(self) -> str:
+        """The paper's name, "[3/6]"."""
+        return f"[{self.m}/{self.n}]"
 
     @property
-    def lasting_name(self) -> str:
-        """The end of the functions' names that does not change when a better kernel takes this one's place."""
-
-    @property
+    @abstractmethod
     def pattern(self) -> str:
         """The pattern of the names, as a header explains it."""
 
     @property
-    def label(self) -> str:
-        """The name in comments and messages."""
-
-    @property
-    def law(self) -> Law:
-        """The law of contact; v* = kappa^(1/law.d)."""
-
-    @property
-    def domain(self) -> str:
-        """The domain of the formula in v*, as part of a sentence."""
-
-    @property
     def interval(self) -> tuple[Fraction, Fraction] | None:
         """The interval of v* for which the formula is fitted; None for the whole domain."""
+        return None
 
     @property
     def end(self) -> tuple[str, Decimal] | None:
         """The upper end of the domain, "pole" or "zero", and its v*; None if the domain has no end."""
+        return None
 
     @property
-    def a(self) -> tuple[Decimal | float, ...]:
-        """Coefficients of the numerator, ascending, for tables."""
+    @abstractmethod
+    def texts(self) -> Texts:
+        """Coefficients of numerator and denominator, ascending, as decimals for tables."""
 
     @property
-    def b(self) -> tuple[Decimal | float, ...]:
-        """Coefficients of the denominator."""
-
-    @property
-    def m(self) -> int:
-        """Degree of the numerator."""
-
-    @property
-    def n(self) -> int:
-        """Degree of the denominator."""
-
-    @property
-    def source(self) -> str:
-        """The source of the formula."""
-
-    @property
-    def facts(self) -> tuple[str, ...]:
-        """Sentences on the formula for the preamble."""
-
-    @property
-    def proven(self) -> tuple[str, ...]:
-        """Sentences on the proven errors, a part of `facts`."""
-
-    def record(self) -> dict[str, object]:
-        """Return the formula as JSON-able data."""
-
-    def certificates(self) -> list[dict[str, object]]:
-        """Return the data for independent checks of the proofs, ready for JSON."""
-
-    @property
+    @abstractmethod
     def bounds(self) -> tuple[Certificate, ...]:
         """The certificates of the error."""
 
     def derivative(self, form: Format) -> tuple[Values, int] | None:
         """Return T and D of d eps/d v* = v* T/D^2 and the t of `threshold` for them; None if not exported."""
+        return None
 
+    @abstractmethod
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b in a binary format, or raise ValueError if there are none."""
 
     def threshold(self, form: Format) -> int:
-        """Return t such that no sum in Horner's rule can overflow for v* <= 2^t."""
+        """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t.
+
+        Beyond 2^t the polynomials are evaluated in 1/v*. As t >= 0, no sum can overflow there either.
+
+        Raises
+        ------
+        ValueError
+            If there is no such t >= 0.
+        """
+        a, b = (tuple(map(Fraction, values)) for values in self.rounded(form))
+        return threshold(self.label, a, b, form)
 
 
 @dataclass(frozen=True)
-class PadeKernel:
+class PadeKernel(Quotient):
     """A Padé approximant of eps(v*), (a_0 + … + a_m v*^m) / (b_0 + … + b_n v*^n), eq:padeDef.
 
     Attributes
@@ -197,24 +181,9 @@ class PadeKernel:
         return f"pade_{self.m}_{self.n}{law_name(self.law)}"
 
     @property
-    def lasting_name(self) -> str:
-        """The name itself: there is no better Padé approximant of these degrees."""
-        return self.name
-
-    @property
     def pattern(self) -> str:
         """The form of the names."""
         return f"pade_M_N{law_pattern(self.law)}"
-
-    @property
-    def label(self) -> str:
-        """The paper's name, "[3/6]"."""
-        return f"[{self.m}/{self.n}]"
-
-    @property
-    def interval(self) -> None:
-        """The formula is made for no interval."""
-        return None
 
     @property
     def facts(self) -> tuple[str, ...]:
@@ -226,20 +195,18 @@ class PadeKernel:
         """Sentences on the proven errors."""
         return proven_errors(self.bounds, self.rounding)
 
-    def derivative(self, form: Format) -> None:
-        """Return nothing: the derivative is not exported."""
-
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
         return {
             "m": self.m,
             "n": self.n,
             **law_record(self.law),
-            **self._texts,
+            "a": self.texts[0],
+            "b": self.texts[1],
             "domain": self.domain,
-            "pole": None if self.pole is None else decimal_text(self.pole),
+            "pole": None if self.pole is None else _text(self.pole),
             "zero": None if self.zero is None else repr(float(self.zero)),
-            "next_term": decimal_text(self.next_term),
+            "next_term": _text(self.next_term),
             "error": self.error,
             "proven": [{"v_star_max": below(c.high or Fraction(0)), "bound": c.bound} for c in self.bounds],
             "rounding": dict(self.rounding),
@@ -247,12 +214,15 @@ class PadeKernel:
         }
 
     @property
-    def _texts(self) -> dict[str, list[str]]:
-        return {"a": list(map(decimal_text, self.a)), "b": list(map(decimal_text, self.b))}
+    def texts(self) -> Texts:
+        """All digits of the coefficients a and b."""
+        a, b = (tuple(map(_text, values)) for values in (self.a, self.b))
+        return a, b
 
     def certificates(self) -> list[dict[str, object]]:
         """Return the data for independent checks of the proofs, ready for JSON."""
-        formula = {"name": self.name, "type": "exact", **self._texts}
+        a, b = self.texts
+        formula = {"name": self.name, "type": "exact", "a": a, "b": b}
         return [{**formula, **bound.record()} for bound in self.bounds]
 
     @property
@@ -309,35 +279,10 @@ class PadeKernel:
             raise ValueError(f"{self.label}: {name} = {error}") from None
 
     def threshold(self, form: Format) -> int:
-        """Return the largest t such that no sum in Horner's rule can overflow for v* <= 2^t.
-
-        Beyond 2^t the polynomials are evaluated in 1/v*. As t >= 0, no sum can overflow there either.
-
-        Raises
-        ------
-        ValueError
-            If there is no such t >= 0, or the leading coefficients' quotient is not a normal number.
-        """
+        """Return the same; the leading coefficients' quotient must be a normal number, too."""
         a, b = self.reduced
         self._nearest(f"a_{len(a) - 1}/b_{len(b) - 1}", a[-1] / b[-1], form)
         return threshold(self.label, a, b, form)
-
-
-def law_name(law: Law) -> str:
-    """Return the part of functions' names for a law that is not the paper's: "_a3o2_b1o4" for a = 3/2, b = 1/4."""
-    if law == VISCOELASTIC:
-        return ""
-    return f"_a{law.elastic}_b{law.damping}".replace("/", "o")
-
-
-def law_pattern(law: Law) -> str:
-    """Return the pattern of `law_name`."""
-    return "_aA_bB" if law_name(law) else ""
-
-
-def law_record(law: Law) -> dict[str, object]:
-    """Return a law that is not the paper's as JSON-able data."""
-    return {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d} if law_name(law) else {}
 
 
 def threshold(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format) -> int:
@@ -372,13 +317,6 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
     )
 
 
-def span(low: Fraction, high: Fraction | None) -> str:
-    """Return an interval of v* as text."""
-    if high is None:
-        return f"v* >= {above(low)}"
-    return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
-
-
 def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
     """Drop the highest coefficients that are exactly zero."""
     size = len(ascending)
@@ -387,6 +325,5 @@ def without_leading_zeros(ascending: Sequence[Number]) -> tuple[Number, ...]:
     return tuple(ascending[:size])
 
 
-def decimal_text(number: Decimal | float) -> str:
-    """Return a coefficient as tables have it: all digits of a decimal, the shortest decimal of a double."""
+def _text(number: Decimal) -> str:
     return str(number).lower()

@@ -9,7 +9,8 @@ from types import MappingProxyType
 
 from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, scientific
+from viscopade.kernels.forms.kernel import scientific
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, SMALL

@@ -21,10 +21,9 @@ from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.forms.rounding_bounds import inverse_end
-from viscopade.kernels.targets.lacunary_kernels import inverse_preamble
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
-from viscopade.kernels.targets.wording import Named, distinct, preamble, variable
+from viscopade.kernels.targets.wording import Named, comment, distinct, lacunary_preamble, preamble, variable
 
 _INDENT = 34  # columns that assignments need besides the expression
 _QUOTIENT_ULPS = 2.5  # of a quotient in a shader, by the standards
@@ -95,7 +94,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
         for number in target.numbers
         if not kernel.epsilon_low and _holds(partial(kernel.variant, number.form))
     ]
-    return _file(target, inverse_preamble(kernels, command), calls, ends, in_shaders, functions, module)
+    return _file(target, lacunary_preamble(kernels, command, []), calls, ends, in_shaders, functions, module)
 
 
 def _holds(coefficients: Callable[[], object]) -> bool:
@@ -116,9 +115,10 @@ def _file(
     module: str,
 ) -> str:
     lines = [*beginning, "", *_usage(target, calls, ends, in_shaders)]
-    head = "\n".join(f"{target.comment} {line}".rstrip() for line in lines)
     blank = "\n\n" + "\n" * target.written.apart
-    return target.written.file.format(head=head, functions=blank.join(functions), module=module)
+    return target.written.file.format(
+        head=comment(lines, target.comment), functions=blank.join(functions), module=module
+    )
 
 
 def _usage(target: Target, calls: Sequence[tuple[str, str, str]], ends: Sequence[str], in_shaders: str) -> list[str]:

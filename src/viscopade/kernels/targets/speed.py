@@ -14,7 +14,7 @@ from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, 
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
-from viscopade.kernels.targets import lacunary_kernels
+from viscopade.kernels.targets import c
 from viscopade.kernels.targets import last_place as full_text
 from viscopade.kernels.targets.syntax import of_c, text
 from viscopade.kernels.targets.wording import lasting, lasting_lines
@@ -132,7 +132,7 @@ def _part(width: int) -> int:
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
         return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
-    return lacunary_kernels.render_functions([given.slow]).rstrip()
+    return c.render_functions([given.slow]).rstrip()
 
 
 def _slow_call(given: SpeedKernel, loss: int) -> str:

@@ -16,13 +16,13 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
 from viscopade.kernels.forms import slope, table_free
+from viscopade.kernels.forms.kernel import scientific
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     SPELLING,
     HalfLineKernel,
     InverseKernel,
     LacunaryVariant,
-    scientific,
 )
 from viscopade.kernels.forms.table_free import (
     FUNCTIONS,
@@ -33,7 +33,7 @@ from viscopade.kernels.forms.table_free import (
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import Syntax, text
-from viscopade.kernels.targets.wording import PROVEN, distinct, lasting, lasting_lines
+from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines, lasting, lasting_lines
 
 COMPACT = "compact"
 _INDENT = 30  # columns that assignments need besides the expression
@@ -79,7 +79,7 @@ def render(
     head = _head(target, written, left_out, command)
     stay = {name: stays for ((stays, name),) in lasting((names_of(kernel), ["{}"]) for kernel in written)}
     return template(__name__, target.template("table_free")).render(
-        head="\n".join(f"{target.comment} {line}".rstrip() for line in head),
+        head=comment(head, target.comment),
         kernels=[_block(target, kernel) | {"lasting": stay.get(name_of(kernel))} for kernel in written],
         example=name_of(written[-1]),
         module=module,
@@ -181,13 +181,10 @@ def _head(
     target: Target, kernels: Sequence[HalfLineKernel], left_out: Sequence[HalfLineKernel], command: str
 ) -> list[str]:
     """Return the lines that begin the file, without comment marks."""
-    indent = " " * 4
-    summaries = []
-    for kernel in kernels:
-        facts = [f"source: {kernel.source}", f"formula: {_formula(kernel)}", *_errors(target, kernel)]
-        summaries += [name_of(kernel)]
-        for fact in facts:
-            summaries += wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent)
+    facts = {
+        name_of(kernel): (f"source: {kernel.source}", f"formula: {_formula(kernel)}", *_errors(target, kernel))
+        for kernel in kernels
+    }
     return [
         marker_line(command),
         "",
@@ -198,7 +195,7 @@ def _head(
         "",
         *wrap(_domain(target), WIDTH),
         "",
-        *summaries,
+        *(line for name in facts for line in kernel_lines(name, facts[name])),
         *(line for kernel in left_out for line in wrap(_left_out(kernel), WIDTH)),
         "",
         *wrap(f"{PROVEN}.", WIDTH),

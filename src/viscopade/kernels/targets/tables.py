@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from decimal import Context, Decimal
+from decimal import Context
 from itertools import zip_longest
 from json import dumps
 from textwrap import wrap
-from typing import Protocol
 
 from viscopade import arguments
 from viscopade.arithmetic.formats import decimal_value
 from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line, one_line, template
-from viscopade.kernels.forms.quotient import Quotient, decimal_text
+from viscopade.kernels.forms.kernel import Kernel
+from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, end_condition, preamble
 from viscopade.theory.law import Law
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
-
-
-class Described(Protocol):
-    """Interface of a kernel with a record and certificates."""
-
-    @property
-    def source(self) -> str:
-        """The source of the formula."""
-
-    def record(self) -> dict[str, object]:
-        """Return the formula as JSON-able data."""
-
-    def certificates(self) -> list[dict[str, object]]:
-        """Return the data for independent checks of the proofs, ready for JSON."""
 
 
 CERTIFICATE_SOURCE = (
@@ -43,9 +29,9 @@ SERIES_NO_BOUND = "The file is about the coefficients: no bound of a truncated s
 def csv_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return the columns m,n,symbol,index,value, after lines of comment that begin with "#"."""
     rows = (
-        (kernel.m, kernel.n, symbol, index, decimal_text(value))
+        (kernel.m, kernel.n, symbol, index, value)
         for kernel in distinct(kernels)
-        for symbol, values in (("a", kernel.a), ("b", kernel.b))
+        for symbol, values in zip("ab", kernel.texts, strict=True)
         for index, value in enumerate(values)
     )
     return _csv(preamble(kernels, command), ("m", "n", "symbol", "index", "value"), rows)
@@ -58,18 +44,17 @@ def json_table(kernels: Sequence[Quotient], command: str) -> str:
     return _json(command, source, {"error": bound_text(kernels), "approximants": approximants}, kernels[0].law)
 
 
-def certificates(kernels: Sequence[Described], command: str) -> str:
+def certificates(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
     entries = [entry for kernel in kernels for entry in kernel.certificates()]
-    law = getattr(kernels[0], "law", None) if kernels else None
-    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries}, law)
+    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries}, kernels[0].law)
 
 
-def records(kernels: Sequence[Described], command: str) -> str:
+def records(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "approximants" hold the records of lacunary kernels."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
     rest: dict[str, object] = {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]}
-    return _json(command, source, rest, getattr(kernels[0], "law", None))
+    return _json(command, source, rest, kernels[0].law)
 
 
 def latex_table(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
@@ -128,7 +113,7 @@ def _latex_rows(kernel: Quotient, digits: int) -> list[str]:
     """Return the rows of one approximant: m, n, a_i, and b_i in two columns, as in the paper."""
     a, b = (
         [f"${symbol}_{{{i}}}={_latex_number(value, digits)}$" for i, value in enumerate(values)]
-        for symbol, values in (("a", kernel.a), ("b", kernel.b))
+        for symbol, values in zip("ab", kernel.texts, strict=True)
     )
     height = max(len(a), (len(b) + 1) // 2)
     degrees = [(f"${kernel.m}$", f"${kernel.n}$")]
@@ -136,10 +121,10 @@ def _latex_rows(kernel: Quotient, digits: int) -> list[str]:
     return [" & ".join([*(mn or ("", "")), *(cell or "" for cell in cells)]) for mn, *cells in columns]
 
 
-def _latex_number(value: Decimal | float, digits: int) -> str:
-    """Return a number in LaTeX, correctly rounded to significant digits (a double from its shortest decimal)."""
+def _latex_number(value: str, digits: int) -> str:
+    """Return a number in LaTeX, correctly rounded to significant digits."""
     context = Context(prec=digits)
-    number = context.create_decimal(value if isinstance(value, Decimal) else repr(value))
+    number = context.create_decimal(value)
     if not number:
         return "0"
     if -6 < number.adjusted() < digits:

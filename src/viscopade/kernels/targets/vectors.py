@@ -40,7 +40,7 @@ from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_o
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
-from viscopade.kernels.targets.wording import end_condition, takes_speed
+from viscopade.kernels.targets.wording import end_condition
 from viscopade.kernels.truth import Portions
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.theory.law import Law
@@ -391,7 +391,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
-    if not takes_speed(kernel):
+    if not kernel.of_speed:
         known = _of_law(kernel.law, form, stated, bounds[-1][0] if bounds else Fraction(0), (1.0, limit))
         yield Function(f"epsilon_{name}", form, known, bits, points)
         return

@@ -1,15 +1,19 @@
-"""Common text of all languages: the sentences at the head of a file."""
+"""Common text of all languages: the sentences at the head of a file, and names that last."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from textwrap import wrap
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
-from viscopade.kernels.forms.quotient import Quotient, law_name
-from viscopade.theory.law import Law
+from viscopade.kernels.forms.kernel import Kernel, law_pattern
+from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, INVERSE, NAMES, SPELLING, LacunaryKernel
+from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.v_star import assumed, stated
+from viscopade.theory.law import VISCOELASTIC, Law
 
 NO_BOUND = "Away from v* = 0 no bound of the error is claimed in this file."
 
@@ -20,13 +24,13 @@ PROVEN = (
 
 OF_EXPONENTS = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
 
-OF_V_STAR = ("The coefficient of normal restitution eps", ", as a rational function of", ":")
-OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", ". Here", ".")
+_OF_V_STAR = ("The coefficient of normal restitution eps", ", as a rational function of", ":")
+_OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", ". Here", ".")
 
-AnyQuotient = TypeVar("AnyQuotient", bound="Quotient")
+AnyKernel = TypeVar("AnyKernel", bound=Kernel)
 
 
-def distinct(kernels: Sequence[AnyQuotient]) -> tuple[AnyQuotient, ...]:
+def distinct(kernels: Sequence[AnyKernel]) -> tuple[AnyKernel, ...]:
     """Return the kernels as a tuple; refuse an empty sequence and repeated names."""
     names = [kernel.name for kernel in kernels]
     if not names:
@@ -37,35 +41,119 @@ def distinct(kernels: Sequence[AnyQuotient]) -> tuple[AnyQuotient, ...]:
     return tuple(kernels)
 
 
+def comment(lines: Iterable[str], mark: str) -> str:
+    """Return lines as a comment of a language."""
+    return "\n".join(f"{mark} {line}".rstrip() for line in lines)
+
+
+def head_of(
+    kernels: Sequence[Quotient | LacunaryKernel], command: str, forms: Sequence[Format]
+) -> tuple[str, dict[str, Any]]:
+    """Return the kind of a file in C or Python, and what its template needs for its head.
+
+    `forms` are the types of the file's functions.
+    """
+    words: dict[str, Any] = {"of_speed": kernels[0].of_speed, "variable": variable(kernels[0].law)}
+    quotients = [kernel for kernel in kernels if isinstance(kernel, Quotient)]
+    if quotients:
+        lines = [*preamble(quotients, command), *speed_note(quotients, forms), *lasting_lines(quotients)]
+        return "quotient", words | {"lines": lines}
+    others = [kernel for kernel in kernels if isinstance(kernel, LacunaryKernel)]
+    words |= {"kinds": kinds(others), "names": lacunary_names(others)}
+    return "lacunary", words | {"lines": [*lacunary_preamble(others, command, forms), *lasting_lines(others)]}
+
+
+def kernel_lines(name: str, facts: Iterable[str]) -> list[str]:
+    """Return the lines on a kernel at the head of a file."""
+    indent = " " * 4
+    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in facts)
+    return [name, *(line for part in lines for line in part)]
+
+
+# --- files of quotients -----------------------------------------------------------------------------------------------
+
+
 def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
-    """Return the lines that begin every generated file, without comment marks."""
-    law = kernels[0].law if kernels else None
+    """Return the lines that begin every file of quotients, without comment marks."""
+    chosen = distinct(kernels)
+    law = chosen[0].law
+    of_eps = [
+        "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
+    ]
     return [
         marker_line(command),
         "",
-        *_of_eps(law),
+        *(of_eps if law == VISCOELASTIC else _equation_lines(law, _OF_V_STAR)),
         "",
         "    [m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n).",
         "",
         *wrap(f"End condition: {end_condition(law)}.", WIDTH),
         "",
-        *(line for kernel in distinct(kernels) for line in _summary(kernel)),
+        *(line for kernel in chosen for line in kernel_lines(kernel.label, kernel.facts)),
         "",
         *wrap(bound_text(kernels), WIDTH),
     ]
 
 
-def _of_eps(law: Law | None) -> list[str]:
-    """Return the lines that say what eps is of."""
-    if law is None or not law_name(law):
-        return [
-            "The coefficient of normal restitution eps of two viscoelastic spheres as a rational function of",
-            "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity:",
-        ]
-    return equation_lines(law)
+def speed_note(kernels: Sequence[Quotient], forms: Sequence[Format]) -> list[str]:
+    """Return the lines on functions of the speed in a file of quotients; none if no error of theirs is proven."""
+    if not any(kernel.bounds and kernel.of_speed for kernel in kernels):
+        return []
+    return ["", *wrap(stated(forms), WIDTH), "", *wrap(f"{assumed('pow')}.", WIDTH)]
 
 
-def equation_lines(law: Law, words: tuple[str, str, str] = OF_V_STAR) -> list[str]:
+def bound_text(kernels: Sequence[Quotient]) -> str:
+    """Return the sentence on the error bounds."""
+    return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
+
+
+# --- files of lacunary kernels ----------------------------------------------------------------------------------------
+
+
+def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[Format]) -> list[str]:
+    """Return the lines that begin a file of lacunary kernels; `forms` are the types of its functions of the speed."""
+    chosen = distinct(kernels)
+    law, of_speed = chosen[0].law, chosen[0].of_speed
+    calls = of_speed or kernels[0].root < Fraction(1, 2)
+    spheres = [
+        "The coefficient of normal restitution eps of two viscoelastic spheres as a function of",
+        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity, or v* as a function",
+        "of eps: quotients of polynomials in which only some powers of a root y occur.",
+    ]
+    return [
+        marker_line(command),
+        "",
+        *(spheres if of_speed else _equation_lines(law, _OF_EPSILON)),
+        "",
+        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
+        "",
+        *(line for kernel in chosen for line in kernel_lines(kernel.name, kernel.facts)),
+        "",
+        *wrap(f"{PROVEN}.", WIDTH),
+        *(["", *wrap(stated(forms), WIDTH)] if HALF_LINE in kinds(kernels) else []),
+        *(["", *wrap(f"{assumed('cbrt and pow')}.", WIDTH)] if calls else []),
+    ]
+
+
+def kinds(kernels: Sequence[LacunaryKernel]) -> Mapping[str, str]:
+    """Return the last name of each kind of lacunary kernels."""
+    return {kernel.kind: kernel.name for kernel in kernels}
+
+
+def lacunary_names(kernels: Sequence[LacunaryKernel]) -> list[str]:
+    """Return the lines that explain the names of lacunary kernels."""
+    if not kernels[0].of_speed:
+        of_laws = NAMES[INVERSE].replace(INVERSE, f"{INVERSE}{law_pattern(kernels[0].law)}")
+        return wrap(f"{of_laws} {SPELLING}, {OF_EXPONENTS}.", WIDTH)
+    sentences = [NAMES[kind] for kind in NAMES if kind in kinds(kernels)]
+    return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
+
+
+# --- laws -------------------------------------------------------------------------------------------------------------
+
+
+def _equation_lines(law: Law, words: tuple[str, str, str]) -> list[str]:
     """Return the lines that say what a law is, in which `words` say what the file has."""
     begin, middle, end = words
     return [
@@ -84,11 +172,6 @@ def variable(law: Law) -> str:
     return "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
 
 
-def takes_speed(kernel: OfLaw) -> bool:
-    """Return whether a kernel has functions of speed and beta besides those of v*: the paper's law has."""
-    return not law_name(kernel.law)
-
-
 def end_condition(law: Law | None) -> str:
     """Return the end condition of a law as a sentence."""
     if law is None or law.delayed:
@@ -96,12 +179,7 @@ def end_condition(law: Law | None) -> str:
     return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
 
 
-class OfLaw(Protocol):
-    """A kernel of a law."""
-
-    @property
-    def law(self) -> Law:
-        """The law of contact."""
+# --- names that last --------------------------------------------------------------------------------------------------
 
 
 class Named(Protocol):
@@ -114,20 +192,6 @@ class Named(Protocol):
     @property
     def lasting_name(self) -> str:
         """The end of the names that do not change when a better kernel takes this one's place."""
-
-
-def functions_of(kernel: Quotient, forms: Iterable[Format]) -> list[str]:
-    """Return the names of a quotient's functions in C and Python, with {} for that of the kernel."""
-    return [
-        f"{function}_{{}}{form.suffix}"
-        for form in forms
-        for function, given in (
-            ("epsilon", True),
-            ("epsilon_derivative", kernel.derivative(form)),
-            ("restitution", takes_speed(kernel)),
-        )
-        if given
-    ]
 
 
 def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[list[tuple[str, str]]]:
@@ -150,13 +214,16 @@ def lasting_lines(kernels: Sequence[Named]) -> list[str]:
     return ["", *wrap(text, WIDTH, break_on_hyphens=False)]
 
 
-def bound_text(kernels: Sequence[Quotient]) -> str:
-    """Return the sentence on the error bounds."""
-    return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
+def functions_of(kernel: Kernel, forms: Iterable[Format]) -> list[str]:
+    """Return the names of a kernel's functions in C and Python, with {} for that of the kernel."""
+    return [f"{name}_{{}}{form.suffix}" for form in forms for name in _names(kernel, form)]
 
 
-def _summary(kernel: Quotient) -> list[str]:
-    """Return the lines on one kernel in the preamble."""
-    indent = " " * 4
-    lines = (wrap(fact, WIDTH, initial_indent=indent, subsequent_indent=2 * indent) for fact in kernel.facts)
-    return [kernel.label, *(line for part in lines for line in part)]
+def _names(kernel: Kernel, form: Format) -> list[str]:
+    if isinstance(kernel, Quotient):
+        names, of_speed = ["epsilon", *["epsilon_derivative"] * bool(kernel.derivative(form))], "restitution"
+    elif isinstance(kernel, LacunaryKernel) and kernel.kind == HALF_LINE:
+        names, of_speed = ["epsilon", "one_minus_epsilon"], "restitution"
+    else:
+        names, of_speed = ["v_star", "v_star_from_loss"], "beta"
+    return [*names, of_speed] if kernel.of_speed else names

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.targets import c, lacunary_kernels, last_place, speed
+from viscopade.kernels.targets import c, last_place, speed
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, Number, Runner, Target
 from viscopade.kernels.targets.syntax import constant_of_c, of_c, shortest
 
@@ -34,7 +34,7 @@ TARGET = Target(
     numbers=(_number(DOUBLE), _number(FLOAT)),
     renderers={
         "quotient": c.render,
-        "root": lacunary_kernels.render_c,
+        "root": c.render,
         "full": lambda _, command: last_place.render(command),
         "speed": speed.render,
     },

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.targets import lacunary_kernels, python
+from viscopade.kernels.targets import python
 from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, taken_in_python
 from viscopade.kernels.targets.syntax import MATH_MODULE, shortest
 
@@ -15,7 +15,7 @@ TARGET = Target(
     suffix=".py",
     comment="#",
     numbers=(Number(DOUBLE, DOUBLE.name, MATH_MODULE, lambda value: shortest(value, DOUBLE)),),
-    renderers={"quotient": python.render, "root": lacunary_kernels.render_python},
+    renderers={"quotient": python.render, "root": python.render},
     runner=Runner((), ".py", (), (TOOL, "-P", DRIVER)),
     kinds={"speed": OF_V_STAR, "v_star": OF_V_STAR},
     include="import {stem} as scene",

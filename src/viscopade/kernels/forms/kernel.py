@@ -1,0 +1,218 @@
+"""Kernels: formulas with what is proven of their errors, frozen, from which every exported file is written.
+
+`Kernel` is what all of them have. `Fitted` kernels have machine coefficients, in each format with a proof of its own.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import Generic, TypeVar
+
+from viscopade.arithmetic.decimals import above, below, identifier
+from viscopade.arithmetic.formats import Format
+from viscopade.generated import one_line
+from viscopade.kernels.certificate import Certificate
+from viscopade.theory.law import VISCOELASTIC, Law
+
+
+class Kernel(ABC):
+    """A formula of eps or of v*, with proven errors, for the exporters.
+
+    Attributes
+    ----------
+    source : str
+        One line: where the formula comes from.
+    """
+
+    source: str
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """The end of the functions' names."""
+
+    @property
+    def lasting_name(self) -> str:
+        """The end of the functions' names that does not change when a better kernel takes this one's place."""
+        return self.name
+
+    @property
+    def label(self) -> str:
+        """The name in comments and messages."""
+        return self.name
+
+    @property
+    @abstractmethod
+    def law(self) -> Law:
+        """The law of contact; v* = kappa^(1/law.d)."""
+
+    @property
+    def of_speed(self) -> bool:
+        """Whether there are functions of speed and beta besides those of v*: for the paper's law."""
+        return self.law == VISCOELASTIC
+
+    @property
+    @abstractmethod
+    def domain(self) -> str:
+        """The domain of the formula, as part of a sentence."""
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Sentences on the formula for the head of a file: source, domain and errors."""
+        return (f"source: {self.source}", f"domain: {self.domain}", *self.proven)
+
+    @property
+    @abstractmethod
+    def proven(self) -> tuple[str, ...]:
+        """Sentences on the proven errors, a part of `facts`."""
+
+    @abstractmethod
+    def record(self) -> dict[str, object]:
+        """Return the formula as JSON-able data."""
+
+    @abstractmethod
+    def certificates(self) -> list[dict[str, object]]:
+        """Return the data for independent checks of the proofs, ready for JSON."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The coefficients of a kernel in one format, ascending, and the proof of their error.
+
+    Attributes
+    ----------
+    form : Format
+    a, b : tuple of float
+        Numbers of the format; b_0 = 1.
+    certificate : Certificate
+        Of the formula with these coefficients, evaluated exactly.
+    """
+
+    form: Format
+    a: tuple[float, ...]
+    b: tuple[float, ...]
+    certificate: Certificate
+
+    def __post_init__(self) -> None:
+        if self.b[0] != 1:
+            raise ValueError("b_0 must be 1")
+        if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
+            raise ValueError(f"a coefficient is not a number of type {self.form.name}")
+
+    def record(self) -> dict[str, object]:
+        """Return type, coefficients and bound as JSON-able data."""
+        return {"type": self.form.name, **decimals(self.form, a=self.a, b=self.b), "bound": self.certificate.bound}
+
+
+AnyVariant = TypeVar("AnyVariant", bound=Variant)
+
+
+class Fitted(Kernel, Generic[AnyVariant]):
+    """A kernel with machine coefficients.
+
+    Attributes
+    ----------
+    variants : tuple of Variant
+        At least one; all of the same measure, law and interval.
+    missing : tuple of (str, str)
+        For names of types without a variant, the reason.
+    source : str
+
+    Raises
+    ------
+    ValueError
+        If these contradict each other.
+    """
+
+    variants: tuple[AnyVariant, ...]
+    missing: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        one_line("source", self.source)
+        if (
+            len(
+                {
+                    (v.certificate.low, v.certificate.high, v.certificate.measure, v.certificate.law)
+                    for v in self.variants
+                }
+            )
+            != 1
+        ):
+            raise ValueError(f"{self.label}: the variants must be of one law, one interval and one measure")
+        if any((len(v.a), len(v.b)) != self.lengths for v in self.variants):
+            raise ValueError(f"{self.label}: wrong number of coefficients")
+
+    @property
+    @abstractmethod
+    def lengths(self) -> tuple[int, int]:
+        """The numbers of coefficients a and b."""
+
+    @property
+    def bound(self) -> Certificate:
+        """The certificate with the largest bound."""
+        return max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound))
+
+    @property
+    def law(self) -> Law:
+        """The law of contact."""
+        return self.bound.law
+
+    def variant(self, form: Format) -> AnyVariant:
+        """Return the variant of a format.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        for variant in self.variants:
+            if variant.form == form:
+                return variant
+        raise ValueError(dict(self.missing).get(form.name, f"{self.label} has no coefficients in type {form.name}"))
+
+    def _per_type(self, phrase: Callable[[AnyVariant], str]) -> str:
+        return " and ".join(f"{phrase(v)} in type {v.form.name}" for v in self.variants)
+
+
+# --- names and numbers as text ----------------------------------------------------------------------------------------
+
+
+def law_name(law: Law) -> str:
+    """Return the part of functions' names for a law that is not the paper's: "_a3o2_b1o4" for a = 3/2, b = 1/4."""
+    return "" if law == VISCOELASTIC else f"_a{law.elastic}_b{law.damping}".replace("/", "o")
+
+
+def law_pattern(law: Law) -> str:
+    """Return the pattern of `law_name`."""
+    return "_aA_bB" if law_name(law) else ""
+
+
+def law_record(law: Law) -> dict[str, object]:
+    """Return a law that is not the paper's as JSON-able data."""
+    return {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d} if law_name(law) else {}
+
+
+def span(low: Fraction, high: Fraction | None) -> str:
+    """Return an interval of v* as text."""
+    if high is None:
+        return f"v* >= {above(low)}"
+    return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
+
+
+def scientific(bound: str) -> str:
+    """Return a bound as part of a name, always with an exponent: 0.00157 becomes 1p57em3."""
+    return identifier(f"{Decimal(bound).normalize():e}")
+
+
+def decimals(form: Format, **coefficients: tuple[float, ...]) -> dict[str, object]:
+    """Return coefficients by letter, as decimals that read back."""
+    return {letter: [form.decimal(c).rstrip("f") for c in values] for letter, values in coefficients.items()}
+
+
+def hexadecimals(**coefficients: tuple[float, ...]) -> dict[str, object]:
+    """Return coefficients by letter, exactly."""
+    return {letter: [c.hex() for c in values] for letter, values in coefficients.items()}
