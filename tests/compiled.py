@@ -14,6 +14,9 @@ from pathlib import Path
 import pytest
 
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+_CPU = Path("/proc/cpuinfo")
+FMA = ("-mfma",) if _CPU.exists() and " fma " in _CPU.read_text() else ()
+"""What lets a compiler fuse products and sums, on a processor that does."""
 STANDARDS = ("c99", "c2x", "c++98", "c++14", "c++17", "c++23")  # the ends, and where constants are written otherwise
 
 _DEFINITION = re.compile(r"^static inline (double|float) (viscopade_\w+)\((.*)\)$", re.MULTILINE)

@@ -16,17 +16,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from flint import arb
-from mpmath import mp, mpf
 
-from tests import compiled, daily
-from tests.kernels.test_last_place import power_law
+from tests import compiled
 from viscopade import store
 from viscopade.approximation import half_line, inverse, lacunary
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
-from viscopade.collision import exact
 from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_horner, by_powers, chain, in_pairs, powers
 from viscopade.kernels.forms import formulas, rounding_bounds
@@ -69,19 +66,10 @@ def inverses():
 
 each_form = pytest.mark.parametrize("form", ["double", "float"])
 each_half_line = pytest.mark.parametrize("which", [0, 1], ids=["both", "relative"])
-each_inverse = pytest.mark.parametrize("which", [0, 1], ids=["whole", "interval"])
-of_days = pytest.mark.parametrize("days", [1, pytest.param(10, marks=pytest.mark.slow)])
+each_kernel = pytest.mark.parametrize("which", range(4), ids=["both", "relative", "whole", "interval"])
 
 
-def has_fma():
-    try:
-        with open("/proc/cpuinfo") as file:
-            return " fma " in file.read()
-    except OSError:
-        return False
-
-
-BUILDS = {"plain": [], "contracted": ["-ffp-contract=fast", "-mfma"] if has_fma() else ["-ffp-contract=fast"]}
+BUILDS = {"plain": [], "contracted": ["-ffp-contract=fast", *compiled.FMA]}
 
 
 @cache
@@ -345,65 +333,7 @@ def test_math_h_is_as_accurate_as_assumed(form, tmp_path):
         assert 0.3 < worst < rounding_bounds.ULPS
 
 
-# --- half-line: compiled code against the truth -----------------------------------------------------------------------
-
-
-def at_exponents(form, generator):
-    low, high = (-1074, 1024) if form == "double" else (-149, 128)
-    wide = [generator.uniform(low, high) for _ in range(2)]
-    return [2.0**e for e in (*wide, *(generator.uniform(-12, 25) for _ in range(4)))]
-
-
-@cache
-def speeds(form, days=1):
-    """Return v* of all sizes, others every day, where branches change, and where results become subnormal."""
-    return sorted(set().union(*(_speeds(form, random.Random(daily.DAY + day)) for day in range(days))))
-
-
-def _speeds(form, generator):
-    kind = TYPES[form]
-    found = {float(kind(x)) for x in at_exponents(form, generator) if x < np.finfo(kind).max}
-    found |= {float(np.nextafter(kind(1), kind(side))) for side in (0, 2)} | {1.0}
-    found |= {float(np.finfo(kind).max), float(np.finfo(kind).smallest_subnormal), float(np.finfo(kind).tiny)}
-    subnormal = {"double": (92, 97), "float": (11, 13.6)}[form]
-    found |= {float(kind(10.0 ** generator.uniform(*subnormal))) for _ in range(2)}
-    tiny_loss = {"double": (-162, -154), "float": (-22.5, -19)}[form]
-    found |= {float(kind(10.0 ** generator.uniform(*tiny_loss))) for _ in range(2)}
-    return found
-
-
-@cache
-def truth(v_star):
-    """Return eps and 1 - eps to 20 digits; beyond 1e100, where eps is far below all numbers, a bound of it.
-
-    From 1e20 on the power law for large v* has these digits, for which the integration would take seconds.
-    """
-    if v_star > 1e100:
-        return Fraction(0), Fraction(1)
-    if v_star > 1e20:
-        return power_law(v_star), 1 - power_law(v_star)
-    found = exact.collision(v_star, 20)
-    decimals = found.decimals()
-    return Fraction(decimals["epsilon"]), Fraction(decimals["one_minus_epsilon"])
-
-
-@each_form
-@each_half_line
-@pytest.mark.parametrize("build", BUILDS)
-@of_days
-def test_half_line_is_within_the_proven_bounds(libraries, which, form, build, days):
-    kernel = half_lines()[which]
-    variant = kernel.variant(FORMS[form])
-    bound, sizes = Fraction(variant.certificate.bound), dict(variant.sizes)
-    least = smallest_number(FORMS[form])
-    for v_star in speeds(form, days):
-        true = dict(zip(("epsilon", "one_minus_epsilon"), truth(v_star), strict=True))
-        relative_to = min(true.values()) if kernel.bound.measure == "both" else true["epsilon"]
-        for function, size in sizes.items():
-            computed = Fraction(libraries[build][f"{function}_{kernel.name}{suffix(form)}"](v_star))
-            relative = Fraction(size.relative) * (true[function] + bound * relative_to)
-            allowed = bound * relative_to + relative + Fraction(size.underflow) * least
-            assert abs(computed - true[function]) <= allowed, (function, v_star.hex())
+# --- compiled code ----------------------------------------------------------------------------------------------------
 
 
 @each_half_line
@@ -438,176 +368,39 @@ def formula_ball(kernel, variant, x):
     return {"v_star": y ** int(1 / (2 * kernel.root)) * n / d}
 
 
+def arguments(kernel, form, generator):
+    """Return arguments of a kernel: of all sizes, where branches change, and where results underflow."""
+    kind, near = TYPES[form], [float(np.nextafter(TYPES[form](1), TYPES[form](side))) for side in (0, 2)]
+    if isinstance(kernel, HalfLineKernel):
+        subnormal, tiny_loss = {"double": ((92, 97), (-162, -154)), "float": ((11, 13.6), (-22.5, -19))}[form]
+        found = [10.0 ** generator.uniform(*ends) for ends in (subnormal, tiny_loss) * 3]
+        return [float(kind(x)) for x in (*found, *(2.0 ** generator.uniform(-15, 15) for _ in range(2000)), *near, 1.0)]
+    low = max(float(kernel.epsilon_low), float(np.finfo(kind).tiny))
+    found = [low, 0.5, near[0], *(low ** generator.random() for _ in range(300))]
+    return [float(kind(x)) for x in found if low <= kind(x) <= 1]
+
+
 @each_form
-@each_half_line
+@each_kernel
 @pytest.mark.parametrize("build", BUILDS)
-def test_half_line_rounding_is_within_its_bound(libraries, which, form, build):
-    kernel = half_lines()[which]
+def test_rounding_is_within_its_bound(libraries, which, form, build):
+    kernel = kernels()[which]
     variant = kernel.variant(FORMS[form])
     generator, kind, closest = random.Random(5), TYPES[form], 0.0
-    values = speeds(form) + [float(kind(2.0 ** generator.uniform(-15, 15))) for _ in range(2000)]
-    for v_star in values:
+    for x in arguments(kernel, form, generator):
         with working(300):
-            exactly = formula_ball(kernel, variant, v_star)
-            for function, size in variant.sizes:
-                found = libraries[build][f"{function}_{kernel.name}{suffix(form)}"](v_star)
-                error = abs(found - exactly[function])
-                allowed = arb(size.relative) * exactly[function]
-                underflow = arb(size.underflow) * float(smallest_number(FORMS[form]))
-                assert error <= allowed + underflow, (function, v_star.hex())
-                if exactly[function] > float(np.finfo(kind).tiny):
+            exactly = formula_ball(kernel, variant, x if isinstance(kernel, HalfLineKernel) else (arb(x), 1 - arb(x)))
+            for function, value in exactly.items():
+                sizes = dict(variant.sizes)[function]
+                found = libraries[build][f"{function}_{kernel.name}{suffix(form)}"](x)
+                error, allowed = abs(found - value), arb(sizes.relative) * value
+                assert error <= allowed + arb(sizes.underflow) * float(smallest_number(FORMS[form])), (
+                    function,
+                    x.hex(),
+                )
+                if value > float(np.finfo(kind).tiny):
                     closest = max(closest, float(error / allowed))
     assert closest > 0.03
-
-
-@each_half_line
-def test_python_is_c_to_the_last_bit(libraries, module, which):
-    kernel = half_lines()[which]
-    generator = random.Random(9)
-    values = speeds("double") + [2.0 ** generator.uniform(-20, 20) for _ in range(1000)]
-    for function in ("epsilon", "one_minus_epsilon"):
-        for v_star in values:
-            found = getattr(module, f"{function}_{kernel.name}")(v_star)
-            assert found == libraries["plain"][f"{function}_{kernel.name}"](v_star)
-    for speed, beta in ((2.0, 1.307), (1e-300, 1e-5), (1e300, 1e300)):
-        found = getattr(module, f"restitution_{kernel.name}")(speed, beta)
-        assert found == libraries["plain"][f"restitution_{kernel.name}"](speed, beta)
-
-
-@each_form
-@each_half_line
-@pytest.mark.parametrize("build", BUILDS)
-def test_half_line_special_values(libraries, which, form, build):
-    kernel = half_lines()[which]
-    kind = TYPES[form]
-    functions = ("epsilon", "one_minus_epsilon", "restitution")
-    epsilon, loss, restitution = (libraries[build][f"{f}_{kernel.name}{suffix(form)}"] for f in functions)
-    tiny, largest = (float(x) for x in (np.finfo(kind).smallest_subnormal, np.finfo(kind).max))
-    assert [epsilon(x) for x in (0.0, -0.0, tiny, math.inf, largest)] == [1, 1, 1, 0, 0]
-    assert [loss(x) for x in (0.0, -0.0, tiny, math.inf, largest)] == [0, 0, 0, 1, 1]
-    assert math.copysign(1, loss(-0.0)) == 1
-    for bad in (-1.0, -tiny, -largest, -math.inf, math.nan):
-        assert math.isnan(epsilon(bad))
-        assert math.isnan(loss(bad))
-    assert [restitution(*pair) for pair in ((0.0, 1.3), (2.0, -0.0), (math.inf, 1.3), (2.0, math.inf))] == [1, 1, 0, 0]
-    for pair in ((0.0, math.inf), (math.inf, 0.0), (-1.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.nan)):
-        assert math.isnan(restitution(*pair))
-
-
-# --- inverse ----------------------------------------------------------------------------------------------------------
-
-
-@cache
-def portions(form, days=1):
-    """Return values of eps and of 1 - eps of all sizes, others every day."""
-    return sorted(set().union(*(_portions(form, random.Random(daily.DAY + day)) for day in range(days))))
-
-
-def _portions(form, generator):
-    kind = TYPES[form]
-    low = -1074 if form == "double" else -149
-    found = [2.0 ** generator.uniform(low, 0), *(generator.random() for _ in range(3))]
-    found += [1 - 10 ** -generator.uniform(1, 6)]
-    edge = [float(np.nextafter(kind(0.5), kind(side))) for side in (0, 1)]
-    ends = [float(np.finfo(kind).smallest_subnormal), float(np.nextafter(kind(1), kind(0))), 0.5, 0.3, 0.7]
-    return {float(kind(x)) for x in (*found, *edge, *ends)} - {0.0, 1.0}
-
-
-@cache
-def true_speed(portion, of_loss):
-    if not of_loss and portion < 1e-60:  # eps^3 = 9/4 v*^(-10), the power law
-        with mp.workdps(40):
-            return Fraction(str(mp.root(mpf("2.25") / mpf(portion) ** 3, 10)))
-    given = {"one_minus_epsilon": portion} if of_loss else {"epsilon": portion}
-    return Fraction(exact.invert(digits=20, **given).decimals()["v_star"])
-
-
-def in_domain(kernel, portion, of_loss):
-    return (1 - portion if of_loss else portion) >= kernel.epsilon_low
-
-
-@each_form
-@each_inverse
-@pytest.mark.parametrize("build", BUILDS)
-@pytest.mark.parametrize("of_loss", [False, True], ids=["epsilon", "loss"])
-@of_days
-def test_inverse_is_within_the_proven_bounds(libraries, which, form, build, of_loss, days):
-    kernel = inverses()[which]
-    variant = kernel.variant(FORMS[form])
-    bound, relative = Fraction(variant.certificate.bound), Fraction(dict(variant.sizes)["v_star"].relative)
-    name = "v_star_from_loss" if of_loss else "v_star"
-    function = libraries[build][f"{name}_{kernel.name}{suffix(form)}"]
-    checked, closest = 0, 0.0
-    for portion in portions(form, days):
-        if not in_domain(kernel, Fraction(portion), of_loss):
-            assert math.isnan(function(portion))
-            continue
-        true = true_speed(portion, of_loss)
-        computed = Fraction(function(portion))
-        assert abs(computed / true - 1) <= bound + relative * (1 + bound), portion.hex()
-        with working(300):
-            pair = (1 - arb(portion), arb(portion)) if of_loss else (arb(portion), 1 - arb(portion))
-            formula = formula_ball(kernel, variant, pair)["v_star"]
-            ratio = abs(function(portion) / formula - 1) / arb(dict(variant.sizes)["v_star"].relative)
-            closest = max(closest, float(ratio))
-        checked += 1
-    assert closest <= 1
-    assert closest > 0.01
-    assert checked > 5
-
-
-@each_inverse
-def test_inverse_python_is_c(libraries, module, which):
-    kernel = inverses()[which]
-    for of_loss, name in ((False, "v_star"), (True, "v_star_from_loss")):
-        for portion in (*portions("double"), 0.0 if of_loss else 1.0):
-            if in_domain(kernel, Fraction(portion), of_loss):
-                found = getattr(module, f"{name}_{kernel.name}")(portion)
-                assert found == libraries["plain"][f"{name}_{kernel.name}"](portion)
-    for speed in (5e-324, 1e-3, 2.0, 1e308, math.inf):
-        found = getattr(module, f"beta_{kernel.name}")(0.9, speed)
-        assert found == libraries["plain"][f"beta_{kernel.name}"](0.9, speed)
-
-
-@each_form
-@each_inverse
-def test_beta(libraries, which, form):
-    kernel = inverses()[which]
-    variant = kernel.variant(FORMS[form])
-    total = Fraction(kernel.bound_of_beta) + Fraction(dict(variant.sizes)["beta"].relative) * 2
-    function = libraries["plain"][f"beta_{kernel.name}{suffix(form)}"]
-    for portion, speed in itertools.product((0.995, 0.5), (1e-30, 0.01, 2.0, 1e30)):
-        epsilon, v = (float(TYPES[form](x)) for x in (portion, speed))
-        true = Fraction(exact.invert(epsilon, 20, speed=v).decimals()["beta"])
-        assert abs(Fraction(function(epsilon, v)) / true - 1) <= total
-
-
-@each_form
-@each_inverse
-@pytest.mark.parametrize("build", BUILDS)
-def test_inverse_special_values(libraries, which, form, build):
-    kernel = inverses()[which]
-    names = ("v_star", "v_star_from_loss", "beta")
-    v_star, from_loss, beta = (libraries[build][f"{n}_{kernel.name}{suffix(form)}"] for n in names)
-    assert v_star(1.0) == 0
-    assert [from_loss(x) for x in (0.0, -0.0)] == [0, 0]
-    tiny = float(np.finfo(TYPES[form]).smallest_subnormal)
-    assert 0 < from_loss(tiny) < 1e-20
-    above = float(np.nextafter(TYPES[form](1), TYPES[form](2)))
-    for bad in (0.0, -0.0, -tiny, -1.0, above, 2.0, math.inf, -math.inf, math.nan):
-        assert math.isnan(v_star(bad))
-        assert math.isnan(beta(bad, 1.0))
-    for bad in (1.0, above, -tiny, -1.0, math.inf, -math.inf, math.nan):
-        assert math.isnan(from_loss(bad))
-    assert beta(1.0, 2.0) == 0
-    assert beta(0.9, math.inf) == 0
-    for bad in (0.0, -0.0, -1.0, -math.inf, math.nan):
-        assert math.isnan(beta(0.9, bad))
-    if not kernel.epsilon_min:
-        largest = v_star(tiny)
-        assert math.isfinite(largest)
-        assert math.isfinite(beta(tiny, tiny))
-        assert largest > 1e10
 
 
 @each_form

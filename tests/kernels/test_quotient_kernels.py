@@ -444,57 +444,6 @@ def test_optimisation_stays_within_the_bound(flags: list[str], tmp_path: Path) -
         assert not faults(sample, other[f"epsilon_{sample.name}f"], FLOAT)
 
 
-def v_star_and_margin(speed: float, beta: float, form: Format) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Return v* to 50 digits, and the relative error of sqrt(beta) pow(speed, 0.1).
-
-    The exponent is the format's nearest to 1/10; pow is taken to be right to 2 ulp, all else to half an ulp.
-    """
-    with mpmath.workdps(50):
-        v_star = mpmath.sqrt(beta) * mpmath.root(mpmath.mpf(speed), 10)
-        exponent = abs(mpmath.mpf(form.nearest(Fraction(1, 10))) - mpmath.mpf(1) / 10)
-        return v_star, exponent * abs(mpmath.log(speed)) + 6 * mpmath.mpf(2) ** -form.precision
-
-
-def restitution_deviation(sample: PadeKernel, speed: float, beta: float, computed: float, form: Format) -> float:
-    """Return |computed - exact|, in units of what the rounding of v* and of the formula explain."""
-    with mpmath.workdps(50):
-        v_star, margin = v_star_and_margin(speed, beta, form)
-        a, b = (list(map(mpf, values[::-1])) for values in sample.reduced)
-        true = mpmath.polyval(a, v_star) / mpmath.polyval(b, v_star)
-        (p, dp), (q, dq) = (mpmath.polyval(each, v_star, derivative=True) for each in (a, b))
-        slope = (dp * q - p * dq) / q**2
-        known = value_and_bound(sample, v_star, form)
-        assert known
-        explained = abs(slope * v_star) * margin + known[1]
-        return float(abs(computed - true) / explained)
-
-
-@pytest.mark.parametrize("sample", [PAPER[0], PAPER[1], PAPER[3], ARTIFICIAL[4]], ids=lambda sample: sample.label)
-@each_form
-def test_restitution(sample: PadeKernel, form: Format, library: compiled.Library, module: SimpleNamespace) -> None:
-    functions = [library[f"restitution_{sample.name}{form.suffix}"]]
-    if form is DOUBLE:
-        functions.append(getattr(module, f"restitution_{sample.name}"))
-    speeds = [1e-30, 1e-6, 0.262, 1.0, 2.0, 37.5, 1e6, 1e30] + ([1e-300, 1e300] if form is DOUBLE else [])
-    for speed in (form.nearest(Fraction(speed)) for speed in speeds):
-        for beta in (form.nearest(decimal_value(beta)) for beta in ("1e-6", "0.05", "1.307", "20", "1e12")):
-            for function in functions:
-                assert restitution_deviation(sample, speed, beta, function(speed, beta), form) < 1
-
-
-@pytest.mark.parametrize("suffix", ["", "f"])
-def test_restitution_at_special_values(suffix: str, library: compiled.Library) -> None:
-    function = library[f"restitution_pade_3_6{suffix}"]
-    for pair in [(0.0, 1.3), (-0.0, 1.3), (2.0, 0.0), (2.0, -0.0), (0.0, 0.0)]:
-        assert function(*pair) == 1.0
-    for pair in [(math.inf, 1.3), (2.0, math.inf), (math.inf, math.inf)]:
-        assert function(*pair) == 0.0
-    nan = [(-1.0, 1.3), (-math.inf, 1.3), (math.nan, 1.3), (2.0, -1.0), (2.0, math.nan), (2.0, -math.inf)]
-    nan += [(0.0, math.inf), (math.inf, 0.0), (-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, math.nan)]
-    for pair in nan:
-        assert math.isnan(function(*pair))
-
-
 def test_headers_can_be_combined_and_included_twice(tmp_path: Path) -> None:
     first, second = header(PAPER[3], PAPER[1]), header(PAPER[1], PAPER[0])
     library = compiled.build(tmp_path, [first, second, first])

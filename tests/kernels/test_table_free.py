@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import re
 import subprocess
 from dataclasses import replace
@@ -26,7 +25,6 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.forms import table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
-from viscopade.kernels.targets import c
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.syntax import shortest
@@ -423,34 +421,6 @@ def test_eps_is_never_beyond_its_range(runner, form):
         eps, loss = (found[of_kernel(kernel, function)] for function in ("restitution", "dissipation"))
         assert ((eps > 0) & (eps <= 1)).all()
         assert ((loss >= 0) & (loss <= 1 + 2 * np.finfo(TYPES[form]).eps)).all()
-
-
-def test_the_header_agrees_with_the_one_for_v_star(runner, tmp_path):
-    """viscopade_half_line.h takes cbrt of v*, the header here a thirtieth power of w."""
-    library = compiled.build(tmp_path, [c.render(kernels(), COMMAND)])
-    speed, beta = inputs("double", -100, 40, 2000)
-    found = runner("CUDA, host", "double")(speed, beta)
-    for kernel in kernels():
-        other = np.array([library[f"restitution_{kernel.name}"](s, b) for s, b in zip(speed, beta, strict=True)])
-        ulps = np.abs(found[of_kernel(kernel, "restitution")] - other) / np.spacing(other)
-        assert ulps.max() <= 60
-
-
-def test_results_do_not_depend_on_contraction(tmp_path, runner):
-    """With fused multiply-add, results are within the bounds as well."""
-    flags = ["-ffp-contract=fast"]
-    with open("/proc/cpuinfo") if os.path.exists("/proc/cpuinfo") else open(os.devnull) as file:
-        flags += ["-mfma"] if " fma " in file.read() else []
-    speed, beta = inputs("float", -100, 40, 3000)
-    found = languages.of_c(tmp_path, code("cuda", "float"), flags=flags)(speed, beta)
-    _, true = exact("float", speed, beta)
-    for kernel in having("float"):
-        variant = kernel.variant(FLOAT)
-        rounding = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY["float"])[
-            "restitution"
-        ].everywhere
-        error = np.abs(found[of_kernel(kernel, "restitution")] / true["restitution"] - 1)
-        assert error.max() <= float(variant.certificate.bound) + float(rounding) * 1.001
 
 
 # --- compilers only ---------------------------------------------------------------------------------------------------

@@ -500,7 +500,7 @@ def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
             return v_star(1 - Fraction(x)) if 0 <= x < 1 else (_NAN, Fraction(0))
 
         def beta(x: float, y: float, of_beta: Fraction = of_beta) -> Answer:
-            if not (y > 0 and 0 < x <= 1):
+            if not (y > 0 and 0 < x <= 1 and x >= kernel.epsilon_low):
                 return _NAN, Fraction(0)
             if y == _INF or x == 1:
                 return 0.0, Fraction(0)
