@@ -3,6 +3,7 @@
 import itertools
 import math
 import random
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,11 +12,12 @@ import pytest
 from flint import ctx
 
 import viscopade as vp
-from viscopade.approximation import machine_coefficients, minimax
+from viscopade.approximation import minimax
 from viscopade.approximation.cheapest import cheapest_fit
 from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.minimax import Fit, cost, fit
-from viscopade.arithmetic.balls import exact_middle
+from viscopade.approximation.remez import NoBest, sup_error
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
 
@@ -264,7 +266,7 @@ def test_no_neighbours_are_better(m, n):
     places = [(1, 1)] * (min(m, n) >= 1) + [(i, None) for i in range(2, m + 1)] + [(None, j) for j in range(2, n + 1)]
     task = minimax.minimax_problem(m, n, found.fit.interval, "both", 17)
     errors = []
-    with minimax.working(task.bits):
+    with working(task.bits):
         for steps in itertools.product(range(-2, 3), repeat=len(places)):
             a, b = map(list, found.exact)
             for (i, j), step in zip(places, steps, strict=True):
@@ -272,7 +274,9 @@ def test_no_neighbours_are_better(m, n):
                     if index is not None:
                         unit = Fraction(2) ** (math.frexp(float(values[index]))[1] - 8)
                         values[index] += step * unit
-            errors.append(machine_coefficients._error(task, (a, b), found.fit.points))
+            with suppress(NoBest):
+                balls = ([ball_of(c) for c in values] for values in (a, b))
+                errors.append(sup_error(task, *balls, found.fit.points)[0])
     assert found.error <= min(errors) * (1 + 1e-9)
 
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.minimax import (
     MAX_FIT_M,
     MAX_FIT_N,
@@ -19,7 +19,6 @@ from viscopade.approximation.minimax import (
     _shown,
     cost,
     interval_of,
-    measure_of,
 )
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format

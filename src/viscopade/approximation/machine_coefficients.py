@@ -24,15 +24,10 @@ from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
 
 SAMPLES = 12  # points from one extremum of the error to the next, in the search for machine coefficients
-
 LATTICE_BITS = 48  # to which errors are known, in units of the best one, where lattices are reduced
-
 MAX_STEPS = 200
-
 MAX_ROUNDS = 3
-
 LARGE_MOVES = (0.2, 100.0)  # relative, of a coefficient: cautious and bold
-
 LEAST_GAIN = 1e-6
 
 
@@ -100,52 +95,31 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     """
     task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits, best.law)
     with working(task.bits):
-        start = _Grid(best, form)
+        start = _Grid(task, best, form)
         grids, nearest = [start], start.centre
-        errors = {nearest: _error(task, start.placed(nearest), best.points)}
+        errors = {nearest: start.error(nearest)}
         for _ in range(MAX_ROUNDS):
-            found = {shifted for grid in grids for shifted in _near(task, grid)}
+            found = {shifted for grid in grids for shifted in grid.near()}
             for free in sorted(found - errors.keys()):
                 if start.holds(free):
-                    errors[free] = _error(task, start.placed(free), best.points)
+                    errors[free] = start.error(free)
             # a coefficient that moved into another binade has other steps there
-            moved = [_Grid(best, form, free) for free in found]
+            moved = [_Grid(task, best, form, free) for free in found]
             known = [grid.steps for grid in grids]
             grids = [grid for grid in moved if grid.steps not in known]
         free = min(errors, key=errors.__getitem__)
         free = free if errors[free] < errors[nearest] else nearest
-        a, b = start.placed(free)
-    return MachineFit(best, form, tuple(map(float, a)), tuple(map(float, b)), errors[free], errors[nearest])
-
-
-def _near(task: remez.Problem, grid: _Grid) -> set[tuple[Fraction, ...]]:
-    """Return free coefficients with small errors."""
-    candidates = set[tuple[int, ...]]().union(*(_Lattice.of(task, grid, move).candidates() for move in LARGE_MOVES))
-    return {
-        tuple(c + shift * step for c, step, shift in zip(grid.centre, grid.steps, shifts, strict=True))
-        for shifts in candidates
-    }
-
-
-def _error(task: remez.Problem, coefficients: tuple[list[Fraction], list[Fraction]], near: Sequence[float]) -> float:
-    """Return the largest error, infinite if the denominator is not positive."""
-    a, b = ([ball_of(c) for c in values] for values in coefficients)
-    try:
-        return remez.sup_error(task, a, b, near)[0]
-    except remez.NoBest:
-        return math.inf
+        a, b = task.placed([1.0, *map(float, free)], 0.0)
+    return MachineFit(best, form, tuple(a), tuple(b), errors[free], errors[nearest])
 
 
 class _Grid:
     """The numbers of a format near given coefficients (the fit's own), as whole steps from the nearest ones."""
 
-    def __init__(self, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
-        self.best, self.form = best, form
-        d = best.law.d
-        shared = [(i, i) for i in range(1, min(d - 1, best.m, best.n) + 1)]
-        single = [*((i, None) for i in range(d, best.m + 1)), *((None, j) for j in range(d, best.n + 1))]
-        self.places: list[tuple[int | None, int | None]] = [*shared, *single]
-        """Indices in a and in b of each free coefficient."""
+    def __init__(self, task: remez.Problem, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
+        self.task, self.best, self.form = task, best, form
+        self.places = task.places[1:]
+        """Powers in N and in D of each free coefficient."""
         a, b = best.exact
         self.exact = [a[i] if i is not None else b[j or 0] for i, j in self.places]
         pairs = zip(self.places, self.exact if near is None else near, strict=True)
@@ -160,15 +134,13 @@ class _Grid:
             name = f"b_{j}" if i is None else f"a_{i}"
             raise ValueError(f"{self.best.label} on {_shown(self.best.interval)}: {name} = {error}") from None
 
-    def placed(self, free: Sequence[Fraction]) -> tuple[list[Fraction], list[Fraction]]:
-        """Return a and b with the given free coefficients."""
-        a, b = ([Fraction(1), *[Fraction(0)] * degree] for degree in (self.best.m, self.best.n))
-        for (i, j), c in zip(self.places, free, strict=True):
-            if i is not None:
-                a[i] = c
-            if j is not None:
-                b[j] = c
-        return a, b
+    def error(self, free: Sequence[Fraction]) -> float:
+        """Return the largest error with given free coefficients, infinite if the denominator is not positive."""
+        a, b = self.task.placed([arb(1), *map(ball_of, free)], arb(0))
+        try:
+            return remez.sup_error(self.task, a, b, self.best.points)[0]
+        except remez.NoBest:
+            return math.inf
 
     def holds(self, free: Sequence[Fraction]) -> bool:
         """Return whether all coefficients are numbers of the format: steps may lead out of a binade."""
@@ -176,6 +148,14 @@ class _Grid:
             return all(self.form.nearest(c) == c for c in free)
         except ValueError:
             return False
+
+    def near(self) -> set[tuple[Fraction, ...]]:
+        """Return free coefficients with small errors."""
+        candidates = set[tuple[int, ...]]().union(*(_Lattice.of(self, move).candidates() for move in LARGE_MOVES))
+        return {
+            tuple(c + shift * step for c, step, shift in zip(self.centre, self.steps, shifts, strict=True))
+            for shifts in candidates
+        }
 
 
 @dataclass(frozen=True)
@@ -203,10 +183,9 @@ class _Lattice:
     transform: npt.NDArray[np.object_]
 
     @classmethod
-    def of(cls, task: remez.Problem, grid: _Grid, large_move: float) -> _Lattice:
+    def of(cls, grid: _Grid, large_move: float) -> _Lattice:
         """Linearise about the fit; to be used within `working`."""
-        points = _samples(task, grid.best.points)
-        optimum, rows = _linearised(task, grid, points)
+        optimum, rows = _linearised(grid)
         effects = arb_mat(rows)
         offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
         start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
@@ -259,21 +238,19 @@ def _samples(task: remez.Problem, points: Sequence[float]) -> list[float]:
     return [float(v) for v in np.unique([*inner, *points, *task.interval])]
 
 
-def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tuple[FloatArray, list[list[arb]]]:
+def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
     """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
+    task = grid.task
     a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
     s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
-    for v in points:
+    for v in _samples(task, grid.best.points):
         x = arb(v)
         d, unit = b(x).mid(), (task.sharpness(x) / grid.best.error).mid()
         ratio = (s(x) / d).mid()
         optimum.append(float((unit * (ratio + task.defect(x))).mid()))
-        for row, (i, j), step in zip(rows, grid.places, grid.steps, strict=True):
-            change = x ** (i - task.contact) if i is not None and j is None else arb(0)
-            if j is not None:
-                change = (0 if i is not None else -(x ** (j - task.contact))) - ratio * x**j
-            row.append((unit * change * ball_of(step) / d).mid())
+        for row, (s_k, d_k), step in zip(rows, task.directions[1:], grid.steps, strict=True):
+            row.append((unit * (s_k(x) - ratio * d_k(x)) * ball_of(step) / d).mid())
     return np.array(optimum), rows
 
 

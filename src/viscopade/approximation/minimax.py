@@ -19,13 +19,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, SupportsIndex, cast, get_args
+from typing import TYPE_CHECKING, SupportsIndex, cast
 
 from flint import arb, fmpz_poly
 
 from viscopade import arguments
 from viscopade.approximation import remez
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.lacunary import full_powers
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
@@ -73,8 +74,6 @@ class Fit:
         Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
     points, deviations : tuple of float, length m + n + 2 - d
         Where the error is largest, and its values there, of alternating signs.
-    exchanges : int
-        Steps of Remez's algorithm.
     digits : int
         Digits of eps that were used.
     law : Law
@@ -95,7 +94,6 @@ class Fit:
     lower_bound: float
     points: tuple[float, ...]
     deviations: tuple[float, ...]
-    exchanges: int
     digits: int
     law: Law = VISCOELASTIC
 
@@ -224,27 +222,31 @@ def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -
     return low, high
 
 
-def measure_of(measure: str) -> Measure:
-    """Check the name of a measure; errors as for `fit`."""
-    if measure not in get_args(Measure):
-        raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
-    return cast(Measure, measure)
-
-
 @lru_cache(maxsize=1024)
 def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law) -> Fit:
-    start: tuple[float, ...] | None = None
     while digits <= MAX_DIGITS:
         try:
-            found = remez.solve(minimax_problem(m, n, interval, measure, digits, law), start)
+            found = remez.solve(minimax_problem(m, n, interval, measure, digits, law))
         except remez.TooAccurate as small:
             wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
             digits = STEP * math.ceil(max(digits + STEP, wanted) / STEP)
         except remez.NoBest as reason:
             raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
         else:
-            return _finished(m, n, interval, measure, digits, law, found)
-    raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees")
+            break
+    else:
+        raise ValueError(
+            f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees"
+        )
+    if not found.error < 1:
+        raise TooCoarse(
+            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
+            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
+        )
+    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
+    a, b = (tuple(_decimal(c, places) for c in values) for values in (found.a, found.b))
+    levels = found.error, found.lower_bound, found.points, found.deviations
+    return Fit(m, n, interval, measure, a, b, *levels, digits, law)
 
 
 def minimax_problem(
@@ -252,7 +254,7 @@ def minimax_problem(
 ) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
     eps = exact_target(digits, law)
-    half_line, end = interval[1] is None, interval[1] or Fraction(LARGEST)
+    end = interval[1] or Fraction(LARGEST)
     low, high = float(interval[0]), float(end)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= end else math.nextafter(high, 0.0))  # fmt: skip
@@ -263,37 +265,16 @@ def minimax_problem(
             return 1 / eps.loss_ratio(v_star)
         return v_star**law.d / epsilon
 
-    beyond = (min(3 * high, float(LARGEST)),) if 3 * high <= LARGEST else ()
-    coordinate = remez.Coordinate(half_line=half_line)
     return remez.Problem(
-        m, n, eps.loss_ratio, sharpness, inside, law.d, digits=eps.digits, coordinate=coordinate, beyond=beyond
+        full_powers(m, n),
+        eps.loss_ratio,
+        sharpness,
+        inside,
+        contact=law.d,
+        digits=eps.digits,
+        coordinate=remez.Coordinate(half_line=interval[1] is None),
+        beyond=(3 * high,) if 3 * high <= LARGEST else (),
     )
-
-
-def _finished(
-    m: int,
-    n: int,
-    interval: Interval,
-    measure: Measure,
-    digits: int,
-    law: Law,
-    found: remez.Approximation,
-) -> Fit:
-    if not found.error < 1:
-        raise TooCoarse(
-            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
-            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
-        )
-    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
-    a, b = ([_decimal(c, places) for c in values] for values in (found.a, found.b))
-    a[0] = b[0] = "1"
-    for i in range(1, law.d):
-        if i <= min(m, n):
-            a[i] = b[i]
-        elif i <= max(m, n):
-            (a if i <= m else b)[i] = "0"
-    levels = found.error, found.lower_bound, found.points, found.deviations, found.exchanges
-    return Fit(m, n, interval, measure, tuple(a), tuple(b), *levels, digits, law)
 
 
 def _decimal(number: arb, digits: int) -> str:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import SupportsIndex
 
 from flint import arb, arb_mat, arb_poly
@@ -64,6 +64,12 @@ class ExactEpsilon:
 
     digits: int
     law: Law = VISCOELASTIC
+
+    @cached_property
+    def c(self) -> arb:
+        """The limit of (1 - eps)/v*^d at v* = 0, which is -h_d."""
+        with working(bits_for(self.digits) + 64):
+            return self.loss_ratio(arb(0))
 
     def both(self, v_star: arb) -> tuple[arb, arb]:
         """Return eps and 1 - eps."""

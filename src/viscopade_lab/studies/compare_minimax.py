@@ -41,6 +41,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from viscopade.approximation import machine_coefficients, minimax, remez
+from viscopade.approximation.lacunary import full_powers
 from viscopade.approximation.target import exact_target
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
@@ -129,7 +130,7 @@ def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, floa
     def sharpness(v: arb) -> arb:
         return 1 / target.epsilon(v) if relative else arb(1)
 
-    problem = remez.Problem(m, n, target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
+    problem = remez.Problem(full_powers(m, n), target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
     found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
     return largest_error(approximant, v_max, relative), seconds
