@@ -141,9 +141,9 @@ def test_coefficients_are_doubles(kernel):
 
 def test_the_same_twice():
     powers, measure = RECOMMENDED[0]
-    half_line._fit.cache_clear()
+    half_line.fit_half_line.cache_clear()
     first = half_line.fit_half_line(powers, measure)
-    half_line._fit.cache_clear()
+    half_line.fit_half_line.cache_clear()
     assert half_line.fit_half_line(powers, measure) == first
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flint import arb, ctx
+from flint import arb
 from scipy.optimize import linprog
 
 from viscopade.approximation import remez
@@ -21,18 +21,18 @@ def one(_):
 
 def free(m, n, f, interval, weight=one, **more):
     """max |N/D - f|/w without conditions but b_0 = 1."""
-    return Problem(full_powers(m, n), lambda v: 1 - f(v), lambda v: 1 / weight(v), interval, **more)
+    return Problem(full_powers(m, n), lambda v: (1 - f(v), 1 / weight(v)), interval, **more)
 
 
 def restitution(m, n, v_max, measure="both", v_min=0.0):
     """The elastic problem, written down once more."""
     target = exact_target()
 
-    def sharpness(v):
-        epsilon, loss = target.both(v)
-        return 1 / target.loss_ratio(v) if measure == "both" and loss < epsilon else v * v / epsilon
+    def values(v):
+        epsilon, loss, ratio = target.at(v)
+        return ratio, 1 / ratio if measure == "both" and loss < epsilon else v * v / epsilon
 
-    return Problem(full_powers(m, n), target.loss_ratio, sharpness, (v_min, v_max), 2, beyond=(3 * v_max,))
+    return Problem(full_powers(m, n), values, (v_min, v_max), 2, beyond=(3 * v_max,))
 
 
 def floats(values):
@@ -43,9 +43,8 @@ def deviation(problem, found, v):
     """The weighted error by Horner's rule in doubles, for v not near 0."""
     ratio = np.polynomial.polynomial.polyval(v, floats(found.a)) / np.polynomial.polynomial.polyval(v, floats(found.b))
     with working(128):
-        f = np.array([float(1 - problem.defect(arb(x)) * arb(x) ** problem.contact) for x in v])
-        weight = np.array([float(arb(x) ** problem.contact / problem.sharpness(arb(x))) for x in v])
-    return (ratio - f) / weight
+        g, p = np.array([[float(part) for part in problem.values(arb(x))] for x in v]).T
+    return p * ((ratio - 1) / v**problem.contact + g)
 
 
 def assert_levelled(problem, found):
@@ -117,8 +116,7 @@ def best_on_a_grid(problem, number=400):
     low, high = problem.interval
     v = low + (high - low) * (1 - np.cos(np.pi * np.arange(number + 1) / number)) / 2
     with working(128):
-        g = np.array([float(problem.defect(arb(x))) for x in v])
-        p = np.array([float(problem.sharpness(arb(x))) for x in v])
+        g, p = np.array([[float(part) for part in problem.values(arb(x))] for x in v]).T
         columns = [(np.array([float(s(arb(x))) for x in v]), np.array([float(d(arb(x))) for x in v]))
                    for s, d in problem.directions]  # fmt: skip
     s, d = (np.array(part).T for part in zip(*columns, strict=True))
@@ -207,7 +205,7 @@ def test_no_approximant_nearby_is_better_at_all_points(m, n):
         other = replace(found, a=tuple(map(arb, a)), b=tuple(map(arb, b)))
         points = np.array(found.points[1:])
         errors = list(np.abs(deviation(problem, other, points)))
-        errors.append(abs((a[2] - b[2] if m >= 2 else -b[2]) / float(problem.defect(arb(0))) + 1))  # at v = 0
+        errors.append(abs((a[2] - b[2] if m >= 2 else -b[2]) / float(problem.values(arb(0))[0]) + 1))  # at v = 0
         assert max(errors) > found.lower_bound
 
 
@@ -220,10 +218,10 @@ def test_the_interval_may_begin_later():
 
 
 def test_a_start_saves_exchanges():
-    problem = restitution(3, 6, 10.0)
-    found = remez.solve(problem)
-    again = remez.solve(problem, found.points)
-    assert again.exchanges < found.exchanges
+    first, second = restitution(3, 6, 10.0), restitution(3, 6, 10.0)
+    found = remez.solve(first)
+    again = remez.solve(second, found.points)
+    assert len(second.known) < len(first.known)  # points where the target was asked for
     assert again.error == pytest.approx(found.error, rel=1e-9, abs=0)
 
 
@@ -273,23 +271,15 @@ def test_no_pole_free_approximant():
         remez.solve(free(1, 1, lambda v: v.tan(), (0.0, 2.0)))
 
 
-def test_precision_is_left_alone():
-    before = ctx.prec
-    remez.solve(free(2, 0, lambda v: v.exp(), (0.0, 1.0)))
-    assert ctx.prec == before
-
-
 # --- the error of other approximants --------------------------------------------------------------------------------
 
 
 def test_sup_error():
     problem = restitution(3, 6, 10.0)
     found = remez.solve(problem)
-    error, at = remez.sup_error(problem, found.a, found.b)
-    assert error == pytest.approx(found.error, rel=1e-9, abs=0)
-    assert min(abs(at - v) for v in found.points) < 1e-3 * max(at, 1)
+    assert remez.sup_error(problem, found.a, found.b) == pytest.approx(found.error, rel=1e-9, abs=0)
     worse = remez.sup_error(problem, found.a, [*found.b[:-1], found.b[-1] * 1.01])
-    assert worse[0] > 1.01 * found.error
+    assert worse > 1.01 * found.error
 
 
 def test_sup_error_at_a_pole():

@@ -61,12 +61,13 @@ BEST: dict[Measure, tuple[Powers, ...]] = {"relative": RELATIVE, "both": BOTH}
 
 def require_half_line_degrees(powers: Powers) -> None:
     """Check that N/D with these powers has the right order at infinity; raise a ValueError otherwise."""
-    if powers.top[-1] - powers.bottom[-1] != DEGREES_MORE:
+    if powers.m - powers.n != DEGREES_MORE:
         raise ValueError(
             f"powers are {powers.label}: deg N must be deg D + {DEGREES_MORE}, as eps goes like v*^(-10/3)"
         )
 
 
+@lru_cache(maxsize=64)
 def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
     """Return the best N/D with given powers of y = v*^(1/3).
 
@@ -85,24 +86,16 @@ def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
         If the error cannot be levelled.
     """
     require_half_line_degrees(powers)
-    return _fit(powers, measure_of(measure))
-
-
-@lru_cache(maxsize=64)
-def _fit(powers: Powers, measure: Measure) -> LacunaryFit:
+    measure_of(measure)
     exact = exact_target()
 
-    def target(y: arb) -> arb:
-        v_star = y * y * y
-        return exact.loss_ratio(v_star) / exact.epsilon(v_star) / exact.c
-
-    def weight(y: arb) -> arb:
-        """Return by how much a relative error of N/D is an error in the measure, to first order."""
-        epsilon, loss = exact.both(y * y * y)
-        return epsilon if measure == "both" and epsilon > loss else loss
+    def values(y: arb) -> tuple[arb, arb]:
+        """Return N/D, and by how much a relative error of it is an error in the measure, to first order."""
+        epsilon, loss, loss_ratio = exact.at(y * y * y)
+        return loss_ratio / epsilon / exact.c, epsilon if measure == "both" and epsilon > loss else loss
 
     coordinate, sample = Coordinate(half_line=True), half_line_sample(measure)
-    return lawson.best(powers, target, weight, _Y_MAX, coordinate, exact.c, sample=sample)
+    return lawson.best(powers, values, _Y_MAX, coordinate, exact.c, sample=sample)
 
 
 @lru_cache(maxsize=2)

@@ -16,6 +16,7 @@ have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,7 +28,7 @@ from viscopade import arguments
 from viscopade.approximation import lawson
 from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.approximation.lawson import LacunaryFit, Sample
-from viscopade.approximation.remez import Coordinate, Function, TooAccurate
+from viscopade.approximation.remez import Coordinate, TooAccurate
 from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arrays import double
@@ -108,11 +109,6 @@ def fit_interval(m: int, n: int, epsilon_min: Exact, law: Law = VISCOELASTIC) ->
     """
     m, n = arguments.integer("m", m, 0, MAX_DEGREE), arguments.integer("n", n, 0, MAX_DEGREE)
     low = arguments.exact_number("epsilon_min", epsilon_min, "a number >= 1e-4 and < 1", lambda e: _SMALLEST <= e < 1)
-    return _fit_interval(m, n, low, law)
-
-
-@lru_cache(maxsize=256)
-def _fit_interval(m: int, n: int, low: Fraction, law: Law) -> LacunaryFit:
     form = inverse_form(law, whole=False)
     return _fit(full_powers(m, n), form, float(1 / low - 1) ** float(form.root), Coordinate(), law)
 
@@ -127,7 +123,6 @@ def whole_powers(law: Law) -> tuple[Powers, ...]:
     return tuple(full_powers(m, m + form.degrees_less) for m in range(1, MAX_WHOLE_DEGREE + 1))
 
 
-@lru_cache(maxsize=64)
 def fit_whole(powers: Powers, law: Law = VISCOELASTIC) -> LacunaryFit:
     """Return the best N(y)/D(y) of v* = y^k N/D on all of (0, 1], with k and y from `inverse_form`.
 
@@ -154,38 +149,40 @@ def fit_whole(powers: Powers, law: Law = VISCOELASTIC) -> LacunaryFit:
     return _fit(powers, form, _Y_MAX if law == VISCOELASTIC else _Y_MAX_OF_LAWS, Coordinate(half_line=True), law)
 
 
+@lru_cache(maxsize=256)
 def _fit(powers: Powers, form: InverseForm, y_max: float, coordinate: Coordinate, law: Law) -> LacunaryFit:
     """Return the best quotient, from values with more digits if need be."""
     with working(lawson.BITS):
         factor = 1 / exact_target(law=law).c.root(law.d)
     sample = inverse_sample() if form == WHOLE_FORM else None
-    for digits in (TABLE_DIGITS, MORE_DIGITS):
-        try:
-            target = _target(form, digits, law)
-            return lawson.best(powers, target, lambda _: arb(1), y_max, coordinate, factor, digits, sample)
-        except TooAccurate as reason:
-            refused = reason
-    raise refused
+
+    def best(digits: int) -> LacunaryFit:
+        return lawson.best(powers, _values(form, digits, law), y_max, coordinate, factor, digits, sample)
+
+    try:
+        return best(TABLE_DIGITS)
+    except TooAccurate:
+        return best(MORE_DIGITS)
 
 
-def _target(form: InverseForm, digits: int, law: Law) -> Function:
-    """Return v* (c/q)^(1/d) as a function of y = q^root, c = (1 - eps)/v*^d at 0; 1 at y = 0."""
+def _values(form: InverseForm, digits: int, law: Law) -> Callable[[arb], tuple[arb, arb]]:
+    """Return v* (c/q)^(1/d), 1 at 0, as a function of y = q^root, with the weight 1; c = (1 - eps)/v*^d at 0."""
     c = exact_target(digits, law).c
 
-    def target(y: arb) -> arb:
+    def values(y: arb) -> tuple[arb, arb]:
         if y == 0:
-            return arb(1)
+            return arb(1), arb(1)
         q = y ** (form.shift * law.d)
-        return _v_star(q.mid(), digits, law) * (c / q).root(law.d)
+        return _v_star(q.mid(), digits, law) * (c / q).root(law.d), arb(1)
 
-    return target
+    return values
 
 
 def _v_star(q: arb, digits: int, law: Law) -> arb:
     """Return v* at (1 - eps)/eps = q: double precision, then Newton's method on ln q, with a slope of 7 digits."""
     v_star, slope = _roughly(float(q), law)
     for _ in range(1 if digits <= MORE_DIGITS and law == VISCOELASTIC else 2):
-        epsilon, loss = exact_target(digits, law).both(v_star)
+        epsilon, loss, _ = exact_target(digits, law).at(v_star)
         v_star = (v_star * (1 + (q * epsilon / loss).log() / slope)).mid()
     return v_star
 

@@ -6,13 +6,9 @@ powers of a root of the argument are far better than quotients of full polynomia
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TypeVar
-
-Coefficient = TypeVar("Coefficient")
 
 
 @dataclass(frozen=True)
@@ -85,8 +81,3 @@ class LacunaryQuotient:
             raise ValueError(f"{self.powers.label} cannot have {numbers}: accepted is one for each power")
         if self.b[0] != 1:
             raise ValueError(f"the coefficient of y^0 in D is {self.b[0]}, it must be 1")
-
-
-def mirrored(polynomial: Sequence[tuple[int, Coefficient]], degree: int) -> tuple[tuple[int, Coefficient], ...]:
-    """Return y^degree times the polynomial of 1/y; coefficients may be numbers or names."""
-    return tuple((degree - exponent, c) for exponent, c in reversed(polynomial))

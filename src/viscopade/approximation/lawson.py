@@ -9,7 +9,7 @@ exist. No claim of the project rests on optimality: the proofs bound the error a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from flint import arb
 
 from viscopade.approximation import remez
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.approximation.remez import Coordinate, Function, Problem, changes_of_sign
+from viscopade.approximation.remez import Coordinate, Problem, changes_of_sign
 from viscopade.arithmetic.balls import working
 from viscopade.arrays.checked import FloatArray
 
@@ -140,8 +140,7 @@ class LacunaryFit:
 
 def best(
     powers: Powers,
-    target: Function,
-    weight: Function,
+    values: Callable[[arb], tuple[arb, arb]],
     y_max: float,
     coordinate: Coordinate,
     factor: arb,
@@ -153,8 +152,8 @@ def best(
     Parameters
     ----------
     powers : Powers
-    target, weight : callable
-        Of y.
+    values : callable
+        From y to target and weight.
     y_max, coordinate, digits
         As for `remez.Problem`.
     factor : flint.arb
@@ -167,14 +166,12 @@ def best(
     remez.NoBest
         If the error cannot be levelled.
     """
-    problem = Problem(
-        powers,
-        lambda y: 1 - target(y),
-        lambda y: weight(y) / target(y),
-        (0.0, y_max),
-        digits=digits,
-        coordinate=coordinate,
-    )
+
+    def relative(y: arb) -> tuple[arb, arb]:
+        target, weight = values(y)
+        return 1 - target, weight / target
+
+    problem = Problem(powers, relative, (0.0, y_max), digits=digits, coordinate=coordinate)
     start = None if sample is None else _alternating(sample, rough([powers], sample), problem.number_of_points)
     found = remez.solve(problem, start)
     with working(BITS):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from flint import arb, arb_mat, arb_poly, fmpz_mat
 
 from viscopade.approximation import remez
-from viscopade.approximation.minimax import Fit, _check, _shown, cost, minimax_problem
+from viscopade.approximation.minimax import Fit, _check, _shown, minimax_problem
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
@@ -69,11 +70,6 @@ class MachineFit:
         """The coefficients a and b as fractions."""
         return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
 
-    @property
-    def cost(self) -> int:
-        """Multiplications of both Horner's rules, and one division."""
-        return cost(self.fit.m, self.fit.n)
-
 
 def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     """Return an approximant with coefficients of a binary format and a small error.
@@ -107,8 +103,7 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
             moved = [_Grid(task, best, form, free) for free in found]
             known = [grid.steps for grid in grids]
             grids = [grid for grid in moved if grid.steps not in known]
-        free = min(errors, key=errors.__getitem__)
-        free = free if errors[free] < errors[nearest] else nearest
+        free = min(errors, key=errors.__getitem__)  # the first one of equals, that is nearest
         a, b = task.placed([1.0, *map(float, free)], 0.0)
     return MachineFit(best, form, tuple(a), tuple(b), errors[free], errors[nearest])
 
@@ -118,8 +113,7 @@ class _Grid:
 
     def __init__(self, task: remez.Problem, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
         self.task, self.best, self.form = task, best, form
-        self.places = task.places[1:]
-        """Powers in N and in D of each free coefficient."""
+        self.places = task.places[1:]  # of the free coefficients
         a, b = best.exact
         self.exact = [a[i] if i is not None else b[j or 0] for i, j in self.places]
         pairs = zip(self.places, self.exact if near is None else near, strict=True)
@@ -138,104 +132,74 @@ class _Grid:
         """Return the largest error with given free coefficients, infinite if the denominator is not positive."""
         a, b = self.task.placed([arb(1), *map(ball_of, free)], arb(0))
         try:
-            return remez.sup_error(self.task, a, b, self.best.points)[0]
+            return remez.sup_error(self.task, a, b, self.best.points)
         except remez.NoBest:
             return math.inf
 
     def holds(self, free: Sequence[Fraction]) -> bool:
         """Return whether all coefficients are numbers of the format: steps may lead out of a binade."""
-        try:
+        with suppress(ValueError):
             return all(self.form.nearest(c) == c for c in free)
-        except ValueError:
-            return False
+        return False
 
     def near(self) -> set[tuple[Fraction, ...]]:
         """Return free coefficients with small errors."""
-        candidates = set[tuple[int, ...]]().union(*(_Lattice.of(self, move).candidates() for move in LARGE_MOVES))
+        candidates = set[tuple[int, ...]]().union(*(_candidates(self, move) for move in LARGE_MOVES))
         return {
             tuple(c + shift * step for c, step, shift in zip(self.centre, self.steps, shifts, strict=True))
             for shifts in candidates
         }
 
 
-@dataclass(frozen=True)
-class _Lattice:
-    """Errors at sampled points, in units of the least possible error, as far as they are linear in the steps.
+def _candidates(grid: _Grid, large_move: float) -> set[tuple[int, ...]]:
+    """Return steps of the coefficients with small errors, as far as errors are linear in the steps.
 
-    Attributes
-    ----------
-    start : array, shape (points,)
-        Of the rounded coefficients.
-    optimum : array, shape (points,)
-        Of the best approximant.
-    basis : array, shape (steps, points)
-        What the vectors of a reduced basis add.
-    moves : array, shape (steps, steps)
-        How far those vectors lead from the coefficients, as relative changes, times what a large one may cost.
-    transform : array of int, shape (steps, steps)
-        Those vectors, as steps of the coefficients.
+    Errors are those at sampled points, in units of the least possible error. A reduced basis of the lattice of steps
+    comes from their effects on the errors, and from relative changes of the coefficients, times what a large one may
+    cost. Descents begin at the rounded coefficients and at two points near the best ones. To be used within `working`.
     """
-
-    start: FloatArray
-    optimum: FloatArray
-    basis: FloatArray
-    moves: FloatArray
-    transform: npt.NDArray[np.object_]
-
-    @classmethod
-    def of(cls, grid: _Grid, large_move: float) -> _Lattice:
-        """Linearise about the fit; to be used within `working`."""
-        optimum, rows = _linearised(grid)
-        effects = arb_mat(rows)
-        offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
-        start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
-        # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
-        price = max(abs(start).max(), 1.0) / large_move
-        prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
-        moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
-        rows = [[*row, *move] for row, move in zip(rows, moves.tolist(), strict=True)]
-        whole = fmpz_mat([[round(exact_middle(x) * 2**LATTICE_BITS) for x in row] for row in rows])
-        _, transform = whole.lll(True)
-        integers = np.array([[int(x) for x in row] for row in transform.tolist()], dtype=object)
-        basis, reduced = (_doubles(arb_mat(transform) * part) for part in (effects, moves))
-        return cls(start, optimum, basis, reduced, integers)
-
-    def candidates(self) -> set[tuple[int, ...]]:
-        """Return steps with small errors: descents from the rounded coefficients and from two near points."""
-        origins = (self._near(self.start), self._near(self.start - self.optimum), np.zeros(len(self.basis)))
-        return {tuple(int(x) for x in self._descended(origin) @ self.transform) for origin in origins}
-
-    def _near(self, target: FloatArray) -> FloatArray:
-        """Return the vector of the basis whose effect nearly cancels the target (Babai's nearest plane)."""
-        q, r = np.linalg.qr(np.hstack([self.basis, self.moves]).T)
-        rest, steps = -(q[: len(target)].T @ target), np.zeros(len(self.basis))
-        for k in range(len(steps) - 1, -1, -1):
-            steps[k] = np.round(rest[k] / r[k, k])
-            rest -= steps[k] * r[:, k]
-        return steps
-
-    def _descended(self, steps: FloatArray) -> npt.NDArray[np.object_]:
-        """Take single and double steps along the basis while the largest error falls."""
-        singles = np.concatenate([np.eye(len(steps)), -np.eye(len(steps))])
-        sums = (left + right for left, right in combinations(singles, 2))
-        moves = np.array([*singles, *(both for both in sums if both.any())])
-        effects = moves @ self.basis
-        error = self.start + steps @ self.basis
-        for _ in range(MAX_STEPS):
-            sizes = np.abs(error + effects).max(axis=1)
-            move = int(np.argmin(sizes))
-            if not sizes[move] < (1 - LEAST_GAIN) * np.abs(error).max():
-                break
-            steps, error = steps + moves[move], error + effects[move]
-        return np.array([int(x) for x in steps], dtype=object)
+    optimum, rows = _linearised(grid)
+    effects = arb_mat(rows)
+    offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
+    start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
+    # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
+    price = max(abs(start).max(), 1.0) / large_move
+    prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
+    moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
+    rows = [[*row, *move] for row, move in zip(rows, moves.tolist(), strict=True)]
+    whole = fmpz_mat([[round(exact_middle(x) * 2**LATTICE_BITS) for x in row] for row in rows])
+    _, transform = whole.lll(True)
+    integers = np.array([[int(x) for x in row] for row in transform.tolist()], dtype=object)
+    basis, reduced = (_doubles(arb_mat(transform) * part) for part in (effects, moves))
+    whole_basis = np.hstack([basis, reduced])
+    origins = (*(_nearest_plane(whole_basis, error) for error in (start, start - optimum)), np.zeros(len(basis)))
+    return {tuple(int(x) for x in _descended(origin, start, basis) @ integers) for origin in origins}
 
 
-def _samples(task: remez.Problem, points: Sequence[float]) -> list[float]:
-    """Return the extrema with `SAMPLES` points between each two."""
-    t = task.coordinate.t(np.unique([*task.interval, *points]))
-    between = t[:-1, None] + np.diff(t)[:, None] * np.arange(1, SAMPLES) / SAMPLES
-    inner = np.clip(task.coordinate.v(between.ravel()), *task.interval)
-    return [float(v) for v in np.unique([*inner, *points, *task.interval])]
+def _nearest_plane(basis: FloatArray, target: FloatArray) -> FloatArray:
+    """Return the vector of the basis whose first components nearly cancel the target (Babai's nearest plane)."""
+    q, r = np.linalg.qr(basis.T)
+    rest, steps = -(q[: len(target)].T @ target), np.zeros(len(basis))
+    for k in range(len(steps) - 1, -1, -1):
+        steps[k] = np.round(rest[k] / r[k, k])
+        rest -= steps[k] * r[:, k]
+    return steps
+
+
+def _descended(steps: FloatArray, start: FloatArray, basis: FloatArray) -> npt.NDArray[np.object_]:
+    """Take single and double steps along the basis while the largest error falls."""
+    singles = np.concatenate([np.eye(len(steps)), -np.eye(len(steps))])
+    sums = (left + right for left, right in combinations(singles, 2))
+    moves = np.array([*singles, *(both for both in sums if both.any())])
+    effects = moves @ basis
+    error = start + steps @ basis
+    for _ in range(MAX_STEPS):
+        sizes = np.abs(error + effects).max(axis=1)
+        move = int(np.argmin(sizes))
+        if not sizes[move] < (1 - LEAST_GAIN) * np.abs(error).max():
+            break
+        steps, error = steps + moves[move], error + effects[move]
+    return np.array([int(x) for x in steps], dtype=object)
 
 
 def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
@@ -244,11 +208,12 @@ def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
     a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
     s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
-    for v in _samples(task, grid.best.points):
+    for v in remez.between(task, grid.best.points, SAMPLES):
         x = arb(v)
-        d, unit = b(x).mid(), (task.sharpness(x) / grid.best.error).mid()
+        g, p = task.at(v)
+        d, unit = b(x).mid(), (p / grid.best.error).mid()
         ratio = (s(x) / d).mid()
-        optimum.append(float((unit * (ratio + task.defect(x))).mid()))
+        optimum.append(float((unit * (ratio + g)).mid()))
         for row, (s_k, d_k), step in zip(rows, task.directions[1:], grid.steps, strict=True):
             row.append((unit * (s_k(x) - ratio * d_k(x)) * ball_of(step) / d).mid())
     return np.array(optimum), rows

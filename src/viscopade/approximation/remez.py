@@ -39,7 +39,6 @@ from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.arithmetic.balls import bits_for, working
 from viscopade.arrays.checked import FloatArray, Values
 
-Function = Callable[[arb], arb]
 Number = TypeVar("Number")
 Extremum = tuple[float, float]
 """A point and the weighted error there."""
@@ -61,6 +60,10 @@ GUARD = 5  # digits of the values beyond the error's
 
 class NoBest(ArithmeticError):
     """Error: the exchange found no best approximant; the message is one line with the reason."""
+
+
+class _NotFromHere(NoBest):
+    """Error: some points of reference lead to no best approximant; others may."""
 
 
 class TooAccurate(NoBest):
@@ -112,8 +115,8 @@ class Problem:
     ----------
     powers : Powers
         Of v in N and in D; all powers up to the degrees if there is contact.
-    defect, sharpness : callable
-        g = (1 - f)/v^k and p = v^k/w of v, taken and returned as balls whose middles count. v is a double.
+    values : callable
+        From v to g = (1 - f)/v^k and p = v^k/w, taken and returned as balls whose middles count. v is a double.
     interval : tuple of two floats
         0 <= x0 < x1; for the half-line, an x1 beyond which nothing happens.
     contact : int
@@ -127,8 +130,7 @@ class Problem:
     """
 
     powers: Powers
-    defect: Function
-    sharpness: Function
+    values: Callable[[arb], tuple[arb, arb]]
     interval: tuple[float, float]
     contact: int = 0
     digits: int = 17
@@ -154,26 +156,17 @@ class Problem:
     @property
     def sees_zero(self) -> bool:
         """Whether the weighted error at v = 0 exists and depends on the approximant; within `working`."""
-        x = arb(0)
-        if self.interval[0] > 0 or self.sharpness(x) == 0:
+        if self.interval[0] > 0:
             return False
-        changes = (self.sharpness(x) * (s(x) + self.defect(x) * d(x)) for s, d in self.directions)
+        g, p = self.at(0.0)
+        changes = (p * (s(arb(0)) + g * d(arb(0))) for s, d in self.directions)
         return any(abs(change) > arb(10) ** -self.digits for change in changes)
-
-    @property
-    def has_lower(self) -> bool:
-        """Whether approximants of degrees [m-1/n-1] are some of the problem's with the common factor v taken out."""
-        return self.powers.full and min(self.powers.m, self.powers.n) >= 1
-
-    def lower(self) -> Problem:
-        """Return the problem of degrees [m-1/n-1]."""
-        return replace(self, powers=full_powers(self.powers.m - 1, self.powers.n - 1))
 
     def at(self, v: float) -> tuple[arb, arb]:
         """Return g and p at a point, each computed once."""
         if v not in self.known:
-            x = arb(v)
-            self.known[v] = self.defect(x).mid(), self.sharpness(x).mid()
+            g, p = self.values(arb(v))
+            self.known[v] = g.mid(), p.mid()
         return self.known[v]
 
     @cached_property
@@ -221,8 +214,6 @@ class Approximation:
         Largest weighted error (sampled), and what no approximant can stay below.
     points, deviations : tuple of float
         Where the weighted error has extrema of alternating signs, and its values there.
-    exchanges : int
-        Number of steps.
     """
 
     a: list[arb]
@@ -231,7 +222,6 @@ class Approximation:
     lower_bound: float
     points: tuple[float, ...]
     deviations: tuple[float, ...]
-    exchanges: int
 
 
 def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximation:
@@ -254,8 +244,8 @@ def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximati
         return _first(problem, _references(problem, start))
 
 
-def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequence[float] = ()) -> Extremum:
-    """Return the largest weighted error of any N/D that fulfils the condition of contact, and where (sampled).
+def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequence[float] = ()) -> float:
+    """Return the largest weighted error of any N/D that fulfils the condition of contact (sampled).
 
     Parameters
     ----------
@@ -271,8 +261,7 @@ def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequen
         If D is not positive.
     """
     with working(problem.bits):
-        at, deviation = max(_extrema(_Quotient.of(problem, a, b), near, _fixed_grid(problem)), key=_size)
-        return abs(deviation), at
+        return max(map(_size, _extrema(_Quotient.of(problem, a, b), near, _fixed_grid(problem))))
 
 
 # --- points of reference ----------------------------------------------------------------------------------------------
@@ -284,11 +273,9 @@ def _first(problem: Problem, references: Iterable[list[float]]) -> Approximation
     for reference in references:
         try:
             return _exchanged(problem, reference)
-        except TooAccurate:
-            raise
-        except NoBest as reason:
+        except _NotFromHere as reason:
             reasons[str(reason)] += 1
-    raise NoBest(reasons.most_common(1)[0][0])
+    raise _NotFromHere(reasons.most_common(1)[0][0])
 
 
 def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[list[float]]:
@@ -298,9 +285,11 @@ def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[lis
     yield from _starts(problem)
     if problem.known.level < problem.least_error:
         raise TooAccurate(problem.known.level, problem.digits)
-    if problem.has_lower:
-        _refuse_if_not_attained(problem)
-        yield from _from_lower_degrees(problem)
+    powers = problem.powers
+    if powers.full and min(powers.m, powers.n) >= 1:
+        lower = replace(problem, powers=full_powers(powers.m - 1, powers.n - 1))
+        _refuse_if_not_attained(problem, lower)
+        yield from _from_lower_degrees(problem, lower)
     for towards in (problem.interval[0], *problem.beyond):
         yield from _continued(problem, towards)
 
@@ -314,7 +303,7 @@ def _starts(problem: Problem) -> Iterator[list[float]]:
         yield _spread(problem, cosines, replace(problem.coordinate, scale=factor * problem.coordinate.scale))
 
 
-def _refuse_if_not_attained(problem: Problem) -> None:
+def _refuse_if_not_attained(problem: Problem, lower: Problem) -> None:
     """Raise NotAttained if there is no best approximant, and that can be shown.
 
     Let R = N/D of degrees [m-1/n-1], with N - D = O(v^(k-1)) only, level its error at m + n - k + 1 points, x the first
@@ -326,37 +315,31 @@ def _refuse_if_not_attained(problem: Problem) -> None:
     k = problem.contact - 1
     if k < 0 or problem.sees_zero:
         return
-    relaxed = replace(
-        problem.lower(),
-        contact=k,
-        defect=lambda v: v * problem.defect(v),
-        sharpness=lambda v: arb(0) if v == 0 else problem.sharpness(v) / v,
-        known=_Known(),
-    )
+
+    def values(v: arb) -> tuple[arb, arb]:
+        g, p = problem.values(v)
+        return v * g, arb(0) if v == 0 else p / v
+
+    relaxed = replace(lower, contact=k, values=values, known=_Known())
     try:
         found = _first(relaxed, _starts(relaxed))
-    except TooAccurate:
-        raise
-    except NoBest:
+    except _NotFromHere:
         return
     slope = sum(float(c) for c in found.a[k : k + 1]) - sum(float(c) for c in found.b[k : k + 1])
     if slope * found.deviations[0] < 0:
         raise NotAttained(found.error)
 
 
-def _from_lower_degrees(problem: Problem) -> Iterator[list[float]]:
+def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float]]:
     """Yield the points of the best [m-1/n-1] with two more: at the ends, or within a gap.
 
     Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
     """
     if problem.number_of_points < 4:
         return
-    lower = problem.lower()
     try:
         points = _first(lower, _starts(lower)).points
-    except TooAccurate:
-        raise
-    except NoBest:
+    except _NotFromHere:
         return
     t = problem.coordinate.t(np.array(points))
     low, high = problem.coordinate.t(np.array(problem.interval))
@@ -415,10 +398,17 @@ def _inside(problem: Problem, points: FloatArray) -> list[float]:
     return [float(v) for v in np.unique(np.clip(points, *problem.interval))]
 
 
+def between(problem: Problem, points: Sequence[float], parts: int) -> list[float]:
+    """Return the ends of the interval and some points, and those that cut what is between two of them into parts."""
+    ends = np.unique([*problem.interval, *points])
+    t = problem.coordinate.t(ends)
+    finer = problem.coordinate.v((t[:-1, None] + np.diff(t)[:, None] * np.arange(1, parts) / parts).ravel())
+    return _inside(problem, np.array([*ends, *finer]))
+
+
 def _fixed_grid(problem: Problem) -> list[float]:
     number = GRID * (problem.number_of_points + 1)
-    cosines = np.cos(np.pi * np.arange(number, -1, -1) / number)
-    return _inside(problem, np.array([*problem.interval, *_spread(problem, cosines, problem.coordinate)]))
+    return _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
 
 
 # --- the exchange -----------------------------------------------------------------------------------------------------
@@ -436,7 +426,7 @@ def _exchanged(problem: Problem, reference: list[float]) -> Approximation:
         if len(extrema) < len(reference):
             if abs(solution.level) < problem.least_error:
                 raise TooAccurate(abs(float(solution.level)), problem.digits)
-            raise NoBest(f"the error alternates {len(extrema)} times, not {len(reference)}")
+            raise _NotFromHere(f"the error alternates {len(extrema)} times, not {len(reference)}")
         chosen = alternating(extrema, len(reference))
         largest, least = max(map(_size, extrema)), min(map(_size, chosen))
         if largest < problem.least_error:
@@ -444,8 +434,8 @@ def _exchanged(problem: Problem, reference: list[float]) -> Approximation:
         reference = [v for v, _ in chosen]
         if least >= (1 - tolerance) * largest:
             points, deviations = zip(*chosen, strict=True)
-            return Approximation(a, b, largest, least, points, deviations, step)
-    raise NoBest(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
+            return Approximation(a, b, largest, least, points, deviations)
+    raise _NotFromHere(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
 
 
 @dataclass(frozen=True)
@@ -480,13 +470,10 @@ def _extrema(quotient: _Quotient, reference: Sequence[float], fixed: Sequence[fl
     They are looked for on the fixed grid, at the points of reference and at more between these.
     """
     problem = quotient.problem
-    ends = problem.coordinate.t(np.unique([*problem.interval, *reference]))
-    steps = np.arange(1, GRID // 2) / (GRID // 2)
-    finer = problem.coordinate.v((ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel())
-    grid = _inside(problem, np.array([*problem.interval, *fixed, *finer, *reference]))
+    grid = _inside(problem, np.array([*fixed, *between(problem, reference, GRID // 2)]))
     deviations = np.array([quotient.deviation(v) for v in grid])
     if np.isnan(deviations).any():
-        raise NoBest(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
+        raise _NotFromHere(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
     t = problem.coordinate.t(np.array(grid))
     extrema: list[Extremum] = []
     for low, high in pairwise([*changes_of_sign(deviations), len(grid)]):
@@ -549,7 +536,7 @@ def alternating(extrema: Sequence[Extremum], number: int) -> list[Extremum]:
     """Return at most `number` neighbours of some extrema of alternating signs, the largest among them."""
     chosen = list(extrema)
     while len(chosen) > number:
-        sizes = [abs(deviation) for _, deviation in chosen]
+        sizes = [_size(extremum) for extremum in chosen]
         worst = sizes.index(min(sizes))
         if len(chosen) == number + 1 or worst in (0, len(chosen) - 1):
             chosen.pop(0 if sizes[0] < sizes[-1] else -1)
@@ -588,7 +575,7 @@ def _levelled(problem: Problem, reference: list[float], previous: _Solution | No
     for guess in _by_eigenvalues(problem, a, b):
         if (found := _newton(problem, a, b, guess)) is not None:
             return found
-    raise NoBest("no denominator is positive at all points of reference")
+    raise _NotFromHere("no denominator is positive at all points of reference")
 
 
 def _by_eigenvalues(problem: Problem, a: arb_mat, b: arb_mat) -> Iterator[_Solution]:
@@ -622,16 +609,15 @@ def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solu
     column, level = arb_mat([[(c / total).mid()] for c in guess.vector]), guess.level
     for _ in range(MAX_NEWTON):
         pencil = (a - b * level).mid()
-        residual, change = (pencil * column).mid(), (b * column).mid()
+        change = (b * column).mid()
         matrix = [[*(pencil[i, k] for k in range(size)), -change[i, 0]] for i in range(size)]
         matrix.append([arb(int(k == first)) for k in range(size + 1)])
-        right = arb_mat([*[[-residual[i, 0]] for i in range(size)], [arb(0)]])
-        step = arb_mat(matrix).solve(right, algorithm="approx", nonstop=True)
-        if not all(step[i, 0].is_finite() for i in range(size + 1)):
+        right = arb_mat([[arb(int(i == size))] for i in range(size + 1)])
+        *moved, [step] = arb_mat(matrix).solve(right, algorithm="approx", nonstop=True).mid().tolist()
+        if not all(c.is_finite() for c in (step, *(c for [c] in moved))):
             return None
-        column = arb_mat([[(column[i, 0] + step[i, 0]).mid()] for i in range(size)])
-        level, moved = (level + step[size, 0]).mid(), abs(step[size, 0])
-        if moved <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
+        column, level = arb_mat(moved), (level + step).mid()
+        if abs(step) <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
             signs = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(size)]
             vector = tuple(arb(1) if i == first else column[i, 0].mid() for i in range(size))
             return _Solution(vector, level) if min(signs) > 0 else None
