@@ -43,8 +43,9 @@ def deviation(problem, found, v):
     """The weighted error by Horner's rule in doubles, for v not near 0."""
     ratio = np.polynomial.polynomial.polyval(v, floats(found.a)) / np.polynomial.polynomial.polyval(v, floats(found.b))
     with working(128):
-        g, p = np.array([[float(part) for part in problem.values(arb(x))] for x in v]).T
-    return p * ((ratio - 1) / v**problem.contact + g)
+        values = [(arb(x) ** problem.contact, *problem.values(arb(x))) for x in v]
+        f, weight = np.array([(float(1 - g * power), float(power / p)) for power, g, p in values]).T
+    return (ratio - f) / weight
 
 
 def assert_levelled(problem, found):
