@@ -1,4 +1,4 @@
-"""Make the table of how many coefficients an accuracy takes."""
+"""Make the table of how many coefficients an accuracy takes, and that of the cheapest degrees in the documentation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from viscopade.approximation import minimax, remez
-from viscopade.approximation.frontier import COLUMNS, DATA, GRID, PADE_MAX_M
+from viscopade.approximation.frontier import COLUMNS, DATA, GRID, PADE_MAX_M, best_within, pade_within
 from viscopade.approximation.minimax import MAX_M, MAX_N
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.decimals import at_most
@@ -17,6 +17,7 @@ from viscopade.progress import track
 from viscopade.theory.pade import DegenerateError, Pade, pade
 
 PLACES = 4
+ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 13))
 DEGREES = (
     *((m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1) if max(m, n) >= 2),
     *((m, m + 3) for m in range(MAX_M + 1, PADE_MAX_M + 1)),
@@ -47,7 +48,7 @@ def pade_error(m: int, n: int, v_star_max: float) -> float:
             return math.inf
         task = minimax.minimax_problem(m, n, (Fraction(0), Fraction(v_star_max)), "both", digits)
         a, b = ([c.mid() for c in side] for side in (approximant.a, approximant.b))
-        error, _ = remez.sup_error(task, a, b, _near_poles(approximant, v_star_max))
+        error = remez.sup_error(task, a, b, _near_poles(approximant, v_star_max))
         if error >= task.least_error:
             return error
         digits *= 2
@@ -86,6 +87,19 @@ def _lines() -> Iterator[str]:
 def text() -> str:
     """Return the table."""
     return "\n".join(_lines()) + "\n"
+
+
+def markdown() -> str:
+    """Return the degrees of the cheapest best approximant for each accuracy and V, and in parentheses Padé's."""
+    header = "| V | " + " | ".join(f"{limit:.0e}" for limit in ACCURACIES) + " |"
+    rows = (f"| {v:g} | " + " | ".join(_degrees(limit, v) for limit in ACCURACIES) + " |" for v in GRID)
+    return "\n".join([header, "|--:" * (len(ACCURACIES) + 1) + "|", *rows]) + "\n"
+
+
+def _degrees(limit: float, v_star_max: float) -> str:
+    found = best_within(limit, v_star_max), pade_within(limit, v_star_max)
+    best, other = ("–" if record is None else f"{record.m}/{record.n}" for record in found)
+    return f"{best} ({other})"
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ __all__ = [
     "half_line",
     "inverse",
     "lacunary",
+    "lawson",
     "machine_coefficients",
     "measure",
     "minimax",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from contextlib import suppress
 from fractions import Fraction
+from functools import lru_cache
 
 from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.minimax import (
     MAX_FIT_M,
     MAX_FIT_N,
@@ -19,7 +21,6 @@ from viscopade.approximation.minimax import (
     _shown,
     cost,
     interval_of,
-    measure_of,
 )
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
@@ -58,15 +59,9 @@ def cheapest_fit(
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
-    fits: dict[tuple[int, int], Fit | None] = {}
 
     def good(price: int) -> list[Fit]:
-        degrees = [pair for pair in candidates if cost(*pair) == price]
-        for m, n in degrees:
-            if (m, n) not in fits:
-                fits[m, n] = _fit_or_none(m, n, interval, measure, law)
-        found = (fits[pair] for pair in degrees)
-        return [fit for fit in found if fit is not None and fit.error <= limit]
+        return [fit for fit in _fits(price, interval, measure, law) if fit.error <= limit]
 
     prices = sorted({cost(*pair) for pair in candidates})
     rounded: list[MachineFit] = []
@@ -77,7 +72,7 @@ def cheapest_fit(
             return best
         rounded += new
     m, n = candidates[-1]
-    errors = [fit.error for fit in rounded] or [fit.error for fit in fits.values() if fit]
+    errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure, law)]
     raise ValueError(
         f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
         f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter"
@@ -90,9 +85,7 @@ def most_accurate(
 ) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
     interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
-    degrees = (pair for pair in _candidates(interval, law) if cost(*pair) == price)
-    found = (_fit_or_none(m, n, interval, measure, law) for m, n in degrees)
-    return min((fit for fit in found if fit is not None), key=lambda fit: fit.error, default=None)
+    return min(_fits(price, interval, measure, law), key=lambda fit: fit.error, default=None)
 
 
 def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
@@ -105,8 +98,12 @@ def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
     return [pair for pair in pairs if max(pair) >= law.d]
 
 
-def _fit_or_none(m: int, n: int, interval: Interval, measure: Measure, law: Law) -> Fit | None:
-    try:
-        return _fit(m, n, interval, measure, TABLE_DIGITS, law)
-    except ValueError:  # no best approximant, or no good one
-        return None
+@lru_cache(maxsize=256)
+def _fits(price: int, interval: Interval, measure: Measure, law: Law) -> list[Fit]:
+    """Return the best approximants of a cost, of those degrees for which there is a good one."""
+    found = list[Fit]()
+    for m, n in _candidates(interval, law):
+        if cost(m, n) == price:
+            with suppress(ValueError):  # no best approximant, or no good one
+                found.append(_fit(m, n, interval, measure, TABLE_DIGITS, law))
+    return found

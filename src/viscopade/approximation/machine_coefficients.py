@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -18,21 +19,16 @@ import numpy.typing as npt
 from flint import arb, arb_mat, arb_poly, fmpz_mat
 
 from viscopade.approximation import remez
-from viscopade.approximation.minimax import Fit, _check, _shown, cost, minimax_problem
+from viscopade.approximation.minimax import Fit, _check, _shown, minimax_problem
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
 
 SAMPLES = 12  # points from one extremum of the error to the next, in the search for machine coefficients
-
 LATTICE_BITS = 48  # to which errors are known, in units of the best one, where lattices are reduced
-
 MAX_STEPS = 200
-
 MAX_ROUNDS = 3
-
 LARGE_MOVES = (0.2, 100.0)  # relative, of a coefficient: cautious and bold
-
 LEAST_GAIN = 1e-6
 
 
@@ -74,11 +70,6 @@ class MachineFit:
         """The coefficients a and b as fractions."""
         return tuple(map(Fraction, self.a)), tuple(map(Fraction, self.b))
 
-    @property
-    def cost(self) -> int:
-        """Multiplications of both Horner's rules, and one division."""
-        return cost(self.fit.m, self.fit.n)
-
 
 def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     """Return an approximant with coefficients of a binary format and a small error.
@@ -100,52 +91,29 @@ def machine(best: Fit, form: Format = DOUBLE) -> MachineFit:
     """
     task = minimax_problem(best.m, best.n, best.interval, best.measure, best.digits, best.law)
     with working(task.bits):
-        start = _Grid(best, form)
+        start = _Grid(task, best, form)
         grids, nearest = [start], start.centre
-        errors = {nearest: _error(task, start.placed(nearest), best.points)}
+        errors = {nearest: start.error(nearest)}
         for _ in range(MAX_ROUNDS):
-            found = {shifted for grid in grids for shifted in _near(task, grid)}
+            found = {shifted for grid in grids for shifted in grid.near()}
             for free in sorted(found - errors.keys()):
                 if start.holds(free):
-                    errors[free] = _error(task, start.placed(free), best.points)
+                    errors[free] = start.error(free)
             # a coefficient that moved into another binade has other steps there
-            moved = [_Grid(best, form, free) for free in found]
+            moved = [_Grid(task, best, form, free) for free in found]
             known = [grid.steps for grid in grids]
             grids = [grid for grid in moved if grid.steps not in known]
-        free = min(errors, key=errors.__getitem__)
-        free = free if errors[free] < errors[nearest] else nearest
-        a, b = start.placed(free)
-    return MachineFit(best, form, tuple(map(float, a)), tuple(map(float, b)), errors[free], errors[nearest])
-
-
-def _near(task: remez.Problem, grid: _Grid) -> set[tuple[Fraction, ...]]:
-    """Return free coefficients with small errors."""
-    candidates = set[tuple[int, ...]]().union(*(_Lattice.of(task, grid, move).candidates() for move in LARGE_MOVES))
-    return {
-        tuple(c + shift * step for c, step, shift in zip(grid.centre, grid.steps, shifts, strict=True))
-        for shifts in candidates
-    }
-
-
-def _error(task: remez.Problem, coefficients: tuple[list[Fraction], list[Fraction]], near: Sequence[float]) -> float:
-    """Return the largest error, infinite if the denominator is not positive."""
-    a, b = ([ball_of(c) for c in values] for values in coefficients)
-    try:
-        return remez.sup_error(task, a, b, near)[0]
-    except remez.NoBest:
-        return math.inf
+        free = min(errors, key=errors.__getitem__)  # the first one of equals, that is nearest
+        a, b = task.placed([1.0, *map(float, free)], 0.0)
+    return MachineFit(best, form, tuple(a), tuple(b), errors[free], errors[nearest])
 
 
 class _Grid:
     """The numbers of a format near given coefficients (the fit's own), as whole steps from the nearest ones."""
 
-    def __init__(self, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
-        self.best, self.form = best, form
-        d = best.law.d
-        shared = [(i, i) for i in range(1, min(d - 1, best.m, best.n) + 1)]
-        single = [*((i, None) for i in range(d, best.m + 1)), *((None, j) for j in range(d, best.n + 1))]
-        self.places: list[tuple[int | None, int | None]] = [*shared, *single]
-        """Indices in a and in b of each free coefficient."""
+    def __init__(self, task: remez.Problem, best: Fit, form: Format, near: Sequence[Fraction] | None = None) -> None:
+        self.task, self.best, self.form = task, best, form
+        self.places = task.places[1:]  # of the free coefficients
         a, b = best.exact
         self.exact = [a[i] if i is not None else b[j or 0] for i, j in self.places]
         pairs = zip(self.places, self.exact if near is None else near, strict=True)
@@ -160,120 +128,94 @@ class _Grid:
             name = f"b_{j}" if i is None else f"a_{i}"
             raise ValueError(f"{self.best.label} on {_shown(self.best.interval)}: {name} = {error}") from None
 
-    def placed(self, free: Sequence[Fraction]) -> tuple[list[Fraction], list[Fraction]]:
-        """Return a and b with the given free coefficients."""
-        a, b = ([Fraction(1), *[Fraction(0)] * degree] for degree in (self.best.m, self.best.n))
-        for (i, j), c in zip(self.places, free, strict=True):
-            if i is not None:
-                a[i] = c
-            if j is not None:
-                b[j] = c
-        return a, b
+    def error(self, free: Sequence[Fraction]) -> float:
+        """Return the largest error with given free coefficients, infinite if the denominator is not positive."""
+        a, b = self.task.placed([arb(1), *map(ball_of, free)], arb(0))
+        try:
+            return remez.sup_error(self.task, a, b, self.best.points)
+        except remez.NoBest:
+            return math.inf
 
     def holds(self, free: Sequence[Fraction]) -> bool:
         """Return whether all coefficients are numbers of the format: steps may lead out of a binade."""
-        try:
+        with suppress(ValueError):
             return all(self.form.nearest(c) == c for c in free)
-        except ValueError:
-            return False
+        return False
+
+    def near(self) -> set[tuple[Fraction, ...]]:
+        """Return free coefficients with small errors."""
+        candidates = set[tuple[int, ...]]().union(*(_candidates(self, move) for move in LARGE_MOVES))
+        return {
+            tuple(c + shift * step for c, step, shift in zip(self.centre, self.steps, shifts, strict=True))
+            for shifts in candidates
+        }
 
 
-@dataclass(frozen=True)
-class _Lattice:
-    """Errors at sampled points, in units of the least possible error, as far as they are linear in the steps.
+def _candidates(grid: _Grid, large_move: float) -> set[tuple[int, ...]]:
+    """Return steps of the coefficients with small errors, as far as errors are linear in the steps.
 
-    Attributes
-    ----------
-    start : array, shape (points,)
-        Of the rounded coefficients.
-    optimum : array, shape (points,)
-        Of the best approximant.
-    basis : array, shape (steps, points)
-        What the vectors of a reduced basis add.
-    moves : array, shape (steps, steps)
-        How far those vectors lead from the coefficients, as relative changes, times what a large one may cost.
-    transform : array of int, shape (steps, steps)
-        Those vectors, as steps of the coefficients.
+    Errors are those at sampled points, in units of the least possible error. A reduced basis of the lattice of steps
+    comes from their effects on the errors, and from relative changes of the coefficients, times what a large one may
+    cost. Descents begin at the rounded coefficients and at two points near the best ones. To be used within `working`.
     """
-
-    start: FloatArray
-    optimum: FloatArray
-    basis: FloatArray
-    moves: FloatArray
-    transform: npt.NDArray[np.object_]
-
-    @classmethod
-    def of(cls, task: remez.Problem, grid: _Grid, large_move: float) -> _Lattice:
-        """Linearise about the fit; to be used within `working`."""
-        points = _samples(task, grid.best.points)
-        optimum, rows = _linearised(task, grid, points)
-        effects = arb_mat(rows)
-        offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
-        start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
-        # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
-        price = max(abs(start).max(), 1.0) / large_move
-        prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
-        moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
-        rows = [[*row, *move] for row, move in zip(rows, moves.tolist(), strict=True)]
-        whole = fmpz_mat([[round(exact_middle(x) * 2**LATTICE_BITS) for x in row] for row in rows])
-        _, transform = whole.lll(True)
-        integers = np.array([[int(x) for x in row] for row in transform.tolist()], dtype=object)
-        basis, reduced = (_doubles(arb_mat(transform) * part) for part in (effects, moves))
-        return cls(start, optimum, basis, reduced, integers)
-
-    def candidates(self) -> set[tuple[int, ...]]:
-        """Return steps with small errors: descents from the rounded coefficients and from two near points."""
-        origins = (self._near(self.start), self._near(self.start - self.optimum), np.zeros(len(self.basis)))
-        return {tuple(int(x) for x in self._descended(origin) @ self.transform) for origin in origins}
-
-    def _near(self, target: FloatArray) -> FloatArray:
-        """Return the vector of the basis whose effect nearly cancels the target (Babai's nearest plane)."""
-        q, r = np.linalg.qr(np.hstack([self.basis, self.moves]).T)
-        rest, steps = -(q[: len(target)].T @ target), np.zeros(len(self.basis))
-        for k in range(len(steps) - 1, -1, -1):
-            steps[k] = np.round(rest[k] / r[k, k])
-            rest -= steps[k] * r[:, k]
-        return steps
-
-    def _descended(self, steps: FloatArray) -> npt.NDArray[np.object_]:
-        """Take single and double steps along the basis while the largest error falls."""
-        singles = np.concatenate([np.eye(len(steps)), -np.eye(len(steps))])
-        sums = (left + right for left, right in combinations(singles, 2))
-        moves = np.array([*singles, *(both for both in sums if both.any())])
-        effects = moves @ self.basis
-        error = self.start + steps @ self.basis
-        for _ in range(MAX_STEPS):
-            sizes = np.abs(error + effects).max(axis=1)
-            move = int(np.argmin(sizes))
-            if not sizes[move] < (1 - LEAST_GAIN) * np.abs(error).max():
-                break
-            steps, error = steps + moves[move], error + effects[move]
-        return np.array([int(x) for x in steps], dtype=object)
+    optimum, rows = _linearised(grid)
+    effects = arb_mat(rows)
+    offsets = [(r - c) / step for r, c, step in zip(grid.centre, grid.exact, grid.steps, strict=True)]
+    start = optimum + _doubles(arb_mat([[ball_of(x) for x in offsets]]) * effects)[0]
+    # Some combinations of coefficients hardly change the error: they must not leave where all is linear.
+    price = max(abs(start).max(), 1.0) / large_move
+    prices = [price * float(step / abs(c)) for c, step in zip(grid.centre, grid.steps, strict=True)]
+    moves = arb_mat([[arb(p if i == j else 0) for j in range(len(prices))] for i, p in enumerate(prices)])
+    rows = [[*row, *move] for row, move in zip(rows, moves.tolist(), strict=True)]
+    whole = fmpz_mat([[round(exact_middle(x) * 2**LATTICE_BITS) for x in row] for row in rows])
+    _, transform = whole.lll(True)
+    integers = np.array([[int(x) for x in row] for row in transform.tolist()], dtype=object)
+    basis, reduced = (_doubles(arb_mat(transform) * part) for part in (effects, moves))
+    whole_basis = np.hstack([basis, reduced])
+    origins = (*(_nearest_plane(whole_basis, error) for error in (start, start - optimum)), np.zeros(len(basis)))
+    return {tuple(int(x) for x in _descended(origin, start, basis) @ integers) for origin in origins}
 
 
-def _samples(task: remez.Problem, points: Sequence[float]) -> list[float]:
-    """Return the extrema with `SAMPLES` points between each two."""
-    t = task.coordinate.t(np.unique([*task.interval, *points]))
-    between = t[:-1, None] + np.diff(t)[:, None] * np.arange(1, SAMPLES) / SAMPLES
-    inner = np.clip(task.coordinate.v(between.ravel()), *task.interval)
-    return [float(v) for v in np.unique([*inner, *points, *task.interval])]
+def _nearest_plane(basis: FloatArray, target: FloatArray) -> FloatArray:
+    """Return the vector of the basis whose first components nearly cancel the target (Babai's nearest plane)."""
+    q, r = np.linalg.qr(basis.T)
+    rest, steps = -(q[: len(target)].T @ target), np.zeros(len(basis))
+    for k in range(len(steps) - 1, -1, -1):
+        steps[k] = np.round(rest[k] / r[k, k])
+        rest -= steps[k] * r[:, k]
+    return steps
 
 
-def _linearised(task: remez.Problem, grid: _Grid, points: Sequence[float]) -> tuple[FloatArray, list[list[arb]]]:
+def _descended(steps: FloatArray, start: FloatArray, basis: FloatArray) -> npt.NDArray[np.object_]:
+    """Take single and double steps along the basis while the largest error falls."""
+    singles = np.concatenate([np.eye(len(steps)), -np.eye(len(steps))])
+    sums = (left + right for left, right in combinations(singles, 2))
+    moves = np.array([*singles, *(both for both in sums if both.any())])
+    effects = moves @ basis
+    error = start + steps @ basis
+    for _ in range(MAX_STEPS):
+        sizes = np.abs(error + effects).max(axis=1)
+        move = int(np.argmin(sizes))
+        if not sizes[move] < (1 - LEAST_GAIN) * np.abs(error).max():
+            break
+        steps, error = steps + moves[move], error + effects[move]
+    return np.array([int(x) for x in steps], dtype=object)
+
+
+def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
     """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
+    task = grid.task
     a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
     s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
-    for v in points:
+    for v in remez.between(task, grid.best.points, SAMPLES):
         x = arb(v)
-        d, unit = b(x).mid(), (task.sharpness(x) / grid.best.error).mid()
+        g, p = task.at(v)
+        d, unit = b(x).mid(), (p / grid.best.error).mid()
         ratio = (s(x) / d).mid()
-        optimum.append(float((unit * (ratio + task.defect(x))).mid()))
-        for row, (i, j), step in zip(rows, grid.places, grid.steps, strict=True):
-            change = x ** (i - task.contact) if i is not None and j is None else arb(0)
-            if j is not None:
-                change = (0 if i is not None else -(x ** (j - task.contact))) - ratio * x**j
-            row.append((unit * change * ball_of(step) / d).mid())
+        optimum.append(float((unit * (ratio + g)).mid()))
+        for row, (s_k, d_k), step in zip(rows, task.directions[1:], grid.steps, strict=True):
+            row.append((unit * (s_k(x) - ratio * d_k(x)) * ball_of(step) / d).mid())
     return np.array(optimum), rows
 
 

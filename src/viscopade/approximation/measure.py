@@ -5,3 +5,16 @@ from typing import Literal, get_args
 Measure = Literal["both", "relative"]
 """The smaller of eps and 1 - eps, so that slow and fast collisions come out right; or eps."""
 MEASURES: tuple[Measure, ...] = get_args(Measure)
+
+
+def measure_of(measure: str) -> Measure:
+    """Check the name of a measure.
+
+    Raises
+    ------
+    ValueError
+        If there is no such measure.
+    """
+    if measure not in MEASURES:
+        raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
+    return measure

@@ -18,22 +18,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from itertools import pairwise
-from typing import TYPE_CHECKING, SupportsIndex, cast, get_args
+from itertools import pairwise, zip_longest
+from typing import Any, SupportsIndex
 
 from flint import arb, fmpz_poly
 
 from viscopade import arguments
 from viscopade.approximation import remez
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.lacunary import full_powers
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
 from viscopade.theory.law import VISCOELASTIC, Law
-
-if TYPE_CHECKING:
-    from flint import acb
-
 
 MAX_M, MAX_N = 6, 9
 MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for, and a search on the half-line
@@ -43,8 +40,6 @@ SMALLEST = Fraction(1, 10**6)  # v*, of an interval's end and length
 COEFFICIENT_DIGITS = 30  # beyond those of the error
 MAX_DIGITS = 150  # of eps
 NARROW_DIGITS = 9  # of the values, beyond those of the error
-
-_ENDS = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
 
 
 Interval = tuple[Fraction, Fraction | None]
@@ -73,8 +68,6 @@ class Fit:
         Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
     points, deviations : tuple of float, length m + n + 2 - d
         Where the error is largest, and its values there, of alternating signs.
-    exchanges : int
-        Steps of Remez's algorithm.
     digits : int
         Digits of eps that were used.
     law : Law
@@ -95,7 +88,6 @@ class Fit:
     lower_bound: float
     points: tuple[float, ...]
     deviations: tuple[float, ...]
-    exchanges: int
     digits: int
     law: Law = VISCOELASTIC
 
@@ -133,20 +125,16 @@ def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
         raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
     if not a[0] == b[0] == 1:
         raise ValueError("a_0 and b_0 must be 1")
-    for i in range(1, fit.law.d):
-        if _at(a, i) != _at(b, i):
+    for i, (top, bottom) in enumerate(zip_longest(a[: fit.law.d], b[: fit.law.d], fillvalue=0)):
+        if top != bottom:
             raise ValueError(f"a_{i} and b_{i} must be the same number")
     high = math.inf if fit.interval[1] is None else float(fit.interval[1])
     scale = math.lcm(*(c.denominator for c in b))
     with working(128):
-        roots = cast("list[tuple[acb, int]]", fmpz_poly([int(c * scale) for c in b]).complex_roots())
+        roots: list[Any] = fmpz_poly([int(c * scale) for c in b]).complex_roots()  # with their multiplicities
         for root, _ in roots:
             if root.imag == 0 and float(fit.interval[0]) <= float(root.real) <= high:
                 raise ValueError(f"the denominator of {fit.label} has a zero at v* = {float(root.real):.6g}")
-
-
-def _at(values: Sequence[Fraction], i: int) -> Fraction:
-    return values[i] if i < len(values) else Fraction(0)
 
 
 # --- best approximants ------------------------------------------------------------------------------------------------
@@ -189,9 +177,7 @@ def fit(
     return _fit(*degrees_of(m, n, law, interval), interval, measure, arguments.digits(digits), law)
 
 
-def degrees_of(
-    m: SupportsIndex, n: SupportsIndex, law: Law = VISCOELASTIC, interval: Interval = (Fraction(0), Fraction(1))
-) -> tuple[int, int]:
+def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law, interval: Interval) -> tuple[int, int]:
     """Check the degrees; errors as for `fit`."""
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
@@ -207,7 +193,8 @@ def degrees_of(
 
 def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -> Interval:
     """Check the ends of an interval, and return them exactly; errors as for `fit`."""
-    low = arguments.exact_number("v_star_min", v_star_min, _ENDS, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
+    accepted = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
+    low = arguments.exact_number("v_star_min", v_star_min, accepted, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
     if v_star_max == INFINITY:
         if law.whole_decay is None:
             raise ValueError(
@@ -224,27 +211,29 @@ def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -
     return low, high
 
 
-def measure_of(measure: str) -> Measure:
-    """Check the name of a measure; errors as for `fit`."""
-    if measure not in get_args(Measure):
-        raise ValueError(f"measure is {measure!r}: accepted is 'both' or 'relative'")
-    return cast(Measure, measure)
-
-
 @lru_cache(maxsize=1024)
 def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law) -> Fit:
-    start: tuple[float, ...] | None = None
-    while digits <= MAX_DIGITS:
-        try:
-            found = remez.solve(minimax_problem(m, n, interval, measure, digits, law), start)
-        except remez.TooAccurate as small:
-            wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
-            digits = STEP * math.ceil(max(digits + STEP, wanted) / STEP)
-        except remez.NoBest as reason:
-            raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
-        else:
-            return _finished(m, n, interval, measure, digits, law, found)
-    raise ValueError(f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees")
+    if digits > MAX_DIGITS:
+        raise ValueError(
+            f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees"
+        )
+    try:
+        found = remez.solve(minimax_problem(m, n, interval, measure, digits, law))
+    except remez.TooAccurate as small:
+        wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
+        return _fit(m, n, interval, measure, STEP * math.ceil(max(digits + STEP, wanted) / STEP), law)
+    except remez.NoBest as reason:
+        raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
+    if not found.error < 1:
+        raise TooCoarse(
+            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
+            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
+        )
+    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
+    # Middles are exact, so that they have a decimal.
+    a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
+    levels = found.error, found.lower_bound, found.points, found.deviations
+    return Fit(m, n, interval, measure, a, b, *levels, digits, law)
 
 
 def minimax_problem(
@@ -252,54 +241,24 @@ def minimax_problem(
 ) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
     eps = exact_target(digits, law)
-    half_line, end = interval[1] is None, interval[1] or Fraction(LARGEST)
+    end = interval[1] or Fraction(LARGEST)
     low, high = float(interval[0]), float(end)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
               high if high <= end else math.nextafter(high, 0.0))  # fmt: skip
 
-    def sharpness(v_star: arb) -> arb:
-        epsilon, loss = eps.both(v_star)
-        if measure == "both" and loss < epsilon:
-            return 1 / eps.loss_ratio(v_star)
-        return v_star**law.d / epsilon
+    def values(v_star: arb) -> tuple[arb, arb]:
+        epsilon, loss, loss_ratio = eps.at(v_star)
+        return loss_ratio, 1 / loss_ratio if measure == "both" and loss < epsilon else v_star**law.d / epsilon
 
-    beyond = (min(3 * high, float(LARGEST)),) if 3 * high <= LARGEST else ()
-    coordinate = remez.Coordinate(half_line=half_line)
     return remez.Problem(
-        m, n, eps.loss_ratio, sharpness, inside, law.d, digits=eps.digits, coordinate=coordinate, beyond=beyond
+        full_powers(m, n),
+        values,
+        inside,
+        contact=law.d,
+        digits=eps.digits,
+        coordinate=remez.Coordinate(half_line=interval[1] is None),
+        beyond=(3 * high,) if 3 * high <= LARGEST else (),
     )
-
-
-def _finished(
-    m: int,
-    n: int,
-    interval: Interval,
-    measure: Measure,
-    digits: int,
-    law: Law,
-    found: remez.Approximation,
-) -> Fit:
-    if not found.error < 1:
-        raise TooCoarse(
-            f"the best [{m}/{n}] on {_shown(interval)} is off by {found.error:.3g} (100 % is 1): accepted are degrees "
-            "and intervals with an error below 1 (n = m + 3 suits long intervals)"
-        )
-    places = COEFFICIENT_DIGITS + math.ceil(-math.log10(found.error))
-    a, b = ([_decimal(c, places) for c in values] for values in (found.a, found.b))
-    a[0] = b[0] = "1"
-    for i in range(1, law.d):
-        if i <= min(m, n):
-            a[i] = b[i]
-        elif i <= max(m, n):
-            (a if i <= m else b)[i] = "0"
-    levels = found.error, found.lower_bound, found.points, found.deviations, found.exchanges
-    return Fit(m, n, interval, measure, tuple(a), tuple(b), *levels, digits, law)
-
-
-def _decimal(number: arb, digits: int) -> str:
-    text = decimal_string(number, digits)
-    assert text is not None  # middles are exact
-    return text
 
 
 def _shown(interval: Interval) -> str:

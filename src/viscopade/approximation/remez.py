@@ -1,12 +1,13 @@
-r"""Remez exchange algorithm for best rational approximation with weights and linear constraints.
+r"""Remez exchange algorithm for best rational approximation with weights.
 
-The problem: among N of degree m and D of degree n that fulfil homogeneous linear conditions, D(0) = 1 and D > 0 on
-[x0, x1], find those that minimise max |N/D - f|/w. The target f is given as g = (1 - f)/v^k and the weight as
-p = v^k/w, with k the order of contact (N - D = O(v^k) is one of the conditions), so that the weighted error
+The problem: among N and D with given powers of v that fulfil N - D = O(v^k), D(0) = 1 and D > 0 on [x0, x1], find those
+that minimise max |N/D - f|/w. k is the order of contact. The target f is given as g = (1 - f)/v^k and the weight as
+p = v^k/w, so that the weighted error
 
     (N/D - f)/w = p (S/D + g),    S = (N - D)/v^k,
 
-has no 0/0 at v = 0 where f - 1 and w vanish like v^k. Without contact, k = 0, this is every other problem.
+has no 0/0 at v = 0 where f - 1 and w vanish like v^k. Without contact, k = 0, this is every other problem. A basis of
+the pairs (S, D) is all that the algorithm sees of powers and contact.
 
 The theorem behind it (elastic structure: k = 2, so a_0 = b_0 = 1 and a_1 = b_1; m + n - 1 free parameters):
 
@@ -16,7 +17,7 @@ The theorem behind it (elastic structure: k = 2, so a_0 = b_0 = 1 and a_1 = b_1;
 For if N^/D^ were one, N D^ - N^ D = (N - D) D^ - (N^ - D^) D = v^2 q with q of degree m + n - 2 would have the signs of
 the error of R at these points, hence m + n - 1 zeros in between: q = 0. So the least of the |errors| at the points
 bounds every approximant's error from below (de la Vallee-Poussin); it is reported beside the error attained. If both
-agree, R is the best, and the only one. Without constraints it is m + n + 2 points, and one less for every condition.
+agree, R is the best, and the only one. (Without contact it is m + n + 2 points.)
 
 Arithmetic: FLINT's, with many more bits than the values have; nothing here is proven.
 """
@@ -24,18 +25,23 @@ Arithmetic: FLINT's, with many more bits than the values have; nothing here is p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from flint import acb_mat, arb, arb_mat, arb_poly
 
+from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.arithmetic.balls import bits_for, working
 from viscopade.arrays.checked import FloatArray, Values
 
-Function = Callable[[arb], arb]
+Number = TypeVar("Number")
+Extremum = tuple[float, float]
+"""A point and the weighted error there."""
 
 TOLERANCE = 1e-9  # of levelling: (error - lower bound)/error
 ROUGH_TOLERANCE = 1e-6  # where the last digits of the values are needed
@@ -54,6 +60,10 @@ GUARD = 5  # digits of the values beyond the error's
 
 class NoBest(ArithmeticError):
     """Error: the exchange found no best approximant; the message is one line with the reason."""
+
+
+class _NotFromHere(NoBest):
+    """Error: some points of reference lead to no best approximant; others may."""
 
 
 class TooAccurate(NoBest):
@@ -90,41 +100,27 @@ class Coordinate:
         """Return the points at coordinates."""
         return self.scale * (t / (1 - t) if self.half_line else np.expm1(t))
 
-    def scaled(self, factor: float) -> Coordinate:
-        """Return the coordinate with another scale."""
-        return replace(self, scale=factor * self.scale)
 
+class _Known(dict[float, tuple[arb, arb]]):
+    """g and p by point, and the largest of the least levels at first references: tiny if that is what the error is."""
 
-@dataclass(frozen=True)
-class Condition:
-    """A linear condition sum a_i A_i + sum b_j B_j = 0 with given A and B, of any length."""
-
-    a: tuple[arb, ...]
-    b: tuple[arb, ...]
-
-
-def contact(order: int) -> tuple[Condition, ...]:
-    """Return the conditions a_i = b_i for i < order: N - D = O(v^order)."""
-    units = [tuple(arb(int(i == j)) for j in range(i + 1)) for i in range(order)]
-    return tuple(Condition(unit, tuple(-x for x in unit)) for unit in units)
+    level = 0.0
 
 
 @dataclass(frozen=True)
 class Problem:
-    """An approximation problem: target, weight, degrees, interval and conditions.
+    """An approximation problem: powers and contact, target, weight and interval.
 
     Attributes
     ----------
-    m, n : int
-        Degrees of N and D.
-    defect, sharpness : callable
-        g = (1 - f)/v^k and p = v^k/w of v, taken and returned as balls whose middles count. v is a double.
+    powers : Powers
+        Of v in N and in D; all powers up to the degrees if there is contact.
+    values : callable
+        From v to g = (1 - f)/v^k and p = v^k/w, taken and returned as balls whose middles count. v is a double.
     interval : tuple of two floats
         0 <= x0 < x1; for the half-line, an x1 beyond which nothing happens.
     contact : int
         k; 0 for no contact.
-    conditions : tuple of Condition
-        Further conditions.
     digits : int
         Accuracy of g (relative to w/v^k) and of p.
     coordinate : Coordinate
@@ -133,28 +129,24 @@ class Problem:
         At most one number > x1 up to which g and p are known too: helps to find a first guess.
     """
 
-    m: int
-    n: int
-    defect: Function
-    sharpness: Function
+    powers: Powers
+    values: Callable[[arb], tuple[arb, arb]]
     interval: tuple[float, float]
     contact: int = 0
-    conditions: tuple[Condition, ...] = ()
     digits: int = 17
     coordinate: Coordinate = field(default_factory=Coordinate)
     beyond: tuple[float, ...] = ()
+    known: _Known = field(default_factory=_Known, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         low, high = self.interval
         if not 0 <= low < high < math.inf:
             raise ValueError(f"interval is {self.interval}: accepted are two finite numbers, 0 <= x0 < x1")
-        if min(self.m, self.n, self.contact) < 0:
-            raise ValueError("m, n and contact must not be negative")
 
     @property
     def bits(self) -> int:
         """Working precision."""
-        return 4 * bits_for(self.digits) + 16 * (self.m + self.n) + 64
+        return 4 * bits_for(self.digits) + 16 * (self.powers.m + self.powers.n) + 64
 
     @property
     def least_error(self) -> float:
@@ -164,63 +156,50 @@ class Problem:
     @property
     def sees_zero(self) -> bool:
         """Whether the weighted error at v = 0 exists and depends on the approximant; within `working`."""
-        x = arb(0)
-        if self.interval[0] > 0 or self.sharpness(x) == 0:
+        if self.interval[0] > 0:
             return False
-        changes = (self.sharpness(x) * (s(x) + self.defect(x) * d(x)) for s, d in self.directions)
+        g, p = self.at(0.0)
+        changes = (p * (s(arb(0)) + g * d(arb(0))) for s, d in self.directions)
         return any(abs(change) > arb(10) ** -self.digits for change in changes)
 
-    @property
-    def only_limits(self) -> bool:
-        """Return whether the further conditions bind a_m and b_n only."""
-        tops = ((condition.a[: self.m], condition.b[: self.n]) for condition in self.conditions)
-        return all(x == 0 for a, b in tops for x in (*a, *b))
+    def at(self, v: float) -> tuple[arb, arb]:
+        """Return g and p at a point, each computed once."""
+        if v not in self.known:
+            g, p = self.values(arb(v))
+            self.known[v] = g.mid(), p.mid()
+        return self.known[v]
 
-    def lower(self) -> Problem:
-        """Return the problem of degrees [m-1/n-1], whose approximants lack the common factor v."""
-        conditions = tuple(Condition(condition.a[1:], condition.b[1:]) for condition in self.conditions)
-        return replace(self, m=self.m - 1, n=self.n - 1, conditions=conditions)
+    @cached_property
+    def places(self) -> tuple[tuple[int | None, int | None], ...]:
+        """Powers in N and in D of each coefficient; below v^k, N and D share theirs."""
+        top, bottom, k = self.powers.top, self.powers.bottom, self.contact
+        shared = [(i, i) for i in range(k) if i in top and i in bottom]
+        return (*shared, *((i, None) for i in top if i >= k), *((None, j) for j in bottom if j >= k))
 
     @cached_property
     def directions(self) -> tuple[tuple[arb_poly, arb_poly], ...]:
-        """Pairs (S, D) that span the solutions of the conditions; to be used within `working`."""
-        vectors = _null_space((*contact(self.contact), *self.conditions), self.m + 1, self.n + 1)
-        return tuple(self._pair(vector) for vector in vectors)
+        """The pair (S, D) that belongs to each coefficient."""
 
-    def _pair(self, vector: Sequence[arb]) -> tuple[arb_poly, arb_poly]:
-        numerator, denominator = arb_poly(list(vector[: self.m + 1])), arb_poly(list(vector[self.m + 1 :]))
-        difference = [c.mid() for c in (numerator - denominator).coeffs()]
-        return arb_poly(difference[self.contact :]), denominator
+        def of(power: int | None, less: int = 0) -> arb_poly:
+            return arb_poly([]) if power is None else arb_poly([*[0] * (power - less), 1])
+
+        zero, k = arb_poly([]), self.contact
+        return tuple((zero if i == j else of(i, k) - of(j, k), of(j)) for i, j in self.places)
+
+    def placed(self, values: Sequence[Number], zero: Number) -> tuple[list[Number], list[Number]]:
+        """Return the coefficients of N and D by ascending powers, given those of `places`."""
+        a, b = ([zero] * (degree + 1) for degree in (self.powers.m, self.powers.n))
+        for (i, j), c in zip(self.places, values, strict=True):
+            if i is not None:
+                a[i] = c
+            if j is not None:
+                b[j] = c
+        return a, b
 
     @property
     def number_of_points(self) -> int:
         """Number of alternations: points where the best approximant's error is largest, with alternating signs."""
-        return len(self.directions)
-
-
-def _null_space(conditions: Sequence[Condition], rows_a: int, rows_b: int) -> list[list[arb]]:
-    """Return a basis of the vectors (a, b) that fulfil the conditions, by elimination."""
-    size = rows_a + rows_b
-    pivots: dict[int, list[arb]] = {}
-    for condition in conditions:
-        row = [*_padded(condition.a, rows_a), *_padded(condition.b, rows_b)]
-        for column, other in pivots.items():
-            row = [(x - row[column] * y).mid() for x, y in zip(row, other, strict=True)]
-        column = max(range(size), key=lambda i: abs(float(row[i])))
-        if row[column] == 0:
-            continue
-        row = [(x / row[column]).mid() for x in row]
-        pivots = {
-            c: [(x - other[column] * y).mid() for x, y in zip(other, row, strict=True)] for c, other in pivots.items()
-        }
-        pivots[column] = row
-    free = [i for i in range(size) if i not in pivots]
-    return [[arb(1) if i == j else -pivots[i][j] if i in pivots else arb(0) for i in range(size)] for j in free]
-
-
-def _padded(values: Sequence[arb], size: int) -> list[arb]:
-    """Cut to `size` (coefficients that a polynomial of lower degree does not have are 0) or fill with 0."""
-    return [*values[:size], *[arb(0)] * (size - len(values))]
+        return len(self.places)
 
 
 @dataclass(frozen=True)
@@ -229,56 +208,20 @@ class Approximation:
 
     Attributes
     ----------
-    a, b : tuple of flint.arb
-        Coefficients, ascending, middles; b_0 = 1.
+    a, b : list of flint.arb
+        Coefficients by ascending powers, middles; b_0 = 1.
     error, lower_bound : float
         Largest weighted error (sampled), and what no approximant can stay below.
     points, deviations : tuple of float
         Where the weighted error has extrema of alternating signs, and its values there.
-    exchanges : int
-        Number of steps.
     """
 
-    a: tuple[arb, ...]
-    b: tuple[arb, ...]
+    a: list[arb]
+    b: list[arb]
     error: float
     lower_bound: float
     points: tuple[float, ...]
     deviations: tuple[float, ...]
-    exchanges: int
-
-
-class _Values:
-    """g and p where they are needed, each once."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.known: dict[float, tuple[arb, arb]] = {}
-        self.largest_level = 0.0  # of the least levels at first references: tiny if that is what the error is
-
-    def __call__(self, v: float) -> tuple[arb, arb]:
-        found = self.known.get(v)
-        if found is None:
-            x = arb(v)
-            found = self.known[v] = self.problem.defect(x).mid(), self.problem.sharpness(x).mid()
-        return found
-
-
-@dataclass(frozen=True)
-class _Rational:
-    """(S, D) with its levelled error (with sign)."""
-
-    s: arb_poly
-    d: arb_poly
-    level: arb
-    vector: tuple[arb, ...]
-
-    def deviation(self, v: float, values: _Values) -> float:
-        """Return the weighted error; NaN where D is not positive."""
-        x = arb(v)
-        g, p = values(v)
-        d = self.d(x).mid()
-        return float((p * (self.s(x).mid() / d + g)).mid()) if d > 0 else math.nan
 
 
 def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximation:
@@ -298,172 +241,11 @@ def solve(problem: Problem, start: Sequence[float] | None = None) -> Approximati
         If the error is below 10^(GUARD - digits).
     """
     with working(problem.bits):
-        values = _Values(problem)
-        reasons = []
-        for attempt in _attempts(problem, values, start):
-            try:
-                return attempt()
-            except (TooAccurate, NotAttained):
-                raise
-            except NoBest as reason:
-                reasons.append(str(reason))
-        raise NoBest(max(set(reasons), key=reasons.count))
+        return _first(problem, _references(problem, start))
 
 
-def _attempts(
-    problem: Problem, values: _Values, start: Sequence[float] | None
-) -> Iterator[Callable[[], Approximation]]:
-    """Yield ways to the best approximant, the cheapest first."""
-    for reference in _starts(problem, start):
-        yield partial(_exchanged, problem, values, reference)
-    if values.largest_level < problem.least_error:
-        raise TooAccurate(values.largest_level, problem.digits)
-    yield partial(_refuse_if_not_attained, problem)
-    yield partial(_from_lower_degrees, problem, values)
-    for towards in (problem.interval[0], *problem.beyond):
-        yield partial(_continued, problem, values, towards)
-
-
-def _refuse_if_not_attained(problem: Problem) -> Approximation:
-    """Raise NotAttained if there is no best approximant, and that can be shown; NoBest otherwise.
-
-    Let R = N/D of degrees [m-1/n-1], with N - D = O(v^(k-1)) only, level its error at m + n - k + 1 points, x the first
-    of them. If N^/D^ of degrees [m/n], with N^ - D^ = O(v^k), were as good, N^ D - N D^ = v^(k-1) q would have a q of
-    degree m + n - k with as many zeros between the points, and q(0) = -(a_(k-1) - b_(k-1)). If
-    this is of the other sign than q(x), there is one more zero: none is as good. But [m/n] with the common factor
-    v + delta in D and nearly in N approach R for delta -> 0.
-    """
-    if problem.contact < 1 or not problem.only_limits or min(problem.m, problem.n) < 1 or problem.sees_zero:
-        raise NoBest("the condition at 0 holds the error up")
-
-    def sharpness(v: arb) -> arb:
-        return arb(0) if v == 0 else problem.sharpness(v) / v
-
-    relaxed = replace(
-        problem.lower(),
-        contact=problem.contact - 1,
-        defect=lambda v: v * problem.defect(v),
-        sharpness=sharpness,
-    )
-    found = _first_of_starts(relaxed, _Values(relaxed))
-    k = problem.contact - 1
-    slope = float((found.a[k] if k <= relaxed.m else arb(0)) - (found.b[k] if k <= relaxed.n else arb(0)))
-    if slope * found.deviations[0] < 0:
-        raise NotAttained(found.error)
-    raise NoBest("the search failed, though a best approximant may exist")
-
-
-def _first_of_starts(problem: Problem, values: _Values) -> Approximation:
-    """Return what the first good start leads to."""
-    reason = NoBest("no start")
-    for reference in _starts(problem, None):
-        try:
-            return _exchanged(problem, values, reference)
-        except TooAccurate:
-            raise
-        except NoBest as found:
-            reason = found
-    raise reason
-
-
-def _starts(problem: Problem, start: Sequence[float] | None) -> Iterator[list[float]]:
-    """Yield first points of reference, the most promising first."""
-    number = problem.number_of_points
-    if start is not None and len(start) == number:
-        yield list(start)
-    for factor in SCALES:
-        yield _chebyshev(problem, problem.coordinate.scaled(factor), number)
-
-
-def _from_lower_degrees(problem: Problem, values: _Values) -> Approximation:
-    """Start from the best [m-1/n-1], with two more points of reference.
-
-    Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
-    """
-    if not problem.only_limits or min(problem.m, problem.n) < 1 or problem.number_of_points < 4:
-        raise NoBest("there are no lower degrees to start from")
-    lower = problem.lower()
-    for reference in _with_two_more(problem, _first_of_starts(lower, values).points):
-        try:
-            return _exchanged(problem, values, reference)
-        except TooAccurate:
-            raise
-        except NoBest:
-            continue
-    raise NoBest(f"nothing leads from the best [{lower.m}/{lower.n}] to [{problem.m}/{problem.n}]")
-
-
-def _with_two_more(problem: Problem, points: Sequence[float]) -> Iterator[list[float]]:
-    """Yield references with two more points: at the ends, or within a gap."""
-    t = problem.coordinate.t(np.array(points))
-    low, high = problem.coordinate.t(np.array(problem.interval))
-    additions = [(low + (t[1] - low) * part, high) for part in LAYERS]
-    additions += [(low + (t[1] - low) * part, high - (high - t[-2]) * part) for part in LAYERS]
-    additions += [(left + (right - left) / 3, right - (right - left) / 3) for left, right in pairwise([*t, high])]
-    additions += [(low + (t[0] - low) / 3, t[0] - (t[0] - low) / 3)]
-    for more in additions:
-        merged = np.unique([*t, *more])
-        if len(merged) == problem.number_of_points:
-            yield _inside(problem, problem.coordinate.v(merged))
-
-
-def _continued(problem: Problem, values: _Values, towards: float) -> Approximation:
-    """Solve on an interval that ends at a place nearer to `towards`, then move its end back step by step.
-
-    Best approximants depend continuously on the interval, but where they nearly have a common factor their extrema
-    move fast, and no first guess would find them.
-    """
-    goal, far = problem.coordinate.t(problem.interval[1]), problem.coordinate.t(towards)
-    for fraction in CONTINUATION:
-        begin = goal + fraction * (far - goal)
-        try:
-            found = _exchanged(_ending(problem, begin), values, None)
-        except NoBest:
-            continue
-        at, step = begin, (goal - begin) / 2
-        while at != goal and abs(step) > LEAST_STEP * abs(goal - begin):
-            end = goal if abs(step) >= abs(goal - at) else at + step
-            moved = _ending(problem, end)
-            try:
-                found = _exchanged(moved, values, _stretched(found.points, moved))
-                at, step = end, 2 * step
-            except NoBest:
-                step /= 4
-        if at == goal:
-            return found
-    raise NoBest(f"no approximant on nearby intervals leads to one on [{problem.interval[0]}, {problem.interval[1]}]")
-
-
-def _ending(problem: Problem, t: float) -> Problem:
-    """Return the problem on an interval with another right end."""
-    if t == problem.coordinate.t(problem.interval[1]):
-        return problem
-    return replace(problem, interval=(problem.interval[0], float(problem.coordinate.v(t))))
-
-
-def _stretched(points: Sequence[float], problem: Problem) -> list[float]:
-    """Return points of reference for a slightly different interval."""
-    return [min(v, problem.interval[1]) for v in points[:-1]] + [problem.interval[1]]
-
-
-def _chebyshev(problem: Problem, coordinate: Coordinate, number: int) -> list[float]:
-    """Return the extrema of Chebyshev's polynomial, without the left end if the error vanishes there."""
-    low, high = coordinate.t(np.array(problem.interval))
-    vanishing = int(problem.interval[0] == 0 and not problem.sees_zero)  # the error at the left end is 0
-    steps = np.arange(number - 1, -1, -1) / max(number - 1 + vanishing, 1)
-    return _inside(problem, coordinate.v(low + (high - low) * (1 + np.cos(np.pi * steps)) / 2))
-
-
-def _inside(problem: Problem, points: FloatArray) -> list[float]:
-    return [float(v) for v in np.unique(np.clip(points, *problem.interval))]
-
-
-def _grid(problem: Problem, *points: Sequence[float] | FloatArray) -> list[float]:
-    return _inside(problem, np.concatenate([problem.interval, *points]))
-
-
-def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequence[float] = ()) -> tuple[float, float]:
-    """Return the largest weighted error of any N/D that fulfils the condition of contact, and where (sampled).
+def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequence[float] = ()) -> float:
+    """Return the largest weighted error of any N/D that fulfils the condition of contact (sampled).
 
     Parameters
     ----------
@@ -479,79 +261,222 @@ def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequen
         If D is not positive.
     """
     with working(problem.bits):
-        denominator = arb_poly(list(b))
-        difference = [c.mid() for c in (arb_poly(list(a)) - denominator).coeffs()]
-        rational = _Rational(arb_poly(difference[problem.contact :]), denominator, arb(0), ())
-        grid = _between(problem, list(near), _fixed_grid(problem))
-        at, deviation = max(_extrema(problem, _Values(problem), rational, grid), key=lambda pair: abs(pair[1]))
-        return abs(deviation), at
+        return max(map(_size, _extrema(_Quotient.of(problem, a, b), near, _fixed_grid(problem))))
+
+
+# --- points of reference ----------------------------------------------------------------------------------------------
+
+
+def _first(problem: Problem, references: Iterable[list[float]]) -> Approximation:
+    """Return what the first good points of reference lead to."""
+    reasons = Counter[str]()
+    for reference in references:
+        try:
+            return _exchanged(problem, reference)
+        except _NotFromHere as reason:
+            reasons[str(reason)] += 1
+    raise _NotFromHere(reasons.most_common(1)[0][0])
+
+
+def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[list[float]]:
+    """Yield first points of reference, the cheapest first."""
+    if start is not None and len(start) == problem.number_of_points:
+        yield list(start)
+    yield from _starts(problem)
+    if problem.known.level < problem.least_error:
+        raise TooAccurate(problem.known.level, problem.digits)
+    powers = problem.powers
+    if powers.full and min(powers.m, powers.n) >= 1:
+        lower = replace(problem, powers=full_powers(powers.m - 1, powers.n - 1))
+        _refuse_if_not_attained(problem, lower)
+        yield from _from_lower_degrees(problem, lower)
+    for towards in (problem.interval[0], *problem.beyond):
+        yield from _continued(problem, towards)
+
+
+def _starts(problem: Problem) -> Iterator[list[float]]:
+    """Yield the extrema of Chebyshev's polynomial in different coordinates, without a left end that does not count."""
+    number = problem.number_of_points
+    vanishing = int(problem.interval[0] == 0 and not problem.sees_zero)  # the error at the left end is 0
+    cosines = np.cos(np.pi * (np.arange(number - 1, -1, -1) / max(number - 1 + vanishing, 1)))
+    for factor in SCALES:
+        yield _spread(problem, cosines, replace(problem.coordinate, scale=factor * problem.coordinate.scale))
+
+
+def _refuse_if_not_attained(problem: Problem, lower: Problem) -> None:
+    """Raise NotAttained if there is no best approximant, and that can be shown.
+
+    Let R = N/D of degrees [m-1/n-1], with N - D = O(v^(k-1)) only, level its error at m + n - k + 1 points, x the first
+    of them. If N^/D^ of degrees [m/n], with N^ - D^ = O(v^k), were as good, N^ D - N D^ = v^(k-1) q would have a q of
+    degree m + n - k with as many zeros between the points, and q(0) = -(a_(k-1) - b_(k-1)). If
+    this is of the other sign than q(x), there is one more zero: none is as good. But [m/n] with the common factor
+    v + delta in D and nearly in N approach R for delta -> 0.
+    """
+    k = problem.contact - 1
+    if k < 0 or problem.sees_zero:
+        return
+
+    def values(v: arb) -> tuple[arb, arb]:
+        g, p = problem.values(v)
+        return v * g, arb(0) if v == 0 else p / v
+
+    relaxed = replace(lower, contact=k, values=values, known=_Known())
+    try:
+        found = _first(relaxed, _starts(relaxed))
+    except _NotFromHere:
+        return
+    slope = sum(float(c) for c in found.a[k : k + 1]) - sum(float(c) for c in found.b[k : k + 1])
+    if slope * found.deviations[0] < 0:
+        raise NotAttained(found.error)
+
+
+def _from_lower_degrees(problem: Problem, lower: Problem) -> Iterator[list[float]]:
+    """Yield the points of the best [m-1/n-1] with two more: at the ends, or within a gap.
+
+    Where the best [m/n] nearly has a common factor it differs little from that; but it is not known where.
+    """
+    if problem.number_of_points < 4:
+        return
+    try:
+        points = _first(lower, _starts(lower)).points
+    except _NotFromHere:
+        return
+    t = problem.coordinate.t(np.array(points))
+    low, high = problem.coordinate.t(np.array(problem.interval))
+    additions = [(low + (t[1] - low) * part, high) for part in LAYERS]
+    additions += [(low + (t[1] - low) * part, high - (high - t[-2]) * part) for part in LAYERS]
+    additions += [(left + (right - left) / 3, right - (right - left) / 3) for left, right in pairwise([*t, high])]
+    additions += [(low + (t[0] - low) / 3, t[0] - (t[0] - low) / 3)]
+    for more in additions:
+        merged = np.unique([*t, *more])
+        if len(merged) == problem.number_of_points:
+            yield _inside(problem, problem.coordinate.v(merged))
+
+
+def _continued(problem: Problem, towards: float) -> Iterator[list[float]]:
+    """Yield the points of the best on an interval that ends nearer to `towards`, its end moved back step by step.
+
+    Best approximants depend continuously on the interval, but where they nearly have a common factor their extrema
+    move fast, and no first guess would find them.
+    """
+    low, high = problem.interval
+    goal, far = problem.coordinate.t(high), problem.coordinate.t(towards)
+
+    def ending(t: float) -> Problem:
+        return replace(problem, interval=(low, float(problem.coordinate.v(t))))
+
+    for fraction in CONTINUATION:
+        at = goal + fraction * (far - goal)
+        step = (goal - at) / 2
+        least = LEAST_STEP * abs(goal - at)
+        try:
+            found = _exchanged(ending(at), next(_starts(ending(at))))
+        except NoBest:
+            continue
+        while abs(step) > least:
+            # If the goal's own reference leads nowhere, it is tried again from nearer.
+            if abs(step) >= abs(goal - at):
+                yield [min(v, high) for v in found.points[:-1]] + [high]
+                step /= 4
+                continue
+            moved = ending(at + step)
+            end = moved.interval[1]
+            try:
+                found = _exchanged(moved, [min(v, end) for v in found.points[:-1]] + [end])
+                at, step = at + step, 2 * step
+            except NoBest:
+                step /= 4
+
+
+def _spread(problem: Problem, cosines: FloatArray, coordinate: Coordinate) -> list[float]:
+    """Return the points of the interval at which a coordinate, scaled to [-1, 1], has given values."""
+    low, high = coordinate.t(np.array(problem.interval))
+    return _inside(problem, coordinate.v(low + (high - low) * (1 + cosines) / 2))
+
+
+def _inside(problem: Problem, points: FloatArray) -> list[float]:
+    return [float(v) for v in np.unique(np.clip(points, *problem.interval))]
+
+
+def between(problem: Problem, points: Sequence[float], parts: int) -> list[float]:
+    """Return the ends of the interval and some points, and those that cut what is between two of them into parts."""
+    ends = np.unique([*problem.interval, *points])
+    t = problem.coordinate.t(ends)
+    finer = problem.coordinate.v((t[:-1, None] + np.diff(t)[:, None] * np.arange(1, parts) / parts).ravel())
+    return _inside(problem, np.array([*ends, *finer]))
+
+
+def _fixed_grid(problem: Problem) -> list[float]:
+    number = GRID * (problem.number_of_points + 1)
+    return _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
 
 
 # --- the exchange -----------------------------------------------------------------------------------------------------
 
 
-def _exchanged(problem: Problem, values: _Values, reference: list[float] | None) -> Approximation:
+def _exchanged(problem: Problem, reference: list[float]) -> Approximation:
     """Level and exchange until the largest error is the levelled one."""
     fixed = _fixed_grid(problem)
-    if reference is None:
-        reference = _chebyshev(problem, problem.coordinate, problem.number_of_points)
-    rational: _Rational | None = None
-    tolerance = TOLERANCE
+    solution: _Solution | None = None
     for step in range(1, MAX_EXCHANGES + 1):
-        if step == MAX_EXCHANGES:
-            tolerance = ROUGH_TOLERANCE
-        rational = _levelled(problem, values, reference, rational)
-        extrema = _extrema(problem, values, rational, _between(problem, reference, fixed))
-        if len(extrema) < len(reference) and abs(rational.level) < problem.least_error:
-            raise TooAccurate(abs(float(rational.level)), problem.digits)
-        chosen = _alternating(extrema, len(reference))
-        sizes = [abs(deviation) for _, deviation in chosen]
-        largest = max(abs(deviation) for _, deviation in extrema)
+        tolerance = TOLERANCE if step < MAX_EXCHANGES else ROUGH_TOLERANCE
+        solution = _levelled(problem, reference, solution)
+        a, b = problem.placed(solution.vector, arb(0))
+        extrema = _extrema(_Quotient.of(problem, a, b), reference, fixed)
+        if len(extrema) < len(reference):
+            if abs(solution.level) < problem.least_error:
+                raise TooAccurate(abs(float(solution.level)), problem.digits)
+            raise _NotFromHere(f"the error alternates {len(extrema)} times, not {len(reference)}")
+        chosen = alternating(extrema, len(reference))
+        largest, least = max(map(_size, extrema)), min(map(_size, chosen))
         if largest < problem.least_error:
             raise TooAccurate(largest, problem.digits)
         reference = [v for v, _ in chosen]
-        if min(sizes) >= (1 - tolerance) * largest:
-            return _approximation(problem, rational, chosen, largest, step)
-    raise NoBest(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
+        if least >= (1 - tolerance) * largest:
+            points, deviations = zip(*chosen, strict=True)
+            return Approximation(a, b, largest, least, points, deviations)
+    raise _NotFromHere(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
 
 
-def _approximation(
-    problem: Problem, rational: _Rational, chosen: list[tuple[float, float]], largest: float, step: int
-) -> Approximation:
-    b = [c.mid() for c in rational.d.coeffs()]
-    b += [arb(0)] * (problem.n + 1 - len(b))
-    difference = rational.s * arb_poly([*[0] * problem.contact, 1]) + rational.d
-    a = [c.mid() for c in difference.coeffs()][: problem.m + 1]
-    a += [arb(0)] * (problem.m + 1 - len(a))
-    points, deviations = zip(*chosen, strict=True)
-    least = min(abs(deviation) for deviation in deviations)
-    return Approximation(tuple(a), tuple(b), largest, least, points, deviations, step)
+@dataclass(frozen=True)
+class _Quotient:
+    """N/D as (S, D), with its weighted error."""
+
+    problem: Problem
+    s: arb_poly
+    d: arb_poly
+
+    @classmethod
+    def of(cls, problem: Problem, a: Sequence[arb], b: Sequence[arb]) -> _Quotient:
+        d = arb_poly(list(b))
+        difference = [c.mid() for c in (arb_poly(list(a)) - d).coeffs()]
+        return cls(problem, arb_poly(difference[problem.contact :]), d)
+
+    def deviation(self, v: float) -> float:
+        """Return the weighted error; NaN where D is not positive."""
+        x = arb(v)
+        g, p = self.problem.at(v)
+        d = self.d(x).mid()
+        return float((p * (self.s(x).mid() / d + g)).mid()) if d > 0 else math.nan
 
 
-def _fixed_grid(problem: Problem) -> list[float]:
-    low, high = problem.coordinate.t(np.array(problem.interval))
-    number = GRID * (problem.number_of_points + 1)
-    cosines = np.cos(np.pi * np.arange(number, -1, -1) / number)
-    return _grid(problem, problem.coordinate.v(low + (high - low) * (1 + cosines) / 2))
+def _size(extremum: Extremum) -> float:
+    return abs(extremum[1])
 
 
-def _between(problem: Problem, reference: list[float], fixed: list[float]) -> list[float]:
-    """Return the fixed grid with points of reference and more between them."""
-    ends = problem.coordinate.t(np.unique([problem.interval[0], *reference, problem.interval[1]]))
-    steps = np.arange(1, GRID // 2) / (GRID // 2)
-    finer = problem.coordinate.v((ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel())
-    return _grid(problem, fixed, finer, reference)
+def _extrema(quotient: _Quotient, reference: Sequence[float], fixed: Sequence[float]) -> list[Extremum]:
+    """Return the largest error between each two changes of sign, as points and values of alternating signs.
 
-
-def _extrema(problem: Problem, values: _Values, rational: _Rational, grid: list[float]) -> list[tuple[float, float]]:
-    """Return the largest error between each two changes of sign, as points and values of alternating signs."""
-    deviations = np.array([rational.deviation(v, values) for v in grid])
+    They are looked for on the fixed grid, at the points of reference and at more between these.
+    """
+    problem = quotient.problem
+    grid = _inside(problem, np.array([*fixed, *between(problem, reference, GRID // 2)]))
+    deviations = np.array([quotient.deviation(v) for v in grid])
     if np.isnan(deviations).any():
-        raise NoBest(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
-    starts = np.flatnonzero(np.diff(np.sign(deviations), prepend=0))
+        raise _NotFromHere(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
     t = problem.coordinate.t(np.array(grid))
-    extrema: list[tuple[float, float]] = []
-    for low, high in pairwise([*map(int, starts), len(grid)]):
+    extrema: list[Extremum] = []
+    for low, high in pairwise([*changes_of_sign(deviations), len(grid)]):
         if not deviations[low]:
             continue
         top = low + int(np.argmax(np.abs(deviations[low:high])))
@@ -561,22 +486,22 @@ def _extrema(problem: Problem, values: _Values, rational: _Rational, grid: list[
             left, right = (int(np.searchsorted(t, t[top] + side)) for side in (-apart, apart))
             bracket = max(left - 1, 0), top, min(right, len(t) - 1)
             heights = [(float(t[i]), math.copysign(1.0, extremum[1]) * float(deviations[i])) for i in bracket]
-            extremum = _refined(problem, values, rational, extremum, heights)
+            extremum = _refined(quotient, extremum, heights)
         if extrema and extrema[-1][1] * extremum[1] > 0:
-            extrema[-1] = max(extrema[-1], extremum, key=lambda pair: abs(pair[1]))
+            extrema[-1] = max(extrema[-1], extremum, key=_size)
         else:
             extrema.append(extremum)
     return extrema
 
 
-def _refined(
-    problem: Problem,
-    values: _Values,
-    rational: _Rational,
-    best: tuple[float, float],
-    points: list[tuple[float, float]],
-) -> tuple[float, float]:
+def changes_of_sign(deviations: FloatArray) -> list[int]:
+    """Return where a part of one sign begins."""
+    return [int(i) for i in np.flatnonzero(np.diff(np.sign(deviations), prepend=0))]
+
+
+def _refined(quotient: _Quotient, best: Extremum, points: list[tuple[float, float]]) -> Extremum:
     """Return the extremum within a bracket, given as places and heights: parabolas through the three best points."""
+    coordinate, (low, high) = quotient.problem.coordinate, quotient.problem.interval
     size = math.copysign(1.0, best[1])
     close = CLOSE * (points[2][0] - points[0][0])
     for _ in range(MAX_REFINEMENTS):
@@ -584,9 +509,9 @@ def _refined(
         (t0, f0), (t1, f1), (t2, f2) = points
         if t == t1:
             break
-        v = min(max(float(problem.coordinate.v(t)), problem.interval[0]), problem.interval[1])
-        value = size * rational.deviation(v, values)
-        best = max(best, (v, size * value), key=lambda pair: abs(pair[1]))
+        v = min(max(float(coordinate.v(t)), low), high)
+        value = size * quotient.deviation(v)
+        best = max(best, (v, size * value), key=_size)
         if value > f1:
             points = [(t0, f0), (t, value), (t1, f1)] if t < t1 else [(t1, f1), (t, value), (t2, f2)]
         else:
@@ -607,111 +532,93 @@ def _vertex(points: list[tuple[float, float]]) -> float:
     return t1 + 0.382 * (t2 - t1) if t2 - t1 > t1 - t0 else t1 - 0.382 * (t1 - t0)
 
 
-def _alternating(extrema: list[tuple[float, float]], number: int) -> list[tuple[float, float]]:
-    """Return `number` neighbouring extrema, the largest among them."""
-    if len(extrema) < number:
-        raise NoBest(f"the error alternates {len(extrema)} times, not {number}")
+def alternating(extrema: Sequence[Extremum], number: int) -> list[Extremum]:
+    """Return at most `number` neighbours of some extrema of alternating signs, the largest among them."""
     chosen = list(extrema)
     while len(chosen) > number:
-        sizes = [abs(deviation) for _, deviation in chosen]
-        if len(chosen) == number + 1:
-            chosen.pop(0 if sizes[0] < sizes[-1] else -1)
-            continue
+        sizes = [_size(extremum) for extremum in chosen]
         worst = sizes.index(min(sizes))
-        if worst in (0, len(chosen) - 1):
-            chosen.pop(worst)
+        if len(chosen) == number + 1 or worst in (0, len(chosen) - 1):
+            chosen.pop(0 if sizes[0] < sizes[-1] else -1)
         else:
-            other = worst - 1 if sizes[worst - 1] < sizes[worst + 1] else worst + 1
-            del chosen[min(worst, other) : max(worst, other) + 1]
+            first = worst - int(sizes[worst - 1] < sizes[worst + 1])
+            del chosen[first : first + 2]
     return chosen
 
 
 # --- levelling --------------------------------------------------------------------------------------------------------
 
 
-def _levelled(problem: Problem, values: _Values, reference: list[float], previous: _Rational | None) -> _Rational:
-    """Return the D > 0 whose weighted errors at the points of reference are E, -E and so on."""
-    a, b = _matrices(problem, values, reference)
-    if previous is not None:
-        found = _newton(problem, a, b, reference, previous.vector, previous.level)
-        if found is not None:
-            return found
-    for vector, level in _by_eigenvalues(problem, values, a, b):
-        found = _newton(problem, a, b, reference, vector, level)
-        if found is not None:
-            return found
-    raise NoBest("no denominator is positive at all points of reference")
+@dataclass(frozen=True)
+class _Solution:
+    """Coefficients, and the levelled error (with sign)."""
+
+    vector: tuple[arb, ...]
+    level: arb
 
 
-def _matrices(problem: Problem, values: _Values, reference: list[float]) -> tuple[arb_mat, arb_mat]:
-    """Return A and B: the coefficients c of the directions fulfil (A - E B) c = 0."""
+def _levelled(problem: Problem, reference: list[float], previous: _Solution | None) -> _Solution:
+    """Return the D > 0 whose weighted errors at the points of reference are E, -E and so on.
+
+    With matrices A and B the coefficients c fulfil (A - E B) c = 0.
+    """
     rows_a, rows_b = [], []
     for i, v in enumerate(reference):
         x = arb(v)
-        g, p = values(v)
+        g, p = problem.at(v)
         pairs = [(s(x).mid(), d(x).mid()) for s, d in problem.directions]
         rows_a.append([(p * (s + g * d)).mid() for s, d in pairs])
         rows_b.append([d if i % 2 == 0 else -d for _, d in pairs])
-    return arb_mat(rows_a), arb_mat(rows_b)
+    a, b = arb_mat(rows_a), arb_mat(rows_b)
+    if previous is not None and (found := _newton(problem, a, b, previous)) is not None:
+        return found
+    for guess in _by_eigenvalues(problem, a, b):
+        if (found := _newton(problem, a, b, guess)) is not None:
+            return found
+    raise _NotFromHere("no denominator is positive at all points of reference")
 
 
-def _by_eigenvalues(problem: Problem, values: _Values, a: arb_mat, b: arb_mat) -> Iterator[tuple[tuple[arb, ...], arb]]:
-    """Yield the vectors whose denominators have one sign at all points of reference, and their levels."""
+def _by_eigenvalues(problem: Problem, a: arb_mat, b: arb_mat) -> Iterator[_Solution]:
+    """Yield the solutions with a real level, the eigenvectors of A^-1 B."""
     inverse = a.solve(b, algorithm="approx", nonstop=True)
-    size = len(problem.directions)
-    active = [k for k, (_, d) in enumerate(problem.directions) if d]
+    size = problem.number_of_points
+    active = [k for k, (_, j) in enumerate(problem.places) if j is not None]
     scale = [max((abs(b[i, k]) for i in range(size)), key=float) for k in range(size)]
     block = acb_mat([[inverse[j, k] * scale[j] / scale[k] for k in active] for j in active])
     eigenvalues, vectors = block.eig(algorithm="approx", right=True, nonstop=True)
     sizes = [float(abs(eigenvalue)) for eigenvalue in eigenvalues]
     least = 0.0 if any(map(math.isnan, sizes)) else 1 / max(sizes)
-    values.largest_level = max(values.largest_level, least)
+    problem.known.level = max(problem.known.level, least)
     for index, eigenvalue in enumerate(eigenvalues):
         real = eigenvalue.real.mid()
         if not real.is_finite() or real == 0 or abs(eigenvalue.imag) > abs(real) * arb(2) ** -40:
             continue
-        part = [(vectors[j, index].real / scale[k]).mid() for j, k in enumerate(active)]
-        level = (1 / real).mid()
-        vector = [
-            (level * sum((inverse[i, k] * c for k, c in zip(active, part, strict=True)), arb(0))).mid()
-            for i in range(size)
-        ]
-        yield tuple(vector), level
+        part = [[arb(0)] for _ in range(size)]
+        for i, k in enumerate(active):
+            part[k] = [(vectors[i, index].real / scale[k]).mid()]
+        column = inverse * arb_mat(part) / real
+        yield _Solution(tuple(column[i, 0].mid() for i in range(size)), (1 / real).mid())
 
 
-def _newton(
-    problem: Problem, a: arb_mat, b: arb_mat, reference: list[float], vector: Sequence[arb], level: arb
-) -> _Rational | None:
+def _newton(problem: Problem, a: arb_mat, b: arb_mat, guess: _Solution) -> _Solution | None:
     """Solve (A - E B) c = 0, D(0) = 1; None if that does not converge, or to a D that is not positive."""
-    size = len(vector)
-    firsts = [d[0] for _, d in problem.directions]
-    total = sum((f * c for f, c in zip(firsts, vector, strict=True)), arb(0)).mid()
+    size, first = problem.number_of_points, [j for _, j in problem.places].index(0)
+    total = guess.vector[first]
     if not total.is_finite() or total == 0:
         return None
-    column = arb_mat([[(c / total).mid()] for c in vector])
+    column, level = arb_mat([[(c / total).mid()] for c in guess.vector]), guess.level
     for _ in range(MAX_NEWTON):
         pencil = (a - b * level).mid()
-        residual, change = (pencil * column).mid(), (b * column).mid()
+        change = (b * column).mid()
         matrix = [[*(pencil[i, k] for k in range(size)), -change[i, 0]] for i in range(size)]
-        matrix.append([*firsts, arb(0)])
-        right = arb_mat([*[[-residual[i, 0]] for i in range(size)], [arb(0)]])
-        step = arb_mat(matrix).solve(right, algorithm="approx", nonstop=True)
-        if not all(step[i, 0].is_finite() for i in range(size + 1)):
+        matrix.append([arb(int(k == first)) for k in range(size + 1)])
+        right = arb_mat([[arb(int(i == size))] for i in range(size + 1)])
+        *moved, [step] = arb_mat(matrix).solve(right, algorithm="approx", nonstop=True).mid().tolist()
+        if not all(c.is_finite() for c in (step, *(c for [c] in moved))):
             return None
-        column = arb_mat([[(column[i, 0] + step[i, 0]).mid()] for i in range(size)])
-        level, moved = (level + step[size, 0]).mid(), abs(step[size, 0])
-        signs = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(size)]
-        if moved <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
-            return _rational(problem, column, level) if min(signs) > 0 else None
+        column, level = arb_mat(moved), (level + step).mid()
+        if abs(step) <= abs(level) * arb(10) ** -20 + arb(10) ** (-2 * problem.digits):
+            signs = [float((b * column)[i, 0].mid()) * (-1) ** i for i in range(size)]
+            vector = tuple(arb(1) if i == first else column[i, 0].mid() for i in range(size))
+            return _Solution(vector, level) if min(signs) > 0 else None
     return None
-
-
-def _rational(problem: Problem, column: arb_mat, level: arb) -> _Rational:
-    vector = tuple(column[i, 0].mid() for i in range(column.nrows()))
-    s = sum((pair[0] * c for pair, c in zip(problem.directions, vector, strict=True)), arb_poly([]))
-    d = sum((pair[1] * c for pair, c in zip(problem.directions, vector, strict=True)), arb_poly([]))
-    return _Rational(_middles(s), _middles(d), level, vector)
-
-
-def _middles(polynomial: arb_poly) -> arb_poly:
-    return arb_poly([c.mid() for c in polynomial.coeffs()])

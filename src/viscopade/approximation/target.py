@@ -13,8 +13,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
-from typing import SupportsIndex
+from functools import cached_property, lru_cache
+from typing import NamedTuple, SupportsIndex
 
 from flint import arb, arb_mat, arb_poly
 
@@ -40,74 +40,65 @@ MAX_ATTEMPTS = 6
 LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
 
 
+class Portions(NamedTuple):
+    """Values of eps, 1 - eps and (1 - eps)/v*^d, which at v* = 0 is the limit -h_d."""
+
+    epsilon: arb
+    loss: arb
+    loss_ratio: arb
+
+
 @dataclass(frozen=True)
 class _ExactPanel:
-    """Polynomials in z = (v* - centre)/(half width); `ratio` is (1 - eps)/v*^d and stands in for `loss` near 0."""
+    """Polynomials in z = (v* - centre)/(half width): eps and 1 - eps, or near 0 (1 - eps)/v*^d alone."""
 
     centre: Fraction
     half_width: Fraction
-    epsilon: arb_poly | None
-    loss: arb_poly | None
-    ratio: arb_poly | None = None
+    polynomials: tuple[arb_poly, ...]
 
-    def z(self, v_star: arb) -> arb:
-        return (v_star - ball_of(self.centre)) / ball_of(self.half_width)
+    def at(self, v_star: arb, d: int, folds: int = 0) -> Portions:
+        """Return the values at v*; 8^folds times smaller v* are on the panel, for which eps is 2^(10 folds) larger."""
+        z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
+        values = [polynomial(z).mid() for polynomial in self.polynomials]
+        if len(values) == 1:
+            (loss_ratio,) = values
+            loss = (loss_ratio * v_star**d).mid()
+            return Portions((1 - loss).mid(), loss, loss_ratio)
+        epsilon, loss = values
+        if folds:
+            epsilon = (epsilon * arb(2) ** (-10 * folds)).mid()
+            loss = (1 - epsilon).mid()
+        return Portions(epsilon, loss, (loss / v_star**d).mid())
 
 
 @dataclass(frozen=True)
 class ExactEpsilon:
     """The exact function of a law, to `digits` digits: relative error of eps and of 1 - eps below 10^-digits (sampled).
 
-    Methods take v* >= 0 as the middle of a ball and work at FLINT's present precision (`balls.working`), of which they
-    need `bits_for(digits)` and some more. Their results are middles: what encloses nothing.
+    `at` takes v* >= 0 as the middle of a ball and works at FLINT's present precision (`balls.working`), of which it
+    needs `bits_for(digits)` and some more. Its results are middles: what encloses nothing.
     """
 
     digits: int
     law: Law = VISCOELASTIC
 
-    def both(self, v_star: arb) -> tuple[arb, arb]:
-        """Return eps and 1 - eps."""
-        far = _far_epsilon(v_star, self.digits, self.law)
-        if far is not None:
-            return far, (1 - far).mid()
-        panel, scaled, folds = self._place(v_star)
-        z = panel.z(scaled)
-        if panel.ratio is not None:
-            loss = panel.ratio(z).mid() * v_star**self.law.d
-            return (1 - loss).mid(), loss.mid()
-        assert panel.epsilon is not None
-        assert panel.loss is not None
-        if folds:
-            epsilon = panel.epsilon(z).mid() * arb(2) ** (-10 * folds)
-            return epsilon.mid(), (1 - epsilon).mid()
-        return panel.epsilon(z).mid(), panel.loss(z).mid()
+    @cached_property
+    def c(self) -> arb:
+        """The limit of (1 - eps)/v*^d at v* = 0, which is -h_d."""
+        with working(bits_for(self.digits) + 64):
+            return self.at(arb(0)).loss_ratio
 
-    def epsilon(self, v_star: arb) -> arb:
-        """Return the coefficient of restitution."""
-        return self.both(v_star)[0]
-
-    def loss(self, v_star: arb) -> arb:
-        """Return 1 - eps."""
-        return self.both(v_star)[1]
-
-    def loss_ratio(self, v_star: arb) -> arb:
-        """Return (1 - eps)/v*^d, at v* = 0 its limit -h_d."""
-        if v_star <= ball_of(SERIES_ENDS[-1]):
-            panel, scaled, _ = self._place(v_star)
-            if panel.ratio is not None:
-                return panel.ratio(panel.z(scaled)).mid()
-        return (self.loss(v_star) / v_star**self.law.d).mid()
-
-    def _place(self, v_star: arb) -> tuple[_ExactPanel, arb, int]:
-        """Return the panel, v* divided by 8^folds, and folds."""
+    def at(self, v_star: arb) -> Portions:
+        """Return eps, 1 - eps and (1 - eps)/v*^d."""
         near = float(v_star)
         if not near >= 0:
             raise ValueError(f"v_star is {near!r}: accepted is a number >= 0")
-        if self.digits > TABLE_DIGITS or self.law != VISCOELASTIC:
-            return _made_panel(near, self.digits, self.law), v_star, 0
-        index, folds = panels.index_of(near)
-        scaled = v_star if not folds else v_star * arb(2) ** (-PERIOD * folds)
-        return _table_panels()[index], scaled, folds
+        if self.digits <= TABLE_DIGITS and self.law == VISCOELASTIC:
+            index, folds = panels.index_of(near)
+            return _table_panel(index).at(v_star, self.law.d, folds)
+        if (far := _far_epsilon(v_star, self.digits, self.law)) is not None:
+            return Portions(far, (1 - far).mid(), ((1 - far) / v_star**self.law.d).mid())
+        return _made_panel(near, self.digits, self.law).at(v_star, self.law.d)
 
 
 def exact_target(digits: SupportsIndex = TABLE_DIGITS, law: Law = VISCOELASTIC) -> ExactEpsilon:
@@ -124,20 +115,14 @@ def exact_target(digits: SupportsIndex = TABLE_DIGITS, law: Law = VISCOELASTIC) 
 # --- the table of `double` --------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=1)
-def _table_panels() -> tuple[_ExactPanel, ...]:
-    rows = panels.rows()
-    return tuple(
-        _table_panel(index, rows["epsilon", index], rows["one_minus_epsilon", index]) for index in range(PANELS)
-    )
-
-
-def _table_panel(index: int, epsilon: Row, loss: Row) -> _ExactPanel:
+@lru_cache(maxsize=PANELS)
+def _table_panel(index: int) -> _ExactPanel:
+    epsilon, loss = (panels.rows()[name, index] for name in ("epsilon", "one_minus_epsilon"))
     centre, half_width = Fraction(CENTRES[index]), Fraction(HALF_WIDTHS[index])
     if index:
-        return _ExactPanel(centre, half_width, _exact_row(epsilon), _exact_row(loss))
+        return _ExactPanel(centre, half_width, (_exact_row(epsilon), _exact_row(loss)))
     exponent = loss.exponent - 2 * int(math.log2(half_width))
-    return _ExactPanel(centre, half_width, None, None, _exact_row(Row(exponent, loss.a[2:])))
+    return _ExactPanel(centre, half_width, (_exact_row(Row(exponent, loss.a[2:])),))
 
 
 def _exact_row(row: Row) -> arb_poly:
@@ -151,7 +136,7 @@ def _exact_row(row: Row) -> arb_poly:
 
 def _far_epsilon(v_star: arb, digits: int, law: Law) -> arb | None:
     """Return eps of a law without a table where its limit for large v* gives all digits, else None."""
-    if law == VISCOELASTIC or not law.whole_decay or not v_star > FAR:
+    if not law.whole_decay or not v_star > FAR:
         return None
     try:
         factor = limit(law, v_star)
@@ -179,7 +164,7 @@ def _series_panel(end: Fraction, digits: int, law: Law) -> _ExactPanel:
     def summed(order: int) -> _ExactPanel:
         with working(bits_for(digits) + 32):
             h = series(order, digits + GUARD_DIGITS, law=law).h
-            return _ExactPanel(Fraction(0), Fraction(1), None, None, arb_poly([-h_k.mid() for h_k in h[law.d :]]))
+            return _ExactPanel(Fraction(0), Fraction(1), (arb_poly([-h_k.mid() for h_k in h[law.d :]]),))
 
     order = math.ceil((digits + GUARD_DIGITS) / math.log10(RADIUS / float(end))) + law.d
     return _checked(summed, order, (end,), digits, law)
@@ -216,19 +201,14 @@ def _interpolated(centre: Fraction, half_width: Fraction, number: int, digits: i
     with working(bits_for(digits) + 4 * number + 64):  # Vandermonde's matrix has a condition below 2.5^number
         powers = arb_mat([[ball_of(z) ** n for n in range(number)] for z in nodes])
         columns = powers.solve(arb_mat([[v.epsilon.mid(), v.one_minus_epsilon.mid()] for v in values]))
-        epsilon, loss = (arb_poly([columns[i, k].mid() for i in range(number)]) for k in (0, 1))
-    return _ExactPanel(centre, half_width, epsilon, loss)
+        polynomials = tuple(arb_poly([columns[i, k].mid() for i in range(number)]) for k in (0, 1))
+    return _ExactPanel(centre, half_width, polynomials)
 
 
 def _agrees(panel: _ExactPanel, v_star: Fraction, digits: int, law: Law) -> bool:
     """Whether a panel is right to `digits` digits at a point."""
     true = exact.collision(v_star, digits + GUARD_DIGITS, law=law)
     with working(bits_for(digits) + 64):
-        z = panel.z(ball_of(v_star))
-        pairs = [(panel.epsilon, true.epsilon), (panel.loss, true.one_minus_epsilon)]
-        if panel.ratio is not None:
-            pairs = [(panel.ratio, true.one_minus_epsilon / ball_of(v_star) ** law.d)]
-        return all(
-            polynomial is not None and abs((polynomial(z) / value - 1).mid()) < arb(10) ** (-digits)
-            for polynomial, value in pairs
-        )
+        found = panel.at(ball_of(v_star), law.d)
+        pairs = ((found.epsilon, true.epsilon), (found.loss, true.one_minus_epsilon))
+        return all(abs((value / right - 1).mid()) < arb(10) ** -digits for value, right in pairs)

@@ -12,7 +12,7 @@ from flint import arb
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.arithmetic.balls import ball_of, known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
@@ -107,7 +107,7 @@ def of_minimax(
     law: Law = VISCOELASTIC,
 ) -> MinimaxKernel:
     """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
-    interval, measure = minimax.interval_of(v_star_min, v_star_max, law), minimax.measure_of(measure)
+    interval, measure = minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure)
     return _of_minimax(*minimax.degrees_of(m, n, law, interval), *interval, measure, law)
 
 
@@ -131,7 +131,7 @@ def accurate(
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
     wanted = arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
-    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), minimax.measure_of(measure), law)
+    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
 
 
 @recorded

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from viscopade.approximation import half_line
-from viscopade.approximation.lacunary import LacunaryQuotient
+from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import prove_lacunary
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Table
 from viscopade.kernels.names import FULL
 from viscopade.kernels.registry import Entry
+
+_ARRAYS = Arithmetic(float, {"cbrt": np.cbrt})
 
 
 def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
@@ -38,8 +41,23 @@ def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
 def _of_half_line(tier: str, v_star: FloatArray) -> FloatArray:
     kernel = prove_lacunary.half_line_kernel(tier)
     variant = kernel.variant(DOUBLE)
-    quotient = LacunaryQuotient(kernel.powers, tuple(map(Fraction, variant.a)), tuple(map(Fraction, variant.b)))
-    return half_line.portions(quotient, v_star)[0]
+    return half_line_values(kernel.powers, variant.a, variant.b, v_star)[0]
+
+
+def half_line_values(
+    powers: Powers, a: Sequence[float], b: Sequence[float], v_star: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return eps and 1 - eps of a half-line kernel with coefficients that are doubles, for all v* >= 0."""
+    near, far = formulas.half_line_branches(powers)
+    constants = formulas.constants(powers, a, b)
+
+    def values(branch: CodeBranch, v_star: FloatArray) -> list[FloatArray]:
+        run = Run(branch.program, {"v_star": v_star, **constants}, _ARRAYS)
+        return [evaluate(branch.results[name], run, _ARRAYS) for name in ("epsilon", "one_minus_epsilon")]
+
+    pairs = zip(values(near, np.minimum(v_star, 1)), values(far, np.maximum(v_star, 1)), strict=True)
+    epsilon, loss = (np.where(v_star <= 1, small, large) for small, large in pairs)
+    return epsilon, loss
 
 
 def _inside(table: Table, v_star: FloatArray) -> FloatArray:

@@ -41,6 +41,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from viscopade.approximation import machine_coefficients, minimax, remez
+from viscopade.approximation.lacunary import full_powers
 from viscopade.approximation.target import exact_target
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
@@ -126,10 +127,11 @@ def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, floa
     """Return our error and time for [m/n] without conditions."""
     target = exact_target()
 
-    def sharpness(v: arb) -> arb:
-        return 1 / target.epsilon(v) if relative else arb(1)
+    def values(v: arb) -> tuple[arb, arb]:
+        epsilon, loss, _ = target.at(v)
+        return loss, 1 / epsilon if relative else arb(1)
 
-    problem = remez.Problem(m, n, target.loss, sharpness, (0.0, v_max), beyond=(3 * v_max,))
+    problem = remez.Problem(full_powers(m, n), values, (0.0, v_max), beyond=(3 * v_max,))
     found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
     return largest_error(approximant, v_max, relative), seconds
@@ -266,7 +268,7 @@ def _error(fit: minimax.Fit, loss: list[Fraction]) -> float:
     task = minimax.minimax_problem(fit.m, 0, fit.interval, fit.measure, fit.digits)
     with working(task.bits):
         a = [arb(1), arb(0), *(-arb(c.numerator) / c.denominator for c in loss)]
-        return remez.sup_error(task, a, [arb(1)], fit.points)[0]
+        return remez.sup_error(task, a, [arb(1)], fit.points)
 
 
 def _by_sollya(m: int, v_max: str) -> tuple[tuple[list[Fraction], float], tuple[list[Fraction], float]]:

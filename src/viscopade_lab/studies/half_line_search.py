@@ -31,7 +31,8 @@ import numpy as np
 import numpy.typing as npt
 
 from viscopade.approximation import half_line, inverse
-from viscopade.approximation.lacunary import Powers, Rough, Sample, rough
+from viscopade.approximation.lacunary import Powers, full_powers
+from viscopade.approximation.lawson import Rough, Sample, rough
 from viscopade.arrays import double
 from viscopade.progress import track
 
@@ -69,11 +70,6 @@ def weights(measure: str, v_star: FloatArray) -> FloatArray:
     return np.maximum(1, epsilon / loss) if measure == "both" else np.ones_like(v_star)
 
 
-def full(m: int, n: int) -> Powers:
-    """Return all powers."""
-    return Powers(tuple(range(m + 1)), tuple(range(n + 1)))
-
-
 # --- full polynomials -------------------------------------------------------------------------------------------------
 
 
@@ -85,7 +81,7 @@ def powers_of_quotients() -> Iterator[FormRow]:
         more = int(Fraction(10, 3) / r)
         sample = Sample(v_star, epsilon ** float(1 / r), np.full_like(v_star, float(r)))
         for m in range((MOST - more) // 2 + 1):
-            error = rough([full(m, m + more)], sample).error[0]
+            error = rough([full_powers(m, m + more)], sample).error[0]
             yield FormRow("power", f"(N/D)^({r})", f"[{m}/{m + more}]", 2 * m + more + 1, "relative", error, "rough")
 
 
@@ -102,7 +98,7 @@ def odds() -> Iterator[FormRow]:
         for measure in ("relative", "both"):
             weight = float(r / p) * excess / (1 + excess) * weights(measure, v_star)
             for n in range((MOST - more) // 2 + 1):
-                error = rough([full(n + more, n)], Sample(v_star, target, weight)).error[0]
+                error = rough([full_powers(n + more, n)], Sample(v_star, target, weight)).error[0]
                 form = f"(1 + {p} c v^2 (N/D)^({r}))^(-{1 / p})"
                 yield FormRow("odds", form, f"[{n + more}/{n}]", 2 * n + more + 1, measure, error, "rough")
 
@@ -115,7 +111,7 @@ def pieces() -> Iterator[FormRow]:
         t = np.concatenate([np.geomspace(1e-6, 0.01, 30)[:-1], np.linspace(0.01, 1, 150)])
         far = Sample(t, double.epsilon(border / t) * (border / t) ** (10 / 3), np.ones_like(t))
         for m, n, degree in ((1, 4, 2), (2, 5, 4), (3, 6, 5), (4, 7, 6)):
-            error = max(rough([full(m, n)], near).error[0], rough([full(degree, 0)], far).error[0])
+            error = max(rough([full_powers(m, n)], near).error[0], rough([full_powers(degree, 0)], far).error[0])
             label = f"[{m}/{n}] + {degree}, V = {border:g}"
             yield FormRow("pieces", "two pieces", label, m + n + degree + 2, "relative", error, "rough")
 
@@ -262,7 +258,7 @@ def intervals() -> Iterator[FormRow]:
             sample = Sample(s, v_star * np.sqrt(C) / s, np.ones_like(s))
             for k in range(2, MOST + 1):
                 tried = [(m, k - 1 - m) for m in range(k) if abs(2 * m - k + 1) <= 2]
-                errors = [(float(rough([full(m, n)], sample).error[0]), m, n) for m, n in tried]
+                errors = [(float(rough([full_powers(m, n)], sample).error[0]), m, n) for m, n in tried]
                 error, m, n = min(errors)
                 yield FormRow("inverse", f"v*, {name}, [{low:g}, 1]", f"[{m}/{n}]", k, "relative", error, "rough")
 

@@ -27,7 +27,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from viscopade.approximation.inverse import InverseForm
-from viscopade.approximation.lacunary import Powers, mirrored
+from viscopade.approximation.lacunary import Powers
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -57,7 +57,7 @@ def named(letter: str, exponents: Iterable[int]) -> Terms:
 
 def _mirrored(polynomial: Terms) -> Terms:
     """Return u^degree times the polynomial of 1/u."""
-    return mirrored(polynomial, polynomial[-1][0])
+    return tuple((polynomial[-1][0] - k, name) for k, name in reversed(polynomial))
 
 
 def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[str, Number]:
