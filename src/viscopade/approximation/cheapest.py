@@ -25,6 +25,7 @@ from viscopade.approximation.minimax import (
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
+from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 
 
@@ -84,8 +85,12 @@ def most_accurate(
     price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both", law: Law = VISCOELASTIC
 ) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
-    return min(_fits(price, interval, measure, law), key=lambda fit: fit.error, default=None)
+    return _most_accurate(price, *interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
+
+
+@recorded
+def _most_accurate(price: int, low: Fraction, high: Fraction | None, measure: Measure, law: Law) -> Fit | None:
+    return min(_fits(price, (low, high), measure, law), key=lambda fit: fit.error, default=None)
 
 
 def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
