@@ -168,6 +168,15 @@ def test_there_and_back_where_the_powers_are_high(epsilon):
         assert close(back.mpf()["tau_c"], there.mpf()["tau_c"], 13)
 
 
+@pytest.mark.parametrize(("law", "epsilon"), [("1/3,10", "0.999999"), ("3/2,5/2", "1e-30")])
+def test_laws_whose_epsilon_falls_slower_than_1_over_kappa(law, epsilon):
+    """The first guess is the limit of (1 - eps)/eps that is the smaller one, where Newton's method converges."""
+    found = exact.invert(epsilon, 12, law=law_of(law, "return"))
+    back = exact.collision(kappa=found.decimals()["kappa"], digits=8, law=law_of(law, "return"))
+    with mp.workdps(30):
+        assert close(back.mpf()["epsilon"], mpf(epsilon), 5)
+
+
 def test_an_epsilon_that_is_reached_too_slowly_is_refused():
     with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
         exact.invert("1e-9", 5, law=law_of("3/2,0", "return"))

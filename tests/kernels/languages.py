@@ -278,6 +278,7 @@ def of_julia_translated(_: Path, code: Code) -> Compute:
     number, kind = code.kind, "Float64" if code.form == "double" else "Float32"
     text = re.sub(r"\n {12,}", " ", re.sub(r"#.*", "", code.text))  # lines of one expression
     text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", text)
+    text = text.replace(")^", ")**")
     text = re.sub(r"return w > largest \? largest : w", "return largest if w > largest else w", text)
     text = re.sub(r"if !\((.*)\)", r"if not (\1):", text.replace("&&", "and"))
     text = re.sub(r"(\w+ = )(-?\d[\d.e+-]*)$", r"\1number(\2)", text, flags=re.M)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 
@@ -11,18 +12,20 @@ from mpmath import mp, mpf
 
 from tests import compiled
 from tests.closed_forms import nu_1, nu_2
+from tests.kernels.languages import COMPACT, TYPES, Code
 from viscopade.approximation import cheapest, inverse, minimax
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
 from viscopade.kernels import prove_law, prove_rational
-from viscopade.kernels.forms import exact_formulas
+from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.theory.law import law_of
 
+SHADERS = [target.name for target in targets() if target.place == "shader"]
 LAWS = {"hunt-crossley": nu_1, "linear": lambda kappa: nu_2(kappa / 2, "force")}
 """By name, eps of kappa in closed form."""
 
@@ -258,6 +261,42 @@ def test_inverse_kernels_of_laws_without_a_closed_form(law, d, accuracy):
     assert 0.5 * float(of.bound.bound) < max(errors) < float(of.bound.bound) <= float(accuracy)
 
 
+@cache
+def with_cube_root():
+    """A kernel in y = ((1 - eps)/eps)^(1/3), as for nu = 5/2; its coefficients are those of a ready one for nu = 1."""
+    of, law, low = inverse_kernel("hunt-crossley"), law_of("3/2,0"), Fraction(1, 64)
+    variants = []
+    for v in of.variants:
+        form = inverse.inverse_form(law, whole=False)
+        sizes = rounding_bounds.inverse_sizes(of.powers, form, low, v.a, v.b, v.form)
+        certificate = replace(v.certificate, law=law)
+        variants.append(replace(v, certificate=certificate, sizes=tuple(sizes.items())))
+    return replace(of, variants=tuple(variants), epsilon_min=low, epsilon_low=low)
+
+
+@pytest.mark.parametrize("language", [name for name, of in COMPACT.items() if of.target not in SHADERS])
+def test_roots_of_a_higher_order_in_every_language(tmp_path, language):
+    """Pow, with the errors that its bound assumes: the formula with these coefficients, but for rounding."""
+    how, of = COMPACT[language], with_cube_root()
+    text = quotients.render_inverse(target_of(how.target), [of], "viscopade export")
+    for form in (DOUBLE, FLOAT):
+        if form.name not in how.forms:
+            continue
+        (tmp_path / form.name).mkdir()
+        functions = tuple(f"{function}_{of.name}" for function in ("v_star", "v_star_from_loss"))
+        compute = how.run(tmp_path / form.name, Code(text, functions, form.name, 1))
+        kind = TYPES[form.name]
+        near_0 = np.geomspace(1e-12 if form == FLOAT else 1e-30, 0.98, 150).astype(kind)
+        given = np.concatenate([1 - near_0[near_0 > 1e-3], near_0])
+        found = compute(given)
+        bound = float(dict(of.variant(form).sizes)["v_star"].relative)
+        for x, *results in zip(given, *map(found.get, functions), strict=True):
+            with mp.workdps(40):
+                for epsilon, result in zip((mpf(float(x)), 1 - mpf(float(x))), results, strict=True):
+                    if of.epsilon_low <= float(epsilon) < 1:
+                        assert abs(mpf(float(result)) / inverted(of, form, epsilon, 1 - epsilon) - 1) <= bound
+
+
 def test_an_inverse_formula_with_another_limit_has_no_proof():
     law = law_of("hunt-crossley")
     form = inverse.inverse_form(law, whole=True)
@@ -311,10 +350,10 @@ def test_requests_that_are_refused(given, message):
         request(**{"law": "hunt-crossley"} | given).prove()
 
 
-@pytest.mark.slow
-def test_a_root_that_a_language_does_not_take():
-    with pytest.raises(ValueError, match=r"takes a root of order 3: accepted for rust are laws with v\* = kappa or"):
-        Request(law="3/2,0", inverse=("1e-3",), epsilon_min="0.3").render("rust")
+@pytest.mark.parametrize("language", SHADERS)
+def test_a_root_that_a_language_does_not_take(language):
+    with pytest.raises(ValueError, match=f"a root of order 3, and nothing is guaranteed of pow in {language}: accepted"):
+        quotients.render_inverse(target_of(language), [with_cube_root()], "viscopade export")
 
 
 def test_a_language_without_the_type():

@@ -482,11 +482,13 @@ class _Restitution:
                 return found
         with working(128):
             odds = float(self.log_odds())
-        # (1 - eps)/eps is about the larger of its limits, lambda_1 kappa and, with delayed recovery, K^nu.
+        # (1 - eps)/eps goes from lambda_1 kappa to kappa^decay, with delayed recovery K^nu: it is about the larger of
+        # both, or for decay < 1 the smaller.
         log_kappa = odds - math.log(_lambda_1(self.law))
         if self.law.decay is not None:
             log_k_of_e = 0.0 if not self.law.delayed else (1 - 1 / self.law.nu) * math.log(self.law.damping + 1)
-            log_kappa = min(log_kappa, odds / self.law.decay + log_k_of_e)
+            nearer = min if self.law.decay >= 1 else max
+            log_kappa = nearer(log_kappa, odds / float(self.law.decay) + log_k_of_e)
         elif log_kappa > -1:
             log_kappa = -1.0  # where contact still ends
         return _k_from_limits(log_kappa, self.law)

@@ -17,12 +17,13 @@ Steps 2 to 4 are arithmetic of truncated power series in balls (FLINT), which ha
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import comb, floor, log2, pi, sin
+from math import comb, e, floor, log2, pi, sin, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
@@ -38,7 +39,7 @@ from viscopade.theory.law import VISCOELASTIC, Law, law_of
 if TYPE_CHECKING:
     from mpmath import mp
 
-GUARD_BITS = 16
+GUARD_BITS = 8
 # Two attempts usually suffice; this many mean that a coefficient is exactly zero.
 MAX_ATTEMPTS = 20
 
@@ -172,21 +173,27 @@ def g_coefficients(order: SupportsIndex, digits: SupportsIndex = 30, law: Law | 
 
 
 class MeetingPoint(NamedTuple):
-    """The r at which the Taylor series around r = 0 and r = 1 meet, and the bits that a term gains at least."""
+    """The r at which the Taylor series around r = 0 and r = 1 meet, and the bits that a term gains in the limit."""
 
     r: Fraction
     bits_per_term: float
 
     @classmethod
-    def of(cls, n_a: int) -> MeetingPoint:
-        """Return where both converge about equally fast.
+    def of(cls, n_a: int, orders_per_term: float = 0.0) -> MeetingPoint:
+        """Return where the last terms of both are about equal in the last order.
 
-        The nearest singularities, the roots of r^n_a = 1, are at distance 1 of r = 0 and 2 sin(pi/n_a) of r = 1.
-        For n_a = 5 the series meet at 15/32; they converge like 0.469^j and ((17/32)/1.176)^j = 0.452^j.
+        The nearest singularities, the roots of r^n_a = 1, are at distance 1 of r = 0 and R = 2 sin(pi/n_a) of r = 1.
+        But for a common factor term j of g_n is like r^j on the inner side and, with a = 1 - r, like
+        (a/R)^(j + n/2) R^-n on the outer one. For n_a = 5, n much below j, they meet at 0.46.
         """
         radius = 2 * sin(pi / max(n_a, 2))
-        r = Fraction(round(32 / (1 + radius)), 32)
-        return cls(r, floor(-100 * log2(max(float(r), float(1 - r) / radius))) / 100)
+
+        def inner_is_larger(i: int) -> bool:
+            r = i / 1024
+            return bool(r * radius / (1 - r) * sqrt(radius**3 / (1 - r)) ** orders_per_term > 1)
+
+        r = Fraction(bisect_left(range(1024), True, key=inner_is_larger), 1024)
+        return cls(r, floor(-1000 * log2(float(r))) / 1000)
 
 
 @dataclass(frozen=True)
@@ -202,14 +209,18 @@ class Effort:
 
         The singularities at the roots of unity grow by one power an order, so Taylor coefficient j of g_n is
         larger than that of g_0 by about j^n/n!, and an order costs about log2(1 + terms/orders) bits of truncation.
-        The larger nu, the faster fall the h_k, and the more bits an order costs; below 3/2, the fewer.
+        The larger nu above 5/3, the faster fall the h_k, and the more bits an order costs; for 1 <= nu < 3/2 an order
+        costs fewer.
         """
         nu = float(law.nu)
-        shrinking = min(max(6.0 * (nu - 5 / 3), 0.0), 2.0) if nu > 1.5 else max(4.5 * (nu - 1.5), -0.6)
-        bits = bits_for(digits) + GUARD_BITS + shrinking * orders
-        lost = orders * (log2(1 + bits / max(orders, 1)) + 0.4)
-        terms = int((bits + lost) / MeetingPoint.of(law.n_a).bits_per_term) + 8
-        return cls(int(bits + 2.2 * orders) + terms.bit_length() + 8, terms)
+        falling = min(max(6.0 * (nu - 5 / 3), 0.0), 1.6) if nu >= 1 else 2.5
+        saved = 0.8 if 1 <= nu < 1.5 else 0.0
+        needed = bits_for(digits) + GUARD_BITS
+        terms = needed
+        for _ in range(4):
+            lost = orders * (log2(1 + terms / max(orders, 1)) + 0.5 + falling - saved)
+            terms = int((needed + lost) / MeetingPoint.of(law.n_a, orders / terms).bits_per_term) + 8
+        return cls(int(needed + (1.1 + 0.4 * falling) * orders) + 22, terms)
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
@@ -219,8 +230,9 @@ class Effort:
 
 def _enclosed(compute: Callable[[Effort], tuple[arb, ...]], orders: int, digits: int, law: Law) -> tuple[arb, ...]:
     """Compute with growing effort until every enclosure determines its decimal to `digits` digits."""
-    bits_per_term = MeetingPoint.of(law.n_a).bits_per_term
     effort = Effort.guess(orders, digits, law)
+    bits_per_term = MeetingPoint.of(law.n_a, orders / effort.terms).bits_per_term
+    bits_per_term -= log2(e) * orders / (orders + effort.terms)  # what an order costs grows with the terms
     for _ in range(MAX_ATTEMPTS):
         try:
             balls = compute(effort)
@@ -252,7 +264,7 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
     inner side, r = b y, all of g_n is expanded; on the outer side, 1 - r = a y, g_n = y^((n+1)/2) f_n(y) and f_n is.
     The two meet at y = 1, a + b = 1 (`MeetingPoint`).
     """
-    algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.of(n_a).r
+    algebra, meeting = Wiener(effort.bits, effort.terms), MeetingPoint.of(n_a, order / effort.terms).r
     inner, outer = _Inner(algebra, meeting, n_a, n_b), _Outer(algebra, meeting, n_a, n_b)
     values = [(1 << effort.bits, 0)]
     for n in track(range(1, order + 1), "perturbation orders"):
@@ -430,15 +442,18 @@ def _h(order: int, effort: Effort, law: Law) -> tuple[arb, ...]:
             factor_ball = ball_of(end_coefficient * (2 / (law.elastic + 1)) ** j)
             exponent = 1 + law.e * j
             power = _padded((log_eps0 * ball_of(exponent)).exp(), orders + 1)
+            vanishing = _vanishing(exponent, law)
             for n in range((order - law.n_a * j) // law.d + 1):
-                if not _vanishes(exponent, n, law):
+                if n != vanishing:
                     h[law.n_a * j + law.d * n] += factor_ball * power[n]
         return tuple(h)
 
 
-def _vanishes(exponent: Fraction, n: int, law: Law) -> bool:
-    """Whether the coefficient of kappa^n in eps0^exponent is exactly 0, as it may be for nu > 2.
+def _vanishing(exponent: Fraction, law: Law) -> Fraction | None:
+    """Return the n for which the coefficient of kappa^n in eps0^exponent is exactly 0, as it may be for nu > 2.
 
-    By Lagrange's inversion it is a multiple of [nu^n] exp(-(exponent + n c) Lambda(nu))/(exponent + n c), Lambda odd.
+    By Lagrange's inversion it is a multiple of [nu^n] exp(-(exponent + n c) Lambda(nu))/(exponent + n c), Lambda odd:
+    of an odd function without its first power if exponent + n c = 0 and n is even.
     """
-    return n > 0 and n % 2 == 0 and exponent + n * law.c == 0
+    n = -exponent / law.c if law.c else None
+    return n if n is not None and n > 0 and n % 2 == 0 else None

@@ -90,6 +90,7 @@ class FunctionText:
     call: str = "{function}_{name}({given})"
     outside: str = "They return NaN for an argument outside the domain, and for NaN."
     mathematics: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
+    power: str = ""  # {base}, {p}, {type}, {suffix}: base^p; "" where nothing is assumed of its accuracy
     file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
     apart: int = 0  # lines between functions, besides one
 

@@ -27,6 +27,10 @@ from viscopade.kernels.targets.wording import Named, comment, distinct, lacunary
 
 _INDENT = 34  # columns that assignments need besides the expression
 _QUOTIENT_ULPS = 2.5  # of a quotient in a shader, by the standards
+_IN_SHADERS = (
+    "A shader may round sums and products to either neighbour: the rounding is up to twice that stated, which is that "
+    "of IEEE 754"
+)
 _ROOT_ULPS = 9.0  # of v*, which goes like up to y^2, by a root: 2 for 1/sqrt(x) and one quotient
 
 
@@ -53,7 +57,7 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
     functions = [part for kernel in chosen for part in _in_types(target, kernel, partial(_of_v_star, kernel))]
     calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
-    in_shaders = f"The quotient in a shader may add {added} eps to the rounding stated, which is that of IEEE 754."
+    in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
     ends = [
         f"v* = {_domain(kernel, number.form)[1]:.3g} in type {number.type}"
         for kernel in chosen
@@ -66,13 +70,13 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
 def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: str, module: str = "viscopade") -> str:
     """Return the text of a file with functions of eps, and of 1 - eps, for each kernel of another law than the paper's.
 
-    Parameters and errors are those of `render`; a root of an order above 2 is refused.
+    Parameters and errors are those of `render`; a root of an order above 2 is refused where nothing is known of pow.
     """
     for kernel in kernels:
-        if kernel.root < Fraction(1, 2):
+        if kernel.root < Fraction(1, 2) and not target.written.power:
             raise ValueError(
-                f"{kernel.name} takes a root of order {kernel.root.denominator}: accepted for {target.name} are laws "
-                "with v* = kappa or kappa^(1/2)"
+                f"{kernel.name} takes a root of order {kernel.root.denominator}, and nothing is guaranteed of pow in "
+                f"{target.name}: accepted for it are laws with v* = kappa or kappa^(1/2)"
             )
     functions = [part for kernel in kernels for part in _in_types(target, kernel, partial(_of_epsilon, kernel))]
     calls = [
@@ -85,9 +89,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
     ]
     root = max((_ROOT_ULPS for kernel in kernels if kernel.root < 1), default=0.0)
     added = f"{(2 * _QUOTIENT_ULPS + root) * FLOAT.epsilon:.1g}"
-    in_shaders = (
-        f"Quotients and roots in a shader may add {added} v* to the rounding stated, which is that of IEEE 754."
-    )
+    in_shaders = f"{_IN_SHADERS}, and quotients and roots may add {added} v*."
     ends = [
         f"eps = {float(_least_epsilon(kernel, number.form)):.3g} in type {number.type}"
         for kernel in kernels
@@ -223,6 +225,8 @@ def _text(target: Target, name: str, number: Number, function: _Function) -> str
     syntax = number.syntax
     if written.mathematics:
         syntax = syntax._replace(function=lambda name: written.mathematics.format(name=name, suffix=number.suffix))
+    power = written.power.format(base="{base}", p="{p}", type=number.type, suffix=number.suffix)
+    syntax = syntax._replace(power=power)
     statements = [(name, text(expression, syntax)) for name, expression in function.program]
     lines = [
         *(

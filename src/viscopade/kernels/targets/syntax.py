@@ -16,10 +16,11 @@ def _as_it_is(text: str) -> str:
 
 
 class Syntax(NamedTuple):
-    """Syntax of a language: its functions and literals."""
+    """Syntax of a language: its functions and literals, and x^p if pow is no function: a pattern of {base} and {p}."""
 
     function: Callable[[str], str] = _as_it_is
     literal: Callable[[str], str] = _as_it_is
+    power: str = ""
 
 
 MATH_MODULE = Syntax(lambda name: f"math.{name}")
@@ -41,6 +42,8 @@ def text(expression: Expression, syntax: Syntax) -> str:
             return name
         case Literal(number):
             return syntax.literal(number)
+        case Call("pow", (base, p)) if syntax.power:
+            return syntax.power.format(base=text(base, syntax), p=text(p, syntax))
         case Call(function, arguments):
             return f"{syntax.function(function)}({', '.join(text(part, syntax) for part in arguments)})"
         case Operation(symbol, left, right):

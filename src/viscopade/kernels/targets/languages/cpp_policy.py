@@ -38,6 +38,7 @@ TARGET = Target(
         "if (!({given} >= {low} && {given} <= {high})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
         "}}\n\n#endif",
         "viscopade::{function}_{name}({given})",
+        power="std::pow({base}, {p})",
         file="{head}\n\n#include <cmath>\n#include <limits>\n\nnamespace viscopade {{\n\n{functions}\n\n"
         "}} // namespace viscopade\n",
     ),

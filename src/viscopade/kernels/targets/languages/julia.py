@@ -34,6 +34,7 @@ TARGET = Target(
         "if !({given} >= {low} && {given} <= {high})\n    return {type}(NaN)\nend",
         "end",
         file="{head}\n\nmodule Viscopade\n\n{functions}\n\nend\n",
+        power="({base})^{p}",
     ),
     include='include("{file}")',
     qualifier="{module}.",
