@@ -76,8 +76,7 @@ def cheapest_fit(
     errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure, law)]
     raise ValueError(
         f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
-        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter"
-        " interval"
+        f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter interval"
     )
 
 
@@ -104,11 +103,11 @@ def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
 
 
 @lru_cache(maxsize=256)
-def _fits(price: int, interval: Interval, measure: Measure, law: Law) -> list[Fit]:
+def _fits(price: int, interval: Interval, measure: Measure, law: Law) -> tuple[Fit, ...]:
     """Return the best approximants of a cost, of those degrees for which there is a good one."""
     found = list[Fit]()
     for m, n in _candidates(interval, law):
         if cost(m, n) == price:
             with suppress(ValueError):  # no best approximant, or no good one
                 found.append(_fit(m, n, interval, measure, TABLE_DIGITS, law))
-    return found
+    return tuple(found)

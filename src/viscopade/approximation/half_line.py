@@ -94,8 +94,7 @@ def fit_half_line(powers: Powers, measure: Measure = "relative") -> LacunaryFit:
         epsilon, loss, loss_ratio = exact.at(y * y * y)
         return loss_ratio / epsilon / exact.c, epsilon if measure == "both" and epsilon > loss else loss
 
-    coordinate, sample = Coordinate(half_line=True), half_line_sample(measure)
-    return lawson.best(powers, values, _Y_MAX, coordinate, exact.c, sample=sample)
+    return lawson.best(powers, values, _Y_MAX, Coordinate(half_line=True), exact.c, sample=half_line_sample(measure))
 
 
 @lru_cache(maxsize=2)

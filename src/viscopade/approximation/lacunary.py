@@ -40,11 +40,6 @@ class Powers:
         return self.bottom[-1]
 
     @property
-    def full(self) -> bool:
-        """Whether all powers up to the degrees occur."""
-        return self == full_powers(self.m, self.n)
-
-    @property
     def coefficients(self) -> int:
         """Number of free coefficients."""
         return len(self.top) + len(self.bottom) - 1

@@ -121,10 +121,10 @@ class _Grid:
         self.steps = [Fraction(2) ** (math.frexp(float(c))[1] - form.precision) for c in self.centre]
 
     def _nearest(self, place: tuple[int | None, int | None], number: Fraction) -> Fraction:
-        i, j = place
         try:
             return Fraction(self.form.nearest(number))
         except ValueError as error:
+            i, j = place
             name = f"b_{j}" if i is None else f"a_{i}"
             raise ValueError(f"{self.best.label} on {_shown(self.best.interval)}: {name} = {error}") from None
 

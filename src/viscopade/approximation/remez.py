@@ -286,7 +286,7 @@ def _references(problem: Problem, start: Sequence[float] | None) -> Iterator[lis
     if problem.known.level < problem.least_error:
         raise TooAccurate(problem.known.level, problem.digits)
     powers = problem.powers
-    if powers.full and min(powers.m, powers.n) >= 1:
+    if powers == full_powers(powers.m, powers.n) and min(powers.m, powers.n) >= 1:
         lower = replace(problem, powers=full_powers(powers.m - 1, powers.n - 1))
         _refuse_if_not_attained(problem, lower)
         yield from _from_lower_degrees(problem, lower)

@@ -40,7 +40,7 @@ MAX_ATTEMPTS = 6
 LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
 
 
-class Portions(NamedTuple):
+class TargetValues(NamedTuple):
     """Values of eps, 1 - eps and (1 - eps)/v*^d, which at v* = 0 is the limit -h_d."""
 
     epsilon: arb
@@ -56,19 +56,19 @@ class _ExactPanel:
     half_width: Fraction
     polynomials: tuple[arb_poly, ...]
 
-    def at(self, v_star: arb, d: int, folds: int = 0) -> Portions:
+    def at(self, v_star: arb, d: int, folds: int = 0) -> TargetValues:
         """Return the values at v*; 8^folds times smaller v* are on the panel, for which eps is 2^(10 folds) larger."""
         z = (v_star * arb(2) ** (-PERIOD * folds) - ball_of(self.centre)) / ball_of(self.half_width)
         values = [polynomial(z).mid() for polynomial in self.polynomials]
         if len(values) == 1:
             (loss_ratio,) = values
             loss = (loss_ratio * v_star**d).mid()
-            return Portions((1 - loss).mid(), loss, loss_ratio)
+            return TargetValues((1 - loss).mid(), loss, loss_ratio)
         epsilon, loss = values
         if folds:
             epsilon = (epsilon * arb(2) ** (-10 * folds)).mid()
             loss = (1 - epsilon).mid()
-        return Portions(epsilon, loss, (loss / v_star**d).mid())
+        return TargetValues(epsilon, loss, (loss / v_star**d).mid())
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class ExactEpsilon:
         with working(bits_for(self.digits) + 64):
             return self.at(arb(0)).loss_ratio
 
-    def at(self, v_star: arb) -> Portions:
+    def at(self, v_star: arb) -> TargetValues:
         """Return eps, 1 - eps and (1 - eps)/v*^d."""
         near = float(v_star)
         if not near >= 0:
@@ -97,7 +97,7 @@ class ExactEpsilon:
             index, folds = panels.index_of(near)
             return _table_panel(index).at(v_star, self.law.d, folds)
         if (far := _far_epsilon(v_star, self.digits, self.law)) is not None:
-            return Portions(far, (1 - far).mid(), ((1 - far) / v_star**self.law.d).mid())
+            return TargetValues(far, (1 - far).mid(), ((1 - far) / v_star**self.law.d).mid())
         return _made_panel(near, self.digits, self.law).at(v_star, self.law.d)
 
 
