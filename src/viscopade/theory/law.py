@@ -91,7 +91,7 @@ class Law:
         factors = (f"{name}^({power})" if power != 1 else name for name, power in powers.items() if power)
         return "c " + " ".join(factors)
 
-    @property
+    @cached_property
     def nu(self) -> Fraction:
         """(a + 1)/(b + 1), the only parameter that eps as a function knows (section 2.9)."""
         return (self.elastic + 1) / (self.damping + 1)
@@ -116,12 +116,12 @@ class Law:
         """M (a + 1) and m (b + 1), a multiple of n_a and n_b."""
         return int(self.m * (self.elastic + 1)), int(self.m * (self.damping + 1))
 
-    @property
+    @cached_property
     def delayed(self) -> bool:
         """Whether the force vanishes before x = 0, and contact ends there (eq:tEndAdvanced)."""
         return self.end == "force" and self.nu > 1
 
-    @property
+    @cached_property
     def d(self) -> int:
         """Eps is a power series in v* = kappa^(1/d): 2 for the paper's law, v* = kappa^(1/2)."""
         return self.n_a - self.n_b if self.delayed else 1
