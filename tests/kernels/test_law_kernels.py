@@ -352,7 +352,9 @@ def test_requests_that_are_refused(given, message):
 
 @pytest.mark.parametrize("language", SHADERS)
 def test_a_root_that_a_language_does_not_take(language):
-    with pytest.raises(ValueError, match=f"a root of order 3, and nothing is guaranteed of pow in {language}: accepted"):
+    with pytest.raises(
+        ValueError, match=f"a root of order 3, and nothing is guaranteed of pow in {language}: accepted"
+    ):
         quotients.render_inverse(target_of(language), [with_cube_root()], "viscopade export")
 
 

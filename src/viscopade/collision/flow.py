@@ -399,31 +399,19 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
     return u
 
 
-class _Powers:
-    """Coefficients of powers of r, one after the other, in units of 2^-bits."""
+def _powers(
+    wanted: Sequence[int], r: list[int]
+) -> tuple[dict[int, list[int]], list[tuple[list[int], list[int] | None]]]:
+    """Return lists for the coefficients of powers of r, and how those above 1 are found, ascending.
 
-    def __init__(self, wanted: Sequence[int], r: list[int], bits: int) -> None:
-        self.bits, self.r = bits, r
-        self.of: dict[int, list[int]] = {0: [], 1: r}
-        needed = set(wanted)
-        for power in range(max(wanted), 1, -1):
-            if power in needed:
-                needed.add(power - 1 if power % 2 else power // 2)
-        self.of |= {power: [] for power in needed - {0, 1}}
-        self.order = sorted(needed - {0, 1})
-
-    def advance(self, j: int) -> None:
-        """Append coefficient j of all powers but r itself, whose is known."""
-        self.of[0].append(0 if j else 1 << self.bits)
-        for power in self.order:
-            if power % 2:
-                value = sum(map(mul, self.of[power - 1], self.r[j::-1]))
-            else:
-                root, half = self.of[power // 2], (j + 1) // 2
-                value = 2 * sum(map(mul, root[:half], root[j : j - half : -1])) if half else 0
-                if j % 2 == 0:
-                    value += root[j // 2] ** 2
-            self.of[power].append(value >> self.bits)
+    Each comes with the list of the half power if it is a square, or else with None and is r times the power before.
+    """
+    needed = set(wanted)
+    for power in range(max(wanted), 1, -1):
+        if power in needed:
+            needed.add(power - 1 if power % 2 else power // 2)
+    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power in needed - {0, 1}}
+    return of, [(of[power], None if power % 2 else of[power // 2]) for power in sorted(needed - {0, 1})]
 
 
 def _one_by_one(
@@ -431,13 +419,25 @@ def _one_by_one(
 ) -> list[int]:
     """Compare coefficients: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
     u, r, y = [start, slope], [(1 << bits) - start, -slope], [slope]
-    powers = _Powers(motion.factors, r, bits)
-    s, spring, drag = (powers.of[power] for power in motion.factors)
+    of, steps = _powers(motion.factors, r)
+    s, spring, drag = (of[power] for power in motion.factors)
+    one, alone = of[0], motion.d >= 0  # whether the damping has no power of r
     v: list[int] = []
     (stiffness, stiff), (damper, damp) = elastic, viscous
     for j in range(terms - 2):
-        powers.advance(j)
-        damping = y[j] if motion.d >= 0 else sum(map(mul, drag, reversed(y))) >> bits
+        one.append(0 if j else 1 << bits)
+        half = (j + 1) // 2
+        below = r
+        for power, root in steps:
+            if root is None:
+                value = sum(map(mul, below, r[j::-1]))
+            else:
+                value = 2 * sum(map(mul, root[:half], root[j : j - half : -1])) if half else 0
+                if j % 2 == 0:
+                    value += root[half] ** 2
+            power.append(value >> bits)
+            below = power
+        damping = y[j] if alone else sum(map(mul, drag, reversed(y))) >> bits
         v.append(_shifted(stiffness * spring[j], stiff) + _shifted(damper * damping, damp))
         u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))
         r.append(-u[-1])
