@@ -15,7 +15,7 @@ import pytest
 
 from viscopade import store
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels import prove_lacunary, prove_rational
+from viscopade.kernels import prove_rational
 from viscopade.kernels.forms.speed_table import RowBounds, Table, table_rows
 from viscopade.kernels.prove_lacunary import half_line_kernel
 
@@ -156,7 +156,6 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch, cache):
         raise AssertionError("made")
 
     for module, name in (
-        (prove_lacunary.certificate, "prove_to_infinity"),
         (prove_rational.certificate, "prove"),
         (Table, "row"),
     ):

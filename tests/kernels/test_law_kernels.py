@@ -17,8 +17,9 @@ from viscopade.approximation import cheapest, inverse, minimax
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
-from viscopade.kernels import prove_law, prove_rational
+from viscopade.kernels import certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
+from viscopade.kernels.reference import reference_of
 from viscopade.kernels.requests import Request
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.languages import target as target_of
@@ -302,7 +303,7 @@ def test_an_inverse_formula_with_another_limit_has_no_proof():
     form = inverse.inverse_form(law, whole=True)
     wrong = LacunaryQuotient(Powers((0, 1), (0, 1)), (Fraction(3, 2), Fraction(1)), (Fraction(1), Fraction(-1)))
     with pytest.raises(ArithmeticError, match="no bound was found"):
-        prove_law.prove_inverse_by_panels(exact_formulas.inverse_formula(wrong, form), form, law, Fraction(0))
+        certificate.prove_inverse(exact_formulas.inverse_formula(wrong, form), Fraction(0), reference_of(law))
 
 
 def test_inverse_vectors_are_exact():
@@ -365,10 +366,10 @@ def test_a_language_without_the_type():
 
 
 def test_too_far_for_a_proof():
+    law = law_of("linear")
+    formula = exact_formulas.quotient_formula((Fraction(1),), (Fraction(1), Fraction(1)), law)
     with pytest.raises(ArithmeticError, match="proofs for the law 1,0 end at"):
-        prove_rational._certified(
-            (Fraction(1),), (Fraction(1), Fraction(1)), (Fraction(0), Fraction(10**8)), "both", law_of("linear")
-        )
+        certificate.prove(formula, Fraction(0), Fraction(10**8), "both", reference_of(law))
 
 
 @pytest.mark.parametrize("order", [1, -1])

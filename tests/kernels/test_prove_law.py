@@ -9,7 +9,7 @@ from mpmath import mp
 
 from tests.closed_forms import nu_1
 from viscopade.kernels import prove_rational
-from viscopade.kernels.prove_law import error_up_to
+from viscopade.kernels.prove_rational import error_up_to
 from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
 

@@ -132,7 +132,7 @@ def pade_command(
     p = pade(m, m + of.excess if n is None else n, digits, of)
     bound = None
     if v_star_max is not None:
-        from viscopade.kernels.prove_law import error_up_to
+        from viscopade.kernels.prove_rational import error_up_to
 
         bound = error_up_to(p.a, p.b, of, v_star_max)
         fields |= {"v_star_max": v_star_max, "proven_error": bound}

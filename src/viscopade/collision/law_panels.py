@@ -53,13 +53,14 @@ _LEAST = 2.0**-20  # for larger d
 class Course(NamedTuple):
     """v*, eps and (1 - eps)/v*^d as series, whose coefficients hold for every true collision on the panel.
 
-    `root` is v*/z on the panel at the origin, and v* on all others.
+    v* = root stem^power: stem is y on the panel at the origin, and 1 on all others.
     """
 
     v_star: arb_series
     epsilon: arb_series
     loss_ratio: arb_series
     root: arb_series
+    stem: arb_series
 
 
 class LawPanel(NamedTuple):
@@ -83,19 +84,23 @@ class LawPanel(NamedTuple):
         """Bound the relative error of the approximate P/F, as its logarithm."""
         return -(1 - self.loading.error - self.unloading.error).log()
 
-    def course(self, z: arb_series, true: bool = True) -> Course:
-        """Return the course at z, a series or a ball; the approximate one if not `true`. To be called in `working`."""
-        law, power = self.law, self.law.d if self.origin else 0
+    def course(self, y: arb_series, power: int = 1, true: bool = True) -> Course:
+        """Return the course at z = y^power on the panel at the origin, at z = y on others. To be called in `working`.
+
+        If not `true`, it is the approximate one.
+        """
+        z, stem = (y**power, y) if self.origin else (y, y * 0 + 1)
+        law, order = self.law, self.law.d if self.origin else 0
         f, p = (
             _at(e.slope, z) / _at(e.step, z) * (arb(1, e.error) if true else 1) for e in (self.loading, self.unloading)
         )
-        reduced = _at(arb_poly(self.k.poly().coeffs()[power:]), z)  # k/z^power
+        reduced = _at(arb_poly(self.k.poly().coeffs()[order:]), z)  # k/z^order
         epsilon = p / f
         scale = rational_power(2 * ball_of(law.n_b / (law.damping + 1)), 1 / law.nu - 1)
         root = power_of_series(reduced * scale * power_of_series(f, 2 * law.c), Fraction(1, law.d))
         v_star = root * (z if self.origin else 1)
         if not self.work:
-            return Course(v_star, epsilon, (1 - epsilon) / v_star**law.d, root)
+            return Course(v_star, epsilon, (1 - epsilon) / v_star**law.d, root, stem)
         lost = sum((_at(top, z) / _at(bottom, z) for top, bottom in self.work), z * 0)
         if law.delayed:
             inner = (
@@ -105,7 +110,7 @@ class LawPanel(NamedTuple):
             )
             lost = lost + inner * (z**law.n_b if self.origin else 1)
         loss_ratio = lost / (scale * power_of_series(f, 2 * law.c + 2) * (1 + epsilon))
-        return Course(v_star, epsilon, loss_ratio, root)
+        return Course(v_star, epsilon, loss_ratio, root, stem)
 
 
 def _at(polynomial: arb_poly, z: arb_series) -> arb_series:

@@ -6,7 +6,6 @@ __all__ = [
     "expressions",
     "names",
     "prove_lacunary",
-    "prove_law",
     "prove_rational",
     "registry",
     "registry_arrays",

@@ -1,9 +1,9 @@
 r"""Sup-norm certificates: proof of a bound of |R(v*) - eps(v*)| in a measure, for every v* of an interval.
 
-The exact function is known on panels as polynomials with a proven error (`panel_proof`). Each panel is cut into equal
+The exact function is known on panels, as power series with a proven error (`reference`). Each panel is cut into equal
 parts; on a part the deviation is a Taylor polynomial in -1 <= t <= 1 whose last coefficient is enclosed for the whole
 part (Lagrange's remainder), so that the sum of the absolute values is a bound. Parts are halved until the bound is as
-small as wanted. Beyond the panels the kernel's limit is compared with that of eps.
+small as wanted. Beyond the panels the kernel's limit is compared with that of eps, in the same way.
 
 What is bounded is the kernel's formula (`enclosure.Formula`), evaluated on power series. There is no quotient by a
 series that may vanish, nor a root of one, so a bound is also a proof that there is no pole.
@@ -11,44 +11,29 @@ series that may vanish, nor a root of one, so a bound is also a proof that there
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 from flint import arb, arb_series
 
-from viscopade.approximation.measure import Measure
-from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.balls import ball_of, rational_power, working
 from viscopade.arithmetic.decimals import rounded_up
-from viscopade.arrays import double
-from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
-from viscopade.collision import panel_proof
-from viscopade.kernels.enclosure import Formula, polynomial
+from viscopade.collision import exact
+from viscopade.collision.law_panels import power_of_series
+from viscopade.kernels.enclosure import Formula
+from viscopade.kernels.reference import ENDS, TABLE, Reference, Stretch, reference_of
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law
 
 AnyMeasure = Literal["both", "relative", "speed", "derivative"]
+Functions = Callable[[arb_series], list[arb_series]]
 
-BITS = 192
 ORDER = 12  # of the Taylor polynomials on a part
 FEWEST_PARTS = 4
-MOST_PARTS = 1 << 9
-TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
-
-
-@dataclass(frozen=True)
-class Part:
-    """A piece of a panel: centre and half width in the panel's z, |z| <= 1."""
-
-    panel: int
-    centre: Fraction
-    half: Fraction
-
-
-def _v_star(panel: int, z: Fraction) -> Fraction:
-    return Fraction(float(CENTRES[panel])) + Fraction(float(HALF_WIDTHS[panel])) * z
+DIGITS_OF_END = 25
+EXACT = 2.0**-60  # a formula whose limit is off by less has the right one
 
 
 @dataclass(frozen=True)
@@ -80,283 +65,198 @@ class Certificate:
 
     def record(self) -> dict[str, object]:
         """Return the certificate as JSON-able data; ends of the interval as exact fractions "p/q"."""
-        slopes = [rounded_up(_slope_error(panel)) for panel, _ in self.parts] if self.measure == "derivative" else None
-        if self.law == VISCOELASTIC:
-            reference: dict[str, object] = {"reference": DATA, "reference_error": panel_proof.proven_error().hex()}
-        else:
-            reference = {"law": str(self.law), "end": self.law.end, "reference": "viscopade.collision.law_panels"}
         return {
             "measure": self.measure,
             "v_star_min": str(self.low),
             "v_star_max": None if self.high is None else str(self.high),
             "bound": self.bound,
-            **reference,
-            **({"slope_errors": slopes} if slopes else {}),
+            **reference_of(self.law).record(self.measure, [panel for panel, _ in self.parts]),
             "parts": self.parts,
         }
 
 
-def prove(formula: Formula, low: Fraction, high: Fraction, measure: Measure = "both") -> Certificate:
+def prove(
+    formula: Formula,
+    low: Fraction,
+    high: Fraction | None,
+    measure: AnyMeasure = "both",
+    reference: Reference = TABLE,
+) -> Certificate:
     """Prove a bound of the deviation on low <= v* <= high that is tight to about its printed digits.
+
+    Parameters
+    ----------
+    formula : Formula
+    low, high : Fraction
+        Interval of v*; None is infinity, for a formula with a limit.
+    measure : str
+        As in `Certificate`, but not "speed": see `prove_inverse`.
+    reference : Reference
+        Of the law.
 
     Raises
     ------
     ValueError
-        If the interval is no such thing.
+        If the interval is no such thing, or the force of the law is attractive.
     ArithmeticError
-        If there is no bound: the formula has a pole in the interval, or comes too close to one.
+        If there is no bound: the formula has a pole in the interval, or comes too close to one, or the law's panels do
+        not reach so far.
     """
-    if measure == "both" and low == 0 and not formula.has("loss_ratio"):
-        raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
-    return _prove(formula, low, high, measure)
+    if measure == "both" and not formula.has("loss_ratio"):
+        raise ValueError("1 - R must vanish like v*^d where the deviation is measured relative to 1 - eps")
+    proof = _Proof(formula, measure, reference)
+    with working(reference.bits, ORDER + 1):
+        if high is None:
+            return proof.and_beyond(proof.on_panels(low, proof.end()))
+        return proof.on_panels(low, high)
 
 
-def _prove(formula: Formula, low: Fraction, high: Fraction, measure: AnyMeasure) -> Certificate:
-    limits = list(panels_of(low, high))
-    number = [FEWEST_PARTS] * len(limits)
-    bounds = [_on_panel(formula, limits[i], FEWEST_PARTS, measure) for i in track(range(len(limits)), "proof")]
-    while True:
-        worst = max(range(len(limits)), key=lambda i: float(bounds[i]))
-        finer = _on_panel(formula, limits[worst], 2 * number[worst], measure)
-        if finer > bounds[worst] * TIGHT and finer.is_finite():
-            break
-        if number[worst] >= MOST_PARTS:
-            panel = limits[worst][0]
-            raise ArithmeticError(
-                f"no bound was found near v* = {float(_v_star(panel, Fraction(0))):.6g}: is it a pole?"
-            )
-        bounds[worst], number[worst] = finer, 2 * number[worst]
-    parts = tuple((panel, n) for (panel, _, _), n in zip(limits, number, strict=True))
-    return Certificate(measure, low, high, max((rounded_up(bound) for bound in bounds), key=Fraction), parts)
-
-
-def prove_to_infinity(formula: Formula, measure: Measure = "both") -> Certificate:
-    """Prove a bound of the deviation for all v* >= 0; errors as for `prove`."""
-    on_panels = prove(formula, Fraction(0), panel_proof.END, measure)
-    with working(BITS):
-        end = ball_of(panel_proof.END)
-        u = _from_zero((1 / end).root(formula.power))
-        ratio = formula.limit(u=u, w=u**formula.power) / panel_proof.asymptotic_factor()
-        return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
-
-
-def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
-    """Prove a bound of the relative error of v*(eps) for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
+def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0), reference: Reference = TABLE) -> Certificate:
+    """Prove a bound of the relative error of v* = y^k N/D for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
 
     Errors as for `prove`. The certificate's interval is one of v*, which covers that of eps.
     """
-    if epsilon_min:
-        return _prove(formula, Fraction(0), _speed_beyond(epsilon_min), "speed")
-    on_panels = _prove(formula, Fraction(0), panel_proof.END, "speed")
-    with working(BITS):
-        end = ball_of(panel_proof.END)
-        largest = (
-            2 * panel_proof.asymptotic_factor() / (end**10).root(3)
-        ).abs_upper()  # of eps, as `tail` is below ln 2
-        survives = 1 - arb(largest / 2, (largest / 2).abs_upper())
-        u = _from_zero((largest / (1 - largest)).root(2 * formula.power))
-        ratio = formula.limit(u=u) * (survives / panel_proof.asymptotic_factor()) ** (arb(3) / 10)
-        return _and_beyond(on_panels, ratio * arb(0, panel_proof.tail(end)).exp())
+    proof = _Proof(formula, "speed", reference)
+    with working(reference.bits, ORDER + 1):
+        high = _v_star_beyond(reference.law, epsilon_min) if epsilon_min else None
+        end = high or proof.end()
+        if high and high > ENDS[0] and reference.law.nu == 1:  # whose limit is sharp from there on
+            end = Fraction(ENDS[0])
+        found = proof.on_panels(Fraction(0), end)
+        return found if end == high else replace(proof.and_beyond(found, epsilon_min), high=high)
 
 
-def prove_derivative(formula: Formula, low: Fraction, high: Fraction) -> Certificate:
-    """Prove a bound of the relative error of d eps/d v* on low <= v* <= high; errors as for `prove`."""
-    return _prove(formula, low, high, "derivative")
-
-
-def _speed_beyond(epsilon_min: Fraction) -> Fraction:
+def _v_star_beyond(law: Law, epsilon_min: Fraction) -> Fraction:
     """Return a v* whose eps is certainly below epsilon_min, by a little."""
-    v_star = Fraction(float(double.v_star_from(float(epsilon_min)))) * (1 + Fraction(1, 2**40))
-    *_, (panel, _, end) = panels_of(Fraction(0), v_star)
-    if panel_proof.panel_rows()["epsilon", panel](end) * (1 + Fraction(1, 2**50)) > epsilon_min:
+    near = exact.invert(epsilon_min, DIGITS_OF_END, law=law).v_star
+    v_star = Fraction(float(near.mid())) * (1 + Fraction(1, 2**40))
+    if not exact.collision(v_star, DIGITS_OF_END, law=law).epsilon < ball_of(epsilon_min):
         raise ArithmeticError(f"no v* with eps = {float(epsilon_min):g} was found")
     return v_star
 
 
-def _and_beyond(on_panels: Certificate, ratio: arb) -> Certificate:
-    """Return the certificate for the half-line, given an enclosure of formula/truth beyond the panels."""
-    beyond = abs(ratio - 1).abs_upper()
-    if not beyond < 1:
-        raise ArithmeticError("no bound was found for large v*: does the formula have the right limit?")
-    return replace(on_panels, high=None, bound=max(on_panels.bound, rounded_up(beyond), key=Fraction))
+@dataclass(frozen=True)
+class _Proof:
+    """The proof for a formula in a measure. To be used within `working`, for series of `ORDER` + 1 terms."""
+
+    formula: Formula
+    measure: AnyMeasure
+    reference: Reference
+
+    def on_panels(self, low: Fraction, high: Fraction) -> Certificate:
+        """Prove a bound on an interval."""
+        stretches = self.reference.stretches(low, high)
+
+        def bound(i: int, number: int) -> arb:
+            return max(self.deviation(stretches[i].panel, *part) for part in stretches[i].parts(number))
+
+        def message(i: int) -> str:
+            return f"no bound was found near v* = {float(self.reference.v_star(stretches[i].panel)):.6g} (a pole?)"
+
+        most, numbers = self._halved(len(stretches), bound, message)
+        parts = tuple((stretch.place, number) for stretch, number in zip(stretches, numbers, strict=True))
+        return Certificate(self.measure, low, high, rounded_up(most), parts, self.reference.law)
+
+    def _halved(
+        self, size: int, bound: Callable[[int, int], arb], message: Callable[[int], str]
+    ) -> tuple[arb, list[int]]:
+        """Return the largest bound of some stretches, and into how many parts each was cut.
+
+        The parts of the worst stretch are halved until that lowers its bound no more. `bound` is given a stretch and
+        its number of parts, `message` the stretch that has no bound.
+        """
+        numbers = [FEWEST_PARTS] * size
+        bounds = [bound(i, FEWEST_PARTS) for i in track(range(size), "proof")]
+        while True:
+            worst = max(range(size), key=lambda i: float(bounds[i]))
+            finer, most = bound(worst, 2 * numbers[worst]), numbers[worst] >= self.reference.most_parts
+            if finer.is_finite() and (most or finer > bounds[worst] * self.reference.tight):
+                return max(bounds), numbers
+            if most:
+                raise ArithmeticError(message(worst))
+            bounds[worst], numbers[worst] = finer, 2 * numbers[worst]
+
+    def deviation(self, panel: Any, start: Fraction, end: Fraction) -> arb:
+        """Bound the deviation on a part of a panel; infinity if it may be infinite."""
+        low, high = (self.reference.y(panel, z, self.formula.power) for z in (start, end))
+        results = self._results(panel, low.union(high))
+        bound = _largest(lambda y: [self._ratio(result, panel, y) - 1 for result in results], low, high)
+        error = self.reference.error(panel, self.measure)
+        return ((bound + error) / (1 - error)).abs_upper()
+
+    def _results(self, panel: Any, y: arb) -> list[str]:
+        """Return which results of the formula count on a part: relative to the smaller one of eps and 1 - eps."""
+        if self.measure != "both":
+            return [{"relative": "epsilon", "derivative": "slope_ratio", "speed": "ratio"}[self.measure]]
+        epsilon = self.reference.course(panel, arb_series([y]), self.formula.power).epsilon[0]
+        half = arb(0.5, 2.0**-20)  # rows are not exact
+        return [*([] if epsilon > half else ["epsilon"]), *([] if epsilon < half else ["loss_ratio"])]
+
+    def _ratio(self, result: str, panel: Any, y: arb_series) -> arb_series:
+        """Return a result of the formula over the true one, as a function of y on a panel."""
+        if result == "ratio":
+            return self.reference.inverse_ratio(self.formula, panel, y)
+        course = self.reference.course(panel, y, self.formula.power)
+        true: arb_series = getattr(course, result)
+        if self.reference.one_division:
+            return self.formula.over(true, result, y=y, v_star=course.v_star)
+        found: arb_series = self.formula.at(result, y=y, v_star=course.v_star) / true
+        return found
+
+    def end(self) -> Fraction:
+        """Return where the panels end for a formula for all v*."""
+        (ratio,) = self._limit_ratio(self.reference.factor)(arb_series([0, 1]))
+        return self.reference.end(abs(ratio[0]) + (EXACT if self.measure == "speed" else 0))
+
+    def and_beyond(self, found: Certificate, epsilon_min: Fraction = Fraction(0)) -> Certificate:
+        """Return the certificate without an end, given the one up to the end of the panels."""
+        law, power, end = self.reference.law, self.formula.power, ball_of(found.high or Fraction(0))
+        true = self.reference.limit(end)
+        functions, first, last = self._limit_ratio(true), arb(0), rational_power(1 / end, Fraction(1, power))
+        if self.measure == "speed":
+            root = Fraction(1, power * law.d)
+            most = arb((true / rational_power(end**law.d, law.nu)).abs_upper())  # of eps
+            last = rational_power(most / (1 - most), root)
+            first = rational_power(ball_of(epsilon_min / (1 - epsilon_min)), root) if epsilon_min else first
+        whole = Stretch(0, None, Fraction(0), Fraction(1))
+        message = "no bound was found for large v*: does the formula have the right limit?"
+
+        def bound(_: int, number: int) -> arb:
+            parts = ((first + (last - first) * ball_of(z) for z in part) for part in whole.parts(number))
+            return max(_largest(functions, *ends) for ends in parts)
+
+        beyond, _ = self._halved(1, bound, lambda _: message)
+        if not beyond < 1:
+            raise ArithmeticError(message)
+        return replace(found, high=None, bound=max(found.bound, rounded_up(beyond), key=Fraction))
+
+    def _limit_ratio(self, true: arb) -> Functions:
+        """Return the deviation for large v* as a function of u = 1/y, where eps v*^(nu d) is `true`."""
+        law, power, limit = self.reference.law, self.formula.power, self.formula.limit
+        if self.measure != "speed":
+            return lambda u: [limit(u=u, w=u**power) / true - 1]
+
+        def of_speed(u: arb_series) -> list[arb_series]:
+            survives = 1 / (1 + u ** (power * law.d))  # 1 - eps
+            # A formula for an interval goes like v* if nu = 1.
+            own = limit(u=u) if self.formula.far else self.formula.at("ratio", y=1 / u)
+            return [own * power_of_series(survives / true, 1 / (law.nu * law.d)) - 1]
+
+        return of_speed
 
 
-@lru_cache(maxsize=1 << 14)  # intervals share panels
-def _on_panel(formula: Formula, limit: tuple[int, Fraction, Fraction], number: int, measure: AnyMeasure) -> arb:
-    """Bound the deviation on the panel's part of the interval; infinity if FLINT finds that R may be infinite."""
-    try:
-        return max(deviation(formula, part, measure) for part in parts_of(*limit, number))
-    except (ZeroDivisionError, ValueError):
-        return arb.pos_inf()
-
-
-def panels_of(low: Fraction, high: Fraction) -> Iterator[tuple[int, Fraction, Fraction]]:
-    """Yield the panels that meet [low, high], with the ends of the common part in z.
-
-    Raises
-    ------
-    ValueError
-        Unless 0 <= low < high <= the end of the last panel.
-    """
-    if not 0 <= low < high <= panel_proof.END:
-        raise ValueError(f"the interval is [{low}, {high}]: accepted is 0 <= low < high <= {panel_proof.END}")
-    for panel in range(PANELS):
-        first = Fraction(0) if panel == 0 else Fraction(-1)
-        centre, half = _v_star(panel, Fraction(0)), Fraction(float(HALF_WIDTHS[panel]))
-        start, end = max(first, (low - centre) / half), min(Fraction(1), (high - centre) / half)
-        if start < end:
-            yield panel, start, end
-
-
-def parts_of(panel: int, start: Fraction, end: Fraction, number: int) -> Iterator[Part]:
-    """Yield equal parts of a panel."""
-    half = (end - start) / (2 * number)
-    for i in range(number):
-        yield Part(panel, start + (2 * i + 1) * half, half)
-
-
-def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:
-    """Yield balls of v* that cover the interval, `number` to a panel. To be called within `working`."""
-    for limit in panels_of(low, high):
-        for part in parts_of(*limit, number):
-            start, end = (ball_of(_v_star(part.panel, z)) for z in (part.centre - part.half, part.centre + part.half))
-            yield arb((start + end) / 2, ((end - start) / 2).abs_upper())
-
-
-def deviation(formula: Formula, part: Part, measure: AnyMeasure) -> arb:
-    """Bound the deviation on a part: relative to eps, in measure "both" to the smaller of eps and 1 - eps, or to v*."""
-    with working(BITS, ORDER + 1):
-        bounds = [_sum(_taylor(function, part, formula.power)) for function in _functions(formula, part.panel, measure)]
-        error = (
-            ball_of(Fraction(rounded_up(_slope_error(part.panel))))
-            if measure == "derivative"
-            else arb(panel_proof.proven_error())
-        )
-        return ((max(bounds) + error) / (1 - error)).abs_upper()
-
-
-def _functions(formula: Formula, panel: int, measure: AnyMeasure) -> Iterator[Callable[[arb_series], arb_series]]:
-    """Yield the deviations to be bounded on a panel, as functions of y = v*^(1/power)."""
-    power = formula.power
-
-    def of(result: str) -> Callable[[arb_series], arb_series]:
-        return lambda y: formula.at(result, y=y, v_star=y**power)
-
-    if measure == "speed":
-        yield lambda y: _inverse_ratio(formula, y, _odds_ratio(panel, y**power)) - 1
-    elif measure == "derivative":
-        yield lambda y: of("slope_ratio")(y) / _slope_ratio(panel, y**power) - 1
-    elif measure == "both" and panel == 0:
-        yield lambda y: of("loss_ratio")(y) / _loss_ratio(0, y**power) - 1
-    else:
-        if measure == "relative" or _may_be(panel, "epsilon"):
-            yield lambda y: of("epsilon")(y) / _row("epsilon", panel, y**power) - 1
-        if measure == "both" and _may_be(panel, "one_minus_epsilon"):
-            yield lambda y: (1 - of("epsilon")(y)) / _row("one_minus_epsilon", panel, y**power) - 1
-
-
-def _inverse_ratio(formula: Formula, y: arb_series, odds_ratio: arb_series) -> arb_series:
-    """Return the formula's v* over the true one, y^power, given ((1 - eps)/eps)/v*^2; its own y is a root of the odds.
-
-    The root's exponent is 1/(2 power), so that the own y is y times a smooth function.
-    """
-    log_odds = odds_ratio.log()
-    own = y * (log_odds / (2 * formula.power)).exp()
-    return (log_odds / 2).exp() * formula.at("ratio", y=own)
-
-
-def _from_zero(upper: arb) -> arb:
-    """Return a ball that contains [0, upper]."""
-    half = upper.abs_upper() / 2
-    return arb(half.mid(), half.abs_upper())
-
-
-def _may_be(panel: int, name: str) -> bool:
-    """Whether the function may be the smaller one of eps and 1 - eps somewhere on the panel.
-
-    Both are monotonic (docs/theory/exact-function.md, step 5), so each is least at an end.
-    """
-    row = panel_proof.panel_rows()[name, panel]
-    return min(row(Fraction(-1)), row(Fraction(1))) <= Fraction(1, 2) + Fraction(1, 10**6)
-
-
-def _row(name: str, panel: int, v_star: arb_series) -> arb_series:
-    """Return the reference's eps or 1 - eps."""
-    return polynomial(panel_proof.panel_rows()[name, panel].poly().coeffs(), _place(panel, v_star))
-
-
-def _loss_ratio(panel: int, v_star: arb_series) -> arb_series:
-    """Return the reference's (1 - eps)/v*^2; on the panel at 0 its polynomial is divisible by v*^2."""
-    if panel > 0:
-        return _row("one_minus_epsilon", panel, v_star) / (v_star * v_star)
-    first, second, *loss = panel_proof.panel_rows()["one_minus_epsilon", 0].poly().coeffs()
-    if not (first.is_zero() and second.is_zero()):
-        raise ArithmeticError("1 - eps must be divisible by v*^2")
-    return polynomial(loss, _place(0, v_star)) / arb(float(HALF_WIDTHS[0])) ** 2
-
-
-def _smaller(panel: int) -> str:
-    """Return which row tells most of the derivative: that of the smaller function."""
-    return (
-        "one_minus_epsilon" if panel_proof.panel_rows()["epsilon", panel](Fraction(0)) > Fraction(1, 2) else "epsilon"
-    )
-
-
-def _slope_ratio(panel: int, v_star: arb_series) -> arb_series:
-    """Return the reference's (d eps/d v*)/v*, from the derivative of a row."""
-    name = _smaller(panel)
-    slope = [i * c for i, c in enumerate(panel_proof.panel_rows()[name, panel].poly().coeffs())][1:]
-    scale = arb(float(HALF_WIDTHS[panel])) * (-1 if name == "one_minus_epsilon" else 1)
-    if panel == 0:  # the row begins with z^2
-        return polynomial(slope[1:], _place(0, v_star)) / (scale * arb(float(HALF_WIDTHS[0])))
-    return polynomial(slope, _place(panel, v_star)) / (scale * v_star)
-
-
-@lru_cache(maxsize=PANELS)
-def _slope_error(panel: int) -> arb:
-    """Bound the relative error of `_slope_ratio` (docs/theory/exact-function.md, step 9).
-
-    With x = ln v*, g = ln(true/row) has |g| <= G = 2^-60 and |g''| <= M, so |g'| <= 2 sqrt(G M) (Landau).
-    """
-    with working(BITS, 3):
-        centre, half = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
-        middle, reach = (half / 2, half / 2) if panel == 0 else (centre, half)
-        v_star = arb_series([arb(middle, reach), arb(1)])
-        power = 2 if panel == 0 else 0  # the row is v*^2 times a polynomial on the panel at 0
-        smooth = _loss_ratio(0, v_star) if panel == 0 else _row(_smaller(panel), panel, v_star)
-        ratio = (smooth / smooth.coeffs()[0]).coeffs()
-        v = v_star.coeffs()[0]
-        slope = power + v * ratio[1]
-        own = v * (ratio[1] + v * (2 * ratio[2] - ratio[1] ** 2))
-        error = arb(panel_proof.proven_error())
-        uncertain = 2 * (arb(1.01) * error * (panel_proof.CURVATURE + abs(own))).sqrt()
-        return (error + uncertain * (1 + error) / abs(slope).lower()).abs_upper()
-
-
-def _odds_ratio(panel: int, v_star: arb_series) -> arb_series:
-    """Enclose ((1 - eps)/eps)/v*^2: the true value at every v*, as it is within the rows' errors."""
-    uncertain = arb(1, arb(3 * panel_proof.proven_error()))
-    return _loss_ratio(panel, v_star) / _row("epsilon", panel, v_star) * uncertain
-
-
-def _place(panel: int, v_star: arb_series) -> arb_series:
-    """Return the panel's z."""
-    return (v_star - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
-
-
-def _taylor(function: Callable[[arb_series], arb_series], part: Part, power: int) -> list[arb]:
-    """Return coefficients c_0 … c_ORDER with function = sum c_j t^j on the part; the last one is a ball for all t."""
-    ends = (_v_star(part.panel, z) for z in (part.centre - part.half, part.centre + part.half))
-    low, high = (ball_of(v_star).root(power) if v_star else arb(0) for v_star in ends)
+def _largest(functions: Functions, low: arb, high: arb) -> arb:
+    """Bound functions of y for low <= y <= high by Taylor polynomials; infinity if they may be infinite."""
     centre = ((low + high) / 2).mid()
     half = (high - centre).abs_upper().max((centre - low).abs_upper())  # covers the part
-    at_centre = function(arb_series([centre, half]))
-    whole = function(arb_series([arb(centre, half), half]))
-    if min(at_centre.prec, whole.prec) <= ORDER:
-        raise TypeError("the formula loses coefficients of a series")
-    first = at_centre.coeffs()[:ORDER]
-    return [*first, *[arb(0)] * (ORDER - len(first)), *whole.coeffs()[ORDER:]]
-
-
-def _sum(coefficients: list[arb]) -> arb:
-    return sum((abs(c) for c in coefficients), arb(0)).abs_upper()
+    bound = arb(0)
+    try:
+        middle, whole = (functions(arb_series([start, half])) for start in (centre, arb(centre, half)))
+    except (ZeroDivisionError, ValueError):
+        return arb.pos_inf()
+    for at_centre, everywhere in zip(middle, whole, strict=True):
+        if min(at_centre.prec, everywhere.prec) <= ORDER:
+            raise TypeError("the formula loses coefficients of a series")
+        terms = [*at_centre.coeffs()[:ORDER], *everywhere.coeffs()[ORDER:]]
+        bound = bound.max(sum((abs(c) for c in terms), arb(0)).abs_upper())
+    return bound if bound.is_finite() else arb.pos_inf()

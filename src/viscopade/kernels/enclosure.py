@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from flint import arb, arb_poly, arb_series
 
 from viscopade.arithmetic.balls import ball_of
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Operation, Run, evaluate
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,32 +45,35 @@ class Formula:
         ZeroDivisionError
             If a denominator may vanish.
         """
-        found: arb_series = _evaluated(self.near, result, self.coefficients, given, _SERIES)
-        return found
+        return self._evaluated(self.near, result, given)
 
-    def limit(self, **given: Any) -> Any:
-        """Return "limit", a result of the program near infinity, given its inputs and roots: balls, or power series.
+    def over(self, divisor: arb_series, result: str, **given: arb_series) -> arb_series:
+        """Return a result that is a quotient over a series, by one division; arguments and errors as for `at`."""
+        run, stated = self._run(self.near, given), self.near.results[result]
+        if not isinstance(stated, Operation):
+            raise TypeError(f"{result} is no quotient")
+        top, bottom = (evaluate(part, run, _SERIES) for part in (stated.left, stated.right))
+        return quotient(top, bottom * divisor)
+
+    def limit(self, **given: arb_series) -> arb_series:
+        """Return "limit", a result of the program near infinity, given its inputs and roots.
 
         Raises
         ------
-        ValueError
-            If the formula has no such program.
+        ArithmeticError
+            If the formula has no such program, or a denominator may vanish.
         """
         if self.far is None or "limit" not in self.far.results:
-            raise ValueError("the formula does not go like the exact one at infinity")
-        series = any(isinstance(value, arb_series) for value in given.values())
-        return _evaluated(self.far, "limit", self.coefficients, given, _SERIES if series else _BALLS)
+            raise ArithmeticError("the formula does not go like the exact one at infinity")
+        return self._evaluated(self.far, "limit", given)
 
+    def _evaluated(self, branch: CodeBranch, result: str, given: Mapping[str, arb_series]) -> arb_series:
+        found: arb_series = evaluate(branch.results[result], self._run(branch, given), _SERIES)
+        return found
 
-def _evaluated(
-    branch: CodeBranch,
-    result: str,
-    exact: Mapping[str, Fraction | arb],
-    given: Mapping[str, Any],
-    arithmetic: Arithmetic,
-) -> Any:
-    coefficients = {name: c if isinstance(c, arb) else ball_of(c) for name, c in exact.items()}
-    return evaluate(branch.results[result], Run(branch.program, {**coefficients, **given}, arithmetic), arithmetic)
+    def _run(self, branch: CodeBranch, given: Mapping[str, arb_series]) -> Run:
+        exact = {name: c if isinstance(c, arb) else ball_of(c) for name, c in self.coefficients.items()}
+        return Run(branch.program, {**exact, **given}, _SERIES)
 
 
 def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
@@ -79,6 +81,8 @@ def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
     constant, *rest = z.coeffs()
     middle = constant.mid()
     shifted = arb_poly(list(coefficients))(arb_poly([middle, 1]))(arb_poly([constant - middle, 1]))
+    if not rest:  # which FLINT does not take for a series without a constant term
+        return arb_series(shifted.coeffs()[:1])
     return arb_series(shifted.coeffs())(arb_series([arb(0), *rest]))
 
 
@@ -94,13 +98,8 @@ def _of_series(terms: Sequence[tuple[int, arb]], z: arb_series) -> arb_series:
     return polynomial([by_exponent.get(i, arb(0)) for i in range(terms[-1][0] + 1)], z)
 
 
-def _of_balls(terms: Sequence[tuple[int, arb]], z: arb) -> arb:
-    return sum((c * z**exponent for exponent, c in terms), arb(0))
+def _literal(text: str) -> arb_series:
+    return arb_series([ball_of(Fraction(text))])
 
 
-def _literal(text: str) -> arb:
-    return ball_of(Fraction(text))
-
-
-_SERIES = Arithmetic(lambda text: arb_series([_literal(text)]), polynomial=_of_series, operations={"/": quotient})
-_BALLS = Arithmetic(_literal, polynomial=_of_balls)
+_SERIES = Arithmetic(_literal, polynomial=_of_series, operations={"/": quotient})

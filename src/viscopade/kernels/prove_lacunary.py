@@ -7,7 +7,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from operator import itemgetter
-from typing import NamedTuple, TypeVar, get_args
+from typing import TypeVar, get_args
 
 from viscopade import arguments
 from viscopade.approximation import half_line, inverse, remez
@@ -15,21 +15,21 @@ from viscopade.approximation.half_line import BEST
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.approximation.measure import Measure
 from viscopade.arithmetic.decimals import at_most
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate, prove_law
+from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
-from viscopade.kernels.forms.rounding_bounds import Size
+from viscopade.kernels.forms.rounding_bounds import Size, Values
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
+from viscopade.kernels.prove_rational import accuracy_of, in_types
+from viscopade.kernels.reference import reference_of
 from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 
-LOOSER = 2  # a float's bound may exceed that of the double by this factor
-LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
@@ -41,13 +41,6 @@ SOURCES = {
 }
 
 Choice = TypeVar("Choice")
-
-
-class _Formula(NamedTuple):
-    """How a formula with given coefficients is proven, and its roundings bounded."""
-
-    prove: Callable[[LacunaryQuotient], Certificate]
-    sizes: Callable[[tuple[float, ...], tuple[float, ...], Format], dict[str, Size]]
 
 
 def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKernel:
@@ -65,7 +58,7 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
     TypeError, ValueError
         If an argument is not accepted, or none of the known kernels is accurate enough.
     """
-    wanted = _accuracy(accuracy)
+    wanted = accuracy_of(accuracy)
     if measure not in get_args(Measure):
         raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
     return of_half_line(_half_line_powers(wanted, measure), measure)
@@ -80,12 +73,13 @@ def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
 @recorded
 def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
-    fit = half_line.fit_half_line(powers, measure)
-    formula = _Formula(
-        lambda q: certificate.prove_to_infinity(exact_formulas.half_line_formula(q), measure),
+    quotient = half_line.fit_half_line(powers, measure).quotient
+    variants, missing = _variants(
+        quotient,
+        lambda q: certificate.prove(exact_formulas.half_line_formula(q), Fraction(0), None, measure),
         lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
-    return HalfLineKernel(powers, *_variants(fit.quotient, formula), SOURCES[measure])
+    return HalfLineKernel(powers, variants, missing, SOURCES[measure])
 
 
 def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELASTIC) -> InverseKernel:
@@ -106,9 +100,10 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
     TypeError, ValueError
         If an argument is not accepted, or no kernel is accurate enough.
     """
-    wanted = _accuracy(accuracy)
+    wanted = accuracy_of(accuracy)
+    least, most = EPSILON_MIN
     low = arguments.exact_number(
-        "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or _inside(e, *EPSILON_MIN)
+        "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or least <= e <= most
     )
     if not low and not inverse.whole_powers(law):
         raise ValueError(
@@ -147,24 +142,12 @@ def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction, law: Law) -> 
     low = interval_start(epsilon_min)
     form = inverse.inverse_form(law, whole=not low)
 
-    def prove(q: LacunaryQuotient) -> Certificate:
-        stated = exact_formulas.inverse_formula(q, form)
-        if law == VISCOELASTIC:
-            return certificate.prove_inverse(stated, low)
-        return prove_law.prove_inverse_by_panels(stated, form, law, low)
-
-    formula = _Formula(prove, lambda a, b, kind: rounding_bounds.inverse_sizes(quotient.powers, form, low, a, b, kind))
-    return InverseKernel(quotient.powers, *_variants(quotient, formula), SOURCES["speed"], epsilon_min, low)
-
-
-def _accuracy(accuracy: Exact) -> Fraction:
-    return arguments.exact_number(
-        "accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: _inside(x, LEAST, MOST)
+    variants, missing = _variants(
+        quotient,
+        lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, form), low, reference_of(law)),
+        lambda a, b, kind: rounding_bounds.inverse_sizes(quotient.powers, form, low, a, b, kind),
     )
-
-
-def _inside(number: Fraction, low: Fraction, high: Fraction) -> bool:
-    return low <= number <= high
+    return InverseKernel(quotient.powers, variants, missing, SOURCES["speed"], epsilon_min, low)
 
 
 def _first(
@@ -227,24 +210,22 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[
 
 
 def _variants(
-    quotient: LacunaryQuotient, formula: _Formula
+    quotient: LacunaryQuotient,
+    prove: Callable[[LacunaryQuotient], Certificate],
+    sizes: Callable[[Values, Values, Format], dict[str, Size]],
 ) -> tuple[tuple[LacunaryVariant, ...], tuple[tuple[str, str], ...]]:
-    """Return the kernel in type double, and in type float if it is about as accurate; or why it is not."""
-    first = _variant(quotient, formula, DOUBLE)
-    allowed = LOOSER * Fraction(first.certificate.bound)
-    try:
-        second = _variant(quotient, formula, FLOAT)
-        if Fraction(second.certificate.bound) > allowed:
-            raise ValueError(f"with coefficients of that type the error would be {second.certificate.bound}")
-    except (ValueError, ArithmeticError) as error:
-        return (first,), ((FLOAT.name, str(error)),)
-    return (first, second), ()
+    """Return the kernel in its types, given the proof of a quotient and the bounds of its roundings."""
 
+    def variant(form: Format) -> LacunaryVariant:
+        a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
+        rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
+        return LacunaryVariant(form, a, b, prove(rounded), tuple(sizes(a, b, form).items()))
 
-def _variant(quotient: LacunaryQuotient, formula: _Formula, form: Format) -> LacunaryVariant:
-    a, b = (tuple(map(form.nearest, part)) for part in (quotient.a, quotient.b))
-    rounded = LacunaryQuotient(quotient.powers, tuple(map(Fraction, a)), tuple(map(Fraction, b)))
-    return LacunaryVariant(form, a, b, formula.prove(rounded), tuple(formula.sizes(a, b, form).items()))
+    return in_types(
+        variant,
+        lambda v: Fraction(v.certificate.bound),
+        lambda error: f"with coefficients of that type the error would be {at_most(error)}",
+    )
 
 
 @cache

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from typing import SupportsIndex
+from typing import SupportsIndex, TypeVar
 
 from flint import arb
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import Measure, measure_of
-from viscopade.arithmetic.balls import ball_of, known_decimal, working
+from viscopade.arithmetic.balls import known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.collision.exact import Exact
-from viscopade.kernels import certificate, prove_law
+from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
+from viscopade.kernels.forms.exact_formulas import Coefficients
 from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
+from viscopade.kernels.reference import Reference, reference_of
 from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.pade import Pade, Root, pade
@@ -29,7 +31,6 @@ from viscopade.theory.pade import Pade, Root, pade
 DIGITS = 40  # of the coefficients of Padé approximants
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))  # v* up to which errors of Padé approximants are stated
 
-LEAST, MOST = Fraction("1e-15"), Fraction("0.99")
 ATTEMPTS = 8
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
 
@@ -39,6 +40,34 @@ PADE_SOURCE = (
     f"motion; coefficients proven to {DIGITS} digits"
 )
 RELATIVE_TO = {"both": "min(eps, 1 - eps)", "relative": "eps"}
+
+Variant = TypeVar("Variant")
+
+
+def accuracy_of(accuracy: Exact) -> Fraction:
+    """Return an accuracy asked for; accepted is a number from 1e-15 to 0.99."""
+    least, most = Fraction("1e-15"), Fraction("0.99")
+    return arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: least <= x <= most)
+
+
+def in_types(
+    make: Callable[[Format], Variant],
+    error_of: Callable[[Variant], Fraction],
+    reason: Callable[[Fraction], str],
+    limit: Fraction | None = None,
+) -> tuple[tuple[Variant, ...], tuple[tuple[str, str], ...]]:
+    """Return a kernel's variants in type double and float, and the reason for one that is missing.
+
+    The one in type float is left out if its error exceeds the limit, or else the error in type double by far.
+    """
+    first = make(DOUBLE)
+    try:
+        second = make(FLOAT)
+        if error_of(second) > (limit or LOOSER * error_of(first)):
+            raise ValueError(reason(error_of(second)))
+    except (ValueError, ArithmeticError) as error:
+        return (first,), ((FLOAT.name, str(error)),)
+    return (first, second), ()
 
 
 @recorded
@@ -53,7 +82,7 @@ def of_pade(m: int, n: int, law: Law = VISCOELASTIC) -> PadeKernel:
     bounds = list[Certificate]()
     for end in ends:
         try:
-            bounds.append(_certified(*bare.exact, (Fraction(0), end), "both", law))
+            bounds.append(_certified(*bare.exact, (Fraction(0), end), "both", reference_of(law)))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
@@ -130,7 +159,7 @@ def accurate(
     (The former is relative to what `measure` says, the latter to eps.)
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
-    wanted = arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: LEAST <= x <= MOST)
+    wanted = accuracy_of(accuracy)
     return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
 
 
@@ -151,25 +180,24 @@ def _accurate(
 
 
 def _total(variant: MinimaxVariant) -> Fraction:
-    return Fraction(variant.certificate.bound) + Fraction(variant.rounding)
+    return _bound(variant) + Fraction(variant.rounding)
+
+
+def _bound(variant: MinimaxVariant) -> Fraction:
+    return Fraction(variant.certificate.bound)
 
 
 def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKernel:
     """Return the kernel, with a variant of type float if that is about as accurate, or within the limit."""
-    variants = [_variant(fit, DOUBLE)]
-    allowed = limit or LOOSER * Fraction(variants[0].certificate.bound)
-    missing = []
-    try:
-        variant = _variant(fit, FLOAT)
-        error = Fraction(variant.certificate.bound) if limit is None else _total(variant)
-        if error > allowed:
-            raise ValueError(f"the error would be {float(error):.3g}")
-        variants.append(variant)
-    except (ValueError, ArithmeticError) as error:
-        missing.append((FLOAT.name, str(error)))
+    variants, missing = in_types(
+        lambda form: _variant(fit, form),
+        _total if limit else _bound,
+        lambda error: f"the error would be {float(error):.3g}",
+        limit,
+    )
     equal = ", ".join(("a_0 = b_0 = 1", *(f"a_{i} = b_{i}" for i in range(1, fit.law.d))))
     source = f"best approximant with {equal} of the exact eps, in the measure |error|/{RELATIVE_TO[fit.measure]}"
-    return MinimaxKernel(fit.m, fit.n, tuple(variants), tuple(missing), source)
+    return MinimaxKernel(fit.m, fit.n, variants, missing, source)
 
 
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
@@ -177,7 +205,7 @@ def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     low, high = fit.interval
     if high is not None:
         _require_horner(fit.label, *machine.exact, form, high)
-    bound = _certified(*machine.exact, fit.interval, fit.measure, fit.law)
+    bound = _certified(*machine.exact, fit.interval, fit.measure, reference_of(fit.law))
     switch = None if high is not None else Fraction(2) ** threshold(fit.label, *machine.exact, form)
     size = rounding_bounds.quotient_rounding(*machine.exact, form, low, high, switch=switch)
     slope = _derivative(machine, form, (low, high)) if high is not None and fit.law == VISCOELASTIC else None
@@ -185,15 +213,36 @@ def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
 
 
 def _certified(
-    a: Sequence[Fraction], b: Sequence[Fraction], interval: minimax.Interval, measure: Measure, law: Law
+    a: Coefficients, b: Coefficients, interval: minimax.Interval, measure: Measure, reference: Reference
 ) -> Certificate:
-    """Return the proof by the table of panels for the paper's law, and by panels made anew for any other."""
-    low, high = interval
-    if law == VISCOELASTIC and high is not None:
-        return certificate.prove(exact_formulas.quotient_formula(a, b), low, high, measure)
-    with working(prove_law.BITS):
-        top, bottom = ([ball_of(c) for c in values] for values in (a, b))
-        return prove_law.prove_by_panels(top, bottom, law, *interval, measure)
+    return certificate.prove(exact_formulas.quotient_formula(a, b, reference.law), *interval, measure, reference)
+
+
+def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact) -> str:
+    """Return a bound of |N/D - eps|/min(eps, 1 - eps) for 0 <= v* <= v_star_max, as a decimal string.
+
+    Parameters
+    ----------
+    a, b : sequence of flint.arb
+        Coefficients of N and D, ascending in v* = kappa^(1/law.d); a_i = b_i for i < law.d.
+    law : Law
+        With no attractive force.
+    v_star_max : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
+        From 1e-3 to 100.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If v_star_max is no such number, the force of the law is attractive, or nothing was proven up to there, as for
+        an N/D with a pole.
+    """
+    high = arguments.exact_number(
+        "v_star_max", v_star_max, "a number from 0.001 to 100", lambda v: Fraction(1, 1000) <= v <= 100
+    )
+    try:
+        return _certified(a, b, (Fraction(0), high), "both", reference_of(law, stored=False)).bound
+    except ArithmeticError as error:
+        raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
 
 
 def _derivative(
@@ -204,7 +253,7 @@ def _derivative(
     try:
         t = tuple(form.nearest(c) for c in exact_formulas.slope_numerator(*machine.exact))
         rounded = tuple(map(Fraction, t))
-        bound = certificate.prove_derivative(exact_formulas.derivative_formula(rounded, b), *interval)
+        bound = certificate.prove(exact_formulas.derivative_formula(rounded, b), *interval, "derivative")
         size = rounding_bounds.derivative_rounding(rounded, b, form, *interval)
     except (ArithmeticError, ValueError):
         return None

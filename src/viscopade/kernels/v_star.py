@@ -8,7 +8,7 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.forms.rounding_bounds import ULPS, of_speed
+from viscopade.kernels.forms.rounding_bounds import ULPS, of_factor
 from viscopade.store import recorded
 
 _DECADES = 30
@@ -28,8 +28,9 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
+    of_ln_v_star = of_factor(Fraction(1, 10), form, largest, roundings=2)  # sqrt, and the product with it
     # The slope of the rows is that of eps but for their errors.
-    change = of_speed(form, largest) * panel_proof.steepest() * (1 + Fraction(1, 2**20))
+    change = of_ln_v_star * panel_proof.steepest() * (1 + Fraction(1, 2**20))
     return change + 4 * Fraction(panel_proof.proven_error())
 
 

@@ -5,21 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
+from flint import arb
+
 from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import LacunaryQuotient
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.forms import formulas
+from viscopade.theory.law import VISCOELASTIC, Law
 
-Coefficients = Sequence[Fraction]
-
-
-def quotient_formula(a: Coefficients, b: Coefficients) -> Formula:
-    """Return eps = N/D with coefficients in ascending order."""
-    given = formulas.dense(a=a, b=b) | formulas.losses(a, b)
-    return Formula(1, *formulas.epsilon_branches(given), given)
+Coefficients = Sequence[Fraction | arb]
 
 
-def derivative_formula(t: Coefficients, b: Coefficients) -> Formula:
+def quotient_formula(a: Coefficients, b: Coefficients, law: Law = VISCOELASTIC) -> Formula:
+    """Return a law's eps = N/D with coefficients in ascending order; with a limit if N/D goes like eps at infinity."""
+    given = formulas.dense(a=a, b=b) | formulas.losses(a, b, law.d)
+    near, far = formulas.epsilon_branches(given)
+    follows = len(b) - len(a) == law.whole_decay and a[-1] != 0 != b[-1]
+    return Formula(1, near, far if follows else None, given)
+
+
+def derivative_formula(t: Sequence[Fraction], b: Sequence[Fraction]) -> Formula:
     """Return d eps/d v* = v* T/D^2 with coefficients in ascending order."""
     given = formulas.dense(t=t, b=b)
     return Formula(1, *formulas.derivative_branches(given), given)
@@ -37,7 +42,7 @@ def inverse_formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
     return Formula(form.shift, near, far[0] if far else None, given)
 
 
-def slope_numerator(a: Coefficients, b: Coefficients) -> tuple[Fraction, ...]:
+def slope_numerator(a: Sequence[Fraction], b: Sequence[Fraction]) -> tuple[Fraction, ...]:
     """Return the coefficients of T = (N' D - N D')/v*, d/d v* of N/D being v* T/D^2.
 
     Raises

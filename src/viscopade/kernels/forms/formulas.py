@@ -16,15 +16,15 @@ so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^root, u = 
 Rows of tables are polynomials in t or in m that are summed in pairs; those of full accuracy have a leading part apart,
 whose sums are exact.
 
-Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^2, "ratio"
-is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^(10/3), or of v* y^(-j), for large v*.
+Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^d, "ratio"
+is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
@@ -79,7 +79,7 @@ def epsilon_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranc
     top, bottom = _terms(given, "a"), _terms(given, "b")
     ratio = Name("numerator") / Name("denominator")
     near: dict[str, Expression] = {"epsilon": ratio}
-    if loss := _terms(given, "d"):  # of (D - N)/v*^2
+    if loss := _terms(given, "d"):  # of (D - N)/v*^d
         near["loss_ratio"] = by_horner("v_star", loss) / Name("denominator")
     return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
 
@@ -96,11 +96,16 @@ def derivative_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBr
     return _in_v_star(top, bottom, near), _in_u(top, bottom, Name("numerator") / squared, more, "derivative")
 
 
-def losses(a: Sequence[Fraction], b: Sequence[Fraction]) -> dict[str, Fraction]:
-    """Return the coefficients d of (D - N)/v*^2; none if 1 - N/D does not vanish like v*^2."""
+def losses(a: Sequence[Any], b: Sequence[Any], order: int) -> dict[str, Any]:
+    """Return the coefficients d of (D - N)/v*^order; none if 1 - N/D does not vanish like v*^order.
+
+    Balls that overlap are taken for the same coefficient.
+    """
     size = max(len(a), len(b))
-    a, b = ((*values, *[Fraction(0)] * (size - len(values))) for values in (a, b))
-    return dense(d=[d - c for c, d in zip(a[2:], b[2:], strict=True)]) if a[:2] == b[:2] else {}
+    a, b = ([*values, *[0 * b[0]] * (size - len(values))] for values in (a, b))
+    if any(c != d for c, d in zip(a[:order], b[:order], strict=True)):
+        return {}
+    return dense(d=[d - c for c, d in zip(a[order:], b[order:], strict=True)])
 
 
 def _terms(given: Mapping[str, object], letter: str) -> Terms:
@@ -121,7 +126,7 @@ def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str =
         Statement("numerator", by_horner("u", _mirrored(top))),
         Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
-    return CodeBranch(None, program, {name: ratio})
+    return CodeBranch(None, program, {name: ratio, "limit": Name("numerator") / Name("denominator")})
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------

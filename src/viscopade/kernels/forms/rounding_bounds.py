@@ -21,12 +21,12 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
-from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.arithmetic.formats import Format
 from viscopade.collision.panel_proof import END
-from viscopade.kernels.certificate import speeds
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import threshold
+from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
 
 ULPS = 4
@@ -238,25 +238,16 @@ def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction
     return Fraction(2) ** threshold("N/D", top, bottom, kind)
 
 
-def of_speed(kind: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
-    """Return a bound of the error of ln v*, v* = sqrt(beta) pow(speed, 0.1) in a type: roots and their product.
+def of_factor(power: Fraction, kind: Format, largest: Fraction | None, roundings: int = 1) -> Fraction:
+    """Return a bound of the error of ln v*, v* = factor pow(speed, power) in a type.
 
-    It holds for 1/largest <= speed <= largest; if `largest` is None, for every positive speed of the type.
+    It holds for 1/largest <= speed <= largest; if `largest` is None, for every positive speed of the type. There is no
+    pow if the power is 0 or 1. The factor and the product have so many `roundings`.
     """
     with working(BITS):
-        unit = arb(2) ** -kind.precision
-        of_pow = _of_pow(Fraction(1, 10), kind, None if largest is None else ball_of(largest).log())
-        return exact_middle((of_pow + 2 * _log_error(unit)).abs_upper())
-
-
-def of_factor(power: Fraction, kind: Format, largest: Fraction) -> Fraction:
-    """Return a bound of the error of ln v*, v* = factor pow(speed, power), for 1/largest <= speed <= largest.
-
-    There is no pow if the power is 0 or 1.
-    """
-    with working(BITS):
-        of_pow = arb(0) if power in (0, 1) else _of_pow(power, kind, ball_of(largest).log())
-        return exact_middle((of_pow + _log_error(arb(2) ** -kind.precision)).abs_upper())
+        log = None if largest is None else ball_of(largest).log()
+        of_pow = arb(0) if power in (0, 1) else _of_pow(power, kind, log)
+        return exact_middle((of_pow + roundings * _log_error(arb(2) ** -kind.precision)).abs_upper())
 
 
 def _log_error(relative: arb) -> arb:

@@ -17,7 +17,7 @@ from viscopade.approximation.half_line import SHIFT
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.certificate import Certificate, prove_derivative
+from viscopade.kernels.certificate import Certificate, prove
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import (
     CodeBranch,
@@ -73,4 +73,4 @@ def slope_certificate(form: Powers, a: Values, b: Values, kind: Format) -> Certi
     branch = CodeBranch(None, slope_program(form), {"slope_ratio": Name("third") * Name("slope")})
     machine = constants(form, a, b) | slope_constants(form, a, b, kind)
     exact = {name: Fraction(c) for name, c in machine.items()} | {"third": Fraction(-1, 3)}
-    return prove_derivative(Formula(3, branch, None, exact), Fraction(0), panel_proof.END)
+    return prove(Formula(3, branch, None, exact), Fraction(0), panel_proof.END, "derivative")
