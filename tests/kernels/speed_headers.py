@@ -25,7 +25,6 @@ EXPORTS = Path(__file__).parents[2] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
 SUFFIXES = {"double": "", "float": "f"}
 FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
-KINDS = ("single", "array", "by_pair", "each")
 
 _serial = count()
 
@@ -213,14 +212,6 @@ class Functions:
         entry.restype = None
         entry(ctypes.c_size_t(values.size), _pointer(values), *given, _pointer(result))
         return result
-
-    def by_kind(self, kind, function, of, values, beta):
-        """Call a function of any kind with an array of beta; for "array" all its elements must be alike."""
-        if kind == "array":
-            return self(kind, function, of, values, beta[0] if beta.size else 1.0)
-        if kind == "by_pair":
-            return self(kind, function, of, values, beta, np.arange(beta.size, dtype=np.intc))
-        return self(kind, function, of, values, beta)
 
     def flushed(self):
         """Set subnormal numbers to 0 in this thread; return a function that undoes it."""

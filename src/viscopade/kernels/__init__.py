@@ -13,5 +13,6 @@ __all__ = [
     "requests",
     "rounding",
     "toolchain",
+    "truth",
     "v_star",
 ]
