@@ -7,7 +7,6 @@ import ctypes
 import json
 import math
 import random
-import shutil
 import subprocess
 from fractions import Fraction
 from functools import cache
@@ -18,6 +17,7 @@ import pytest
 from flint import fmpz
 
 from tests.compiled import WARNINGS, compiler
+from tests.kernels.speed_headers import compilers, named_compiler
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, exponent
 from viscopade.arrays import panels
@@ -68,7 +68,7 @@ def library(text, tmp_path_factory):
     @cache
     def built(build):
         target = folder / f"{build}.so"
-        arguments = compilers("c99")[-1] if build == "clang" else compiler("c99")
+        arguments = named_compiler("clang" if build == "clang" else "cc", "c99")
         command = [*arguments, *WARNINGS, "-Wno-missing-prototypes", *BUILDS[build], "-fPIC"]
         subprocess.run([*command, "-c", str(folder / "interface.c"), "-o", str(target.with_suffix(".o"))], check=True)
         subprocess.run([command[0], "-shared", str(target.with_suffix(".o")), "-o", str(target), "-lm"], check=True)
@@ -289,19 +289,8 @@ def test_a_command_of_two_lines_is_refused():
 def test_header_compiles_without_warnings(text, tmp_path, standard):
     source = tmp_path / "source.c"
     source.write_text(text + INTERFACE)
-    for command in compilers(standard):
+    for command in compilers(standard).values():
         subprocess.run([*command, *WARNINGS, "-fsyntax-only", str(source)], check=True)
-
-
-def compilers(standard):
-    """Return the usual compiler for a standard (or skip), and Clang if it is there and knows it."""
-    usual = compiler(standard)
-    clang = shutil.which("clang++" if "++" in standard else "clang")
-    if clang is None:
-        return [usual]
-    other = [clang, *usual[1:]]
-    probe = subprocess.run([*other, "-fsyntax-only", "-"], input="", text=True, capture_output=True)
-    return [usual] if probe.returncode else [usual, other]
 
 
 PATTERNS = """
