@@ -51,11 +51,12 @@ def computed() -> Iterator[Entry]:
     for accuracy in HALF_LINE:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
     for form in (DOUBLE, FLOAT):
-        worst = max(Fraction(last_place.certificate(form.name, name)["maximum"]) for name in last_place.FUNCTIONS)
-        branch = last_place.panel_branch(form.name)
+        branch = last_place.panel_branch(form)
         operations = _ROW + _simple(branch.program, *branch.results.values())
-        taken = table_bytes(form.name)
-        yield _everywhere("full", FULL, "full", HOST, form, worst * _ulp(form), operations, taken)
+        taken = table_bytes(form)
+        yield _everywhere(
+            "full", FULL, "full", HOST, form, last_place.largest_ulp(form) * _ulp(form), operations, taken
+        )
     for form in (DOUBLE, FLOAT):
         yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
 
@@ -137,8 +138,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
 def _beyond(given: SpeedKernel) -> Fraction:
     """Return the bound of the kernel that is used outside the table, always in type double."""
     if given.slow is None:
-        worst = max(Fraction(last_place.certificate(DOUBLE.name, name)["maximum"]) for name in last_place.FUNCTIONS)
-        return _both(worst * _ulp(DOUBLE), of_v_star())
+        return _both(last_place.largest_ulp(DOUBLE) * _ulp(DOUBLE), of_v_star())
     return _both(given.slow.variant(DOUBLE).total(given.slow.checked), of_v_star())
 
 

@@ -141,19 +141,16 @@ def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[Pro
 
 
 def _of_full() -> Iterator[ProvenNumber]:
-    for form in FORMATS:
-        proofs = {function: last_place.certificate(form, function) for function in last_place.FUNCTIONS}
-        for function, proof in proofs.items():
-            yield ProvenNumber("full", form, f"ulps of {function}", "", _shown(proof["maximum"]))
-        if form == DOUBLE.name:
-            yield ProvenNumber(
-                "full", form, "underflow", "", _shown(max(proof["underflow"] for proof in proofs.values()))
-            )
+    for form in FORMATS.values():
+        for function in last_place.FUNCTIONS:
+            ulps = last_place.largest_ulp(form, function)
+            yield ProvenNumber("full", form.name, f"ulps of {function}", "", _shown(ulps))
+    yield ProvenNumber("full", DOUBLE.name, "underflow", "", _shown(last_place.largest_subnormal(DOUBLE)))
 
 
-def _shown(ulps: float) -> str:
+def _shown(ulps: Fraction) -> str:
     """Return a number of units in the last place so that its distance from 1/2 is seen: two digits of that."""
-    more = Fraction(at_most(Fraction(ulps) - Fraction(1, 2), 2))
+    more = Fraction(at_most(ulps - Fraction(1, 2), 2))
     return below(Fraction(1, 2) + more)
 
 
@@ -164,10 +161,11 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[ProvenNumber]:
         yield ProvenNumber(name, double, quantity, "", f"{2.0 ** (exponent / 10):.3g}")
     if isinstance(table, LastPlaceTable):
         bounds = table.proven
-        worst = max(Fraction(last_place.certificate(double, of)["maximum"]) for of in last_place.FUNCTIONS)
         yield ProvenNumber(name, double, "ulps", "", at_most(bounds.ulp))
         yield ProvenNumber(name, double, "ulps of w", "", at_most(ulp_of_w()))
-        yield ProvenNumber(name, double, "ulps elsewhere", "", at_most(worst + of_v_star() / _UNIT))
+        yield ProvenNumber(
+            name, double, "ulps elsewhere", "", at_most(last_place.largest_ulp(DOUBLE) + of_v_star() / _UNIT)
+        )
         yield ProvenNumber(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
         yield ProvenNumber(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
         return

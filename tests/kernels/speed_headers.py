@@ -16,16 +16,15 @@ import numpy as np
 import pytest
 
 from tests.compiled import WARNINGS, compiler
-from viscopade.arrays import panels
 from viscopade.kernels import prove_lacunary
-from viscopade.kernels.forms import last_place, speed_kernel
+from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
+from viscopade_lab.hard_cases import million
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
 SUFFIXES = {"double": "", "float": "f"}
 FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
-KINDS = ("single", "array", "by_pair", "each")
 
 _serial = count()
 
@@ -214,14 +213,6 @@ class Functions:
         entry(ctypes.c_size_t(values.size), _pointer(values), *given, _pointer(result))
         return result
 
-    def by_kind(self, kind, function, of, values, beta):
-        """Call a function of any kind with an array of beta; for "array" all its elements must be alike."""
-        if kind == "array":
-            return self(kind, function, of, values, beta[0] if beta.size else 1.0)
-        if kind == "by_pair":
-            return self(kind, function, of, values, beta, np.arange(beta.size, dtype=np.intc))
-        return self(kind, function, of, values, beta)
-
     def flushed(self):
         """Set subnormal numbers to 0 in this thread; return a function that undoes it."""
         if "control" not in dir(self.shared) and not hasattr(self.shared, "control"):
@@ -252,13 +243,14 @@ class Truth:
     """
 
     def __init__(self, values, beta):
-        if np.finfo(np.longdouble).nmant < 63:
+        if not million.enough():
             pytest.skip("long double is too short here for a reference")
         self.speed, self.beta = (np.asarray(x).astype(np.longdouble) for x in np.broadcast_arrays(values, beta))
         self.w = self.beta**2 * self.beta**2 * self.beta * self.speed
         v_star = self.w ** (np.longdouble(1) / 10)
         self.v_star = v_star.astype(float)
-        eps, loss = _curve("epsilon", v_star), _curve("one_minus_epsilon", v_star)
+        found = million.long_double_values("v_star", v_star)
+        eps, loss = found.epsilon, found.loss
         far = loss > 0.5
         self.eps, self.loss = np.where(far, eps, 1 - loss), np.where(far, 1 - eps, loss)
 
@@ -368,29 +360,3 @@ def _full_bounds(truth, function, table):
     own = given.number(r"dissipation and rebound: relative errors of at most (\S+) in the table")
     of_w = given.number(r"dissipation and rebound:.*? rounding of w.{0,40}? at most (\d\S*\d)")
     return np.where(table, own + of_w, outside * 2.0**-52), 0
-
-
-@cache
-def _rows(function):
-    rows = [last_place.table_row(function, index) for index in range(panels.PANELS)]
-    return np.array([[np.ldexp(np.longdouble(str(c)), row.exponent) for c in row.a] for row in rows])
-
-
-def _curve(function, v_star):
-    """Return eps or 1 - eps of v* in long double; far out by the power law, which is exact to 2^-60."""
-    exponent = np.frexp(v_star)[1] - 1
-    folds = np.where(exponent >= panels.FOLD + 3, (exponent - panels.FOLD) // 3, 0)
-    folded = np.ldexp(v_star, -3 * folds)
-    exponent = exponent - 3 * folds
-    octave = np.maximum(exponent - panels.FIRST, 0)
-    part = np.floor(np.ldexp(folded, panels.SPLIT - exponent)).astype(int) - (1 << panels.SPLIT)
-    panel = np.where(exponent < panels.FIRST, 0, 1 + (octave << panels.SPLIT) + part)
-    centre, half = (x[panel].astype(np.longdouble) for x in (panels.CENTRES, panels.HALF_WIDTHS))
-    z = (folded - centre) / half
-    rows = _rows(function)
-    total = np.zeros_like(z)
-    for n in reversed(range(rows.shape[1])):
-        total = total * z + rows[panel, n]
-    if function == "one_minus_epsilon":
-        return np.where(folds > 0, 1, total)
-    return np.ldexp(total, -10 * folds)

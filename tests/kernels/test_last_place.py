@@ -1,11 +1,12 @@
-"""The kernels of full accuracy: compiled C against exact values, the certificate, and no undefined behaviour."""
+"""The kernels of full accuracy: proven bounds, compiled C where rounding is hardest, and no undefined behaviour.
+
+Compiled code at all other arguments is checked by test_vectors.py and test_every_kernel.py.
+"""
 
 import ctypes
 import json
 import math
 import random
-import shutil
-import struct
 import subprocess
 from fractions import Fraction
 from functools import cache
@@ -16,8 +17,9 @@ import pytest
 from flint import fmpz
 
 from tests.compiled import WARNINGS, compiler
+from tests.kernels.speed_headers import compilers, named_compiler
 from viscopade.arithmetic.balls import working
-from viscopade.arithmetic.formats import DOUBLE
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, exponent
 from viscopade.arrays import panels
 from viscopade.generated import END_CONDITION
 from viscopade.kernels.expressions import Arithmetic, Name, Run, Statement, evaluate, in_pairs
@@ -29,24 +31,21 @@ from viscopade_lab import exhaustive
 from viscopade_lab.exhaustive import doubles, floats
 
 COMMAND = "viscopade export c --full"
-TYPES = {"double": (np.float64, 53, -1022), "float": (np.float32, 24, -126)}
-CASES = [(form, function) for form in last_place.FORMATS for function in last_place.FUNCTIONS]
+CASES = [(form, function) for form in FORMATS.values() for function in last_place.FUNCTIONS]
+KINDS = {DOUBLE: np.float64, FLOAT: np.float32}
 BUILDS = {
-    "O0": ("-O0",),
     "plain": ("-O3", "-ffp-contract=off"),
     "fused": ("-O3", "-march=native", "-ffp-contract=fast"),
-    "fast-math": ("-O3", "-march=native", "-ffast-math"),
     "clang": ("-O3", "-march=native", "-ffp-contract=fast"),
 }
-EXACT_BUILDS = [name for name in BUILDS if name not in ("fast-math", "clang")]
 ALL_STANDARDS = ("c99", "c2x", "c++17", "c++20")
 
 INTERFACE = "".join(
     f"""
-void {form}_{function}(const {form} *v_star, {form} *result, long count)
+void {form.name}_{function}(const {form.name} *v_star, {form.name} *result, long count)
 {{
     for (long i = 0; i < count; i++) {{
-        result[i] = viscopade_{function}_full{"f" if form == "float" else ""}(v_star[i]);
+        result[i] = viscopade_{function}_full{form.suffix}(v_star[i]);
     }}
 }}
 """
@@ -69,18 +68,17 @@ def library(text, tmp_path_factory):
     @cache
     def built(build):
         target = folder / f"{build}.so"
-        arguments = compilers("c99")[-1] if build == "clang" else compiler("c99")
+        arguments = named_compiler("clang" if build == "clang" else "cc", "c99")
         command = [*arguments, *WARNINGS, "-Wno-missing-prototypes", *BUILDS[build], "-fPIC"]
         subprocess.run([*command, "-c", str(folder / "interface.c"), "-o", str(target.with_suffix(".o"))], check=True)
-        # Linked without -ffast-math, which would set denormal numbers to 0 in this process.
         subprocess.run([command[0], "-shared", str(target.with_suffix(".o")), "-o", str(target), "-lm"], check=True)
         return ctypes.CDLL(str(target))
 
     def run(build, form, function, values):
-        v_star = np.ascontiguousarray(values, dtype=TYPES[form][0])
+        v_star = np.ascontiguousarray(values, dtype=KINDS[form])
         result = np.empty_like(v_star)
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (v_star, result))
-        built(build)[f"{form}_{function}"](*pointers, ctypes.c_long(len(v_star)))
+        built(build)[f"{form.name}_{function}"](*pointers, ctypes.c_long(len(v_star)))
         return result
 
     return run
@@ -108,128 +106,28 @@ def truth(function, v_star):
 def power_law(v_star):
     """Return (3/2)^(2/3) v*^(-10/3) to more than 100 bits."""
     cube = Fraction(9, 4) / Fraction(v_star) ** 10
-    shift = 128 - last_place.exponent(cube) // 3
+    shift = 128 - exponent(cube) // 3
     return Fraction(int(fmpz(int(cube * Fraction(8) ** shift)).root(3))) / Fraction(2) ** shift
 
 
 def ulps(form, result, true):
-    _, precision, least = TYPES[form]
-    return abs(Fraction(float(result)) - true) / exhaustive.ulp(true, precision, least)
-
-
-def nearest(form, true):
-    return floats.rounded(true) if form == "float" else float(true)
-
-
-def bound(form, function, v_star, true):
-    """Return what is proven at this point."""
-    proven = certificate(form, function)
-    if true < Fraction(2) ** TYPES[form][2]:
-        return proven["underflow"]
-    x = v_star
-    while x >= 2.0**23:
-        x /= 8
-    return next(panel["ulp"] for panel in proven["panels"] if panel["low"] <= x < panel["high"])
-
-
-@cache
-def certificate(form, function):
-    return last_place.certificate(form, function)
-
-
-def at_exponents(form, generator):
-    """Return numbers of all exponents of type float; of type double, where something changes, and some others."""
-    if form == "float":
-        exponents = range(-149, 128)
-    else:
-        exponents = [*range(-1074, 1024, 41), *range(-540, -505), *range(-402, -397), *range(-60, 60), *range(300, 328)]
-    for e in exponents:
-        yield math.ldexp(1 + generator.getrandbits(51) / 2**51, e)
-
-
-@cache
-def points(form):
-    """Return inputs of the type: all the tests' exact values take some ten seconds."""
-    generator = random.Random(1)
-    found = {float(TYPES[form][0](x)) for x in at_exponents(form, generator)}
-    found |= {math.ldexp(1 + k / 16, e) for e in (-5, -4, -1, 0) for k in (0, 7, 15)}
-    found |= {float(np.nextafter(TYPES[form][0](x), TYPES[form][0](0))) for x in (2**-4, 1, 2**20, 2**23, 2**26)}
-    found |= {float(np.finfo(TYPES[form][0]).max), float(np.finfo(TYPES[form][0]).smallest_subnormal)}
-    return sorted(found)
+    return abs(Fraction(float(result)) - true) / form.ulp(true)
 
 
 # --- compiled code against the truth --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("function", last_place.FUNCTIONS)
-@pytest.mark.parametrize("build", EXACT_BUILDS)
-def test_double_is_within_the_proven_bounds(library, build, function):
-    values = points("double")
-    for v_star, result in zip(values, library(build, "double", function, values), strict=True):
-        true = truth(function, v_star)
-        assert ulps("double", result, true) <= bound("double", function, v_star, true), v_star.hex()
-
-
-@pytest.mark.parametrize("function", last_place.FUNCTIONS)
-@pytest.mark.parametrize("build", EXACT_BUILDS)
-def test_float_is_rounded_correctly(library, build, function):
-    values = points("float")
-    for v_star, result in zip(values, library(build, "float", function, values), strict=True):
-        true = truth(function, v_star)
-        assert result == nearest("float", true), v_star.hex()
-        assert ulps("float", result, true) <= bound("float", function, v_star, true)
-
-
-def test_points_reach_denormal_results_and_both_limits():
-    for form, function in CASES:
-        least = Fraction(2) ** TYPES[form][2]
-        true = [truth(function, v_star) for v_star in points(form)]
-        assert any(0 < t < least for t in true)
-        assert {0.0, 1.0} <= {nearest(form, t) for t in true}
-
-
-@pytest.mark.parametrize(("form", "function"), CASES)
-def test_fast_math_stays_near(library, form, function):
-    """Nothing is promised there; but no constant is lost."""
-    values = [v for v in points(form) if truth(function, v) > Fraction(2) ** (TYPES[form][2] + 1) and v < 1e30]
-    for v_star, result in zip(values, library("fast-math", form, function, values), strict=True):
-        assert ulps(form, result, truth(function, v_star)) < 2, v_star.hex()
-
-
-@pytest.mark.parametrize(("form", "function"), CASES)
-@pytest.mark.parametrize("build", EXACT_BUILDS)
-def test_special_values(library, build, form, function):
-    at_zero, at_infinity = (1.0, 0.0) if function == "epsilon" else (0.0, 1.0)
-    kind = TYPES[form][0]
-    tiny, largest = np.finfo(kind).smallest_subnormal, np.finfo(kind).max
-    results = library(build, form, function, [0.0, -0.0, tiny, np.inf, largest])
-    assert results.tolist() == [at_zero, at_zero, at_zero, at_infinity, at_infinity]
-    assert not np.signbit(results).any()
-    assert np.isnan(library(build, form, function, [np.nan, -np.nan, -tiny, -1.0, -largest, -np.inf])).all()
-
-
-@pytest.mark.parametrize(("form", "function"), CASES)
-def test_c_does_the_operations_that_the_certificate_is_about(library, form, function):
-    generator = random.Random(2)
-    kind = TYPES[form][0]
-    values = [float(kind(2.0 ** generator.uniform(-6, 24))) for _ in range(3000)]
-    values += [*points(form), 0.0, math.inf, 2.0**-400, 2.0**-401, *map(float, panels.CENTRES)]
-    found = library("plain", form, function, values)
-    expected = [last_place.evaluated_in(form, function, float(kind(v_star))) for v_star in values]
-    assert found.astype(float).tolist() == expected
-
-
-@pytest.mark.parametrize("function", last_place.FUNCTIONS)
-@pytest.mark.parametrize("build", [*EXACT_BUILDS, "clang"])
+@pytest.mark.parametrize("build", BUILDS)
 def test_floats_that_are_hardest_to_round(library, build, function):
     """Those nearer to a boundary than the proven error before the last rounding: the others are proven to be right."""
     values = [float.fromhex(v) for v in json.loads((exhaustive.HERE / "close_floats.json").read_text())[function]]
-    assert certificate("float", function)["maximum"] - 0.5 < 2.0**-27
-    for v_star, result in zip(values, library(build, "float", function, values), strict=True):
+    assert last_place.largest_ulp(FLOAT, function) - Fraction(1, 2) < 2.0**-27
+    for v_star, result in zip(values, library(build, FLOAT, function, values), strict=True):
         true = truth(function, v_star)
-        assert result == nearest("float", true), v_star.hex()
+        assert result == FLOAT.rounded(true), v_star.hex()
         other = np.nextafter(result, result.dtype.type(2 if true > Fraction(float(result)) else 0))
-        assert ulps("float", other, true) - ulps("float", result, true) < 2.0**-26
+        assert ulps(FLOAT, other, true) - ulps(FLOAT, result, true) < 2.0**-26
 
 
 @pytest.mark.parametrize("step", [9973, pytest.param(1, marks=pytest.mark.slow)])
@@ -240,15 +138,15 @@ def test_all_floats(text, function, mode, step):
     result = floats.check(function, mode, step, text=text)
     assert result["inputs"] == -(-(2**31) // step)
     assert result["not_correctly_rounded"] == 0, result
-    assert 0.49 < result["largest_error_ulp"] <= certificate("float", function)["maximum"]
+    assert 0.49 < result["largest_error_ulp"] <= last_place.largest_ulp(FLOAT, function)
 
 
 def test_the_check_of_floats_finds_a_wrong_coefficient(text):
     compiler("c11")
-    right = last_place.DOUBLE.hexadecimal(last_place.float_rows()[100][1])
+    right = DOUBLE.hexadecimal(last_place.float_rows()[100][1])
     value = float.fromhex(right)
     assert text.count(right) == 1
-    wrong = text.replace(right, last_place.DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
+    wrong = text.replace(right, DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
     result = floats.check("epsilon", "plain", 997, text=wrong)
     assert 0 < result["not_correctly_rounded"] < 1000
     panel = last_place.smaller_panels()[100]
@@ -261,13 +159,14 @@ def test_the_check_of_floats_finds_a_wrong_coefficient(text):
 
 @pytest.mark.parametrize(("form", "function"), CASES)
 def test_certificate_covers_the_half_line(form, function):
-    proven = certificate(form, function)
-    panels = proven["panels"]
-    assert (panels[0]["low"], panels[-1]["high"]) == (0, 2.0 ** (last_place.FOLD + last_place.PERIOD))
-    assert all(one["high"] == other["low"] for one, other in pairwise(panels))
-    assert proven["maximum"] == max(panel["ulp"] for panel in panels)
-    assert 0.5 < proven["maximum"] < (0.5 + 2**-20 if form == "float" else 0.6)
-    assert proven["underflow"] < 0.8
+    bounds = last_place.ulp_bounds(form, function)
+    assert (bounds[0].low, bounds[-1].high) == (0, 2 ** (last_place.FOLD + last_place.PERIOD))
+    assert all(one.high == other.low for one, other in pairwise(bounds))
+    largest = last_place.largest_ulp(form, function)
+    assert largest == max(bound.ulp for bound in bounds)
+    assert 0.5 < largest < (0.5 + 2**-20 if form == FLOAT else 0.6)
+    assert last_place.largest_subnormal(form, function) < 0.8
+    assert last_place.largest_ulp(form) == max(last_place.largest_ulp(form, of) for of in last_place.FUNCTIONS)
 
 
 def table_value(function, v_star):
@@ -282,12 +181,12 @@ def test_errors_are_below_the_bounds_and_not_far_below(library, form, function):
     """Sampled on every panel against the polynomials: the bound holds, and the largest error comes near it."""
     generator = np.random.default_rng(3)
     worst = Fraction(0)
-    for panel in certificate(form, function)["panels"]:
-        values = generator.uniform(panel["low"], panel["high"], 12).astype(TYPES[form][0]).astype(float)
-        values = values[(values >= panel["low"]) & (values < panel["high"]) & (values > 0)]
+    for low, high, bound in last_place.ulp_bounds(form, function):
+        values = generator.uniform(float(low), float(high), 12).astype(KINDS[form]).astype(float)
+        values = values[(values >= low) & (values < high) & (values > 0)]
         for v_star, result in zip(values, library("fused", form, function, values), strict=True):
             error = ulps(form, result, table_value(function, v_star))
-            assert error <= panel["ulp"], float(v_star).hex()
+            assert error <= bound, float(v_star).hex()
             worst = max(worst, error)
     assert worst > Fraction(49, 100)
 
@@ -320,12 +219,11 @@ def test_certificate_sees_a_wrong_coefficient_of_type_float(monkeypatch):
         assert last_place._float_bound(199, loss=False) > Fraction(1, 2) + Fraction(1, 2**8)
 
 
-@pytest.mark.parametrize("form", last_place.FORMATS)
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
 def test_certificate_sees_a_wrong_coefficient_near_0(monkeypatch, form):
-    proven = last_place.near(form)
-    wrong = proven._replace(a=(proven.a[0] * (1 + 2.0**-20), *proven.a[1:]))
-    monkeypatch.setattr(last_place, "near", lambda _: wrong)
-    least = 1 if form == "double" else Fraction(1, 2) + Fraction(1, 2**10)
+    right = last_place.near(form)
+    monkeypatch.setattr(last_place, "near", lambda _: right | {"a0": right["a0"] * (1 + 2.0**-20)})
+    least = 1 if form == DOUBLE else Fraction(1, 2) + Fraction(1, 2**10)
     with working(128):
         assert last_place._near_bound(form, loss=True) > least
 
@@ -342,22 +240,14 @@ def test_bounds_of_rounding_errors_hold():
         names = [f"a{n}" for n in range(len(a))]
         program, total = (Statement("tt", Name("t") * Name("t")),), in_pairs("t", "tt", names)
         with working(128):
-            rounding, numbers = arithmetic(DOUBLE), last_place._numbers(names, a)
-            rounded = evaluate(total, Run(program, numbers | {"t": last_place._between(low, high)}, rounding), rounding)
+            rounding, numbers = arithmetic(DOUBLE), last_place._numbers(names, a, t=last_place._between(low, high))
+            rounded = evaluate(total, Run(program, numbers, rounding), rounding)
             error = Fraction(last_place.exact_middle(rounded.absolute))
         values = Run(program, dict(zip(names, a, strict=True)) | {"t": t}, Arithmetic(float))
         found = abs(Fraction(evaluate(total, values, Arithmetic(float))) - exactly)
         assert found <= error
         largest = max(largest, float(found / error) if error else 0.0)
     assert largest > 0.1
-
-
-def test_bad_forms_and_functions_are_refused():
-    with pytest.raises(ValueError, match="form is 'half': accepted are double, float"):
-        last_place.certificate("half", "epsilon")
-    with pytest.raises(ValueError, match="function is 'x_max': accepted are epsilon, one_minus_epsilon"):
-        last_place.evaluated_in("double", "x_max", 1.0)
-    assert math.isnan(last_place.evaluated_in("double", "epsilon", -1.0))
 
 
 # --- the header -----------------------------------------------------------------------------------------------------
@@ -370,10 +260,12 @@ def test_header_says_what_it_holds(text):
     assert END_CONDITION.split(",")[0] in " ".join(line.removeprefix(" * ") for line in lines)
     head = text.split("*/")[0]
     for form, function in CASES:
-        (line,) = (line for line in head.splitlines() if line.startswith(f" *     {form},") and f" {function}:" in line)
-        stated, proven = float(line.split()[-1]), certificate(form, function)["maximum"]
+        (line,) = (
+            line for line in head.splitlines() if line.startswith(f" *     {form.name},") and f" {function}:" in line
+        )
+        stated, proven = float(line.split()[-1]), last_place.largest_ulp(form, function)
         assert proven <= stated
-        assert stated - 0.5 < 1.2 * (proven - 0.5)
+        assert stated - 0.5 < 1.2 * float(proven - Fraction(1, 2))
     assert text.isascii()
     assert text == header.render(COMMAND)
 
@@ -397,19 +289,8 @@ def test_a_command_of_two_lines_is_refused():
 def test_header_compiles_without_warnings(text, tmp_path, standard):
     source = tmp_path / "source.c"
     source.write_text(text + INTERFACE)
-    for command in compilers(standard):
+    for command in compilers(standard).values():
         subprocess.run([*command, *WARNINGS, "-fsyntax-only", str(source)], check=True)
-
-
-def compilers(standard):
-    """Return the usual compiler for a standard (or skip), and Clang if it is there and knows it."""
-    usual = compiler(standard)
-    clang = shutil.which("clang++" if "++" in standard else "clang")
-    if clang is None:
-        return [usual]
-    other = [clang, *usual[1:]]
-    probe = subprocess.run([*other, "-fsyntax-only", "-"], input="", text=True, capture_output=True)
-    return [usual] if probe.returncode else [usual, other]
 
 
 PATTERNS = """
@@ -459,25 +340,11 @@ def test_no_undefined_behaviour_for_any_bits(text, tmp_path, math_flag):
 def test_reference_of_the_checks_is_right(text):
     """The reference in long double against exact values: errors of the kernel agree to 0.01 ulp."""
     compiler("c11")
-    values = [v for v in points("double") if 1e-3 < v < 1e6] + [1e-170, 3e-5, 1e60, 1e94]
+    values = [*np.geomspace(1e-3, 1e6, 30).tolist(), 1e-170, 3e-5, 1e60, 1e94]
     with exhaustive.compiled("check_double", "plain", text) as program:
         for function in last_place.FUNCTIONS:
             bits = np.array([doubles.bits_of(v) for v in values], dtype=np.uint64)
             found, results = doubles.errors(program, function, bits)
             for v_star, error, result in zip(values, found, results, strict=True):
-                exactly = ulps("double", float.fromhex(result), truth(function, v_star))
+                exactly = ulps(DOUBLE, float.fromhex(result), truth(function, v_star))
                 assert abs(float(exactly) - error) < 0.01, v_star
-
-
-def test_rounding_of_fractions_to_float():
-    generator = random.Random(5)
-    for _ in range(2000):
-        number = Fraction(generator.getrandbits(80), 2**80) * Fraction(2) ** generator.randint(-155, 0)
-        number = (
-            number if generator.random() < 0.5 else Fraction(float(np.float32(float(number)))) + Fraction(1, 2**170)
-        )
-        packed = struct.unpack("<f", struct.pack("<f", floats.rounded(number)))[0]
-        assert packed == floats.rounded(number)
-        other = np.float32(packed)
-        for neighbour in (np.nextafter(other, np.float32(0)), np.nextafter(other, np.float32(2))):
-            assert abs(Fraction(packed) - number) <= abs(Fraction(float(neighbour)) - number)

@@ -31,6 +31,7 @@ FILE = Path(registry.__file__).parents[1] / registry.DATA
 FORMATS = {form.name: form for form in (DOUBLE, FLOAT)}
 SAMPLES = 500
 # v* from 1e-4, eps being 1 - 1e-8, to 40, below the tables' ranges and beyond.
+HEADERS = {"half-line": "viscopade_half_line.h", "full": "viscopade_full.h", "compact": "viscopade.cuh"}
 RANGES = ((1e-4, 1e-3), (1e-3, 1e-2), (1e-2, 0.3), (0.3, 2.0), (2.0, 9.0), (9.0, 40.0))
 REFERENCE = Fraction(2, 10**16)  # of `double`, relative to eps and to 1 - eps
 
@@ -76,8 +77,8 @@ def test_the_file_as_computed(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.slow
 def test_full_rows_as_proven() -> None:
     for form in FORMATS.values():
-        worst = max(Fraction(last_place.certificate(form.name, name)["maximum"]) for name in last_place.FUNCTIONS)
-        assert Fraction(of("full", "full", form.name).inside) >= worst * Fraction(2) ** (1 - form.precision)
+        least = last_place.largest_ulp(form) * Fraction(2) ** (1 - form.precision)
+        assert Fraction(of("full", "full", form.name).inside) >= least
 
 
 # --- what entries say -------------------------------------------------------------------------------------------------
@@ -119,10 +120,6 @@ def test_what_cuda_runs_is_bounded_on_the_host_too() -> None:
 
 # --- the code does not exceed them ------------------------------------------------------------------------------------
 
-Point = tuple[
-    float, float, float, float
-]  # eps and 1 - eps, exact but for double precision; eps and 1 - eps^2, computed
-
 
 @pytest.fixture(scope="module")
 def headers(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Library]:
@@ -158,13 +155,32 @@ def v_star_of(speed: np.ndarray, beta: np.ndarray) -> np.ndarray:
     return longer.astype(float)
 
 
-def largest_excess(entry: Entry, apart: bool, points: list[Point], low: float, high: float) -> float:
+def computed(entry: Entry, headers: Callable[..., Library], low: float, high: float) -> tuple[np.ndarray, ...]:
+    """Return exact eps and 1 - eps, and eps and 1 - eps^2 as the entry's code gives them, for some v*."""
+    speed, beta, v_star = arguments(entry.format, low, high)
+    end = entry.name + FORMATS[entry.format].suffix
+    library = headers(file_of(entry.tier) if entry.kind == "speed" else HEADERS[entry.kind])
+    if entry.kind in ("speed", "compact"):
+        pairs = list(zip(speed.tolist(), beta.tolist(), strict=True))
+        found = [
+            np.array([library[f"{name}_{end}"](*pair) for pair in pairs]) for name in ("restitution", "dissipation")
+        ]
+        return (*exact(v_star_of(speed, beta)), *found)
+    eps = np.array([library[f"epsilon_{end}"](v) for v in v_star.tolist()], v_star.dtype)
+    lost = (1 - eps) * (1 + eps)
+    if entry.kind == "full":
+        loss = np.array([library[f"one_minus_epsilon_{end}"](v) for v in v_star.tolist()], v_star.dtype)
+        lost = loss * (2 - loss)
+    return (*exact(v_star.astype(float)), eps, lost)
+
+
+def largest_excess(entry: Entry, points: tuple[np.ndarray, ...], low: float, high: float) -> float:
     """Return the largest ratio of an error to what an entry states for it."""
-    both = entry.error(Fraction(low), Fraction(high))
+    both, apart = entry.error(Fraction(low), Fraction(high)), entry.kind != "half-line"
     bound = Bound(both + REFERENCE, Fraction(entry.rounding) * (1 + both) + REFERENCE, Fraction(entry.loss), apart)
     # The reference is relative to 1 - eps, too: dissipation has this in `both`.
     ratios = []
-    for eps, loss, epsilon, dissipation in points:
+    for eps, loss, epsilon, dissipation in zip(*(column.tolist() for column in points), strict=True):
         e, d = Fraction(eps), Fraction(loss)
         off = abs(Fraction(epsilon) - e) if eps < 0.5 else abs(1 - Fraction(epsilon) - d)
         ratios.append(float(off / (bound.both * min(e, d) + bound.relative * e)))
@@ -174,69 +190,20 @@ def largest_excess(entry: Entry, apart: bool, points: list[Point], low: float, h
     return max(ratios)
 
 
-SPEED = [(tier, form) for tier in ("1e-3", "1e-5", "1e-7", "1e-10", "full") for form in FORMATS]
-
-
-@pytest.mark.parametrize(("tier", "form"), SPEED)
-def test_tables_of_the_speed_keep_their_errors(tier: str, form: str, headers: Callable[..., Library]) -> None:
-    library = headers(file_of(tier))
-    entry, suffix = of("speed", tier, form), "f" if form == "float" else ""
-    restitution, dissipation = (library[f"{name}_{entry.name}{suffix}"] for name in ("restitution", "dissipation"))
-    reached = 0.0
-    for low, high in RANGES:
-        speed, beta, _ = arguments(form, low, high)
-        eps, loss = exact(v_star_of(speed, beta))
-        found = [(restitution(v, b), dissipation(v, b)) for v, b in zip(speed.tolist(), beta.tolist(), strict=True)]
-        points = [(e, d, *pair) for e, d, pair in zip(eps.tolist(), loss.tolist(), found, strict=True)]
-        ratio = largest_excess(entry, True, points, low * 0.999, high * 1.001)
-        assert ratio <= 1, (low, high)
-        reached = max(reached, ratio)
-    assert reached > 0.2
-
-
 @pytest.mark.parametrize(
-    ("tier", "form"), [("1e-3", "double"), ("1e-3", "float"), ("1e-5", "float"), ("1e-7", "double")]
+    "entry",
+    [e for e in entries() if (e.place, e.size) == ("host", "fast") and e.kind != "v*"],
+    ids=lambda e: f"{e.kind}-{e.tier}-{e.format}",
 )
-def test_half_line_kernels_keep_their_errors(tier: str, form: str, headers: Callable[..., Library]) -> None:
-    entry, suffix = of("half-line", tier, form), "f" if form == "float" else ""
-    epsilon = headers("viscopade_half_line.h")[f"epsilon_{entry.name}{suffix}"]
-    kind = np.float32 if form == "float" else float
+def test_code_keeps_the_errors_of_its_entry(entry: Entry, headers: Callable[..., Library]) -> None:
+    ratios = []
     for low, high in RANGES:
-        v_star = arguments(form, low, high)[2]
-        found = [epsilon(v) for v in v_star.tolist()]
-        one = kind(1)
-        lost = [float((one - kind(e)) * (one + kind(e))) for e in found]
-        eps, loss = (values.tolist() for values in exact(v_star.astype(float)))
-        points = list(zip(eps, loss, found, lost, strict=True))
-        assert largest_excess(entry, False, points, low, high) <= 1, (low, high)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_the_kernel_of_full_accuracy_keeps_its_errors(form: str, headers: Callable[..., Library]) -> None:
-    entry, suffix = of("full", "full", form), "f" if form == "float" else ""
-    library = headers("viscopade_full.h")
-    epsilon, one_minus = (library[f"{name}_full{suffix}"] for name in ("epsilon", "one_minus_epsilon"))
-    kind = np.float32 if form == "float" else float
-    for low, high in RANGES:
-        v_star = arguments(form, low, high)[2]
-        loss = [kind(one_minus(v)) for v in v_star.tolist()]
-        found = [(epsilon(v), float(d * (kind(2) - d))) for v, d in zip(v_star.tolist(), loss, strict=True)]
-        eps, exact_loss = (values.tolist() for values in exact(v_star.astype(float)))
-        points = [(e, d, *pair) for e, d, pair in zip(eps, exact_loss, found, strict=True)]
-        assert largest_excess(entry, True, points, low, high) <= 1, (low, high)
-
-
-@pytest.mark.parametrize(("tier", "form"), [("1e-3", "float"), ("1e-5", "float"), ("1e-7", "double")])
-def test_compact_kernels_keep_their_errors_on_the_host(tier: str, form: str, headers: Callable[..., Library]) -> None:
-    entry, suffix = of("compact", tier, form), "f" if form == "float" else ""
-    library = headers("viscopade.cuh")
-    restitution, dissipation = (library[f"{name}_{entry.name}{suffix}"] for name in ("restitution", "dissipation"))
-    for low, high in ((3e-4, 1e-3), *RANGES[1:]):
-        speed, beta, _ = arguments(form, low, high)
-        eps, loss = exact(v_star_of(speed, beta))
-        found = [(restitution(v, b), dissipation(v, b)) for v, b in zip(speed.tolist(), beta.tolist(), strict=True)]
-        points = [(e, d, *pair) for e, d, pair in zip(eps.tolist(), loss.tolist(), found, strict=True)]
-        assert largest_excess(entry, True, points, low * 0.999, high * 1.001) <= 1, (low, high)
+        # In type float beta^5 speed is no normal number for smaller v*.
+        low = max(low, 3e-4) if entry.kind == "compact" else low
+        points = computed(entry, headers, low, high)
+        ratios.append(largest_excess(entry, points, low * 0.999, high * 1.001))
+    assert max(ratios) <= 1
+    assert max(ratios) > 0.2 or entry.kind != "speed"
 
 
 def test_near_one_eps_is_off_by_more_than_its_last_rounding(headers: Callable[..., Library]) -> None:

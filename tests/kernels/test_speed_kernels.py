@@ -18,7 +18,6 @@ from tests.compiled import WARNINGS
 from tests.kernels.speed_headers import (
     FORMS,
     FUNCTIONS,
-    KINDS,
     SUFFIXES,
     Functions,
     Header,
@@ -28,12 +27,10 @@ from tests.kernels.speed_headers import (
     in_table,
     machine_flags,
     named_compiler,
-    relative_bounds,
     spacing,
 )
 from viscopade.kernels import names, prove_lacunary
-from viscopade.kernels.forms import speed_table, speed_table_last_place
-from viscopade.kernels.targets import speed
+from viscopade.kernels.forms import speed_table
 from viscopade_lab.exhaustive import speed_floats
 
 STANDARDS = ("c99", "c2x", "c++17", "c++20")
@@ -49,12 +46,6 @@ BUILDS = {
     "clang-fast": ("clang", "c99", ("-O3", *machine_flags(), "-ffast-math")),
 }
 IEEE = tuple(name for name in BUILDS if "fast" not in name)
-GRID = [
-    (name, standard, (level, *contraction))
-    for name in ("cc", "clang")
-    for standard in ("c99", "c11", "c17", "c++17")
-    for level, contraction in (("-O0", PLAIN), ("-O2", PLAIN), ("-O2", FUSED), ("-O3", FUSED))
-]
 
 slow = pytest.mark.slow
 each_tier = pytest.mark.parametrize("tier", names.TIERS)
@@ -207,32 +198,7 @@ def test_header_compiles_without_warnings(tmp_path, tier, standard):
         subprocess.run([*command, *WARNINGS, "-Wno-unused-function", "-fsyntax-only", str(source)], check=True)
 
 
-@slow
-@each_tier
-def test_the_bounds_read_from_the_text_are_those_of_the_proofs(tier):
-    given, kernel = header(tier), prove_lacunary.speed_kernel(tier)
-    table = kernel.table
-    assert given.name == kernel.name
-    assert (given.first, given.split, given.native) == (table.first, table.split, [f.name for f in kernel.formats])
-    one = np.ones(1)
-    at = Truth(one, one)
-    for form in kernel.formats:
-        found = at.bound("restitution", given, form.name)[0]
-        if given.full:
-            proven = float(table.proven.ulp + speed_table_last_place.ulp_of_w()) * float(spacing(at.eps, float)[0])
-        else:
-            relative = table.proven.error + speed.rounding_of(table, form)
-            proven = float(relative) * float(at.smaller[0]) + float(spacing(at.eps, FORMS[form.name])[0]) / 2
-        assert 1 <= found / proven < 1.05
-
-
 # --- errors -----------------------------------------------------------------------------------------------------------
-
-
-def errors(functions, tier, form, function, kind="single"):
-    """Return errors as parts of the bounds, for all inputs."""
-    found = functions(kind, function, header(tier), *inputs(tier, form))
-    return part(found, *truth_and_bound(tier, form, function))
 
 
 def part(found, true, bound):
@@ -254,7 +220,8 @@ def parts_of_bound(true, found, function, given, form):
 def test_errors_are_within_the_stated_bounds(built, build, tier):
     functions = built(build, tier)
     for form, function in itertools.product(FORMS, FUNCTIONS):
-        parts = errors(functions, tier, form, function)
+        found = functions("single", function, header(tier), *inputs(tier, form))
+        parts = part(found, *truth_and_bound(tier, form, function))
         worst = int(np.argmax(parts))
         values, beta = inputs(tier, form)
         assert parts[worst] <= 1, (form, function, float(values[worst]).hex(), float(beta[worst]).hex())
@@ -262,29 +229,6 @@ def test_errors_are_within_the_stated_bounds(built, build, tier):
             inside = truth(tier, form).in_table(header(tier), form)
             assert parts[inside].max() > 0.6  # no bound is far too large
             assert not inside.all()
-
-
-@each_form
-@each_tier
-def test_eps_is_above_0_and_not_above_1(built, tier, form):
-    values, beta = inputs(tier, form)
-    eps, rebound, dissipation = (built("plain", tier)("single", f, header(tier), values, beta) for f in FUNCTIONS)
-    true = truth(tier, form)
-    assert np.all(eps[true.eps > 100 * np.finfo(FORMS[form]).smallest_subnormal] > 0)
-    assert np.all((eps >= 0) & (eps <= 1))
-    assert np.all((rebound >= 0) & (rebound <= values))
-    assert np.all((dissipation >= 0) & (dissipation <= 1 + 2.0**-51))
-    assert np.all(dissipation[true.loss > np.finfo(FORMS[form]).smallest_subnormal] > 0)
-
-
-@slow
-@pytest.mark.parametrize(("name", "standard", "flags"), GRID, ids=lambda x: "".join(x))
-@each_tier
-def test_errors_for_all_compilers_standards_and_levels(tmp_path, tier, name, standard, flags):
-    native = machine_flags() if "-O3" in flags else []
-    functions = Functions(tmp_path, [header(tier)], named_compiler(name, standard, [*flags, *native]))
-    for form, function, kind in itertools.product(FORMS, FUNCTIONS, ("single", "each")):
-        assert errors(functions, tier, form, function, kind).max() <= 1
 
 
 # --- arrays -----------------------------------------------------------------------------------------------------------
@@ -362,15 +306,6 @@ def test_arrays_from_several_threads(built, tier):
         assert all(pool.map(run, range(60)))
 
 
-@pytest.mark.parametrize("build", ["O0", "plain", "native"])
-def test_no_speeds(built, build):
-    functions = built(build, "full")
-    nothing = np.zeros(0), np.zeros(0)
-    for function in FUNCTIONS:
-        for kind in KINDS:
-            assert functions.by_kind(kind, function, header("full"), *nothing).size == 0
-
-
 # --- odd inputs -------------------------------------------------------------------------------------------------------
 
 
@@ -402,22 +337,6 @@ def test_odd_inputs_give_what_the_header_says(built, build, tier):
         assert same(found[~finite], np.array(stated, dtype=FORMS[form])), (form, function)
         true = Truth(values[finite], beta[finite])
         assert parts_of_bound(true, found[finite], function, given, form).max() <= 1
-
-
-@pytest.mark.parametrize(("build", "tier"), few(("native",)))
-def test_odd_inputs_in_arrays(built, build, tier):
-    """Each alone among usual ones, at every place of a block."""
-    functions, given = built(build, tier), header(tier)
-    for form, function in itertools.product(FORMS, FUNCTIONS):
-        usual, unit = batch(tier, form, np.random.default_rng(9), 2 * given.block + 3)
-        for place, (value, b) in enumerate(zip(*all_pairs(form), strict=True)):
-            values, beta = usual.copy(), unit.copy()
-            values[place % values.size], beta[place % values.size] = value, b
-            for kind in ("each", "by_pair"):
-                found = functions.by_kind(kind, function, given, values, beta)
-                assert same(found, expected(functions, function, tier, values, beta)), (kind, value, b)
-            found = functions("array", function, given, values, b)
-            assert same(found, expected(functions, function, tier, values, np.full_like(values, b))), (value, b)
 
 
 # --- -ffast-math, and subnormal numbers set to 0 ----------------------------------------------------------------------
@@ -548,46 +467,6 @@ def test_no_row_beyond_the_table_is_read(tier):
         assert begin + end == int(bits(form, [2.0**given.end])[0])
 
 
-PLACES = """
-#include <stdio.h>
-int main(void)
-{{
-    uint64_t n;
-    uint32_t wrong = 0;
-
-    for (n = 0; n < UINT64_C(0x100000000); n += {step}) {{
-        const uint32_t bits = (uint32_t)n;
-        const uint32_t place = bits - {begin}u;
-        const uint32_t in = place < {end}u;
-        float w;
-
-        memcpy(&w, &bits, sizeof w);
-        const float m = viscopade_mantissa_{name}f(place);
-        wrong += in != (w >= {low}f && w < {high}f);
-        wrong += in != ((place >> {ends}) == 0);
-        wrong += in && (place >> {shift}) >= {size}u;
-        wrong += !(m >= 1.0f && m < 2.0f);
-        wrong += in && viscopade_base_{name}f(place) != (w < 0.125f ? 1.0f : 0.0f);
-    }}
-    printf("%lu", (unsigned long)wrong);
-    return 0;
-}}
-"""
-
-
-@pytest.mark.parametrize("step", [127, pytest.param(1, marks=slow)])
-@pytest.mark.parametrize("tier", ["1e-3", "1e-5"])
-def test_all_floats_find_their_rows(tmp_path, tier, step):
-    """All 2^32 bit patterns of w, or every 127-th."""
-    given = header(tier)
-    begin, end, ends, sizes = layout(given, "float")
-    size, shift = max(sizes)
-    numbers = {"begin": begin, "end": end, "shift": shift, "ends": ends, "size": size, "name": given.name}
-    text = given.text + PLACES.format(low=f"0x1p{given.first}", high=f"0x1p{given.end}", step=step, **numbers)
-    command = named_compiler("cc", "c99", ("-O3", *machine_flags()))
-    assert program(tmp_path, text, command) == "0"
-
-
 def program(folder, text, command):
     """Compile and run a program; return what it prints."""
     source, target = folder / "program.src", folder / "program"
@@ -596,23 +475,6 @@ def program(folder, text, command):
     done = subprocess.run([str(target)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     return done.stdout
-
-
-@each_tier
-def test_doubles_around_all_borders_find_their_rows(built, tier):
-    """Rows are told apart by eps: next to a border it must be that row's polynomial, read from the text."""
-    given = header(tier)
-    if given.full:
-        pytest.skip("its rows begin with two leading parts; errors of less than one ulp tell them apart")
-    table = np.array(rows_of(given))
-    w = near("double", borders(given), 1)
-    w = w[(w >= 2.0**given.first) & (w < 2.0**given.end)]
-    fraction, exponent = np.frexp(w)
-    place = np.floor((2 * fraction - 1) * 2**given.split).astype(int) + ((exponent - 1 - given.first) << given.split)
-    powers = (2 * fraction)[:, None] ** np.arange(table.shape[1])
-    eps = np.sum(table[place] * powers, axis=1) + (w < 0.125)
-    found = built("plain", tier)("single", "restitution", given, w, np.ones_like(w))
-    assert np.max(np.abs(found - eps) / eps) < 1e-13
 
 
 # --- undefined behaviour ----------------------------------------------------------------------------------------------
@@ -848,22 +710,11 @@ def test_all_floats(tier, step):
     """The benchmark that tests all positive floats, with the bounds that the header states."""
     named_compiler("cc", "c11")  # or skip
     given = header(tier)
-    native = "float" in given.native
-    relative = stated(given, "float")
-    bounds = speed_floats.FloatBounds(given.first, given.end, *relative, 3.5 if native else 0.5)
+    bounds = speed_floats.bounds_of(prove_lacunary.speed_kernel(tier))
     result = speed_floats.check(given.text, given.name, bounds, "fused", step)
     assert result["inputs"] == -(-(2**31 - 2**23 - 1) // step)
     assert result["differ"] == 0
     for function in FUNCTIONS:
         assert result["functions"][function]["beyond"] == 0, result
         assert result["functions"][function]["largest"] > 0.3
-    assert result["largest_rise"] <= (1.0 if given.full else 2 * sum(relative)) + 2.0**-22
-
-
-def stated(given, form):
-    """Return the relative errors of the smaller of eps and 1 - eps, in the table and beyond."""
-    if given.full:
-        return 1e-15, 4e-14
-    small = Truth(np.ones(1), np.exp2(np.array([0.0, (given.end + 30) / 5])))
-    inside, _ = relative_bounds(small, given, form, np.array([True, False]))
-    return float(inside[0]), float(inside[1]) + 1e-13
+    assert result["largest_rise"] <= (1.0 if given.full else 2 * (bounds.inside + bounds.outside)) + 2.0**-22

@@ -234,9 +234,9 @@ def test_bounds_of_a_full_row_count_every_part(index):
         least = 1 - piece.most if base else piece.least
         assert plain.relative == ((given + rest) / piece.least + U) * (1 + U)
         # The sum of what is lost, half a unit of base + high at most, and of the rest is rounded, too.
-        lost = U / 2 * (speed_table_last_place._ulp(1 + Fraction(FULL.rows[index][0])) * 2**53) / 2 if base else 0
+        lost = U / 2 * (DOUBLE.ulp(1 + Fraction(FULL.rows[index][0])) * 2**53) / 2 if base else 0
         assert rest < added <= rest + U * (abs(low) + sum(abs(c) * half ** (n + 1) for n, c in enumerate(a)) + lost)
-        assert plain.ulp == Fraction(1, 2) + (given + added) / speed_table_last_place._ulp(least)
+        assert plain.ulp == Fraction(1, 2) + (given + added) / DOUBLE.ulp(least)
 
 
 def test_the_unit_is_that_of_the_least_eps():
@@ -252,8 +252,8 @@ def test_the_unit_is_that_of_the_least_eps():
 
 def test_units_in_the_last_place():
     for number, exponent in ((1, -52), (1 - E, -53), (Fraction(1, 2), -53), (Fraction(3, 4), -53), (3, -51)):
-        assert speed_table_last_place._ulp(Fraction(number)) == Fraction(2) ** exponent
-    assert speed_table_last_place._ulp(Fraction(1, 3) / 2**30) == Fraction(2) ** (-2 - 30 - 52)
+        assert DOUBLE.ulp(Fraction(number)) == Fraction(2) ** exponent
+    assert DOUBLE.ulp(Fraction(1, 3) / 2**30) == Fraction(2) ** (-2 - 30 - 52)
 
 
 def test_p_of_1_or_more_is_refused():

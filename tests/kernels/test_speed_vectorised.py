@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import struct
 import subprocess
 from collections import Counter
 from typing import NamedTuple
@@ -17,7 +16,6 @@ import pytest
 
 from tests import daily
 from tests.kernels.speed_headers import FORMS, FUNCTIONS, SUFFIXES, header
-from tests.kernels.test_speed_kernels import inputs, part, truth_and_bound
 from viscopade.kernels import names
 
 ARM = "aarch64-linux-gnu"
@@ -181,52 +179,3 @@ def test_gathers_are_found(tmp_path):
     assert spoiled.text != given.text
     _, assembly = compiled(tmp_path, spoiled, TARGETS["gcc-haswell"])
     assert any(number for name, number in gathers(assembly).items() if "by_pair" not in name)
-
-
-# --- the same code on another processor -------------------------------------------------------------------------------
-
-RUN = """
-#include <stdio.h>
-#include <stdlib.h>
-int main(void)
-{
-    uint64_t n = 0;
-    TYPE *speed, *beta, *out;
-
-    if (fread(&n, sizeof n, 1, stdin) != 1) {
-        return 1;
-    }
-    speed = malloc(n * sizeof *speed), beta = malloc(n * sizeof *beta), out = malloc(n * sizeof *out);
-    if (fread(speed, sizeof *speed, n, stdin) != n || fread(beta, sizeof *beta, n, stdin) != n) {
-        return 1;
-    }
-    viscopade_FUNCTION_each_NAME(n, speed, beta, out);
-    fwrite(out, sizeof *out, n, stdout);
-    for (uint64_t i = 0; i < n; i++) {
-        out[i] = viscopade_FUNCTION_NAME(speed[i], beta[i]);
-    }
-    fwrite(out, sizeof *out, n, stdout);
-    return 0;
-}
-"""
-
-
-@slow
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("tier", names.TIERS)
-def test_errors_on_an_emulated_arm_processor(tmp_path, tier, form):
-    command, emulator = shutil.which(f"{ARM}-gcc"), shutil.which("qemu-aarch64")
-    if command is None or emulator is None:
-        pytest.skip(f"there is no {ARM}-gcc or no qemu-aarch64")
-    values, beta = inputs(tier, form)
-    given = header(tier)
-    for function in FUNCTIONS:
-        body = RUN.replace("TYPE", form).replace("FUNCTION", function).replace("NAME", given.name + SUFFIXES[form])
-        (tmp_path / "run.c").write_text(given.text + body)
-        arguments = ["-O3", "-std=c99", "-ffp-contract=fast", "-static", "run.c", "-o", "run", "-lm"]
-        subprocess.run([command, *arguments], cwd=tmp_path, check=True)
-        data = struct.pack("<Q", values.size) + values.tobytes() + beta.tobytes()
-        done = subprocess.run([emulator, str(tmp_path / "run")], input=data, capture_output=True, check=True)
-        of_array, single = np.frombuffer(done.stdout, dtype=FORMS[form]).reshape(2, -1)
-        assert np.array_equal(of_array, single)
-        assert part(single, *truth_and_bound(tier, form, function)).max() <= 1

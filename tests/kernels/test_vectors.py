@@ -17,7 +17,7 @@ from viscopade.arithmetic.formats import FORMATS
 from viscopade.collision import exact
 from viscopade.kernels import requests
 from viscopade.kernels.targets import vectors
-from viscopade.kernels.targets.vectors import COLUMNS, hard_arguments, hexadecimal, rounded_to
+from viscopade.kernels.targets.vectors import COLUMNS, hard_arguments, hexadecimal
 
 ROOT = Path(__file__).parents[2]
 EXPORTS, RUNNERS = ROOT / "exports", ROOT / "examples" / "vectors"
@@ -212,7 +212,7 @@ def test_exact_values_are_those_of_the_integration(name):
             form = FORMATS[row["type"]]
             text = mp.nstr(value, 35)
             low, high = (Fraction(float.fromhex(row[key])) for key in ("least", "most"))
-            nearest = rounded_to(Fraction(text), form)
+            nearest = form.rounded(Fraction(text))
             assert row["nearest"] in ("-", hexadecimal(nearest))
             assert low <= Fraction(nearest) <= high
             # least and most are the exact value and the error, which is printed rounded up to three digits.
@@ -252,12 +252,13 @@ def from_motion(row):
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
 def test_numbers_of_a_type(form):
-    smallest = Fraction(2) ** (2 - form.largest - form.precision)
+    smallest = form.smallest
     largest = (2 - Fraction(form.epsilon)) * Fraction(2) ** form.largest
-    assert rounded_to(smallest / 2, form) == 0
-    assert rounded_to(smallest * 3 / 4, form) == rounded_to(smallest, form) == smallest
-    assert rounded_to(largest, form) == largest
-    assert rounded_to(2 * largest, form) == float("inf") == -rounded_to(-2 * largest, form)
+    assert smallest == Fraction(2) ** (2 - form.largest - form.precision) == form.ulp(smallest)
+    assert form.rounded(smallest / 2) == 0
+    assert form.rounded(smallest * 3 / 4) == form.rounded(smallest) == smallest
+    assert form.rounded(largest) == largest
+    assert form.rounded(2 * largest) == float("inf") == -form.rounded(-2 * largest)
     assert [hexadecimal(x) for x in (0.0, -0.0, 3.0, 5e-324, float("inf"), float("nan"))] == [
         *("0x0p+0", "-0x0p+0", "0x1.8p+1", "0x0.0000000000001p-1022", "inf", "nan"),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -57,23 +58,50 @@ class Format:
         """The distance from 1 to the next value."""
         return 2.0 ** (1 - self.precision)
 
-    def nearest(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
+    @property
+    def bytes(self) -> int:
+        """The size of a number in memory."""
+        return (self.precision + self.largest.bit_length() + 1) // 8
+
+    @property
+    def smallest(self) -> Fraction:
+        """The smallest positive number, which is subnormal."""
+        return Fraction(2) ** (2 - self.largest - self.precision)
+
+    @property
+    def least(self) -> Fraction:
+        """The smallest positive normal number."""
+        return Fraction(2) ** (1 - self.largest)
+
+    def ulp(self, number: Fraction) -> Fraction:
+        """Return the unit in the last place of a number, which may be subnormal, but not zero."""
+        return Fraction(2) ** (max(exponent(number), 1 - self.largest) - self.precision + 1)
+
+    def rounded(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
         """Return the correctly rounded value of an exact number: nearest, ties to even, or by another rule.
 
-        The rule, such as `math.floor`, rounds to integers, as `round` does.
+        The rule, such as `math.floor`, rounds to integers, as `round` does. The value may be subnormal or infinite.
+        """
+        if number == 0:
+            return 0.0
+        unit = self.ulp(number)
+        value = to(number / unit) * unit
+        if abs(value) >= Fraction(2) ** (self.largest + 1):
+            return math.inf if value > 0 else -math.inf
+        return float(value)
+
+    def nearest(self, number: Fraction, to: Callable[[Fraction], int] = round) -> float:
+        """Return the correctly rounded value of an exact number, which is to be zero or a normal number.
 
         Raises
         ------
         ValueError
-            If that value is not zero and not a normal number of the format.
+            If it is neither.
         """
-        if number == 0:
-            return 0.0
-        spacing = Fraction(2) ** (_exponent(number) - self.precision + 1)
-        value = to(number / spacing) * spacing
-        if not 1 - self.largest <= _exponent(value) <= self.largest:
+        value = self.rounded(number, to)
+        if number and not self.least <= abs(value) < math.inf:
             raise ValueError(f"{float_text(number)} is not a normal number of type {self.name}")
-        return float(value)
+        return value
 
     def hexadecimal(self, value: float) -> str:
         """Return `value` as a hexadecimal literal of C, which is exact."""
@@ -99,7 +127,7 @@ def float_text(number: Fraction) -> str:
     return str(Context(prec=6).divide(Decimal(number.numerator), Decimal(number.denominator))).lower()
 
 
-def _exponent(number: Fraction) -> int:
-    """Return e with 2^e <= |number| < 2^(e + 1)."""
+def exponent(number: Fraction) -> int:
+    """Return e with 2^e <= |number| < 2^(e + 1); the number is not zero."""
     guess = abs(number.numerator).bit_length() - number.denominator.bit_length()
     return guess if abs(number) >= Fraction(2) ** guess else guess - 1

@@ -12,5 +12,6 @@ __all__ = [
     "requests",
     "rounding",
     "toolchain",
+    "truth",
     "v_star",
 ]

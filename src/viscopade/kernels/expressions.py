@@ -201,6 +201,12 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arit
     return operate(evaluate(left, values, arithmetic), evaluate(right, values, arithmetic))
 
 
+def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Arithmetic) -> dict[str, Any]:
+    """Return results or variables of a branch by name, given its inputs and constants."""
+    values, results = Run(branch.program, given, arithmetic), branch.results
+    return {name: evaluate(results[name], values, arithmetic) if name in results else values[name] for name in names}
+
+
 def operations(program: Program, *results: Expression) -> Counter[str]:
     """Return how often each operation and function occurs in what the results need, by symbol or name."""
     assigned, found = {s.name: s.expression for s in program}, Counter[str]()

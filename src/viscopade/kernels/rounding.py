@@ -22,7 +22,7 @@ from flint import arb
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.formats import Format
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
 
 _NOTHING, _INFINITE = arb(0), arb.pos_inf()
 
@@ -245,9 +245,7 @@ def arithmetic(form: Format, **functions: Callable[..., Rounded]) -> Arithmetic:
 
 
 def of_branch(
-    branch: CodeBranch, results: Sequence[str], given: Mapping[str, Rounded], form: Format
+    branch: CodeBranch, names: Sequence[str], given: Mapping[str, Rounded], form: Format
 ) -> dict[str, Rounded]:
-    """Return results of a program that calls no function, given its inputs, constants and roots."""
-    rounded = arithmetic(form)
-    values = Run(branch.program, given, rounded)
-    return {name: evaluate(branch.results[name], values, rounded) for name in results}
+    """Return results or variables of a branch that calls no function, given its inputs, constants and roots."""
+    return read(branch, names, given, arithmetic(form))

@@ -36,7 +36,11 @@ class Portions(NamedTuple):
 @lru_cache(maxsize=4096)
 def at(w: Fraction) -> Portions:
     """Return eps and 1 - eps at w = v*^10 > 0."""
-    v_star = ball_of(w).root(10)
+    return enclosed(ball_of(w).root(10))
+
+
+def enclosed(v_star: arb) -> Portions:
+    """Return eps and 1 - eps at a narrow ball of v* > 0."""
     if v_star < ball_of(panel_proof.ELASTIC):
         loss = panel_proof.lambda_1_ball() * v_star**2 * (1 + arb(0, 8 * v_star**2))
         return Portions(1 - loss, loss)

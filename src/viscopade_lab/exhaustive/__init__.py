@@ -92,11 +92,6 @@ def exact_value(function: str, v_star: float, digits: int = 40) -> Fraction:
     return Fraction(exact.collision(v_star, digits).decimals()[function])
 
 
-def ulp(true: Fraction, precision: int, least: int) -> Fraction:
-    """Return the unit in the last place of a binary format at a positive number; `least` is that of normal numbers."""
-    return Fraction(2) ** (max(last_place.exponent(true), least) - precision + 1)
-
-
 def float_of(bits: int) -> float:
     """Return the float of these bits."""
     (number,) = struct.unpack("<f", struct.pack("<I", bits))

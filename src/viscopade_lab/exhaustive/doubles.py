@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
 from viscopade_lab.script import FORMAT, console
@@ -86,7 +87,7 @@ def v_star_at_power_of_two(function: str, k: int) -> float:
     falling = function == "epsilon"
     for _ in range(120):
         middle = (low * high) ** 0.5
-        above = last_place.evaluated_in("double", function, middle) > 2.0**-k
+        above = last_place.evaluated_in(DOUBLE, function, middle) > 2.0**-k
         low, high = (middle, high) if above == falling else (low, middle)
     return low
 
@@ -132,7 +133,7 @@ def direct(program: Path, function: str, number: int, seed: int) -> dict[str, An
 def exact_error(function: str, v_star: float, result: float) -> float:
     """Return the error of a result in units in the last place of the true value, from `viscopade.collision.exact`."""
     true = exhaustive.exact_value(function, v_star)
-    return float(abs(true - Fraction(result)) / exhaustive.ulp(true, 53, -1022))
+    return float(abs(true - Fraction(result)) / DOUBLE.ulp(true))
 
 
 def measure(mode: str, samples: int, exact: int, seed: int, jobs: int) -> dict[str, Any]:
@@ -142,10 +143,9 @@ def measure(mode: str, samples: int, exact: int, seed: int, jobs: int) -> dict[s
         for function in last_place.FUNCTIONS:
             ranges = list(histograms(program, function, samples, seed, jobs))
             result["samples"] += sum(sum(part["bins"]) for part in ranges)
-            proven = last_place.certificate("double", function)
             result["functions"][function] = {
-                "proven": proven["maximum"],
-                "proven_denormal": proven["underflow"],
+                "proven": float(last_place.largest_ulp(DOUBLE, function)),
+                "proven_denormal": float(last_place.largest_subnormal(DOUBLE, function)),
                 "ranges": ranges,
                 "search": search(program, function, seed),
                 "direct": direct(program, function, exact, seed),

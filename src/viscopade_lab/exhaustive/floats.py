@@ -10,27 +10,19 @@ from __future__ import annotations
 
 import os
 import sys
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import click
 from rich.table import Table
 
+from viscopade.arithmetic.formats import FLOAT
 from viscopade.kernels.forms import last_place
 from viscopade_lab import exhaustive
 from viscopade_lab.script import FORMAT, console
 
 ALL = 1 << 31
 PIECES = 64
-
-
-def rounded(true: Fraction) -> float:
-    """Return the float nearest to a number from 0 to 1; of two, the even one."""
-    if true == 0:
-        return 0.0
-    unit = exhaustive.ulp(true, 24, -126)
-    return float(round(true / unit) * unit)
 
 
 def check(function: str, mode: str, step: int = 1, jobs: int = 1, text: str | None = None) -> dict[str, Any]:
@@ -49,7 +41,7 @@ def check(function: str, mode: str, step: int = 1, jobs: int = 1, text: str | No
     wrong += [
         at
         for at, result in undecided
-        if rounded(exhaustive.exact_value(function, exhaustive.float_of(at), 60)) != exhaustive.float_of(result)
+        if FLOAT.rounded(exhaustive.exact_value(function, exhaustive.float_of(at), 60)) != exhaustive.float_of(result)
     ]
     largest = max((float(rest[0]), int(rest[1])) for word, *rest in lines if word == "largest")
     return {

@@ -21,10 +21,8 @@ from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arrays import panels
 from viscopade.arrays.fallback import restitution as native_restitution
-from viscopade.collision import panel_proof
-from viscopade.kernels import names, prove_rational, rounding
+from viscopade.kernels import names, prove_rational, rounding, truth
 from viscopade.kernels.expressions import (
     Arithmetic,
     CodeBranch,
@@ -521,7 +519,7 @@ class FullFunction:
         """Return what the code returns without fused multiplications; there is no root to be moved by steps."""
         if self.power > 1:
             return native_restitution(x, np.ones_like(x))
-        return np.array([last_place.evaluated_in(self.form.name, self.name, v) for v in x.tolist()], x.dtype)
+        return np.array([last_place.evaluated_in(self.form, self.name, v) for v in x.tolist()], x.dtype)
 
     def exact(self, x: float) -> arb:
         """Enclose the true function by the polynomials of `panel_proof`; to be called within `balls.working`."""
@@ -538,17 +536,15 @@ def unit_of(number: float, form: Format) -> float:
 
 
 def true_value(name: str, v_star: arb) -> arb:
-    """Enclose eps or 1 - eps below 2^FOLD, with the proven error of the table of `double`."""
-    at, _ = panels.index_of(float(v_star))
-    z = (v_star - arb(float(panels.CENTRES[at]))) / arb(float(panels.HALF_WIDTHS[at]))
-    return panel_proof.panel_rows()[name, at].poly()(z) * arb(1, panel_proof.proven_error())
+    """Enclose eps or 1 - eps."""
+    portions = truth.enclosed(v_star)
+    return portions.epsilon if name == "epsilon" else portions.loss
 
 
 def of_full(which: Sequence[tuple[Format, str]]) -> Iterator[FullFunction]:
     """Yield functions of full accuracy of v*."""
     for form, name in which:
-        bound = Fraction(last_place.certificate(form.name, name)["maximum"])
-        yield FullFunction("full", name, form, 2.0**-20, 2.0**19, bound)
+        yield FullFunction("full", name, form, 2.0**-20, 2.0**19, last_place.largest_ulp(form, name))
 
 
 def of_full_speed() -> FullFunction:

@@ -124,7 +124,7 @@ def test_every_exported_function_is_there(ways):
 
 def test_the_functions_are_the_exported_ones(ways):
     v_star = 1e-8
-    assert ways["full", DOUBLE].of(v_star) == last_place.evaluated_in("double", "one_minus_epsilon", v_star)
+    assert ways["full", DOUBLE].of(v_star) == last_place.evaluated_in(DOUBLE, "one_minus_epsilon", v_star)
     # eps of the table's kernel at speed 1: where it is no longer 1, 1 - eps^2 is that of it.
     beta = np.array([1e-4])
     eps = float(fallback.restitution(np.ones(1), beta)[0])

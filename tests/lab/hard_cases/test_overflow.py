@@ -111,7 +111,7 @@ def test_c_code_of_full_accuracy_and_speed_at_the_ends(tmp_path):
     for name in last_place.FUNCTIONS:
         assert np.array_equal(
             [built[f"{name}_full"](v) for v in x],
-            [last_place.evaluated_in("double", name, v) for v in x],
+            [last_place.evaluated_in(DOUBLE, name, v) for v in x],
             equal_nan=True,
         )
 

@@ -32,6 +32,7 @@ from viscopade.arithmetic.chebyshev import greatest, interpolated, nodes, to_fmp
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
+from viscopade.kernels import truth
 from viscopade.kernels.enclosure import polynomial
 from viscopade.kernels.expressions import Run
 from viscopade.kernels.forms import formulas
@@ -186,7 +187,7 @@ class Table(Layout):
     @property
     def bytes(self) -> int:
         """Size in memory."""
-        return self.size * (self.degree + 1) * bytes_of(self.form)
+        return self.size * (self.degree + 1) * self.form.bytes
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], ...]:
@@ -285,11 +286,6 @@ def of_w(form: Format) -> Fraction:
     return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
 
 
-def bytes_of(form: Format) -> int:
-    """Return the size in memory of a number."""
-    return 8 if form.precision > 24 else 4
-
-
 def _worst(found: Sequence[RowBounds]) -> RowBounds:
     return RowBounds(
         max(b.error for b in found),
@@ -340,11 +336,9 @@ def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int)
 
 def _smaller_at(w: Fraction, base: int) -> Fraction:
     """Return p at a point, to far more digits than a double has."""
-    panel = _panel_at(0, w)
     with working(_BITS):
-        name, sign = ("one_minus_epsilon", -1) if base else ("epsilon", 1)
-        z = (ball_of(w).root(10) - arb(float(CENTRES[panel]))) / arb(float(HALF_WIDTHS[panel]))
-        return exact_middle(panel_proof.panel_rows()[name, panel].poly()(z)) * sign
+        portions = truth.at(w)
+        return exact_middle(-portions.loss if base else portions.epsilon)
 
 
 def smaller(exponent: int, low: Fraction, high: Fraction, base: int, degree: int, panel: int) -> MantissaPiece:

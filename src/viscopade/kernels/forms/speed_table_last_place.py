@@ -22,7 +22,7 @@ from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.expressions import Run
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, bytes_of, of_w
+from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, of_w
 from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -55,7 +55,7 @@ class LastPlaceTable(Layout):
     @property
     def bytes(self) -> int:
         """Size in memory."""
-        return self.size * (DEGREE + 2) * bytes_of(DOUBLE)
+        return self.size * (DEGREE + 2) * DOUBLE.bytes
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], ...]:
@@ -89,7 +89,7 @@ class LastPlaceTable(Layout):
         rest, added = self._rounding_on(index, t)
         least_epsilon = 1 - most if base else least
         return FullBounds(
-            Fraction(1, 2) + (given + added) / _ulp(least_epsilon),
+            Fraction(1, 2) + (given + added) / DOUBLE.ulp(least_epsilon),
             ((given + rest) / least + _U) * (1 + _U),
         )
 
@@ -127,9 +127,3 @@ def last_place_bounds(table: LastPlaceTable) -> FullBounds:
 def ulp_of_w() -> Fraction:
     """Return a bound in ulp of the error of eps by the rounding of w = beta^5 v; a number is at most 2^53 ulp."""
     return of_w(DOUBLE) * 2**53
-
-
-def _ulp(number: Fraction) -> Fraction:
-    """Return the unit in the last place of numbers from this one on."""
-    exponent = number.numerator.bit_length() - number.denominator.bit_length()
-    return Fraction(2) ** ((exponent if number >= Fraction(2) ** exponent else exponent - 1) - 52)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-import struct
 from fractions import Fraction
 from textwrap import wrap
 
-from viscopade.arithmetic.formats import DOUBLE, FORMATS
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.targets.syntax import of_c, text
-
-_FRACTION_BITS = {"double": 52, "float": 23}
-_BIAS = {"double": 1023, "float": 127}
 
 
 def render(command: str) -> str:
@@ -90,12 +86,12 @@ def _head(command: str) -> list[str]:
 
 def _error_lines() -> list[str]:
     lines = ["error in units in the last place (ulp) of the true value, proven for the code below:"]
-    for form in FORMATS:
+    for form in FORMATS.values():
         for function in last_place.FUNCTIONS:
-            maximum = last_place.certificate(form, function)["maximum"]
-            lines.append(f"    {form + ',':<8}{function + ':':<19}at most {_rounded_up(maximum)}")
-    underflow = max(last_place.certificate("double", function)["underflow"] for function in last_place.FUNCTIONS)
-    lines.append(f"    in double, where results are denormal: at most {_rounded_up(underflow)} of the smallest number")
+            maximum = _rounded_up(last_place.largest_ulp(form, function))
+            lines.append(f"    {form.name + ',':<8}{function + ':':<19}at most {maximum}")
+    underflow = _rounded_up(last_place.largest_subnormal(DOUBLE))
+    lines.append(f"    in double, where results are denormal: at most {underflow} of the smallest number")
     return lines
 
 
@@ -104,16 +100,16 @@ def _table_line() -> str:
     return "tables: {} bytes for double, {} bytes for float; in each translation unit that uses them".format(*sizes)
 
 
-def table_bytes(form: str) -> int:
-    """Return the size of the table for "double" or "float"."""
-    rows = _double_rows() if form == DOUBLE.name else last_place.float_rows()
+def table_bytes(form: Format) -> int:
+    """Return the size of a type's table."""
+    rows = _double_rows() if form == DOUBLE else last_place.float_rows()
     return 8 * len(rows) * len(rows[0])
 
 
-def _rounded_up(ulp: float) -> str:
+def _rounded_up(ulp: Fraction) -> str:
     """Return a bound with as many decimals as show its distance from 1/2."""
     digits = 1 - math.floor(math.log10(ulp - 0.5))
-    return f"{math.ceil(Fraction(ulp) * 10**digits) / 10**digits:.{digits}f}"
+    return f"{math.ceil(ulp * 10**digits) / 10**digits:.{digits}f}"
 
 
 def _double_rows() -> list[tuple[float, ...]]:
@@ -122,41 +118,41 @@ def _double_rows() -> list[tuple[float, ...]]:
 
 def _double() -> dict[str, object]:
     return {
-        "degree": last_place.DEGREES["double"],
+        "degree": last_place.DEGREES[DOUBLE],
         "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _double_rows()],
         "switch": last_place.switch(),
         "cleared": _mask(last_place.CLEARED),
         "near_cleared": _mask(53 - last_place.CENTRE_BITS),
-        "near": _near("double"),
+        "near": _near(DOUBLE),
         "tiny": _constant(2.0**last_place.TINY),
         "lift": _constant(2.0**last_place.LIFT),
         "lower": _constant(2.0 ** (-2 * last_place.LIFT)),
-        "panel": _lines(last_place.panel_branch("double")),
-        "near_sums": _lines(last_place.near_branch("double")),
-        **_layout("double", -1),
+        "panel": _lines(last_place.panel_branch(DOUBLE)),
+        "near_sums": _lines(last_place.near_branch(DOUBLE)),
+        **_layout(DOUBLE, -1),
     }
 
 
 def _float() -> dict[str, object]:
     return {
-        "degree": last_place.DEGREES["float"],
+        "degree": last_place.DEGREES[FLOAT],
         "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in last_place.float_rows()],
         "switch": last_place.switch(),
-        "near": _near("float"),
-        "panel": _lines(last_place.panel_branch("float")),
-        "near_sums": _lines(last_place.near_branch("float")),
-        "half": f"0x{1 << (_FRACTION_BITS['float'] - last_place.SPLIT - 1):x}",
-        **_layout("float", 0),
+        "near": _near(FLOAT),
+        "panel": _lines(last_place.panel_branch(FLOAT)),
+        "near_sums": _lines(last_place.near_branch(FLOAT)),
+        "half": f"0x{1 << (FLOAT.precision - last_place.SPLIT - 2):x}",
+        **_layout(FLOAT, 0),
     }
 
 
-def _layout(form: str, offset: int) -> dict[str, object]:
+def _layout(form: Format, offset: int) -> dict[str, object]:
     """Return where the bits of a number of this type lead to in the table."""
-    shift = _FRACTION_BITS[form] - last_place.SPLIT
+    shift = form.precision - 1 - last_place.SPLIT
     return {
         "shift": shift,
-        "lead": ((_BIAS[form] + FIRST) << last_place.SPLIT) + offset,
-        "fold": _BIAS[form] + FOLD,
+        "lead": ((form.largest + FIRST) << last_place.SPLIT) + offset,
+        "fold": form.largest + FOLD,
         "near_bits": _bits(form, FIRST),
         "one": _bits(form, FOLD),
         "largest": _bits(form, last_place.LARGEST[form]),
@@ -164,11 +160,9 @@ def _layout(form: str, offset: int) -> dict[str, object]:
     }
 
 
-def _bits(form: str, exponent: int) -> str:
-    """Return the bits of 2^exponent."""
-    types = ("<d", "<Q") if form == "double" else ("<f", "<I")
-    (bits,) = struct.unpack(types[1], struct.pack(types[0], 2.0**exponent))
-    return f"{bits:#x}"
+def _bits(form: Format, exponent: int) -> str:
+    """Return the bits of 2^exponent, a normal number."""
+    return f"{(form.largest + exponent) << (form.precision - 1):#x}"
 
 
 def _mask(bits: int) -> str:
@@ -179,8 +173,8 @@ def _constant(value: float) -> str:
     return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
 
 
-def _near(form: str) -> list[tuple[str, str]]:
-    return [(name, _constant(value)) for name, value in last_place.near_constants(form).items()]
+def _near(form: Format) -> list[tuple[str, str]]:
+    return [(name, _constant(value)) for name, value in last_place.near(form).items()]
 
 
 def _lines(branch: CodeBranch) -> dict[str, str]:

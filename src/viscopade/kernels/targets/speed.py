@@ -10,7 +10,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, bytes_of, of_w
+from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
@@ -82,7 +82,7 @@ def render(given: SpeedKernel, command: str) -> str:
 def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
     fraction = form.precision - 1
-    size = 8 * bytes_of(form)
+    size = 8 * form.bytes
 
     def bits(number: int) -> str:
         return f"UINT{size}_C({number:#x})"
@@ -117,7 +117,7 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
         "sign": size - 1,
         "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
         "one_literal": form.decimal(1.0),
-        "line": CACHE_LINE // bytes_of(form),
+        "line": CACHE_LINE // form.bytes,
         "scalar": {name: text(e, language) for name, e in of_scalar.items()},
         "array": {name: text(e, language) for name, e in of_array.items()},
         "result": {name: text(e, language) for name, e in result.items()},
@@ -247,7 +247,7 @@ _UNDERFLOW = (
 
 def _full_bounds(table: LastPlaceTable) -> list[str]:
     bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
-    of_eps = max(Fraction(last_place.certificate("double", name)["maximum"]) for name in last_place.FUNCTIONS)
+    of_eps = last_place.largest_ulp(DOUBLE)
     return [
         f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
         f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",

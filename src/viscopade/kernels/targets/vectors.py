@@ -29,7 +29,7 @@ from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
 from viscopade.generated import generated_by, one_line
 from viscopade.kernels import truth
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.minimax import MinimaxKernel
@@ -37,13 +37,14 @@ from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels.machine import TYPES, computed, row_of
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.targets.wording import end_condition
 from viscopade.kernels.truth import Portions
 from viscopade.kernels.v_star import USUAL, of_v_star
-from viscopade.theory.law import Law
+from viscopade.theory.law import VISCOELASTIC, Law
 
 HARD = "data/hard_arguments.csv"
 COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")
@@ -67,7 +68,6 @@ FARTHEST = Fraction(10) ** 12
 """Up to which v* vectors of kernels for all v* state what is exact."""
 
 _INF, _NAN = math.inf, math.nan
-_TYPES: dict[str, Any] = {"double": np.float64, "float": np.float32}
 # Numbers of both types: what is exact there is computed once.
 _SIMPLE = (2.0**-10, 2.0**-7, 0.09375, 0.3125, 0.625, 0.90625, 1.0, 1.5, 2.0, 3.0, 4.5, 5.0, 10.0, 100.0, 1e6, 1e10)
 _PAIRS = ((2.0, 1.307), (0.0078125, 1.3125), (2.0**-100, 0.5), (2.0**100, 2.0**-10), (1.0, 1.0), (40.0, 12.5))
@@ -137,7 +137,7 @@ def _functions(kernel: Any) -> Iterator[Function]:
 def _lines(function: Function) -> Iterator[str]:
     known: dict[str, None] = {}
     for point in (*function.points, *hard_arguments().get((function.name, function.form.name), ())):
-        line = _line(function, tuple(float(_TYPES[function.form.name](x)) for x in point))
+        line = _line(function, tuple(float(TYPES[function.form.name](x)) for x in point))
         if line is not None:
             known[line] = None
     return iter(known)
@@ -160,13 +160,13 @@ def _answer_texts(exact: arb | float, allowed: Fraction, form: Format) -> list[s
     if not isinstance(exact, arb):
         return [repr(exact).removesuffix(".0"), hexadecimal(exact), "0", hexadecimal(exact), hexadecimal(exact)]
     low, high = _ends(exact)
-    nearest = {rounded_to(end, form) for end in (low, high)}
+    nearest = {form.rounded(end) for end in (low, high)}
     return [
         known_decimal(exact, DIGITS),
         hexadecimal(nearest.pop()) if len(nearest) == 1 else NOTHING,
         f"{Decimal(at_most(allowed)):.2e}",
-        hexadecimal(rounded_to(low - allowed, form, math.ceil)),
-        hexadecimal(rounded_to(high + allowed, form, math.floor)),
+        hexadecimal(form.rounded(low - allowed, math.ceil)),
+        hexadecimal(form.rounded(high + allowed, math.floor)),
     ]
 
 
@@ -180,19 +180,6 @@ def hexadecimal(number: float) -> str:
         return repr(number)
     mantissa, exponent = number.hex().split("p")
     return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}p{exponent}"
-
-
-def rounded_to(number: Fraction, form: Format, to: Callable[[Fraction], int] = round) -> float:
-    """Return a number of the format, subnormal and infinite ones included: the nearest (ties to even) or another."""
-    if number == 0:
-        return 0.0
-    exponent = abs(number.numerator).bit_length() - number.denominator.bit_length()
-    exponent -= abs(number) < Fraction(2) ** exponent
-    spacing = Fraction(2) ** (max(exponent, 1 - form.largest) - form.precision + 1)
-    value = to(number / spacing) * spacing
-    if abs(value) >= Fraction(2) ** (form.largest + 1):
-        return _INF if value > 0 else -_INF
-    return float(value)
 
 
 @lru_cache(maxsize=1)
@@ -209,20 +196,16 @@ def hard_arguments() -> dict[tuple[str, str], list[Arguments]]:
 # --- arguments --------------------------------------------------------------------------------------------------------
 
 
-def _smallest(form: Format) -> float:
-    return 2.0 ** (2 - form.largest - form.precision)
-
-
 def _extremes(form: Format) -> Iterator[float]:
     """Yield the special arguments of one variable."""
     tiny = 2.0 ** (1 - form.largest)
-    yield from (0.0, -0.0, _smallest(form), 0.75 * tiny, tiny, (2 - form.epsilon) * 2.0**form.largest)
-    yield from (_INF, _NAN, -1.0, -_smallest(form), -_INF)
+    yield from (0.0, -0.0, float(form.smallest), 0.75 * tiny, tiny, (2 - form.epsilon) * 2.0**form.largest)
+    yield from (_INF, _NAN, -1.0, -float(form.smallest), -_INF)
 
 
 def _beside(x: float, form: Format) -> Iterator[float]:
     """Yield the number of the type nearest to x, and both of its neighbours."""
-    kind = _TYPES[form.name]
+    kind = TYPES[form.name]
     for end in (-_INF, x, _INF):
         yield float(np.nextafter(kind(x), kind(end)) if end != x else kind(x))
 
@@ -235,7 +218,7 @@ def _numbers(form: Format, *borders: float) -> list[Arguments]:
 
 def _pairs(form: Format, *speeds: float) -> list[Arguments]:
     """Return speeds and betas: special and simple ones, and speeds at beta = 1."""
-    least = _smallest(form)
+    least = float(form.smallest)
     special = product((0.0, -0.0, least, 1.0), (0.0, 1.0))
     return [
         *special,
@@ -282,20 +265,13 @@ def _answered(
     if error is None:
         return None
     exact = value(portions)
-    if len({rounded_to(end, form) for end in _ends(exact)}) > 1:
+    if len({form.rounded(end) for end in _ends(exact)}) > 1:
         exact = value(truth.sharply(w))
     return exact, error
 
 
 def _smaller(portions: Portions) -> Fraction:
     return min(_above(portions.epsilon), _above(portions.loss))
-
-
-def _unit(number: Fraction, form: Format) -> Fraction:
-    """Return the unit in the last place of a number, subnormal ones included."""
-    exponent = number.numerator.bit_length() - number.denominator.bit_length()
-    exponent -= number < Fraction(2) ** exponent
-    return Fraction(2) ** (max(exponent, 1 - form.largest) - form.precision + 1)
 
 
 def _of_root(speed: float, form: Format) -> Fraction:
@@ -305,40 +281,31 @@ def _of_root(speed: float, form: Format) -> Fraction:
 
 
 def _of_v_star(
-    form: Format, kind: str, stated: Callable[[Fraction, Portions], Fraction | None], limits: tuple[float, float]
-) -> Callable[[float], Answer]:
-    """Return the answer of a function of v*; its limits are the values at 0 and at infinity."""
-
-    def answer(x: float) -> Answer:
-        if not x >= 0:
-            return _NAN, Fraction(0)
-        if x in (0, _INF):
-            return limits[x == _INF], Fraction(0)
-        w = Fraction(x) ** 10
-        return _answered(w, form, lambda p: _value(p, kind), lambda p: stated(Fraction(x), p))
-
-    return answer
-
-
-def _of_law(
-    law: Law,
     form: Format,
+    kind: str,
     stated: Callable[[Fraction, Portions], Fraction | None],
-    high: Fraction,
     limits: tuple[float, float],
+    law: Law = VISCOELASTIC,
+    high: Fraction = FARTHEST,
 ) -> Callable[[float], Answer]:
-    """Return the answer of eps of v* by a law, up to the v* to which an error is stated."""
+    """Return the answer of a function of v*; its limits are the values at 0 and at infinity.
+
+    By a law other than the paper's, nothing is stated beyond v* = high.
+    """
 
     def answer(x: float) -> Answer:
         if not x >= 0:
             return _NAN, Fraction(0)
         if x in (0, _INF):
             return limits[x == _INF], Fraction(0)
-        if Fraction(x) > high:
+        v_star = Fraction(x)
+        if law == VISCOELASTIC:
+            return _answered(v_star**10, form, lambda p: _value(p, kind), lambda p: stated(v_star, p))
+        if v_star > high:
             return None
-        portions = truth.at_v_star(Fraction(x), law)
-        error = stated(Fraction(x), portions)
-        return None if error is None else (portions.epsilon, error)
+        portions = truth.at_v_star(v_star, law)
+        error = stated(v_star, portions)
+        return None if error is None else (_value(portions, kind), error)
 
     return answer
 
@@ -346,19 +313,31 @@ def _of_law(
 def _of_pair(
     form: Format, stated: Callable[[Fraction, Portions], Fraction | None], limit: float = 0.0
 ) -> Callable[[float, float], Answer]:
-    """Return the answer of `restitution`, which computes v* = sqrt(beta) pow(speed, 0.1)."""
+    """Return the answer of `restitution` by a function of v*, computed as v* = sqrt(beta) pow(speed, 0.1)."""
+
+    def allowed(x: float, y: float, p: Portions) -> Fraction | None:
+        of_root, error = _of_root(x, form), stated(_root_of(_w(x, y)), p)
+        return None if error is None else error * (1 + of_root) + of_root * _smaller(p)
+
+    return _of_pairs("restitution", form, allowed, limit)
+
+
+def _of_pairs(
+    kind: str, form: Format, stated: Callable[[float, float, Portions], Fraction | None], limit: float = 0.0
+) -> Callable[[float, float], Answer]:
+    """Return the answer of a function of speed and beta, given what is stated of it, and eps at infinity."""
+    ends = {"restitution": (1.0, limit), "dissipation": (0.0, 1.0)}
 
     def answer(x: float, y: float) -> Answer:
         special = _special(x, y)
         if special is not None:
-            return {0.0: 1.0, _INF: limit}.get(special, _NAN), Fraction(0)
-        w, of_root = _w(x, y), _of_root(x, form)
-
-        def allowed(p: Portions) -> Fraction | None:
-            error = stated(_root_of(w), p)
-            return None if error is None else error * (1 + of_root) + of_root * _smaller(p)
-
-        return _answered(w, form, lambda p: p.epsilon, allowed)
+            if math.isnan(special):
+                return _NAN, Fraction(0)
+            rebound = abs(x) if special == 0 or x == _INF else 0.0
+            return (rebound if kind == "rebound" else ends[kind][special > 0]), Fraction(0)
+        factor = ball_of(Fraction(x)) if kind == "rebound" else arb(1)
+        of = "dissipation" if kind == "dissipation" else "epsilon"
+        return _answered(_w(x, y), form, lambda p: _value(p, of) * factor, lambda p: stated(x, y, p))
 
     return answer
 
@@ -387,16 +366,16 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
 
     (a, b), threshold = kernel.rounded(form), 2.0 ** kernel.threshold(form)
     borders = threshold, *(float(high) for high, _ in bounds), *([float(kernel.end[1])] if kernel.end else [])
-    limit = 0.0 if len(a) < len(b) else float(_TYPES[form.name](a[-1]) / _TYPES[form.name](b[-1]))
+    limit = 0.0 if len(a) < len(b) else float(TYPES[form.name](a[-1]) / TYPES[form.name](b[-1]))
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
+    high = bounds[-1][0] if bounds else Fraction(0)
+    answer = _of_v_star(form, "epsilon", stated, (1.0, limit), kernel.law, high)
+    yield Function(f"epsilon_{name}", form, answer, bits, points)
     if not kernel.of_speed:
-        known = _of_law(kernel.law, form, stated, bounds[-1][0] if bounds else Fraction(0), (1.0, limit))
-        yield Function(f"epsilon_{name}", form, known, bits, points)
         return
-    yield Function(f"epsilon_{name}", form, _of_v_star(form, "epsilon", stated, (1.0, limit)), bits, points)
-    yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, _smallest(form)))
+    yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, float(form.smallest)))
     slope = kernel.variant(form).derivative if isinstance(kernel, MinimaxKernel) else None
     coefficients = kernel.derivative(form)
     if slope is not None and coefficients is not None:
@@ -405,7 +384,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
             Fraction(2) ** (1 - form.largest),
         )
 
-        def answer(x: float) -> Answer:
+        def of_slope(x: float) -> Answer:
             if not x >= 0 or x in (0, _INF):
                 return (0.0 if x >= 0 else _NAN), Fraction(0)
             if not least <= Fraction(x) <= bounds[-1][0]:
@@ -417,7 +396,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
         given = formulas.dense(t=t, b=d)
         bits = _quotient_bits(formulas.derivative_branches(given), "derivative", given, 2.0**end, form)
         points = [(x,) for x in (*_extremes(form), *_SIMPLE, *_beside(2.0**end, form))]
-        yield Function(f"epsilon_derivative_{name}", form, answer, bits, points)
+        yield Function(f"epsilon_derivative_{name}", form, of_slope, bits, points)
 
 
 def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str]], Fraction]:
@@ -434,17 +413,12 @@ def _quotient_bits(
     branches: tuple[CodeBranch, CodeBranch], result: str, given: Mapping[str, float], threshold: float, form: Format
 ) -> Bits:
     def bits(x: float) -> float:
-        return _computed(branches[x > threshold], result, {**given, "v_star": x}, form) if x >= 0 else _NAN
+        if not x >= 0:
+            return _NAN
+        numbers = {name: TYPES[form.name](number) for name, number in {**given, "v_star": x}.items()}
+        return float(computed(branches[x > threshold], result, numbers, form))
 
     return bits
-
-
-def _computed(branch: CodeBranch, result: str, given: Mapping[str, float], form: Format) -> float:
-    """Return what a branch gives in a type, without FMA contraction."""
-    kind = _TYPES[form.name]
-    numbers = Arithmetic(kind)
-    values = Run(branch.program, {name: kind(x) for name, x in given.items()}, numbers)
-    return float(evaluate(branch.results[result], values, numbers))
 
 
 # --- powers of a root -------------------------------------------------------------------------------------------------
@@ -453,7 +427,7 @@ def _computed(branch: CodeBranch, result: str, given: Mapping[str, float], form:
 def _stated_in_powers(variant: LacunaryVariant, kind: str) -> Callable[[Fraction, Portions], Fraction]:
     """Return what is stated of eps or 1 - eps of a half-line kernel."""
     rounding = Fraction(variant.rounding(kind))
-    underflow = max(Fraction(size.underflow) for _, size in variant.sizes) * Fraction(_smallest(variant.form))
+    underflow = max(Fraction(size.underflow) for _, size in variant.sizes) * variant.form.smallest
     bound = Fraction(variant.certificate.bound)
     both = variant.certificate.measure == "both"
 
@@ -473,7 +447,9 @@ def _of_half_line(kernel: HalfLineKernel) -> Iterator[Function]:
                 answer = _of_v_star(form, kind, _stated_in_powers(variant, kind), limits)
                 yield Function(f"{kind}_{kernel.name}", form, answer, None, points)
         stated = _stated_in_powers(variant, "epsilon")
-        yield Function(f"restitution_{kernel.name}", form, _of_pair(form, stated), None, _pairs(form, _smallest(form)))
+        yield Function(
+            f"restitution_{kernel.name}", form, _of_pair(form, stated), None, _pairs(form, float(form.smallest))
+        )
 
 
 def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
@@ -484,7 +460,7 @@ def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
         of_beta += Fraction(kernel.bound_of_beta)
 
         def v_star(epsilon: Fraction, relative: Fraction = relative, form: Format = form) -> Answer:
-            if not max(kernel.epsilon_low, Fraction(_smallest(form))) <= epsilon <= 1:
+            if not max(kernel.epsilon_low, form.smallest) <= epsilon <= 1:
                 return _NAN, Fraction(0)
             if epsilon == 1:
                 return 0.0, Fraction(0)
@@ -529,59 +505,30 @@ def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
 def _of_full() -> Iterator[Function]:
     borders = [2.0**FIRST, 2.0**FOLD, 8 * 2.0**FOLD, *map(float, CENTRES[[1, 30, 80, 150]])]
     for form in FORMATS.values():
-        limits = (2.0 ** last_place.LARGEST[form.name], 2.0**last_place.TINY if form == DOUBLE else 1.0)
+        limits = (2.0 ** last_place.LARGEST[form], 2.0**last_place.TINY if form == DOUBLE else 1.0)
         for kind, ends in (("epsilon", (1.0, 0.0)), ("one_minus_epsilon", (0.0, 1.0))):
 
             def bits(x: float, form: Format = form, kind: str = kind) -> float:
-                return last_place.evaluated_in(form.name, kind, x)
+                return last_place.evaluated_in(form, kind, x)
 
             answer = _of_v_star(form, kind, _stated_of_full(form, kind), ends)
             yield Function(f"{kind}_{FULL}", form, answer, bits, _numbers(form, *borders, *limits))
 
 
-@lru_cache(maxsize=4)
-def _full_bounds(form: Format, kind: str) -> tuple[Fraction, Fraction]:
-    """Return the errors of a function of full accuracy, in ulp, and of subnormal results in the smallest number."""
-    proof = last_place.certificate(form.name, kind)
-    return Fraction(proof["maximum"]), Fraction(proof["underflow"])
-
-
 def _stated_of_full(form: Format, kind: str) -> Callable[[Fraction, Portions], Fraction]:
-    ulp, underflow = _full_bounds(form, kind)
+    ulp, underflow = last_place.largest_ulp(form, kind), last_place.largest_subnormal(form, kind)
 
     def stated(_: Fraction, p: Portions) -> Fraction:
         value = _above(_value(p, kind))
         normal = value >= Fraction(2) ** (1 - form.largest)
-        return max(ulp, Fraction(0) if normal else underflow) * _unit(value, form)
+        return max(ulp, Fraction(0) if normal else underflow) * form.ulp(value)
 
     return stated
 
 
 # --- from the speed ---------------------------------------------------------------------------------------------------
 
-Size = Callable[[Portions, Fraction], Fraction]
-"""From eps and 1 - eps, and the factor of a result (the speed, for rebound), to an allowed error."""
 _OF_SPEED = ("restitution", "rebound", "dissipation")
-_AT_ENDS = {"restitution": (1.0, 0.0), "dissipation": (0.0, 1.0)}
-
-
-def _of_pairs(
-    kind: str, form: Format, stated: Callable[[float, float, Portions], Fraction | None]
-) -> Callable[[float, float], Answer]:
-    """Return the answer of a function of speed and beta, given what is stated of it."""
-
-    def answer(x: float, y: float) -> Answer:
-        special = _special(x, y)
-        if special is not None:
-            if math.isnan(special):
-                return _NAN, Fraction(0)
-            rebound = abs(x) if special == 0 or x == _INF else 0.0
-            return (rebound if kind == "rebound" else _AT_ENDS[kind][special > 0]), Fraction(0)
-        factor = ball_of(Fraction(x)) if kind == "rebound" else arb(1)
-        of = "dissipation" if kind == "dissipation" else "epsilon"
-        return _answered(_w(x, y), form, lambda p: _value(p, of) * factor, lambda p: stated(x, y, p))
-
-    return answer
 
 
 def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
@@ -613,7 +560,7 @@ def _stated_of_speed(
     converted = form == FLOAT and not (within and FLOAT in kernel.formats)
     inner = DOUBLE if converted else form
     of_epsilon, of_loss = (
-        Fraction(slow.variant(DOUBLE).rounding(of)) if slow else 2 * unit * _full_bounds(DOUBLE, of)[0]
+        Fraction(slow.variant(DOUBLE).rounding(of)) if slow else 2 * unit * last_place.largest_ulp(DOUBLE, of)
         for of in last_place.FUNCTIONS
     )
     formula = Fraction(slow.variant(DOUBLE).certificate.bound) if slow else Fraction(0)
@@ -626,7 +573,7 @@ def _stated_of_speed(
     def stated(x: float, p: Portions) -> Fraction:
         epsilon, factor = _above(p.epsilon), Fraction(x) if kind == "rebound" else Fraction(1)
         value = _above(_value(p, "dissipation")) if kind == "dissipation" else epsilon * factor
-        last = _unit(value, inner)
+        last = inner.ulp(value)
         if within and isinstance(table, LastPlaceTable):
             ulps = table.proven.ulp + ulp_of_w()
             error = ulps * last if kind == "restitution" else (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
@@ -638,8 +585,8 @@ def _stated_of_speed(
         else:
             error = (formula + of_v_star() + of_epsilon + (of_loss if kind == "dissipation" else 0)) * value + 3 * last
         if converted:
-            error += _unit(value + error, form) / 2
-        tiny = Fraction(_smallest(form)) / 2 + more * Fraction(_smallest(DOUBLE)) * factor
+            error += form.ulp(value + error) / 2
+        tiny = form.smallest / 2 + more * DOUBLE.smallest * factor
         return error + tiny
 
     return stated
@@ -649,26 +596,25 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     """Return what the code gives where w is in the table; None elsewhere."""
     table = kernel.table
     inner = form if form in kernel.formats else DOUBLE
-    number = _TYPES[inner.name]
+    number = TYPES[inner.name]
     x, y = number(speed), number(beta)
     b2 = y * y
     scale = b2 * b2 * y
     w = scale * x
     if not (scale >= number(2.0 ** (1 - inner.largest)) and 2.0**table.first <= w < 2.0 ** (table.first + OCTAVES)):
         return None
-    fraction, exponent = math.frexp(float(w))
-    m = number(2 * fraction)
-    index = ((exponent - 1 - table.first) << table.split) + int((float(m) - 1) * (1 << table.split))
+    index, m = row_of(w, table.first, table.split)
     names, base = [f"row{n}" for n in range(len(table.rows[index]))], float(table.base(index))
-    given = dict(zip(names, table.rows[index], strict=True)) | {"base": base, "rest": 1 - base, "m": float(m)}
+    given = dict(zip(names, table.rows[index], strict=True)) | {"base": base, "rest": 1 - base, "m": m}
     if isinstance(table, LastPlaceTable):
         middle = number(float(sum(table.interval(index)[1:])) / 2)
-        given |= {"high": table.rows[index][0], "t": float(m - middle), "rest_of_base": given.pop("rest")}
+        given |= {"high": table.rows[index][0], "t": m - middle, "rest_of_base": given.pop("rest")}
         branch = formulas.full_row_branch(names)
     else:
         branch = formulas.table_row_branch(names)
-    result = number(_computed(branch, "dissipation" if kind == "dissipation" else "restitution", given, inner))
-    return float(_TYPES[form.name](result * x if kind == "rebound" else result))
+    numbers = {name: number(x) for name, x in given.items()}
+    result = computed(branch, "dissipation" if kind == "dissipation" else "restitution", numbers, inner)
+    return float(TYPES[form.name](result * x if kind == "rebound" else result))
 
 
 # --- without tables ---------------------------------------------------------------------------------------------------
