@@ -28,7 +28,7 @@ from viscopade.kernels import expressions, prove_lacunary
 from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_horner, by_powers, chain, in_pairs, powers
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
-from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
+from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.kernels.targets.c import render as render_c
 from viscopade.kernels.targets.python import render as render_python
 from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
@@ -284,11 +284,7 @@ def test_bounds_for_all_arguments_are_nearly_the_largest_for_one(of):
     largest = {}
     for function in of(("1e-5",)):
         ends = function.low, function.high
-        ends = (
-            (float(smallest_number(function.form)), ends[1])
-            if function.name == "v*(1 - eps)" and ends[0] < 0.5
-            else ends
-        )
+        ends = (float(function.form.smallest), ends[1]) if function.name == "v*(1 - eps)" and ends[0] < 0.5 else ends
         key = function.form.name, float(function.relative)
         found = max(function.local(x) for x in [*np.geomspace(*ends, 40)[1:-1].tolist(), *ends])
         largest[key] = max(largest.get(key, 0), float(found))
@@ -302,8 +298,8 @@ def test_what_underflow_does_is_counted():
         tiny = Rounded(arb(2) ** -1000, DOUBLE)
         square = tiny * tiny
         assert square.underflow == arb(2) ** -1075
-    assert smallest_number(DOUBLE) == Fraction(5e-324)
-    assert smallest_number(FLOAT) == Fraction(1, 2**149)
+    assert DOUBLE.smallest == Fraction(5e-324)
+    assert FLOAT.smallest == Fraction(1, 2**149)
 
 
 @each_form
@@ -392,7 +388,7 @@ def test_rounding_is_within_its_bound(libraries, which, form, build):
                 sizes = dict(variant.sizes)[function]
                 found = libraries[build][f"{function}_{kernel.name}{suffix(form)}"](x)
                 error, allowed = abs(found - value), arb(sizes.relative) * value
-                assert error <= allowed + arb(sizes.underflow) * float(smallest_number(FORMS[form])), (
+                assert error <= allowed + arb(sizes.underflow) * float(FORMS[form].smallest), (
                     function,
                     x.hex(),
                 )

@@ -13,7 +13,7 @@ import pytest
 
 from tests import compiled, daily
 from tests.kernels.languages import LANGUAGES, TYPES, Code, of_c
-from tests.kernels.test_every_kernel import REQUESTS, has, kind
+from tests.kernels.test_every_kernel import REQUESTS, has
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.kernels import requests, truth
 from viscopade.kernels.requests import Request
@@ -21,6 +21,7 @@ from viscopade.kernels.targets import vectors
 
 OTHERS = {
     "half-line-relative": Request(accuracy=("1e-3",), measure="relative"),
+    "minimax-relative": Request(minimax=((2, 3),), v_star_min="0.5", v_star_max="3", measure="relative"),
     "inverse-interval": Request(inverse=("1e-3",), epsilon_min="0.3"),
 }
 KNOWN = REQUESTS | OTHERS
@@ -34,8 +35,7 @@ of_days = pytest.mark.parametrize("number", [6, pytest.param(100, marks=pytest.m
 def functions(asked):
     """Return the functions of a request by type and number of arguments."""
     found = {}
-    made = kind(asked).kernels(asked)
-    for kernel in made if isinstance(made, list) else [made]:
+    for kernel in asked.prove():
         for function in vectors._functions(kernel):
             arity = len(next(iter(function.points)))
             found.setdefault((function.form.name, arity), []).append(function)

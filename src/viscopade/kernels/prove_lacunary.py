@@ -7,13 +7,13 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from operator import itemgetter
-from typing import TypeVar, get_args
+from typing import TypeVar
 
 from viscopade import arguments
 from viscopade.approximation import half_line, inverse, remez
 from viscopade.approximation.half_line import BEST
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.measure import Measure, measure_of
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
@@ -59,9 +59,7 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
         If an argument is not accepted, or none of the known kernels is accurate enough.
     """
     wanted = accuracy_of(accuracy)
-    if measure not in get_args(Measure):
-        raise ValueError(f"measure is {measure!r}: accepted is one of {', '.join(get_args(Measure))}")
-    return of_half_line(_half_line_powers(wanted, measure), measure)
+    return of_half_line(_half_line_powers(wanted, measure_of(measure)), measure)
 
 
 @recorded

@@ -119,7 +119,7 @@ class Request:
             raise ValueError(f"the request asks for {kinds}: accepted is one kind of kernels in a file")
 
     def prove(self) -> list[Any]:
-        """Return the requested kernels, with their proofs; errors as for `quotients`."""
+        """Return the requested kernels, with their proofs; None stands for full accuracy. Errors as for `quotients`."""
         return [kernel for kind in self._kinds for kernel in kind.kernels(self)]
 
     @property
@@ -213,7 +213,7 @@ class Kind(NamedTuple):
     id: str
     name: str
     wanted: Callable[[Request], object]
-    kernels: Callable[[Request], Any]
+    kernels: Callable[[Request], list[Any]]
     tables: Mapping[str, Renderer] = {}
     compact: Callable[[Target, Any, str, str], str] | None = None
 
@@ -247,12 +247,12 @@ KINDS = (
         {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},
         compact=table_free.render,
     ),
-    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda asked: None, {"vectors": vectors.render}),
+    Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda _: [None], {"vectors": vectors.render}),
     Kind(
         "speed",
         "kernels of speed",
         lambda asked: asked.from_speed,
-        lambda asked: prove_lacunary.speed_kernel(asked.from_speed[0], asked.size),
+        lambda asked: [prove_lacunary.speed_kernel(tier, asked.size) for tier in asked.from_speed],
         {"vectors": vectors.render},
     ),
 )

@@ -27,11 +27,6 @@ from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
 _NOTHING, _INFINITE = arb(0), arb.pos_inf()
 
 
-def smallest_number(form: Format) -> Fraction:
-    """Return the smallest positive number of a type, which is subnormal."""
-    return Fraction(2) ** (2 - form.largest - form.precision)
-
-
 class Rounded:
     """A rounded number of a type: an enclosure of its exact value, bounds of its error, and its slope.
 
@@ -218,7 +213,7 @@ def _narrower(one: arb, other: arb) -> arb:
 
 @lru_cache(maxsize=16)
 def _half(form: Format) -> arb:
-    return ball_of(smallest_number(form)) / 2
+    return ball_of(form.smallest) / 2
 
 
 @lru_cache(maxsize=1 << 12)

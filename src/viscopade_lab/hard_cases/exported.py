@@ -353,7 +353,7 @@ def _bounded(function: ExportedFunction, size: Size, variable: str, at: RootAt) 
             found = rounding.of_branch(branch, [function.name], given, form)[function.name].with_error_of_y(error)
             return upper(found.relative + found.underflow / arb(found.value.abs_lower()))
 
-    underflow = Fraction(size.underflow) * rounding.smallest_number(form)
+    underflow = Fraction(size.underflow) * form.smallest
     return replace(function, relative=Fraction(size.relative), underflow=underflow, local=local)
 
 

@@ -23,7 +23,6 @@ from viscopade.kernels import names, registry
 from viscopade.kernels.forms import last_place, speed_kernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.registry import Entry
-from viscopade.kernels.rounding import smallest_number
 from viscopade.theory.paper import TABLE, last_digit
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import ExportedFunction, formats, minimax_coefficients
@@ -103,7 +102,7 @@ def entry(kind: str, tier: str, form: Format) -> Entry:
 
 def ways() -> Iterator[LossFunction]:
     """Yield all functions that give 1 - eps or 1 - eps^2."""
-    least = {form: Fraction(smallest_number(form)) for form in FORMATS.values()}
+    least = {form: Fraction(form.smallest) for form in FORMATS.values()}
     sampled = Fraction(double.ULP["one_minus_epsilon"]) / 2**52
     yield LossFunction(
         "viscopade.one_minus_epsilon", "1 - eps", DOUBLE, double.one_minus_epsilon, sampled, least[DOUBLE]
@@ -143,7 +142,7 @@ def _of_speed(tier: str, form: Format) -> tuple[Fraction, Fraction]:
     unit = Fraction(1, 2**form.precision)
     # In type float the result comes from type double and is rounded once more.
     bound = (1 + _of_dissipation(Fraction(given.outside), Fraction(given.loss))) * (1 + unit) - 1
-    return bound, 2 * smallest_number(form)
+    return bound, 2 * form.smallest
 
 
 def _full(form: Format, name: str) -> Loss:

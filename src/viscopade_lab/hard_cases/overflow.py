@@ -21,7 +21,6 @@ from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.speed_table import product_bound
-from viscopade.kernels.rounding import smallest_number
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
@@ -136,7 +135,7 @@ def failure(kernel: FormulaPair) -> PlainFailure:
     zero = _first(kernel, lambda found: found == 0 or math.isnan(found))
     if math.isfinite(zero):
         with working(BITS):
-            lost = abs(kernel.exact(zero)) > ball_of(smallest_number(kernel.form) / 2)
+            lost = abs(kernel.exact(zero)) > ball_of(kernel.form.smallest / 2)
         zero = zero if lost else math.inf
     return PlainFailure(zero, _first(kernel, math.isnan))
 

@@ -24,7 +24,6 @@ from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.speed_kernel import HALF_LINE
 from viscopade.kernels.names import TIERS
-from viscopade.kernels.rounding import smallest_number
 from viscopade_lab.hard_cases import exported, machine
 from viscopade_lab.hard_cases import kernel_rounding as case
 
@@ -125,7 +124,7 @@ def test_half_line_and_inverse_kernels_are_those_of_the_headers(which):
         assert (tuple(a), tuple(b)) == (top, bottom)
         size = sizes["v_star" if function.kernel.startswith("inverse") else function.name]
         assert function.relative == Fraction(size["relative"])
-        assert function.underflow == Fraction(size["underflow"]) * smallest_number(function.form)
+        assert function.underflow == Fraction(size["underflow"]) * function.form.smallest
 
 
 def test_pade_approximants_are_those_of_the_header():

@@ -14,7 +14,6 @@ from tests.lab.hard_cases.test_kernel_rounding import horner, library
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.rounding import smallest_number
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases import overflow as case
 
@@ -97,7 +96,7 @@ def test_exported_forms_are_the_c_code(kernels, tmp_path):
         if not kernel.near.roots:
             assert np.array_equal(found, expected, equal_nan=True), (name, form.name)
         else:
-            smallest = float(smallest_number(form))
+            smallest = float(form.smallest)
             assert np.allclose(found, expected, rtol=128 * 2.0**-form.precision, atol=64 * smallest, equal_nan=True)
 
 

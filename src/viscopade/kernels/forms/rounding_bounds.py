@@ -27,7 +27,7 @@ from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.reference import speeds
-from viscopade.kernels.rounding import Rounded, of_branch, smallest_number
+from viscopade.kernels.rounding import Rounded, of_branch
 
 ULPS = 4
 """Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
@@ -211,7 +211,7 @@ def inverse_sizes(
                 return of_ratio + _log_error(unit)
             return of_ratio + _of_pow(root, kind, abs(y.log()) / ball_of(root))
 
-        least = Fraction(2) ** (1 - kind.largest) if of.linear else smallest_number(kind)
+        least = Fraction(2) ** (1 - kind.largest) if of.linear else kind.smallest
         start = _below_root(least, root)
         end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
@@ -294,7 +294,7 @@ def _size(branches: Sequence[Callable[[Part], Found]], name: str, kind: Format) 
     walks = [(on, refined(on, _uniform(Fraction(1)), lambda found: found[name].relative)) for on in branches]
     relative = max(size for _, parts in walks for size, _ in parts)
     underflow = max(on(part)[name].underflow for on, parts in walks for _, part in parts)
-    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(smallest_number(kind)), DIGITS))
+    return Size(rounded_up(relative, DIGITS), rounded_up(underflow / ball_of(kind.smallest), DIGITS))
 
 
 def _of_v_star(found: Found) -> arb:

@@ -97,26 +97,25 @@ class Function:
     points: Iterable[Arguments]
 
 
-def render(kernels: Any, command: str) -> str:
+def render(kernels: Sequence[Any], command: str) -> str:
     """Return one object; its "vectors" hold a list for each vector, on a line of its own, in the order of "columns".
 
     Parameters
     ----------
-    kernels : sequence of kernels, a SpeedKernel, or None
-        As `requests.Kind` has them; None stands for those of full accuracy.
+    kernels : sequence of kernels
+        None stands for those of full accuracy.
     command : str
         The command line that makes the file.
     """
-    chosen = kernels if isinstance(kernels, Sequence) else [kernels]
     head = {
         "generated_by": generated_by(),
         "command": one_line("command", command),
         "source": SOURCE,
-        "end_condition": end_condition(getattr(chosen[0], "law", None)),
+        "end_condition": end_condition(getattr(kernels[0], "law", None)),
         "columns": COLUMNS,
     }
     with working(truth.BITS), np.errstate(all="ignore"):
-        lines = [line for kernel in chosen for function in _functions(kernel) for line in _lines(function)]
+        lines = [line for kernel in kernels for function in _functions(kernel) for line in _lines(function)]
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
     return start + "\n" + ",\n".join(lines) + "\n]}\n"
 
@@ -359,10 +358,12 @@ def _of_quotient(kernel: Quotient) -> Iterator[Function]:
 
 def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     bounds, rounding = _stated_of(kernel, form)
+    relative = any(bound.measure == "relative" for bound in kernel.bounds)
 
     def stated(v_star: Fraction, p: Portions) -> Fraction | None:
         found = [Fraction(bound) for high, bound in bounds if v_star <= high]
-        return found[0] * _smaller(p) + rounding * _above(p.epsilon) if found else None
+        size = _above(p.epsilon) if relative else _smaller(p)
+        return found[0] * size + rounding * _above(p.epsilon) if found else None
 
     (a, b), threshold = kernel.rounded(form), 2.0 ** kernel.threshold(form)
     borders = threshold, *(float(high) for high, _ in bounds), *([float(kernel.end[1])] if kernel.end else [])
@@ -379,18 +380,15 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     slope = kernel.variant(form).derivative if isinstance(kernel, MinimaxKernel) else None
     coefficients = kernel.derivative(form)
     if slope is not None and coefficients is not None:
-        relative, least = (
-            Fraction(slope.certificate.bound) + Fraction(slope.rounding),
-            Fraction(2) ** (1 - form.largest),
-        )
+        of_formula = Fraction(slope.certificate.bound) + Fraction(slope.rounding)
 
         def of_slope(x: float) -> Answer:
             if not x >= 0 or x in (0, _INF):
                 return (0.0 if x >= 0 else _NAN), Fraction(0)
-            if not least <= Fraction(x) <= bounds[-1][0]:
+            if not form.least <= Fraction(x) <= bounds[-1][0]:
                 return None
             exact = truth.exact_slope(Fraction(x))
-            return (exact, relative * _above(exact)) if _above(exact) > least else None
+            return (exact, of_formula * _above(exact)) if _above(exact) > form.least else None
 
         (t, d), end = coefficients
         given = formulas.dense(t=t, b=d)

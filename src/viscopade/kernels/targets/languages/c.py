@@ -36,7 +36,7 @@ TARGET = Target(
         "quotient": c.render,
         "root": c.render,
         "full": lambda _, command: last_place.render(command),
-        "speed": speed.render,
+        "speed": lambda kernels, command: speed.render(kernels[0], command),
     },
     runner=Runner(("cc",), ".c", (TOOL, "-O2", DRIVER, "-o", PROGRAM, "-lm"), START, "CC"),
     kinds={
