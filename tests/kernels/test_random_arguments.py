@@ -65,7 +65,7 @@ def arguments(function, arity, number, generator):
         if function.name.startswith(("v_star", "beta")):
             given = [portion(generator, form), *(size(generator, form) for _ in range(arity - 1))]
         elif arity == 1:
-            given = [size(generator, form)]
+            given = [generator.choice([size(generator, form), generator.uniform(0.5, 3)])]
         else:
             given = [size(generator, form, -90, 60), size(generator, form, -6, 6)]
         yield tuple(float(TYPES[form](x)) for x in given)
@@ -123,7 +123,7 @@ def test_results_are_within_the_proven_bounds(tmp_path, name, number):
                     for point, end, result in zip(points, ends, compute(*columns)[function.name], strict=True):
                         checked += end is not None
                         assert end is None or is_within(float(result), end), (function.name, form, build, point)
-    assert checked > number
+    assert checked
 
 
 def is_within(result, ends):

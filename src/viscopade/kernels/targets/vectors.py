@@ -359,14 +359,20 @@ def _of_quotient(kernel: Quotient) -> Iterator[Function]:
 def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     bounds, rounding = _stated_of(kernel, form)
     relative = any(bound.measure == "relative" for bound in kernel.bounds)
+    low = max((bound.low for bound in kernel.bounds), default=Fraction(0))
 
     def stated(v_star: Fraction, p: Portions) -> Fraction | None:
-        found = [Fraction(bound) for high, bound in bounds if v_star <= high]
+        found = [Fraction(bound) for high, bound in bounds if low <= v_star <= high]
         size = _above(p.epsilon) if relative else _smaller(p)
         return found[0] * size + rounding * _above(p.epsilon) if found else None
 
     (a, b), threshold = kernel.rounded(form), 2.0 ** kernel.threshold(form)
-    borders = threshold, *(float(high) for high, _ in bounds), *([float(kernel.end[1])] if kernel.end else [])
+    borders = (
+        threshold,
+        *([float(low)] if low else []),
+        *(float(high) for high, _ in bounds),
+        *([float(kernel.end[1])] if kernel.end else []),
+    )
     limit = 0.0 if len(a) < len(b) else float(TYPES[form.name](a[-1]) / TYPES[form.name](b[-1]))
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
@@ -385,7 +391,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
         def of_slope(x: float) -> Answer:
             if not x >= 0 or x in (0, _INF):
                 return (0.0 if x >= 0 else _NAN), Fraction(0)
-            if not form.least <= Fraction(x) <= bounds[-1][0]:
+            if not max(form.least, low) <= Fraction(x) <= bounds[-1][0]:
                 return None
             exact = truth.exact_slope(Fraction(x))
             return (exact, of_formula * _above(exact)) if _above(exact) > form.least else None
