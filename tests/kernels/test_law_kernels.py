@@ -379,3 +379,29 @@ def test_headers_of_two_laws_in_one_program(tmp_path, order):
     functions = compiled.build(tmp_path, headers[::order])
     assert functions["epsilon_pade_3_6"](0.5) == pytest.approx(functions["restitution_pade_3_6"](0.5**10, 1.0))
     assert f"epsilon_{kernel('linear').name}" in functions
+
+
+# --- names that last --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", COMPACT)
+@pytest.mark.parametrize(
+    "asked", [{}, {"accuracy": (), "kappa_max": None, "inverse": ("1e-5",)}], ids=["eps", "inverse"]
+)
+def test_names_that_last_give_the_same_results(tmp_path, language, asked):
+    of, how = request("hunt-crossley", **asked), COMPACT[language]
+    (found,) = of.prove()
+    functions = ("v_star", "v_star_from_loss") if of.inverse else ("epsilon",)
+    names = tuple(f"{function}_{name}" for function in functions for name in (found.name, found.lasting_name))
+    assert len({*names}) == 2 * len(functions)
+    results = how.run(tmp_path, Code(of.render(how.target), names, how.forms[-1], 1))(np.linspace(0.01, 0.99, 50))
+    for today, lasting in zip(names[::2], names[1::2], strict=True):
+        np.testing.assert_array_equal(results[today], results[lasting])
+        assert np.isfinite(results[today]).all()
+
+
+def test_kernels_that_share_a_lasting_name_leave_it_to_the_first():
+    of = Request(law="hunt-crossley", minimax=((0, 2), (1, 2)), kappa_max="2")
+    first, second = of.prove()
+    assert first.lasting_name == second.lasting_name
+    assert of.render("rust").count(f"pub fn epsilon_{first.lasting_name}(") == 1

@@ -7,7 +7,7 @@ writes a function. C and Python have templates of their own, with more functions
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import partial
@@ -18,12 +18,21 @@ from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import WIDTH
 from viscopade.kernels.expressions import Expression, Literal, Name, Program, Statement
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.forms.rounding_bounds import inverse_end
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
-from viscopade.kernels.targets.wording import Named, comment, distinct, lacunary_preamble, preamble, variable
+from viscopade.kernels.targets.wording import (
+    AnyKernel,
+    comment,
+    distinct,
+    lacunary_preamble,
+    lasting_kernels,
+    preamble,
+    variable,
+)
 
 _INDENT = 34  # columns that assignments need besides the expression
 _QUOTIENT_ULPS = 2.5  # of a quotient in a shader, by the standards
@@ -54,7 +63,7 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         If a kernel cannot be written in any of the language's types, or `command` is not one line.
     """
     chosen = distinct(kernels)
-    functions = [part for kernel in chosen for part in _in_types(target, kernel, partial(_of_v_star, kernel))]
+    functions = _texts(target, chosen, _of_v_star)
     calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
@@ -64,7 +73,8 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         for number in target.numbers
         if kernel.interval is None and kernel.end is None and _holds(partial(kernel.rounded, number.form))
     ]
-    return _file(target, preamble(chosen, command), calls, ends, in_shaders, functions, module)
+    lines = [*preamble(chosen, command), "", *_usage(target, chosen, calls, ends, in_shaders)]
+    return _file(target, lines, functions, module)
 
 
 def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: str, module: str = "viscopade") -> str:
@@ -78,7 +88,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
                 f"{kernel.name} takes a root of order {kernel.root.denominator}, and nothing is guaranteed of pow in "
                 f"{target.name}: accepted for it are laws with v* = kappa or kappa^(1/2)"
             )
-    functions = [part for kernel in kernels for part in _in_types(target, kernel, partial(_of_epsilon, kernel))]
+    functions = _texts(target, kernels, _of_epsilon)
     calls = [
         (f"{function}_{kernel.name}", given, f"{variable(kernel.law)} at {what}")
         for kernel in kernels
@@ -96,7 +106,8 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
         for number in target.numbers
         if not kernel.epsilon_low and _holds(partial(kernel.variant, number.form))
     ]
-    return _file(target, lacunary_preamble(kernels, command, []), calls, ends, in_shaders, functions, module)
+    lines = [*lacunary_preamble(kernels, command, []), "", *_usage(target, kernels, calls, ends, in_shaders)]
+    return _file(target, lines, functions, module)
 
 
 def _holds(coefficients: Callable[[], object]) -> bool:
@@ -107,29 +118,27 @@ def _holds(coefficients: Callable[[], object]) -> bool:
     return False
 
 
-def _file(
-    target: Target,
-    beginning: Sequence[str],
-    calls: Sequence[tuple[str, str, str]],
-    ends: Sequence[str],
-    in_shaders: str,
-    functions: Sequence[str],
-    module: str,
-) -> str:
-    lines = [*beginning, "", *_usage(target, calls, ends, in_shaders)]
+def _file(target: Target, lines: Sequence[str], functions: Sequence[str], module: str) -> str:
     blank = "\n\n" + "\n" * target.written.apart
     return target.written.file.format(
         head=comment(lines, target.comment), functions=blank.join(functions), module=module
     )
 
 
-def _usage(target: Target, calls: Sequence[tuple[str, str, str]], ends: Sequence[str], in_shaders: str) -> list[str]:
-    """Return the lines on the functions and on their results."""
+def _usage(
+    target: Target,
+    kernels: Sequence[Kernel],
+    calls: Sequence[tuple[str, str, str]],
+    ends: Sequence[str],
+    in_shaders: str,
+) -> list[str]:
+    """Return the lines on the functions, on their results, and on names that last."""
     written = target.written
     names = [
         f"    {written.call.replace('{function}_{name}', name).format(given=given)}    {what}"
         for name, given, what in calls
     ]
+    stays = [f"{kernel.lasting_name} for {kernel.name}" for kernel in lasting_kernels(kernels)]
     types = ", ".join(
         f"{number.type}{f' (names that end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
@@ -138,6 +147,8 @@ def _usage(target: Target, calls: Sequence[tuple[str, str, str]], ends: Sequence
         notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":
         notes.append(in_shaders)
+    if stays:
+        notes.append(f"Functions whose names stay when a better kernel comes have {', '.join(stays)} in their names.")
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]
 
 
@@ -152,21 +163,27 @@ class _Function(NamedTuple):
     result: Expression
 
 
-def _in_types(target: Target, kernel: Named, functions: Callable[[Format], list[_Function]]) -> Iterator[str]:
-    """Yield the texts of a kernel's functions in each type; refuse a language without any."""
-    number, reason = 0, ""
-    for kind in target.numbers:
-        try:
-            found = functions(kind.form)
-        except ValueError as error:
-            reason = str(error)
-            continue
-        number += 1
-        yield from (_text(target, kernel.name, kind, function) for function in found)
-    if not number:
-        raise ValueError(
-            f"{kernel.name} cannot be written in {target.name}: {reason}; accepted are other degrees or targets"
-        )
+def _texts(
+    target: Target, kernels: Sequence[AnyKernel], functions: Callable[[AnyKernel, Format], list[_Function]]
+) -> list[str]:
+    """Return the texts of all functions in each type, with those of lasting names; refuse a kernel without any."""
+    found, stay = list[str](), {kernel.name for kernel in lasting_kernels(kernels)}
+    for kernel in kernels:
+        before, reason = len(found), ""
+        for kind in target.numbers:
+            try:
+                of_type = functions(kernel, kind.form)
+            except ValueError as error:
+                reason = str(error)
+                continue
+            found += (_text(target, kernel.name, kind, function) for function in of_type)
+            if kernel.name in stay:
+                found += (_forward(target, kernel, kind, function) for function in of_type)
+        if len(found) == before:
+            raise ValueError(
+                f"{kernel.name} cannot be written in {target.name}: {reason}; accepted are other degrees or targets"
+            )
+    return found
 
 
 def _of_v_star(kernel: Quotient, form: Format) -> list[_Function]:
@@ -207,11 +224,10 @@ def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
     return max(low, Fraction(2) ** (1 - form.largest))
 
 
-def _text(target: Target, name: str, number: Number, function: _Function) -> str:
-    written = target.written
+def _words(name: str, number: Number, function: _Function) -> dict[str, str]:
     low, high = function.ends
     guard = name if function.function == "epsilon" else f"{function.function}_{name}"
-    words = {
+    return {
         "name": name,
         "function": function.function,
         "given": function.given,
@@ -222,6 +238,19 @@ def _text(target: Target, name: str, number: Number, function: _Function) -> str
         "high": number.coefficient(high),
         "locals": ", ".join(statement.name for statement in function.program),
     }
+
+
+def _forward(target: Target, kernel: Kernel, number: Number, function: _Function) -> str:
+    """Return the function with the name that lasts, which calls today's."""
+    written, words = target.written, _words(kernel.lasting_name, number, function)
+    argument = written.argument.format(given=function.given)
+    call = written.call.format(function=function.function, name=f"{kernel.name}{number.suffix}", given=argument)
+    body = indent(written.result.format(**words, value=call), "    ")
+    return "\n".join(filter(None, (written.begin.format(**words), body, written.close.format(**words))))
+
+
+def _text(target: Target, name: str, number: Number, function: _Function) -> str:
+    written, words = target.written, _words(name, number, function)
     syntax = number.syntax
     if written.mathematics:
         syntax = syntax._replace(function=lambda name: written.mathematics.format(name=name, suffix=number.suffix))

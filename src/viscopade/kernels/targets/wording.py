@@ -204,6 +204,12 @@ def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[list[tuple
     return list(found.values())
 
 
+def lasting_kernels(kernels: Sequence[AnyKernel]) -> list[AnyKernel]:
+    """Return the kernels with a lasting name of their own: the first of those that share one."""
+    first = {kernel.lasting_name: kernel for kernel in reversed(kernels)}
+    return [kernel for kernel in kernels if first[kernel.lasting_name] is kernel and kernel.lasting_name != kernel.name]
+
+
 def lasting_lines(kernels: Sequence[Named]) -> list[str]:
     """Return the sentence on lasting names for the head of a file, wrapped; none if all names last."""
     pairs = {kernel.lasting_name: kernel.name for kernel in reversed(kernels) if kernel.lasting_name != kernel.name}
