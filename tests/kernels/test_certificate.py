@@ -5,6 +5,7 @@ The independent checker accepts what is right, and refuses certificates that wer
 
 import json
 import math
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -18,16 +19,19 @@ from hypothesis import strategies as st
 import certificate_checker
 from certificate_checker import Checker, Wrong, check_file
 from viscopade.approximation import machine_coefficients, minimax
-from viscopade.arithmetic.balls import exact_middle, working
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most, rounded_up
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double, panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
 from viscopade.collision import exact, panel_proof
-from viscopade.kernels import certificate
+from viscopade.kernels import certificate, prove_rational
 from viscopade.kernels.certificate import ORDER, prove
+from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.forms.exact_formulas import quotient_formula
-from viscopade.kernels.reference import TABLE, speeds
+from viscopade.kernels.reference import TABLE, reference_of, speeds
+from viscopade.theory.law import law_of
 
 TIGHT = 1.015  # three digits, rounded up, of a bound that is tight to 0.1 %
 A, B = machine_coefficients.machine(minimax.fit(1, 4, 5), DOUBLE).exact
@@ -419,3 +423,47 @@ class Short:
 def test_series_that_lose_terms_are_not_taken_for_polynomials():
     with pytest.raises((TypeError, ArithmeticError), match="loses"):
         prove(Short(), Fraction(1), Fraction(2), "relative")
+
+
+# --- no bound is no bound ---------------------------------------------------------------------------------------------
+
+
+def near_pole(gap):
+    """1/(1 + v - 2 v^2/p^2) of the law with nu = 1: its pole is near v = p = 1 + gap."""
+    return [arb(1)], [arb(1), arb(1), -2 / ball_of(1 + gap) ** 2]
+
+
+@pytest.mark.parametrize("gap", [Fraction(1, 10**7), Fraction(1, 10**8), Fraction(1, 10**6)])
+def test_close_to_a_pole_there_is_a_large_bound_or_none(gap):
+    """An infinite bound was printed as 0: FLINT's decimals of infinity are zeros."""
+    a, b = near_pole(gap)
+    bound = "inf"
+    with suppress(ValueError):
+        bound = prove_rational.error_up_to(a, b, law_of("hunt-crossley:1"), 1)
+    assert float(bound) > 1e6
+
+
+def test_an_infinite_number_has_no_decimals():
+    for number in (arb.pos_inf(), arb("nan")):
+        with pytest.raises(ArithmeticError, match="is no number"):
+            rounded_up(number)
+
+
+def test_intervals_and_measures_that_are_none_are_refused():
+    law = law_of("hunt-crossley:1")
+    formula, reference = (
+        exact_formulas.quotient_formula([Fraction(1)], [Fraction(1), Fraction(2)], law),
+        reference_of(law),
+    )
+    for low, high in ((2, 1), (1, 1), (-1, 1), (100, None)):
+        with pytest.raises(ValueError, match=r"the interval is \[|low is 100"):
+            certificate.prove(formula, Fraction(low), high if high is None else Fraction(high), "relative", reference)
+    slope = exact_formulas.derivative_formula([Fraction(1)], [Fraction(1), Fraction(1)])
+    with pytest.raises(ValueError, match="accepted for derivatives is the paper's law"):
+        certificate.prove(slope, Fraction(0), Fraction(1), "derivative", reference)
+
+
+def test_a_half_line_formula_has_the_right_degrees():
+    wrong = LacunaryQuotient(Powers((0, 6, 16), (0, 11)), (Fraction(1),) * 3, (Fraction(1),) * 2)
+    with pytest.raises(ValueError, match="deg N must be deg D"):
+        exact_formulas.half_line_formula(wrong)

@@ -28,7 +28,15 @@ def _decimal(number: Fraction, rounding: str) -> str:
 
 
 def rounded_up(bound: arb, digits: int = DIGITS) -> str:
-    """Return a positive upper bound, rounded up to a short decimal number."""
+    """Return a positive upper bound, rounded up to a short decimal number.
+
+    Raises
+    ------
+    ArithmeticError
+        If it is infinite or NaN, for which FLINT's decimals are 0.
+    """
+    if not bound.is_finite():
+        raise ArithmeticError(f"the bound is {bound}, which is no number")
     middle, radius, exponent = (int(part) for part in bound.abs_upper().mid_rad_10exp(digits + 20))
     return at_most((middle + radius) * Fraction(10) ** exponent, digits)
 

@@ -82,7 +82,7 @@ def prove(
     measure: AnyMeasure = "both",
     reference: Reference = TABLE,
 ) -> Certificate:
-    """Prove a bound of the deviation on low <= v* <= high that is tight to about its printed digits.
+    """Prove a bound of the deviation on low <= v* <= high that is tight, unless a pole is near.
 
     Parameters
     ----------
@@ -99,15 +99,20 @@ def prove(
     ValueError
         If the interval is no such thing, or the force of the law is attractive.
     ArithmeticError
-        If there is no bound: the formula has a pole in the interval, or comes too close to one, or the law's panels do
-        not reach so far.
+        If there is no bound: the formula has a pole in the interval, or the law's panels do not reach so far. Close to
+        a pole the bound may be large, and not tight.
     """
+    if measure == "derivative" and reference.law != VISCOELASTIC:
+        raise ValueError(f"the law is {reference.law}: accepted for derivatives is the paper's law")
     if measure == "both" and not formula.has("loss_ratio"):
         raise ValueError("1 - R must vanish like v*^d where the deviation is measured relative to 1 - eps")
     proof = _Proof(formula, measure, reference)
     with working(reference.bits, ORDER + 1):
         if high is None:
-            return proof.and_beyond(proof.on_panels(low, proof.end()))
+            end = proof.end()
+            if low >= end:
+                raise ValueError(f"low is {low}: accepted for an interval without an end is a number below {end}")
+            return proof.and_beyond(proof.on_panels(low, end))
         return proof.on_panels(low, high)
 
 
@@ -170,10 +175,10 @@ class _Proof:
         while True:
             worst = max(range(size), key=lambda i: float(bounds[i]))
             finer, most = bound(worst, 2 * numbers[worst]), numbers[worst] >= self.reference.most_parts
-            if finer.is_finite() and (most or finer > bounds[worst] * self.reference.tight):
-                return max(bounds), numbers
-            if most:
+            if most and not (finer.is_finite() and bounds[worst].is_finite()):
                 raise ArithmeticError(message(worst))
+            if most or (finer.is_finite() and finer > bounds[worst] * self.reference.tight):
+                return max(bounds), numbers
             bounds[worst], numbers[worst] = finer, 2 * numbers[worst]
 
     def deviation(self, panel: Any, start: Fraction, end: Fraction) -> arb:
@@ -181,6 +186,9 @@ class _Proof:
         low, high = (self.reference.y(panel, z, self.formula.power) for z in (start, end))
         results = self._results(panel, low.union(high))
         bound = _largest(lambda y: [self._ratio(result, panel, y) - 1 for result in results], low, high)
+        if self.measure == "speed" and bound.is_finite():
+            more = self.reference.uncertainty(self.formula, panel, low.union(high))
+            bound = bound + (1 + bound) * (more.exp() - 1)
         error = self.reference.error(panel, self.measure)
         return ((bound + error) / (1 - error)).abs_upper()
 

@@ -97,6 +97,10 @@ class Reference(ABC):
         scaled, own = self._own(course, formula.power, self.error(panel, "speed"))
         return scaled * formula.at("ratio", y=own)
 
+    def uncertainty(self, formula: Formula, panel: Any, y: arb) -> arb:
+        """Bound the error of ln `inverse_ratio` on a part, as far as that is no enclosure."""
+        return arb(0)
+
     def _own(self, course: Course | Rows, power: int, error: arb | int = 0) -> tuple[arb_series, arb_series]:
         """Return own^power/v*, and own = ((1 - eps)/eps)^(1/(power d)), in which inverse kernels are N/D."""
         odds_ratio, d = course.loss_ratio / course.epsilon * arb(1, 3 * error), self.law.d
@@ -245,6 +249,8 @@ class _LawPanels(Reference):
         self.law = law
 
     def stretches(self, low: Fraction, high: Fraction) -> list[Stretch]:
+        if not 0 <= low < high:
+            raise ValueError(f"the interval is [{low}, {high}]: accepted is 0 <= low < high")
         if high > max(ENDS):
             raise ArithmeticError(f"proofs for the law {self.law} end at v* = {max(ENDS)}")
         try:
@@ -252,7 +258,9 @@ class _LawPanels(Reference):
         except ArithmeticError:
             raise ArithmeticError(f"no proof was found for the law {self.law} up to v* = {float(high):g}") from None
         whole = (Stretch(place, panel, panel.start, Fraction(1)) for place, panel in enumerate(panels))
-        return [self._from(low, stretch) for stretch in whole if self.v_star(stretch.panel, stretch.end) > ball_of(low)]
+        return [
+            self._from(low, stretch) for stretch in whole if not self.v_star(stretch.panel, stretch.end) < ball_of(low)
+        ]
 
     def _from(self, low: Fraction, stretch: Stretch) -> Stretch:
         """Return the stretch without a part where v* < low."""
@@ -277,14 +285,24 @@ class _LawPanels(Reference):
     def inverse_ratio(self, formula: Formula, panel: LawPanel, y: arb_series) -> arb_series:
         if panel.work:
             return super().inverse_ratio(formula, panel, y)
-        # Where y is known less well N and D would each multiply its error by their degrees: it counts by the slope.
-        scaled, own = self._own(panel.course(y), formula.power)
-        start = own.coeffs()[0]
-        value, slope = formula.at("ratio", y=arb_series([start, start])).coeffs()[:2]
-        # (1 - eps)/eps is 1/eps - 1, and eps is at most 1/2 but for the error.
-        error = 3 * panel.error / (formula.power * self.law.d) * abs(slope / value)
+        # Where y is known less well N and D would each multiply its error by their degrees: see `uncertainty`.
+        scaled, _ = self._own(panel.course(y), formula.power)
         _, rough = self._own(panel.course(y, true=False), formula.power)
-        return scaled * formula.at("ratio", y=rough) * arb(0, error.abs_upper()).exp()
+        return scaled * formula.at("ratio", y=rough)
+
+    def uncertainty(self, formula: Formula, panel: LawPanel, y: arb) -> arb:
+        """Bound what the error of y does, by the slope on the whole part."""
+        if panel.work:
+            return arb(0)
+        _, own = self._own(panel.course(arb_series([y, arb(1)])), formula.power)
+        start = own.coeffs()[0]
+        try:
+            value, slope = formula.at("ratio", y=arb_series([start, start])).coeffs()[:2]
+        except ZeroDivisionError:
+            return arb.pos_inf()
+        # (1 - eps)/eps is 1/eps - 1, and eps is at most 1/2 but for the error.
+        error = (3 * panel.error / (formula.power * self.law.d) * abs(slope / value)).abs_upper()
+        return error if error.is_finite() else arb.pos_inf()
 
     def end(self, error: arb) -> Fraction:
         sharp = (end for end in ENDS if law_panels.limit(self.law, arb(end)).rad() < NEGLIGIBLE * error)

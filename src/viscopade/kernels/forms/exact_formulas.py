@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from flint import arb
 
+from viscopade.approximation.half_line import require_half_line_degrees
 from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import LacunaryQuotient
 from viscopade.kernels.enclosure import Formula
@@ -32,6 +33,7 @@ def derivative_formula(t: Sequence[Fraction], b: Sequence[Fraction]) -> Formula:
 
 def half_line_formula(found: LacunaryQuotient) -> Formula:
     """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4."""
+    require_half_line_degrees(found.powers)
     return Formula(3, *formulas.half_line_branches(found.powers), formulas.constants(found.powers, found.a, found.b))
 
 
