@@ -656,7 +656,7 @@ def test_a_float_that_is_much_less_accurate_is_left_out():
         (
             lambda: prove_lacunary.half_line_kernel(0.1, "absolute"),
             ValueError,
-            "measure is 'absolute': accepted is one of",
+            "measure is 'absolute': accepted is 'both' or 'relative'",
         ),
         (lambda: prove_lacunary.half_line_kernel(None), TypeError, "accuracy is None: accepted is a number from"),
         (lambda: prove_lacunary.inverse_kernel("x"), ValueError, "accuracy is 'x': accepted is a number from"),

@@ -186,9 +186,6 @@ class _Proof:
         low, high = (self.reference.y(panel, z, self.formula.power) for z in (start, end))
         results = self._results(panel, low.union(high))
         bound = _largest(lambda y: [self._ratio(result, panel, y) - 1 for result in results], low, high)
-        if self.measure == "speed" and bound.is_finite():
-            more = self.reference.uncertainty(self.formula, panel, low.union(high))
-            bound = bound + (1 + bound) * (more.exp() - 1)
         error = self.reference.error(panel, self.measure)
         return ((bound + error) / (1 - error)).abs_upper()
 

@@ -97,10 +97,6 @@ class Reference(ABC):
         scaled, own = self._own(course, formula.power, self.error(panel, "speed"))
         return scaled * formula.at("ratio", y=own)
 
-    def uncertainty(self, formula: Formula, panel: Any, y: arb) -> arb:
-        """Bound the error of ln `inverse_ratio` on a part, as far as that is no enclosure."""
-        return arb(0)
-
     def _own(self, course: Course | Rows, power: int, error: arb | int = 0) -> tuple[arb_series, arb_series]:
         """Return own^power/v*, and own = ((1 - eps)/eps)^(1/(power d)), in which inverse kernels are N/D."""
         odds_ratio, d = course.loss_ratio / course.epsilon * arb(1, 3 * error), self.law.d
@@ -285,24 +281,14 @@ class _LawPanels(Reference):
     def inverse_ratio(self, formula: Formula, panel: LawPanel, y: arb_series) -> arb_series:
         if panel.work:
             return super().inverse_ratio(formula, panel, y)
-        # Where y is known less well N and D would each multiply its error by their degrees: see `uncertainty`.
-        scaled, _ = self._own(panel.course(y), formula.power)
-        _, rough = self._own(panel.course(y, true=False), formula.power)
-        return scaled * formula.at("ratio", y=rough)
-
-    def uncertainty(self, formula: Formula, panel: LawPanel, y: arb) -> arb:
-        """Bound what the error of y does, by the slope on the whole part."""
-        if panel.work:
-            return arb(0)
-        _, own = self._own(panel.course(arb_series([y, arb(1)])), formula.power)
+        # Where y is known less well N and D would each multiply its error by their degrees: it counts by the slope.
+        scaled, own = self._own(panel.course(y), formula.power)
         start = own.coeffs()[0]
-        try:
-            value, slope = formula.at("ratio", y=arb_series([start, start])).coeffs()[:2]
-        except ZeroDivisionError:
-            return arb.pos_inf()
+        value, slope = formula.at("ratio", y=arb_series([start, start])).coeffs()[:2]
         # (1 - eps)/eps is 1/eps - 1, and eps is at most 1/2 but for the error.
-        error = (3 * panel.error / (formula.power * self.law.d) * abs(slope / value)).abs_upper()
-        return error if error.is_finite() else arb.pos_inf()
+        error = 3 * panel.error / (formula.power * self.law.d) * abs(slope / value)
+        _, rough = self._own(panel.course(y, true=False), formula.power)
+        return scaled * formula.at("ratio", y=rough) * arb(0, error.abs_upper()).exp()
 
     def end(self, error: arb) -> Fraction:
         sharp = (end for end in ENDS if law_panels.limit(self.law, arb(end)).rad() < NEGLIGIBLE * error)
