@@ -117,7 +117,8 @@ HUNT_CROSSLEY = (
         "S. Hu and X. Guo, Multibody Syst. Dyn. 35, 131-151 (2015)",
         r"\tfrac{3}{2} (1 - e) / e",
         lambda e: 3 * (1 - e) / (2 * e),
-        "a review, from memory; public code after a review has half of it, which is wrong by a factor of 2 for small losses",
+        "a review, from memory; public code after a review has half of it, which is wrong by a factor of 2 for small "
+        "losses",
     ),
     HuntCrossleyFormula(
         "Safaeifar and Farshidianfar",
