@@ -150,8 +150,8 @@ def test_rounding_keeps_sign_and_exponent():
 
 def test_too_few_digits_are_noticed(monkeypatch):
     monkeypatch.setattr(pade_systems, "pade", lambda m, n, digits: pade(m, n, 8))
-    covered, seen, _, printed, *_ = holding([lost_digits(5)])
-    assert (covered, seen, printed) == (False, False, False)
+    covered, seen, proven, printed, *_ = holding([lost_digits(5)])
+    assert (covered, seen, proven, printed) == (False, False, False, False)
 
 
 def test_a_series_with_more_widths_than_digits_is_noticed():
