@@ -56,6 +56,10 @@ def opened(profile):
         os.close(ours_out)
 
 
+class Navigated(AssertionError):
+    """A call that its page did not answer, as another page took its place."""
+
+
 class Tab:
     """A tab: its console's errors and its requests are collected."""
 
@@ -77,6 +81,8 @@ class Tab:
         while True:
             found = self.receive()
             if found.get("id") == number:
+                if "navigated" in str(found.get("error")):
+                    raise Navigated(found)
                 assert "error" not in found, found
                 return found["result"]
 

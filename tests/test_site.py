@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,7 +15,7 @@ from urllib.parse import unquote
 import pytest
 
 import viscopade
-from tests.devtools import opened
+from tests.devtools import Navigated, opened
 from tests.patience import HANGS
 
 ROOT = Path(__file__).parents[1]
@@ -158,7 +159,10 @@ def show(site, tab):
 
 def wait(tab, condition):
     end = time.monotonic() + HANGS
-    while not tab.evaluate(f"Boolean({condition})"):
+    while True:
+        with suppress(Navigated):  # a page that leads to another one may go while it is asked
+            if tab.evaluate(f"Boolean({condition})"):
+                return
         assert time.monotonic() < end, condition
         time.sleep(0.05)
 

@@ -134,11 +134,17 @@ def _usage(
 ) -> list[str]:
     """Return the lines on the functions, on their results, and on names that last."""
     written = target.written
+    first = {kernel.name: kernel.lasting_name for kernel in lasting_kernels(kernels)}
+    stay = [
+        (name.replace(today, lasting), given, "the same; the name stays when a better kernel comes")
+        for name, given, _ in calls
+        for today, lasting in first.items()
+        if name.endswith(today)
+    ]
     names = [
         f"    {written.call.replace('{function}_{name}', name).format(given=given)}    {what}"
-        for name, given, what in calls
+        for name, given, what in (*calls, *stay)
     ]
-    stays = [f"{kernel.lasting_name} for {kernel.name}" for kernel in lasting_kernels(kernels)]
     types = ", ".join(
         f"{number.type}{f' (names that end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
@@ -147,8 +153,6 @@ def _usage(
         notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":
         notes.append(in_shaders)
-    if stays:
-        notes.append(f"Functions whose names stay when a better kernel comes have {', '.join(stays)} in their names.")
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]
 
 
