@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import certificate_checker
 from certificate_checker import Checker, Wrong, check_file
-from viscopade.approximation import machine_coefficients, minimax
+from viscopade.approximation import inverse, machine_coefficients, minimax
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most, rounded_up
@@ -441,6 +441,32 @@ def test_close_to_a_pole_there_is_a_large_bound_or_none(gap):
     with suppress(ValueError):
         bound = prove_rational.error_up_to(a, b, law_of("hunt-crossley:1"), 1)
     assert float(bound) > 1e6
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_bound_of_an_inverse_covers_what_is_not_known_of_the_panels(sign):
+    law = law_of("hunt-crossley:1")
+    steep = LacunaryQuotient(
+        Powers((0, 1, 9), (0, 1)), (Fraction(1), Fraction(1), Fraction(1, 10)), (Fraction(1), Fraction(1))
+    )
+    formula = exact_formulas.inverse_formula(steep, inverse.inverse_form(law, whole=True))
+    reference, off = reference_of(law), Fraction(1, 10**4)
+    with working(reference.bits, ORDER + 1):
+        stretch = next(s for s in reference.stretches(Fraction(0), Fraction(4)) if not s.panel.work)
+        panel, proof = stretch.panel, certificate._Proof(formula, "speed", reference)
+        loading = panel.loading
+        wrong = panel._replace(
+            loading=loading._replace(
+                slope=loading.slope * (1 + sign * ball_of(off)), error=loading.error + ball_of(off) * arb(1.01)
+            )
+        )
+        for start, end in list(stretch.parts(16))[::3]:
+            bound = proof.deviation(wrong, start, end)
+            true = [
+                reference.inverse_ratio(formula, panel, arb_series([ball_of(start + (end - start) * i / 8), arb(1)]))[0]
+                for i in range(9)
+            ]
+            assert max(abs(ratio - 1) for ratio in true) < bound < math.inf
 
 
 def test_an_infinite_number_has_no_decimals():

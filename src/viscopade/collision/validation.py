@@ -155,10 +155,16 @@ def _residual(k: Dyadic, f: _Functions) -> arb:
 def _require_motion(f: _Functions, end: arb) -> None:
     """Show that Y > 0 up to z = end, but for z = 0 at the turning point: so r falls, and p is a function of u.
 
-    Y, or Y/z, is expanded around the middle of each part; what stands behind its first coefficients is added up.
+    Y, or Y/z, is first bounded by its coefficients at z = 0. If that is not enough, it is expanded around the middle of
+    each part; what stands behind its first coefficients is added up.
     """
+    coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
     with working(64):
-        coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
+        fall = arb(0)  # of z times the polynomial of the coefficients so far, at most
+        for c in reversed(coefficients[1:]):
+            fall = arb(0) if fall < c else (fall - c).abs_upper()
+        if coefficients[0] > fall:
+            return
         rest = _largest(arb_poly(coefficients[LEADING:]))
         speed = arb_poly(coefficients[:LEADING])
         if not any(_is_positive(speed, rest, end, parts) for parts in (1, PARTS)):

@@ -19,7 +19,7 @@ from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision import law_panels, panel_proof
 from viscopade.collision.law_panels import Course, LawPanel, power_of_series
-from viscopade.kernels.enclosure import Formula, polynomial
+from viscopade.kernels.enclosure import Formula, polynomial, quotient
 from viscopade.theory.law import VISCOELASTIC, Law
 
 ENDS = (60, 10**3, 10**4, 10**5, 10**6, 10**7)  # v* where the panels of other laws may end
@@ -281,14 +281,19 @@ class _LawPanels(Reference):
     def inverse_ratio(self, formula: Formula, panel: LawPanel, y: arb_series) -> arb_series:
         if panel.work:
             return super().inverse_ratio(formula, panel, y)
-        # Where y is known less well N and D would each multiply its error by their degrees: it counts by the slope.
-        scaled, own = self._own(panel.course(y), formula.power)
-        start = own.coeffs()[0]
-        value, slope = formula.at("ratio", y=arb_series([start, start])).coeffs()[:2]
+        # Where y is known less well N and D would each multiply its error by their degrees. It counts by the slope
+        # d ln(N/D)/d ln y, for the true y or one between it and the approximate one.
         # (1 - eps)/eps is 1/eps - 1, and eps is at most 1/2 but for the error.
-        error = 3 * panel.error / (formula.power * self.law.d) * abs(slope / value)
+        error = arb(0, (3 * panel.error / (formula.power * self.law.d)).abs_upper())
+        scaled, own = self._own(panel.course(y), formula.power)
+        start, *rest = own.coeffs()
+        with working(self.bits, y.prec + 1):  # as a derivative has a term less
+            near = arb_series([start, arb(1)])
+            ratio = formula.at("ratio", y=near)
+            slope = quotient(near * ratio.derivative(), ratio)
+        slope = slope(arb_series([arb(0), *rest]))
         _, rough = self._own(panel.course(y, true=False), formula.power)
-        return scaled * formula.at("ratio", y=rough) * arb(0, error.abs_upper()).exp()
+        return scaled * formula.at("ratio", y=rough) * (slope * error).exp()
 
     def end(self, error: arb) -> Fraction:
         sharp = (end for end in ENDS if law_panels.limit(self.law, arb(end)).rad() < NEGLIGIBLE * error)
