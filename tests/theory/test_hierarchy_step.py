@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.arithmetic.function_balls import ALGEBRA, BITS, TERMS, assert_encloses, elements, members
+from viscopade.arithmetic.function_balls import Orders
 from viscopade.theory.series import MeetingPoint, _Inner, _next_order, _Outer
 
 UNIT = fmpq(1, 1 << BITS)
@@ -31,11 +32,11 @@ def rational(fraction: Fraction) -> fmpq:
 @given(st.lists(any_member, min_size=1, max_size=5), any_member, any_member)
 def test_next_order(pairs, p_pair, inverse_pair):
     n = len(pairs) + 1
-    balls = [None, *(ball for ball, _ in pairs)]  # f_0 enters by its inverse only
+    balls = Orders([None, *(ball for ball, _ in pairs)])  # f_0 enters by its inverse only
     exact = [None, *(member for _, member in pairs)]
     (p_ball, p), (inverse_ball, inverse) = p_pair, inverse_pair
     image = (p - sum((exact[i] * exact[n - i] for i in range(1, n)), fmpq_poly())) * inverse
-    assert_encloses(_next_order(ALGEBRA, balls, inverse_ball, n, p_ball), image)
+    assert_encloses(_next_order(ALGEBRA, balls, inverse_ball, p_ball), image)
 
 
 POWERS = [(5, 3), (2, 1), (1, 1), (5, 2), (2, 3)]  # n_a, n_b
@@ -68,7 +69,7 @@ def test_outer_integral_and_its_value_at_the_meeting_point(n_a, n_b, pair, n):
 @given(st.lists(any_member, min_size=2, max_size=4))
 def test_outer_advance_returns_value_and_error_of_the_integral(pairs):
     outer, n = without_root(_Outer, 5, 3), len(pairs)
-    outer.f = [ball for ball, _ in pairs]
+    outer.f = Orders(ball for ball, _ in pairs)
     expected = outer._integral(n)
     value, error = outer.advance(n)
     assert (value, error) == (sum(expected.polynomial.coeffs()), expected.error)
@@ -95,6 +96,6 @@ def test_inner_right_side(n_a, n_b, pair, n, p_meeting, p_error, sign):
 @given(st.lists(any_member, min_size=2, max_size=4), st.integers(-(2**45), 2**45), st.integers(0, 2**31))
 def test_inner_advance_returns_value_and_error_of_the_new_function(pairs, p_meeting, p_error):
     inner, n = without_root(_Inner, 5, 3), len(pairs)
-    inner.g = [ball for ball, _ in pairs]
-    expected = _next_order(ALGEBRA, inner.g, inner.half_inverse, n, inner._p(n, p_meeting, p_error))
+    inner.g = Orders(ball for ball, _ in pairs)
+    expected = _next_order(ALGEBRA, inner.g, inner.half_inverse, inner._p(n, p_meeting, p_error))
     assert inner.advance(n, p_meeting, p_error) == (expected.polynomial[0], expected.error)

@@ -27,7 +27,7 @@ from functools import lru_cache
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
 
 from viscopade.arithmetic.balls import ball_of, bits_for, fixed_point, rational_power, working
-from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up, norm
+from viscopade.arithmetic.function_balls import FunctionBall, Orders, Wiener, divided_up, norm
 from viscopade.theory.law import Law
 
 GUARD_BITS = 64
@@ -222,10 +222,13 @@ def turning_point_series(order: int, digits: int) -> tuple[list[arb], list[arb]]
     bits = bits_for(digits) + GUARD_BITS + 8 * order
     algebra = Wiener(bits, int(bits / _ELASTIC_GROWTH))
     f_0, half_inverse = algebra.root_and_half_inverse([Fraction(c) for c in (5, -10, 10, -5, 1)])  # 1 - r^5 = y f_0^2
-    f, inverse = [f_0], [algebra.element([2 * c for c in half_inverse.polynomial.coeffs()], 2 * half_inverse.error)]
+    f, inverse = (
+        Orders([f_0]),
+        [algebra.element([2 * c for c in half_inverse.polynomial.coeffs()], 2 * half_inverse.error)],
+    )
     for n in range(1, order + 1):
         work = _integrated(algebra, f[n - 1], fmpz_poly([5, -10, 5]), n + 2)
-        products, error = algebra.self_convolution(f, n)
+        products, error = f.convolution()
         right = algebra.rounded(work.polynomial * (1 << bits) - products, error + (work.error << bits))
         f.append(algebra.product(right, half_inverse))
         parts = [algebra.product(f[i], inverse[n - i]) for i in range(1, n + 1)]

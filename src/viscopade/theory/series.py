@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_point, rational_power, to_mpf, working
-from viscopade.arithmetic.function_balls import FunctionBall, Wiener, divided_up
+from viscopade.arithmetic.function_balls import FunctionBall, Orders, Wiener, divided_up
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -220,7 +220,7 @@ class Effort:
         for _ in range(4):
             lost = orders * (log2(1 + terms / max(orders, 1)) + 0.5 + falling - saved)
             terms = int((needed + lost) / MeetingPoint.of(law.n_a, orders / terms).bits_per_term) + 8
-        return cls(int(needed + (1.1 + 0.4 * falling) * orders) + 22, terms)
+        return cls(int(needed + (1.1 + 0.25 * falling) * orders) + 22, terms)
 
     def raised(self, missing_bits: int, bits_per_term: float) -> Effort:
         """Return the estimated effort for `missing_bits` more bits."""
@@ -273,11 +273,9 @@ def _g_fixed_point(order: int, effort: Effort, n_a: int, n_b: int) -> tuple[tupl
     return tuple(values)
 
 
-def _next_order(
-    algebra: Wiener, f: list[FunctionBall], half_inverse: FunctionBall, n: int, p: FunctionBall
-) -> FunctionBall:
-    """Return f_n = (p_n - sum f_i f_{n-i}) / (2 f_0)."""
-    products, error = algebra.self_convolution(f, n)
+def _next_order(algebra: Wiener, f: Orders, half_inverse: FunctionBall, p: FunctionBall) -> FunctionBall:
+    """Return f_n = (p_n - sum f_i f_{n-i}) / (2 f_0) for the next n."""
+    products, error = f.convolution()
     right = algebra.rounded(p.polynomial * (1 << algebra.bits) - products, error + (p.error << algebra.bits))
     return algebra.product(right, half_inverse)
 
@@ -291,7 +289,7 @@ class _Outer:
         # g_0^2 = 1 - (1 - a y)^n_a = y f_0^2
         square = [-comb(n_a, j) * (-a) ** j for j in range(1, n_a + 1)]
         f0, self.half_inverse = algebra.root_and_half_inverse(square)
-        self.f = [f0]
+        self.f = Orders([f0])
         scale = a.denominator
         self.weight = fmpz_poly([scale, -a.numerator]) ** (n_b - 1)  # scale^(n_b-1) (1 - a y)^(n_b-1)
         self.weight_norm = (scale + a.numerator) ** (n_b - 1)
@@ -301,7 +299,7 @@ class _Outer:
     def advance(self, n: int) -> tuple[int, int]:
         """Append f_n and return P_n at y = 1 as (value, error)."""
         p = self._integral(n)
-        self.f.append(_next_order(self.algebra, self.f, self.half_inverse, n, p))
+        self.f.append(_next_order(self.algebra, self.f, self.half_inverse, p))
         return int(sum(p.polynomial.coeffs())), p.error
 
     def _integral(self, n: int) -> FunctionBall:
@@ -320,14 +318,14 @@ class _Inner:
     def __init__(self, algebra: Wiener, b: Fraction, n_a: int, n_b: int) -> None:
         self.algebra = algebra
         f0, self.half_inverse = algebra.root_and_half_inverse([Fraction(1), *(n_a - 1) * [Fraction(0)], -(b**n_a)])
-        self.g = [f0]
+        self.g = Orders([f0])
         self.n_b = n_b
         self.factor = n_a * b**n_b  # of the integral below
 
     def advance(self, n: int, p_meeting: int, p_meeting_error: int) -> tuple[int, int]:
         """Append g_n, given P_n at y = 1, and return G_n = g_n(0) as (value, error)."""
         p = self._p(n, p_meeting, p_meeting_error)
-        g_n = _next_order(self.algebra, self.g, self.half_inverse, n, p)
+        g_n = _next_order(self.algebra, self.g, self.half_inverse, p)
         self.g.append(g_n)
         return int(g_n.polynomial[0]), g_n.error
 
