@@ -16,7 +16,7 @@ They may come from anywhere: `validation` proves how far they are off, from the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -399,6 +399,18 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
     return u
 
 
+def powers_needed(wanted: Iterable[int]) -> list[int]:
+    """Return the powers above 1, ascending, by which the wanted ones are found.
+
+    An even one is a square, an odd one the first power times the one before it.
+    """
+    needed = set(wanted)
+    for power in range(max(needed), 1, -1):
+        if power in needed:
+            needed.add(power - 1 if power % 2 else power // 2)
+    return sorted(needed - {0, 1})
+
+
 def _powers(
     wanted: Sequence[int], r: list[int]
 ) -> tuple[dict[int, list[int]], list[tuple[list[int], list[int] | None]]]:
@@ -406,12 +418,9 @@ def _powers(
 
     Each comes with the list of the half power if it is a square, or else with None and is r times the power before.
     """
-    needed = set(wanted)
-    for power in range(max(wanted), 1, -1):
-        if power in needed:
-            needed.add(power - 1 if power % 2 else power // 2)
-    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power in needed - {0, 1}}
-    return of, [(of[power], None if power % 2 else of[power // 2]) for power in sorted(needed - {0, 1})]
+    needed = powers_needed(wanted)
+    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power in needed}
+    return of, [(of[power], None if power % 2 else of[power // 2]) for power in needed]
 
 
 def _one_by_one(

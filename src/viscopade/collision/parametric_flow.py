@@ -23,7 +23,8 @@ from flint import arb, arb_poly, arb_series, fmpq, fmpq_mat, fmpz, fmpz_poly
 
 from viscopade.arithmetic.balls import fixed_point, working
 from viscopade.arithmetic.function_balls import FunctionBall, Wiener, norm, shifted_up
-from viscopade.collision.flow import HERTZ, Dyadic, Motion, integrate
+from viscopade.collision.flow import HERTZ, Dyadic, Motion, integrate, powers_needed
+from viscopade.collision.validation import falls_less_than_start
 
 SCALE_BITS = 30
 SCALE_NODES = 5
@@ -251,8 +252,8 @@ class _Growth:
         elastic, viscous = _factors(self.k, self.scale, step)
         kept = self.degree + 1  # coefficients: `_floor` drops the others
         u, r = [start, slope], [(1 << self.bits) - start, -slope]
-        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r}
-        powers |= {power: [] for power in range(2, max(self.motion.factors) + 1)}
+        needed = powers_needed(self.motion.factors)
+        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r} | {power: [] for power in needed}
         s, spring, drag = (powers[power] for power in self.motion.factors)
         v: list[fmpz_poly] = []
 
@@ -265,11 +266,9 @@ class _Growth:
         y = [slope]
         for j in range(self.terms - 2):
             powers[0].append(fmpz_poly([0 if j else 1 << self.bits]))
-            for power in range(2, len(powers)):
-                half = powers[power // 2]
-                powers[power].append(
-                    self._floor(product(half, half if power % 2 == 0 else powers[power - power // 2], j), self.bits)
-                )
+            for power in needed:
+                factors = (r, powers[power - 1]) if power % 2 else (powers[power // 2], powers[power // 2])
+                powers[power].append(self._floor(product(*factors, j), self.bits))
             damping = y[j] if self.motion.d >= 0 else self._floor(product(drag, y, j), self.bits)
             v.append(
                 self._floor(elastic.polynomial * spring[j], -elastic.exponent)
@@ -394,8 +393,9 @@ def parametric_work(branch: ParametricBranch, ends: ParametricEnds) -> arb_poly:
             packing = _Packing(branch.bits, degree, stride, 2 * len(piece.u) * stride)
             slope, r = _ball(_packed(piece.y, stride)), _ball(one - _packed(piece.u, stride))
             integrand = packing.product(slope, slope)
-            for _ in range(branch.motion.n_b - 1):
-                integrand = packing.product(integrand, r)
+            if branch.motion.n_b > 1:
+                power = branch.motion.n_b - 1
+                integrand = packing.product(integrand, packing.powers(r, [power])[power])
             flat = integrand.polynomial.coeffs()
             blocks = [fmpz_poly(flat[i : i + stride]) for i in range(0, len(flat), stride)]
             integral = [fmpz_poly()] + [fmpz_poly([c // (j + 1) for c in b.coeffs()]) for j, b in enumerate(blocks)]
@@ -496,12 +496,16 @@ class _Proof:
     def _require_motion(self, piece: ParametricPiece) -> None:
         """Show that u_y > 0 up to the end, but for y = 0 at the turning point: so r falls, and p is a function of u.
 
-        The speed, or that divided by y, is expanded around the middle of each part of the piece.
+        The speed, or that divided by y, is first bounded by its coefficients at y = 0. If that is not enough, it is
+        expanded around the middle of each part of the piece.
         """
         last = piece is self.branch.pieces[-1]
         limit = (arb(norm(self.branch.end.coeffs())) * self.unit).min(arb(1)) if last else arb(1)
-        speed = [c.coeffs() for c in (piece.y[1:] if piece is self.branch.pieces[0] else piece.y)]
+        polynomials = piece.y[1:] if piece is self.branch.pieces[0] else piece.y
         with working(self.branch.bits):
+            if falls_less_than_start([self._least_poly(arb_poly(c)) for c in polynomials]):
+                return
+            speed = [c.coeffs() for c in polynomials]
             of_y = [arb_poly([c[i] if i < len(c) else 0 for c in speed]) for i in range(max(map(len, speed)))]
             for part in range(PARTS):
                 place = arb_poly([(2 * part + 1) * limit / (2 * PARTS), limit / (2 * PARTS)])
@@ -537,7 +541,7 @@ class _Proof:
 
     def _least_poly(self, polynomial: arb_poly) -> arb:
         """Return a lower bound for |z| <= 1, or for 0 <= z <= 1."""
-        first, *rest = polynomial.coeffs()
+        first, *rest = polynomial.coeffs() or [arb(0)]
         if self.origin:
             debt = arb(0)  # the terms so far are at least -debt z^i
             for c in reversed(rest):
@@ -596,9 +600,7 @@ def _residual(branch: ParametricBranch, piece: ParametricPiece) -> arb:
     u, slope = _packed(piece.u, stride), _packed(piece.y, stride)
     second = _packed([j * c for j, c in enumerate(piece.y)][1:], stride)
     one = fmpz_poly([1 << branch.bits])
-    powers = [_ball(one), _ball(one - u)]
-    for power in range(2, max(branch.motion.factors) + 1):
-        powers.append(packing.product(powers[power // 2], powers[power - power // 2]))
+    powers = packing.powers(_ball(one - u), branch.motion.factors)
     s, spring, drag = (powers[power] for power in branch.motion.factors)
     damping = _ball(slope)
     if branch.motion.d < 0:
@@ -629,6 +631,13 @@ class _Packing(NamedTuple):
         """Return a product, cut, with a bound of the norm of its error."""
         polynomial, error = self.cut(a.polynomial * b.polynomial, self.bits)
         return _ball(polynomial, error + self.error(a, b))
+
+    def powers(self, r: FunctionBall, wanted: Sequence[int]) -> dict[int, FunctionBall]:
+        """Return powers of r, cut, at least the wanted ones."""
+        of = {0: _ball(fmpz_poly([1 << self.bits])), 1: r}
+        for power in powers_needed(wanted):
+            of[power] = self.product(of[power - 1], r) if power % 2 else self.product(of[power // 2], of[power // 2])
+        return of
 
     def error(self, a: FunctionBall, b: FunctionBall) -> int:
         """Bound by how much the errors of two factors change their product."""

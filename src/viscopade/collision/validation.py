@@ -13,7 +13,7 @@ carried from step to step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from flint import arb, arb_poly, fmpz_poly
@@ -160,15 +160,21 @@ def _require_motion(f: _Functions, end: arb) -> None:
     """
     coefficients = f.y.coeffs()[1 if f.y[0] == 0 else 0 :]
     with working(64):
-        fall = arb(0)  # of z times the polynomial of the coefficients so far, at most
-        for c in reversed(coefficients[1:]):
-            fall = arb(0) if fall < c else (fall - c).abs_upper()
-        if coefficients[0] > fall:
+        if falls_less_than_start(coefficients):
             return
         rest = _largest(arb_poly(coefficients[LEADING:]))
         speed = arb_poly(coefficients[:LEADING])
         if not any(_is_positive(speed, rest, end, parts) for parts in (1, PARTS)):
             raise ArithmeticError("the speed may vanish before the end")
+
+
+def falls_less_than_start(coefficients: Sequence[arb]) -> bool:
+    """Return whether a polynomial with these or larger coefficients is positive on 0 <= z <= 1, as far as they show."""
+    start, *others = coefficients
+    fall = arb(0)  # of z times the polynomial of the coefficients so far, at most
+    for c in reversed(others):
+        fall = arb(0) if fall < c else (fall - c).abs_upper()
+    return bool(start > fall)
 
 
 def _is_positive(speed: arb_poly, rest: arb, end: arb, parts: int) -> bool:
