@@ -19,6 +19,7 @@ The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -315,12 +316,7 @@ def _edges() -> tuple[Fraction, ...]:
 
 
 def _panel_at(exponent: int, m: Fraction) -> int:
-    w = m * Fraction(2) ** exponent
-    low, high = 0, PANELS - 1
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if w <= _edges()[middle] else (middle + 1, high)
-    return low
+    return min(bisect_left(_edges(), m * Fraction(2) ** exponent), PANELS - 1)
 
 
 def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[MantissaPiece]:
