@@ -515,7 +515,7 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
     low, high = 2.0**table.first, 2.0 ** (table.first + OCTAVES)
     rows = (1, table.switch - 1, table.switch, table.size // 2, table.size - 1)
     borders = [float(table.interval(i)[1]) * 2.0 ** table.interval(i)[0] for i in rows]
-    inside = [float(sum(table.interval(i)[1:])) / 2 * 2.0 ** table.interval(i)[0] for i in rows]
+    inside = [float(table.centre(i)) * 2.0 ** table.interval(i)[0] for i in rows]
     for form, kind in product(FORMATS.values(), _OF_SPEED):
         ends = [low, high, 2.0 ** (table.first - 20)] if form == FLOAT else [low, high, 2.0**-300, 2.0**300]
         speeds = [*inside, *(y for x in (*borders, *ends) for y in _beside(x, form))]
@@ -579,7 +579,7 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     names = [f"row{n}" for n in range(len(row))]
     given = {**dict(zip(names, row, strict=True)), "base": base, "rest_of_base": 1 - base, "m": m}
     if isinstance(table, LastPlaceTable):
-        given |= {"high": row[0], "t": m - number(float(sum(table.interval(index)[1:])) / 2)}
+        given |= {"high": row[0], "t": m - number(float(table.centre(index)))}
         branch = formulas.full_row_branch(names)
     else:
         branch = formulas.table_row_branch(names, "rest_of_base")
