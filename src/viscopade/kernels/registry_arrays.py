@@ -61,7 +61,8 @@ def _rows(table: Table) -> FloatArray:
 
 def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
-    w = v_star**10
+    with np.errstate(over="ignore"):
+        w = v_star**10
     inside = (2.0**table.first <= w) & (w < 2.0 ** (table.first + OCTAVES))
     row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
     names = [f"c{n}" for n in range(table.degree + 1)]

@@ -351,13 +351,17 @@ def _in_ulp(error: arb, least: arb, form: Format) -> Fraction:
     return Fraction(1, 2) + exact_middle(_above(_above(error) / unit))
 
 
-def _worst_part(panel: SmallerOnPanel, bound: Callable[[arb, arb], Fraction]) -> Fraction:
-    """Return the largest bound of the panel's parts, of each of which t and p are enclosed."""
-    ends = pairwise(Fraction(2 * m - _PARTS, _PARTS) for m in range(_PARTS + 1))
-    return max(
-        bound(_between(panel.half * low, panel.half * high), arb_poly(panel.p)(_between(low, high)))
-        for low, high in ends
-    )
+def _worst_part(
+    panel: SmallerOnPanel, loss: bool, form: Format, errors: Callable[[arb, arb], tuple[arb, arb]]
+) -> Fraction:
+    """Return the largest bound of the panel's parts; `errors` are those of p and of 1 - p, given enclosed t and p."""
+
+    def bound(low: Fraction, high: Fraction) -> Fraction:
+        p = arb_poly(panel.p)(_between(low, high))
+        of_p, of_other = errors(_between(panel.half * low, panel.half * high), p)
+        return _in_ulp(of_p, p, form) if loss == panel.elastic else _in_ulp(of_other, 1 - p, form)
+
+    return max(bound(*ends) for ends in pairwise(Fraction(2 * m - _PARTS, _PARTS) for m in range(_PARTS + 1)))
 
 
 def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> arb:
@@ -373,17 +377,15 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     machine = _scaled([row.a0_high, row.a1_high], panel.half) + _scaled([row.a0_low, row.a1_low, *row.a], panel.half)
     difference = greatest(machine * sign - panel.p)
 
-    def bound(t: arb, values: arb) -> Fraction:
+    def errors(t: arb, values: arb) -> tuple[arb, arb]:
         given = _given_error(panel, difference, values)
         numbers = _numbers(DOUBLE_NAMES, row.numbers, t=t, t2=_between(Fraction(0), _step(panel)))
         rest = of_branch(panel_branch(DOUBLE), ["rest"], numbers, DOUBLE)["rest"]
-        if loss == panel.elastic:
-            return _in_ulp(rest.absolute + given, values, DOUBLE)
         # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
         lost = Rounded(arb(0, half_unit(arb(1), DOUBLE)), DOUBLE)
-        return _in_ulp((lost + rest).absolute + given, 1 - values, DOUBLE)
+        return rest.absolute + given, (lost + rest).absolute + given
 
-    return _worst_part(panel, bound)
+    return _worst_part(panel, loss, DOUBLE, errors)
 
 
 def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
@@ -399,14 +401,12 @@ def _float_bound(index: int, loss: bool) -> Fraction:
     panel, a = smaller_panels()[index], float_rows()[index]
     difference = greatest(_scaled(a, panel.half) - panel.p)
 
-    def bound(t: arb, values: arb) -> Fraction:
+    def errors(t: arb, values: arb) -> tuple[arb, arb]:
         p = of_branch(panel_branch(FLOAT), ["p"], _numbers(FLOAT_NAMES, a, t=t), DOUBLE)["p"]
         error = p.absolute + _given_error(panel, difference, values)
-        if loss == panel.elastic:
-            return _in_ulp(error, values, FLOAT)
-        return _in_ulp(error + half_unit(arb(1), DOUBLE), 1 - values, FLOAT)
+        return error, error + half_unit(arb(1), DOUBLE)
 
-    return _worst_part(panel, bound)
+    return _worst_part(panel, loss, FLOAT, errors)
 
 
 def _near_bound(form: Format, loss: bool) -> Fraction:
