@@ -65,10 +65,6 @@ class MantissaPiece(NamedTuple):
     p: fmpq_poly
     error: Fraction
 
-    def values(self, s: arb) -> arb:
-        """Return m for a ball of s."""
-        return ball_of(self.centre) + ball_of(self.half) * s
-
     @property
     def least(self) -> Fraction:
         """A lower bound of |p|."""
@@ -236,7 +232,7 @@ class Table(Layout):
         names = [f"c{n}" for n in range(self.degree + 1)]
         with working(_BITS):
             given = {name: Rounded(arb(c), form) for name, c in zip(names, self.rows[index], strict=True)}
-            given["m"] = Rounded(piece.values(arb(0, 1)), form)
+            given["m"] = Rounded(ball_of(piece.centre) + ball_of(piece.half) * arb(0, 1), form)
             return exact_middle(of_branch(formulas.table_row_branch(names), ["p"], given, form)["p"].absolute)
 
     @cached_property
