@@ -191,30 +191,31 @@ def test_errors_are_below_the_bounds_and_not_far_below(library, form, function):
     assert worst > Fraction(49, 100)
 
 
+def with_row(monkeypatch, name, index, change):
+    """Change one row of a table."""
+    rows = list(getattr(last_place, name)())
+    rows[index] = change(rows[index])
+    monkeypatch.setattr(last_place, name, lambda: tuple(rows))
+
+
 @pytest.mark.parametrize("place", ["a0_high", "a0_low", "a1_low"])
 def test_certificate_sees_a_wrong_coefficient(monkeypatch, place):
-    rows = list(last_place.double_rows())
-    row = rows[200]
-    size = Fraction(math.ulp(row.a0_high)) * 4
-    change = size / last_place.smaller_panels()[199].half if place == "a1_low" else size
-    rows[200] = row._replace(**{place: getattr(row, place) + float(change)})
-    monkeypatch.setattr(last_place, "double_rows", lambda: tuple(rows))
+    change = math.ulp(last_place.double_rows()[200].a0_high) * 4
+    if place == "a1_low":
+        change /= float(last_place.smaller_panels()[199].half)
+    with_row(monkeypatch, "double_rows", 200, lambda row: row._replace(**{place: getattr(row, place) + change}))
     with working(128):
         assert last_place._double_bound(199, loss=False) > 2
 
 
 def test_certificate_refuses_a_leading_part_that_is_not_exact(monkeypatch):
-    rows = list(last_place.double_rows())
-    rows[200] = rows[200]._replace(a1_high=rows[200].a1_high * (1 + 2.0**-40))
-    monkeypatch.setattr(last_place, "double_rows", lambda: tuple(rows))
+    with_row(monkeypatch, "double_rows", 200, lambda row: row._replace(a1_high=row.a1_high * (1 + 2.0**-40)))
     with working(128), pytest.raises(ArithmeticError, match="not exact"):
         last_place._double_bound(199, loss=False)
 
 
 def test_certificate_sees_a_wrong_coefficient_of_type_float(monkeypatch):
-    rows = list(last_place.float_rows())
-    rows[199] = (rows[199][0] * (1 + 2.0**-30), *rows[199][1:])
-    monkeypatch.setattr(last_place, "float_rows", lambda: tuple(rows))
+    with_row(monkeypatch, "float_rows", 199, lambda row: (row[0] * (1 + 2.0**-30), *row[1:]))
     with working(128):
         assert last_place._float_bound(199, loss=False) > Fraction(1, 2) + Fraction(1, 2**8)
 

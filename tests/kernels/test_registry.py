@@ -24,6 +24,7 @@ from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import Entry, entries, limits
+from viscopade.kernels.registry_arrays import entry_epsilon
 from viscopade.scene.tolerance import Bound
 
 EXPORTS = Path(__file__).parents[2] / "exports"
@@ -214,6 +215,14 @@ def test_near_one_eps_is_off_by_more_than_its_last_rounding(headers: Callable[..
     off = np.abs((1 - np.array([epsilon(v) for v in v_star.tolist()])) - loss)
     beyond = (off - 1e-5 * loss) / eps * 2**24
     assert 1.2 < beyond.max() < 2
+
+
+@pytest.mark.parametrize(
+    "entry", [e for e in entries() if (e.kind, e.format) == ("speed", "double")], ids=lambda e: e.name
+)
+def test_speeds_that_no_table_holds_have_their_eps_on_arrays(entry: Entry) -> None:
+    v_star = np.array([0.0, 1e-40, 1e31, np.inf])
+    assert np.allclose(entry_epsilon(entry, v_star), [1.0, 1.0, double.epsilon(1e31), 0.0], rtol=1e-3, atol=0)
 
 
 def test_entries_are_read_from_lines_that_are_no_comments() -> None:

@@ -187,7 +187,7 @@ def test_a_function_that_may_vanish_is_refused():
     with pytest.raises(ArithmeticError, match="p may vanish in row 300"):
         SMALL._bounds_on(300, piece._replace(p=piece.p - piece.p[0]), 1)
     with pytest.raises(ArithmeticError, match="p may vanish"):
-        FULL._bounds_on(5, piece._replace(p=piece.p - piece.p[0]), piece.centre, piece.half, 1)
+        FULL._bounds_on(5, piece._replace(p=piece.p - piece.p[0]), 1)
 
 
 def test_constants_agree_with_the_full_module():

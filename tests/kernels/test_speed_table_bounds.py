@@ -221,10 +221,7 @@ def test_bounds_of_a_full_row_count_every_part(index):
     half, base = (end - start) / 2, FULL.base(index)
     more = Fraction(1, 2**70)
     for piece in FULL.pieces(index, DEGREE):
-        plain, wider = (
-            FULL._bounds_on(index, x, (start + end) / 2, half, 1)
-            for x in (piece, piece._replace(error=piece.error + more))
-        )
+        plain, wider = (FULL._bounds_on(index, x, 1) for x in (piece, piece._replace(error=piece.error + more)))
         assert wider.relative - plain.relative > more
         assert wider.ulp > plain.ulp
         t = fmpq_poly([to_fmpq(piece.centre - (start + end) / 2), to_fmpq(piece.half)])
@@ -243,10 +240,7 @@ def test_the_unit_is_that_of_the_least_eps():
     """With 1 - eps = 0.45, eps may be below 1/2 if p is known less well: there the unit is half as large."""
     (piece,) = FULL.pieces(100, DEGREE)
     constant = piece._replace(p=fmpq_poly([to_fmpq(Fraction(-45, 100))]))
-    near, far = (
-        FULL._bounds_on(100, constant._replace(error=Fraction(error, 1000)), piece.centre, piece.half, 1).ulp
-        for error in (49, 51)
-    )
+    near, far = (FULL._bounds_on(100, constant._replace(error=Fraction(error, 1000)), 1).ulp for error in (49, 51))
     assert far > Fraction(19, 10) * near  # nearly all of both is the distance of p from the row
 
 
@@ -259,7 +253,7 @@ def test_units_in_the_last_place():
 def test_p_of_1_or_more_is_refused():
     (piece,) = FULL.pieces(100, DEGREE)
     with pytest.raises(ArithmeticError, match="p may vanish"):
-        FULL._bounds_on(100, piece._replace(p=fmpq_poly([to_fmpq(Fraction(-6, 5))])), piece.centre, piece.half, 1)
+        FULL._bounds_on(100, piece._replace(p=fmpq_poly([to_fmpq(Fraction(-6, 5))])), 1)
 
 
 # --- small things -----------------------------------------------------------------------------------------------------

@@ -149,16 +149,15 @@ def test_a_wrong_constant_in_c_fails(tmp_path, name):
     assert re.fullmatch(r"(?s)-?(0x|nan).*\n\d+ of \d+ pass\n", printed)
 
 
-def test_a_wrong_constant_in_javascript_fails(tmp_path):
-    path = tmp_path / "wrong.mjs"
-    path.write_text(changed((EXPORTS / "viscopade.mjs").read_text()))
-    status, printed = run(tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, path)
-    assert status == 1
-    assert printed.count("\n") > 10
+def in_javascript(folder, module):
+    path = folder / "module.mjs"
+    path.write_text(module)
+    return run(tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, path)
 
 
-def test_a_wrong_constant_in_rust_fails(tmp_path):
-    status, printed = in_rust(tmp_path, changed((EXPORTS / "viscopade.rs").read_text()))
+@pytest.mark.parametrize(("within", "file"), [(in_javascript, "viscopade.mjs"), (in_rust, "viscopade.rs")])
+def test_a_wrong_constant_in_another_language_fails(tmp_path, within, file):
+    status, printed = within(tmp_path, changed((EXPORTS / file).read_text()))
     assert status == 1
     assert printed.count("\n") > 10
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -12,11 +12,11 @@ from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import prove_lacunary
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
-from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Table
-from viscopade.kernels.names import FULL
+from viscopade.kernels.forms.speed_table import OCTAVES, Table
+from viscopade.kernels.machine import row_of
 from viscopade.kernels.registry import Entry
 
 _ARRAYS = Arithmetic(float, {"cbrt": np.cbrt})
@@ -28,14 +28,9 @@ def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     Tables end at some v*; beyond, as in the code, the formula of the half-line holds. Full accuracy is the exact eps,
     but for rounding, where it is used beyond a table as well.
     """
-    if entry.tier == FULL:
-        return np.asarray(double.epsilon(v_star))
-    key = entry.tier, entry.size
-    table = TABLES.get(key) if entry.kind == "speed" else None
-    if table is None:
-        return _of_half_line(entry.tier, v_star)
-    beyond = _of_half_line(entry.tier, v_star) if entry.tier in HALF_LINE else double.epsilon(v_star)
-    return np.where(_inside(table, v_star), _of_table(table, _rows(*key), v_star), beyond)
+    found = np.asarray(_of_half_line(entry.tier, v_star) if entry.tier in HALF_LINE else double.epsilon(v_star))
+    table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
+    return found if table is None else _of_table(table, v_star, found)
 
 
 def _of_half_line(tier: str, v_star: FloatArray) -> FloatArray:
@@ -51,32 +46,29 @@ def half_line_values(
     near, far = formulas.half_line_branches(powers)
     constants = formulas.constants(powers, a, b)
 
-    def values(branch: CodeBranch, v_star: FloatArray) -> list[FloatArray]:
-        run = Run(branch.program, {"v_star": v_star, **constants}, _ARRAYS)
-        return [evaluate(branch.results[name], run, _ARRAYS) for name in ("epsilon", "one_minus_epsilon")]
+    def values(branch: CodeBranch, v_star: FloatArray) -> Iterable[FloatArray]:
+        return read(branch, ("epsilon", "one_minus_epsilon"), {"v_star": v_star, **constants}, _ARRAYS).values()
 
     pairs = zip(values(near, np.minimum(v_star, 1)), values(far, np.maximum(v_star, 1)), strict=True)
     epsilon, loss = (np.where(v_star <= 1, small, large) for small, large in pairs)
     return epsilon, loss
 
 
-def _inside(table: Table, v_star: FloatArray) -> FloatArray:
-    exponent = np.frexp(v_star**10)[1] - 1
-    return np.asarray((table.first <= exponent) & (exponent < table.first + OCTAVES))
-
-
 @lru_cache(maxsize=len(TABLES))
-def _rows(tier: str, size: str) -> FloatArray:
-    return np.array(TABLES[tier, size].rows)
+def _rows(table: Table) -> FloatArray:
+    return np.array(table.rows)
 
 
-def _of_table(table: Table, rows: FloatArray, v_star: FloatArray) -> FloatArray:
-    """Return base + p, p being the polynomial in the mantissa of w = v*^10 of its row."""
-    mantissa, exponent = np.frexp(v_star**10)
-    m, e = 2 * mantissa, exponent - 1
-    e = np.clip(e, table.first, table.first + OCTAVES - 1)
-    row = ((e - table.first) << table.split) + ((m - 1) * (1 << table.split)).astype(np.int64)
-    p = np.zeros_like(m)
-    for c in rows[row].T[::-1]:
-        p = c + m * p
-    return np.asarray(np.where(e < SWITCH, 1.0, 0.0) + p)
+def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
+    """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
+    with np.errstate(over="ignore"):
+        w = v_star**10
+    inside = (2.0**table.first <= w) & (w < 2.0 ** (table.first + OCTAVES))
+    row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
+    names = [f"c{n}" for n in range(table.degree + 1)]
+    given = {"m": m, "base": np.where(row < table.switch, 1.0, 0.0)} | dict(
+        zip(names, _rows(table)[row].T, strict=True)
+    )
+    return np.where(
+        inside, read(formulas.table_row_branch(names), ["restitution"], given, _ARRAYS)["restitution"], beyond
+    )

@@ -21,7 +21,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
@@ -49,7 +50,6 @@ FOLD_ERROR = Fraction(1, 2**59)
 
 PERIOD = 3  # octaves
 SPLIT = COARSE + 1  # 2^SPLIT panels to an octave
-OCTAVES = FOLD + PERIOD - FIRST
 NEAR = Fraction(2) ** FIRST  # below, the functions are expanded around 0
 LARGEST = {DOUBLE: 324, FLOAT: 46}  # at 2^this and beyond eps rounds to 0
 CLEARED = 26  # bits of v* that t_1 lacks
@@ -88,7 +88,7 @@ def _polynomial(name: str, index: int) -> fmpq_poly:
     return fmpq_poly(list(row.a)) * fmpq(2) ** row.exponent
 
 
-@lru_cache(maxsize=1)
+@cache
 def smaller_panels() -> tuple[SmallerOnPanel, ...]:
     """Return the panels from `NEAR` to 2^(FOLD + PERIOD); panels where 1 - eps is smaller than eps come first."""
     found = []
@@ -103,7 +103,7 @@ def smaller_panels() -> tuple[SmallerOnPanel, ...]:
     return tuple(found)
 
 
-@lru_cache(maxsize=1)
+@cache
 def switch() -> int:
     """Return the number of elastic panels, where 1 - eps is smaller than eps; they come first."""
     return sum(panel.elastic for panel in smaller_panels())
@@ -198,12 +198,9 @@ def _step(panel: SmallerOnPanel) -> Fraction:
 @recorded
 def float_rows() -> tuple[tuple[float, ...], ...]:
     """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
-    return tuple(map(_float_row, smaller_panels()))
-
-
-def _float_row(panel: SmallerOnPanel) -> tuple[float, ...]:
     degree = DEGREES[FLOAT]
-    return tuple(map(DOUBLE.nearest, _coefficients(cut(panel.p, degree), panel.half, degree + 1)))
+    rows = (_coefficients(cut(panel.p, degree), panel.half, degree + 1) for panel in smaller_panels())
+    return tuple(tuple(map(DOUBLE.nearest, row)) for row in rows)
 
 
 @cache
@@ -213,9 +210,9 @@ def near(form: Format) -> dict[str, float]:
     c = to_fraction(ratio[0])
     rest = fmpq_poly(ratio.coeffs()[2:])  # without z, whose coefficient is 0 but for the table's error
     a = map(DOUBLE.nearest, _coefficients(_cut_on_unit(rest, degree) / to_fmpq(NEAR**2), NEAR, degree + 1))
-    high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
     leading = {"c": DOUBLE.nearest(c)}
     if form == DOUBLE:
+        high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
         leading = {"c_high": high, "c_low": DOUBLE.nearest(c - Fraction(high))}
     return leading | {f"a{n}": number for n, number in enumerate(a)}
 
@@ -354,14 +351,17 @@ def _in_ulp(error: arb, least: arb, form: Format) -> Fraction:
     return Fraction(1, 2) + exact_middle(_above(_above(error) / unit))
 
 
-def _worst_part(panel: SmallerOnPanel, bound: Callable[[arb, arb], Fraction]) -> Fraction:
-    """Return the largest bound of the panel's parts, of each of which t and p are enclosed."""
-    found = []
-    for n in range(_PARTS):
-        low, high = (panel.half * Fraction(2 * m - _PARTS, _PARTS) for m in (n, n + 1))
-        values = arb_poly(panel.p)(_between(low / panel.half, high / panel.half))
-        found.append(bound(_between(low, high), values))
-    return max(found)
+def _worst_part(
+    panel: SmallerOnPanel, loss: bool, form: Format, errors: Callable[[arb, arb], tuple[arb, arb]]
+) -> Fraction:
+    """Return the largest bound of the panel's parts; `errors` are those of p and of 1 - p, given enclosed t and p."""
+
+    def bound(low: Fraction, high: Fraction) -> Fraction:
+        p = arb_poly(panel.p)(_between(low, high))
+        of_p, of_other = errors(_between(panel.half * low, panel.half * high), p)
+        return _in_ulp(of_p, p, form) if loss == panel.elastic else _in_ulp(of_other, 1 - p, form)
+
+    return max(bound(*ends) for ends in pairwise(Fraction(2 * m - _PARTS, _PARTS) for m in range(_PARTS + 1)))
 
 
 def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> arb:
@@ -377,17 +377,15 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     machine = _scaled([row.a0_high, row.a1_high], panel.half) + _scaled([row.a0_low, row.a1_low, *row.a], panel.half)
     difference = greatest(machine * sign - panel.p)
 
-    def bound(t: arb, values: arb) -> Fraction:
+    def errors(t: arb, values: arb) -> tuple[arb, arb]:
         given = _given_error(panel, difference, values)
         numbers = _numbers(DOUBLE_NAMES, row.numbers, t=t, t2=_between(Fraction(0), _step(panel)))
         rest = of_branch(panel_branch(DOUBLE), ["rest"], numbers, DOUBLE)["rest"]
-        if loss == panel.elastic:
-            return _in_ulp(rest.absolute + given, values, DOUBLE)
         # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
         lost = Rounded(arb(0, half_unit(arb(1), DOUBLE)), DOUBLE)
-        return _in_ulp((lost + rest).absolute + given, 1 - values, DOUBLE)
+        return rest.absolute + given, (lost + rest).absolute + given
 
-    return _worst_part(panel, bound)
+    return _worst_part(panel, loss, DOUBLE, errors)
 
 
 def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
@@ -403,14 +401,12 @@ def _float_bound(index: int, loss: bool) -> Fraction:
     panel, a = smaller_panels()[index], float_rows()[index]
     difference = greatest(_scaled(a, panel.half) - panel.p)
 
-    def bound(t: arb, values: arb) -> Fraction:
+    def errors(t: arb, values: arb) -> tuple[arb, arb]:
         p = of_branch(panel_branch(FLOAT), ["p"], _numbers(FLOAT_NAMES, a, t=t), DOUBLE)["p"]
         error = p.absolute + _given_error(panel, difference, values)
-        if loss == panel.elastic:
-            return _in_ulp(error, values, FLOAT)
-        return _in_ulp(error + half_unit(arb(1), DOUBLE), 1 - values, FLOAT)
+        return error, error + half_unit(arb(1), DOUBLE)
 
-    return _worst_part(panel, bound)
+    return _worst_part(panel, loss, FLOAT, errors)
 
 
 def _near_bound(form: Format, loss: bool) -> Fraction:

@@ -12,7 +12,6 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import pairwise
-from math import ceil, log2
 from typing import NamedTuple, TypeVar
 
 from flint import arb
@@ -99,22 +98,16 @@ def quotient_rounding(
         numbers = {name: Rounded(ball_of(c), form) for name, c in given.items()}
         bound = _of_quotient(near, "epsilon", given, form, (low, min(END, switch)), coefficients)
         for branch, (start, end) in ((near, (END, switch)), (far, (max(switch, low), normal))):
-            waiting = [(start * 2**i, start * 2 ** (i + 1)) for i in range(_octaves(start, end))]
+            waiting = list(_steps(start, end, Fraction(2)))
             while waiting:
                 left, right = waiting.pop()
-                v_star = arb(ball_of((left + right) / 2), ball_of((right - left) / 2).abs_upper())
                 try:
-                    bound = _relative(branch, "epsilon", numbers, form, v_star).abs_upper().max(bound)
+                    bound = _relative(branch, "epsilon", numbers, form, _between(left, right)).abs_upper().max(bound)
                 except ArithmeticError:
                     if right - left < left / MOST_PARTS:
                         raise
                     waiting += [(left, (left + right) / 2), ((left + right) / 2, right)]
     return bound
-
-
-def _octaves(low: Fraction, high: Fraction) -> int:
-    """Return how many octaves cover an interval."""
-    return max(ceil(log2(high / low)), 0) if high > low else 0
 
 
 def derivative_rounding(
@@ -168,19 +161,14 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     with working(BITS):
         unit = arb(2) ** -kind.precision
         of_root = _log_error(2 * ULPS * unit)
-        of_far_root = of_root + _log_error(unit) / 3
-
-        def near_inputs(y: arb) -> dict[str, Rounded]:
-            return {"v_star": Rounded(y**3, kind)}
-
-        def far_inputs(u: arb) -> dict[str, Rounded]:
-            return {"w": Rounded(u**3, kind, relative=unit)}
+        of_far = of_root + _log_error(unit) / 3
 
         both = (
-            _on_parts(near, HALF_LINE, "y", numbers, kind, near_inputs, lambda _: of_root),
-            _on_parts(far, HALF_LINE, "u", numbers, kind, far_inputs, lambda _: of_far_root),
+            _on_parts(
+                near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_root
+            ),
+            _on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_far),
         )
-
         return {name: _size(both, name, kind) for name in HALF_LINE}
 
 
@@ -221,7 +209,7 @@ def inverse_sizes(
         )
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
-            relative = relative.max(largest(near, _narrow(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
+            relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
         of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
 
@@ -363,20 +351,17 @@ def _uniform(end: Fraction) -> Iterator[Part]:
 
 def _from(start: Fraction, end: Fraction) -> Iterator[Part]:
     """Yield the parts of [start, end]: narrow ones below `_NEAR`, so that powers of y are not 0; then `_uniform`."""
-    low = start
-    for part in _narrow(start, _NEAR):
-        low = part[1]
-        yield part
-    for part in _uniform(end):
-        if part[1] > low:
-            yield max(part[0], low), part[1]
+    near = list(_steps(start, _NEAR))
+    reached = near[-1][1] if near else start
+    yield from near
+    yield from ((max(low, reached), high) for low, high in _uniform(end) if high > reached)
 
 
-def _narrow(start: Fraction, end: Fraction) -> Iterator[Part]:
-    """Yield narrow parts that cover [start, end]."""
+def _steps(start: Fraction, end: Fraction, step: Fraction = _STEP) -> Iterator[Part]:
+    """Yield parts that cover [start, end], the ends of each of which have the ratio `step`."""
     while start < end:
-        yield start, start * _STEP
-        start *= _STEP
+        yield start, start * step
+        start *= step
 
 
 def _below_root(number: Fraction, root: Fraction) -> Fraction:

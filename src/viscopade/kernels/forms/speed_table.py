@@ -19,10 +19,12 @@ The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from flint import arb, arb_series, fmpq, fmpq_poly
@@ -34,9 +36,8 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import truth
 from viscopade.kernels.enclosure import polynomial
-from viscopade.kernels.expressions import Run
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.rounding import Rounded, arithmetic
+from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
 
@@ -64,10 +65,6 @@ class MantissaPiece(NamedTuple):
     p: fmpq_poly
     error: Fraction
 
-    def values(self, s: arb) -> arb:
-        """Return m for a ball of s."""
-        return ball_of(self.centre) + ball_of(self.half) * s
-
     @property
     def least(self) -> Fraction:
         """A lower bound of |p|."""
@@ -78,14 +75,6 @@ class MantissaPiece(NamedTuple):
     def most(self) -> Fraction:
         """An upper bound of |p|."""
         return greatest(self.p) + self.error
-
-
-class Interpolation(NamedTuple):
-    """A polynomial in s, m = centre + half s."""
-
-    centre: Fraction
-    half: Fraction
-    p: fmpq_poly
 
 
 class RowBounds(NamedTuple):
@@ -139,17 +128,28 @@ class Layout:
         low = 1 + Fraction(place, 1 << self.split)
         return self.first + octave, low, low + Fraction(1, 1 << self.split)
 
-    def best(self, index: int, degree: int) -> Interpolation:
-        """Return the row's p as its interpolation polynomial of this degree at Chebyshev points, nearly the best."""
+    def centre(self, index: int) -> Fraction:
+        """Return the middle of a row, in m."""
+        _, low, high = self.interval(index)
+        return (low + high) / 2
+
+    def best(self, index: int, degree: int, origin: Fraction) -> fmpq_poly:
+        """Return the row's p in m - origin: the interpolation polynomial at Chebyshev points, nearly the best one."""
         exponent, low, high = self.interval(index)
-        centre, half = (low + high) / 2, (high - low) / 2
-        points = nodes(degree + 1)
-        values = [_smaller_at((centre + half * s) * Fraction(2) ** exponent, self.base(index)) for s in points]
-        return Interpolation(centre, half, interpolated(points, values))
+        points = [self.centre(index) + (high - low) / 2 * s for s in nodes(degree + 1)]
+        values = [_smaller_at(m * Fraction(2) ** exponent, self.base(index)) for m in points]
+        return interpolated([m - origin for m in points], values)
 
     def pieces(self, index: int, degree: int) -> list[MantissaPiece]:
-        """Return the row's p as Taylor polynomials with bounds of their errors."""
-        return list(pieces(*self.interval(index), self.base(index), degree))
+        """Return p as Taylor polynomials with bounds of their errors; cut where the panels of `panel_proof` end."""
+        exponent, low, high = self.interval(index)
+        first, last = _panel_at(exponent, low), _panel_at(exponent, high)
+        ends = [low, *(edge / Fraction(2) ** exponent for edge in _edges()[first:last]), high]
+        return [
+            smaller(exponent, start, end, self.base(index), degree, panel)
+            for panel, (start, end) in enumerate(pairwise(ends), first)
+            if start < end
+        ]
 
 
 @dataclass(frozen=True)
@@ -196,8 +196,7 @@ class Table(Layout):
 
     def row(self, index: int) -> tuple[float, ...]:
         """Return the coefficients of one row."""
-        best = self.best(index, self.degree)
-        p = best.p(fmpq_poly([-to_fmpq(best.centre / best.half), to_fmpq(1 / best.half)]))
+        p = self.best(index, self.degree, Fraction(0))
         return tuple(self.form.nearest(to_fraction(p[n])) for n in range(self.degree + 1))
 
     def machine(self, index: int, piece: MantissaPiece) -> fmpq_poly:
@@ -233,8 +232,8 @@ class Table(Layout):
         names = [f"c{n}" for n in range(self.degree + 1)]
         with working(_BITS):
             given = {name: Rounded(arb(c), form) for name, c in zip(names, self.rows[index], strict=True)}
-            given["m"] = Rounded(piece.values(arb(0, 1)), form)
-            return exact_middle(Run(formulas.table_row_branch(names).program, given, arithmetic(form))["p"].absolute)
+            given["m"] = Rounded(ball_of(piece.centre) + ball_of(piece.half) * arb(0, 1), form)
+            return exact_middle(of_branch(formulas.table_row_branch(names), ["p"], given, form)["p"].absolute)
 
     @cached_property
     def proven(self) -> RowBounds:
@@ -315,23 +314,7 @@ def _edges() -> tuple[Fraction, ...]:
 
 
 def _panel_at(exponent: int, m: Fraction) -> int:
-    w = m * Fraction(2) ** exponent
-    low, high = 0, PANELS - 1
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if w <= _edges()[middle] else (middle + 1, high)
-    return low
-
-
-def pieces(exponent: int, low: Fraction, high: Fraction, base: int, degree: int) -> Iterator[MantissaPiece]:
-    """Yield p on [low, high], cut where the panels of `panel_proof` end."""
-    scale = Fraction(2) ** exponent
-    first, last = _panel_at(exponent, low), _panel_at(exponent, high)
-    for panel in range(first, last + 1):
-        start = low if panel == first else _edges()[panel - 1] / scale
-        end = high if panel == last else _edges()[panel] / scale
-        if start < end:
-            yield smaller(exponent, start, end, base, degree, panel)
+    return min(bisect_left(_edges(), m * Fraction(2) ** exponent), PANELS - 1)
 
 
 def _smaller_at(w: Fraction, base: int) -> Fraction:

@@ -10,20 +10,20 @@ error of the first sum (which `Fast2Sum` gives exactly), p alone makes 1 - eps^2
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from flint import arb, arb_poly, fmpq_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
-from viscopade.arithmetic.formats import DOUBLE
-from viscopade.kernels.expressions import Run
+from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, of_w
-from viscopade.kernels.rounding import Rounded, arithmetic, half_unit
+from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
 
@@ -49,6 +49,8 @@ class FullBounds(NamedTuple):
 class LastPlaceTable(Layout):
     """A speed table with rows high, low, a_1, …, a_DEGREE. Attributes are those of `Layout`."""
 
+    degree: ClassVar[int] = DEGREE
+    form: ClassVar[Format] = DOUBLE
     split: int = SPLIT
     first: int = FIRST
 
@@ -64,23 +66,19 @@ class LastPlaceTable(Layout):
 
     def row(self, index: int) -> tuple[float, ...]:
         """Return the numbers of one row."""
-        best = self.best(index, DEGREE)
-        first, *others = (to_fraction(best.p[n]) / best.half**n for n in range(DEGREE + 1))
-        high = DOUBLE.nearest(first)
-        return high, DOUBLE.nearest(first - Fraction(high)), *map(DOUBLE.nearest, others)
+        p = self.best(index, DEGREE, self.centre(index))
+        first, *others = (to_fraction(p[n]) for n in range(DEGREE + 1))
+        head = DOUBLE.nearest(first)
+        return head, DOUBLE.nearest(first - Fraction(head)), *map(DOUBLE.nearest, others)
 
     def bounds(self, index: int) -> FullBounds:
         """Prove the bounds of a row; ArithmeticError if p may vanish."""
-        _, low, high = self.interval(index)
-        centre, half = (low + high) / 2, (high - low) / 2
         pieces = self.pieces(index, DEGREE)
-        parts = 1 if len(pieces) == 1 else PARTS
-        found = [self._bounds_on(index, piece, centre, half, parts) for piece in pieces]
-        return FullBounds(*(max(values) for values in zip(*found, strict=True)))
+        return _worst([self._bounds_on(index, piece, 1 if len(pieces) == 1 else PARTS) for piece in pieces])
 
-    def _bounds_on(self, index: int, piece: MantissaPiece, centre: Fraction, half: Fraction, parts: int) -> FullBounds:
+    def _bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> FullBounds:
         head, low, *a = map(Fraction, self.rows[index])
-        t = fmpq_poly([to_fmpq(piece.centre - centre), to_fmpq(piece.half)])
+        t = fmpq_poly([to_fmpq(piece.centre - self.centre(index)), to_fmpq(piece.half)])
         machine = fmpq_poly([to_fmpq(head + low), *map(to_fmpq, a)])(t)
         given = greatest(machine - piece.p, parts) + piece.error
         least, most, base = piece.least, piece.most, self.base(index)
@@ -102,8 +100,8 @@ class LastPlaceTable(Layout):
             # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
             lost = half_unit(1 + given["c0"].value, DOUBLE) if self.base(index) else arb(0)
             given["lost"] = Rounded(arb(0, lost), DOUBLE)
-            values = Run(formulas.full_row_branch(names).program, given, arithmetic(DOUBLE))
-            return exact_middle(values["rest"].absolute), exact_middle((values["lost"] + values["rest"]).absolute)
+            found = of_branch(formulas.full_row_branch(names), ["rest", "lost"], given, DOUBLE)
+            return exact_middle(found["rest"].absolute), exact_middle((found["lost"] + found["rest"]).absolute)
 
     @cached_property
     def proven(self) -> FullBounds:
@@ -120,8 +118,11 @@ def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:
 @recorded
 def last_place_bounds(table: LastPlaceTable) -> FullBounds:
     """Prove the bounds of a whole table."""
-    found = [table.bounds(i) for i in track(range(table.size), "proof")]
-    return FullBounds(*(max(values) for values in zip(*found, strict=True)))
+    return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
+
+
+def _worst(found: Sequence[FullBounds]) -> FullBounds:
+    return FullBounds(*map(max, zip(*found, strict=True)))
 
 
 def ulp_of_w() -> Fraction:

@@ -102,7 +102,7 @@ def _table_line() -> str:
 
 def table_bytes(form: Format) -> int:
     """Return the size of a type's table."""
-    rows = _double_rows() if form == DOUBLE else last_place.float_rows()
+    rows = _rows(form)
     return 8 * len(rows) * len(rows[0])
 
 
@@ -112,44 +112,35 @@ def _rounded_up(ulp: Fraction) -> str:
     return f"{math.ceil(ulp * 10**digits) / 10**digits:.{digits}f}"
 
 
-def _double_rows() -> list[tuple[float, ...]]:
-    return [row.numbers for row in last_place.double_rows()]
+def _rows(form: Format) -> list[tuple[float, ...]]:
+    return [row.numbers for row in last_place.double_rows()] if form == DOUBLE else list(last_place.float_rows())
 
 
 def _double() -> dict[str, object]:
     return {
-        "degree": last_place.DEGREES[DOUBLE],
-        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _double_rows()],
-        "switch": last_place.switch(),
         "cleared": _mask(last_place.CLEARED),
         "near_cleared": _mask(53 - last_place.CENTRE_BITS),
-        "near": _near(DOUBLE),
         "tiny": _constant(2.0**last_place.TINY),
         "lift": _constant(2.0**last_place.LIFT),
         "lower": _constant(2.0 ** (-2 * last_place.LIFT)),
-        "panel": _lines(last_place.panel_branch(DOUBLE)),
-        "near_sums": _lines(last_place.near_branch(DOUBLE)),
-        **_layout(DOUBLE, -1),
+        **_of_type(DOUBLE, -1),
     }
 
 
 def _float() -> dict[str, object]:
-    return {
-        "degree": last_place.DEGREES[FLOAT],
-        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in last_place.float_rows()],
-        "switch": last_place.switch(),
-        "near": _near(FLOAT),
-        "panel": _lines(last_place.panel_branch(FLOAT)),
-        "near_sums": _lines(last_place.near_branch(FLOAT)),
-        "half": f"0x{1 << (FLOAT.precision - last_place.SPLIT - 2):x}",
-        **_layout(FLOAT, 0),
-    }
+    return {"half": f"0x{1 << (FLOAT.precision - last_place.SPLIT - 2):x}", **_of_type(FLOAT, 0)}
 
 
-def _layout(form: Format, offset: int) -> dict[str, object]:
-    """Return where the bits of a number of this type lead to in the table."""
+def _of_type(form: Format, offset: int) -> dict[str, object]:
+    """Return what the functions of a type have: table and sums, and where the bits of a number lead to in the table."""
     shift = form.precision - 1 - last_place.SPLIT
     return {
+        "degree": last_place.DEGREES[form],
+        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _rows(form)],
+        "switch": last_place.switch(),
+        "near": [(name, _constant(value)) for name, value in last_place.near(form).items()],
+        "panel": _lines(last_place.panel_branch(form)),
+        "near_sums": _lines(last_place.near_branch(form)),
         "shift": shift,
         "lead": ((form.largest + FIRST) << last_place.SPLIT) + offset,
         "fold": form.largest + FOLD,
@@ -171,10 +162,6 @@ def _mask(bits: int) -> str:
 
 def _constant(value: float) -> str:
     return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
-
-
-def _near(form: Format) -> list[tuple[str, str]]:
-    return [(name, _constant(value)) for name, value in last_place.near(form).items()]
 
 
 def _lines(branch: CodeBranch) -> dict[str, str]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from textwrap import wrap
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
+from viscopade.kernels.expressions import Expression
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, of_w
-from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable, ulp_of_w
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets import c
@@ -50,25 +52,24 @@ def render(given: SpeedKernel, command: str) -> str:
         If `command` is not one line.
     """
     table = given.table
-    accurate = isinstance(table, LastPlaceTable)
-    number = DOUBLE if isinstance(table, LastPlaceTable) else table.form
     width = len(table.rows[0])
+    slow = FULL if given.slow is None else given.slow.name
     return template(__name__, "speed.h.jinja").render(
         head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
         slow=_slow_text(given),
-        slow_epsilon=_slow_call(given, 0),
-        slow_loss=_slow_call(given, 1),
+        slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
+        slow_loss=f"viscopade_one_minus_epsilon_{slow}(v_star)",
         guard=f"VISCOPADE_{given.name.upper()}",
         name=given.name,
-        number=number.name,
-        full=accurate,
+        number=table.form.name,
+        full=isinstance(table, LastPlaceTable),
         size=table.size,
         bytes=f"{table.bytes:,}",
         width=width,
         first=table.first,
         switch=SWITCH,
         octaves=OCTAVES,
-        rows=[", ".join(number.hexadecimal(c) for c in row) for row in table.rows],
+        rows=[", ".join(table.form.hexadecimal(c) for c in row) for row in table.rows],
         parts=[f"c{n}" for n in range(0, width, _part(width))],
         part_width=_part(width),
         types=[_type(given.name, table, form, width) for form in given.formats],
@@ -94,9 +95,11 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
     array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"
     row = formulas.full_row_branch if isinstance(table, LastPlaceTable) else formulas.table_row_branch
-    of_scalar, of_array = (dict(row(names).program) for names in (scalar, array))
-    of_result = row(scalar, rest)
-    result = {**dict(of_result.program), **of_result.results}
+    result = row(scalar, rest)
+
+    def written(expressions: Mapping[str, Expression]) -> dict[str, str]:
+        return {name: text(e, language) for name, e in expressions.items()}
+
     return {
         "name": form.name,
         "suffix": form.suffix,
@@ -118,9 +121,9 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
         "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
         "one_literal": form.decimal(1.0),
         "line": CACHE_LINE // form.bytes,
-        "scalar": {name: text(e, language) for name, e in of_scalar.items()},
-        "array": {name: text(e, language) for name, e in of_array.items()},
-        "result": {name: text(e, language) for name, e in result.items()},
+        "scalar": written(dict(result.program)),
+        "array": written(dict(row(array).program)),
+        "result": written({**dict(result.program), **result.results}),
     }
 
 
@@ -133,12 +136,6 @@ def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
         return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
     return c.render_functions([given.slow]).rstrip()
-
-
-def _slow_call(given: SpeedKernel, loss: int) -> str:
-    if given.slow is None:
-        return f"viscopade_{'one_minus_epsilon' if loss else 'epsilon'}_full(v_star)"
-    return f"viscopade_{'one_minus_epsilon' if loss else 'epsilon'}_{given.slow.name}(v_star)"
 
 
 # --- what the header says ---------------------------------------------------------------------------------------------
@@ -204,10 +201,9 @@ def _facts(given: SpeedKernel) -> list[str]:
 
 def _formula(given: SpeedKernel) -> str:
     table = given.table
-    degree = DEGREE if isinstance(table, LastPlaceTable) else table.degree
     low, high = (f"{2.0 ** (e / 10):.3g}" for e in (table.first, table.first + OCTAVES))
     return (
-        f"formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {degree} in m, "
+        f"formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {table.degree} in m, "
         f"{1 << table.split} rows of coefficients for each e from {table.first} to {table.first + OCTAVES - 1} "
         f"({low} <= v* < {high}): {table.bytes:,} bytes; elsewhere {_slow_name(given)} of "
         "v* = sqrt(beta) pow(speed, 0.1)"
@@ -275,10 +271,10 @@ def main() -> None:
         given = speed_kernel(tier, size)
         table = given.table
         if isinstance(table, LastPlaceTable):
-            numbers = [str(DEGREE), f"{at_most(table.proven.ulp)} ulp of eps(w)", ""]
+            bound, rise = f"{at_most(table.proven.ulp)} ulp of eps(w)", ""
         else:
-            numbers = [str(table.degree), given.bound, _rise(table)]
-        print(f"| {tier} {size} | {numbers[0]} | {1 << table.split} | {given.bytes:,} | {numbers[1]} | {numbers[2]} |")
+            bound, rise = given.bound, _rise(table)
+        print(f"| {tier} {size} | {table.degree} | {1 << table.split} | {given.bytes:,} | {bound} | {rise} |")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 from json import dumps
 from typing import Any, cast
@@ -71,6 +71,10 @@ _INF, _NAN = math.inf, math.nan
 # Numbers of both types: what is exact there is computed once.
 _SIMPLE = (2.0**-10, 2.0**-7, 0.09375, 0.3125, 0.625, 0.90625, 1.0, 1.5, 2.0, 3.0, 4.5, 5.0, 10.0, 100.0, 1e6, 1e10)
 _PAIRS = ((2.0, 1.307), (0.0078125, 1.3125), (2.0**-100, 0.5), (2.0**100, 2.0**-10), (1.0, 1.0), (40.0, 12.5))
+_OF_BETA = (
+    *((0.5, 2.0), (0.984375, 2.0), (0.09375, 1e-20), (0.90625, 1e20), (1.0, 1.0)),
+    *((0.5, _INF), (0.5, 0.0), (0.5, -1.0), (0.0, 1.0), (2.0, 1.0), (_NAN, 1.0), (0.5, _NAN)),
+)
 _REFUSED = ((-1.0, 1.0), (1.0, -1.0), (_NAN, 1.0), (1.0, _NAN), (0.0, _INF), (_INF, 0.0))
 
 
@@ -124,7 +128,7 @@ def _functions(kernel: Any) -> Iterator[Function]:
     if isinstance(kernel, SpeedKernel):
         return _of_speed(kernel)
     if isinstance(kernel, InverseKernel):
-        return _of_inverse(kernel)
+        return (function for variant in kernel.variants for function in _of_inverse(kernel, variant))
     if isinstance(kernel, HalfLineKernel):
         return (function for found in (_of_half_line, _compact) for function in found(kernel))
     return _of_full() if kernel is None else _of_quotient(kernel)
@@ -134,12 +138,10 @@ def _functions(kernel: Any) -> Iterator[Function]:
 
 
 def _lines(function: Function) -> Iterator[str]:
-    known: dict[str, None] = {}
-    for point in (*function.points, *hard_arguments().get((function.name, function.form.name), ())):
-        line = _line(function, tuple(float(TYPES[function.form.name](x)) for x in point))
-        if line is not None:
-            known[line] = None
-    return iter(known)
+    """Yield the lines of a function's vectors, each of them once."""
+    points = (*function.points, *hard_arguments().get((function.name, function.form.name), ()))
+    lines = (_line(function, tuple(float(TYPES[function.form.name](x)) for x in point)) for point in points)
+    yield from dict.fromkeys(line for line in lines if line is not None)
 
 
 def _line(function: Function, given: Arguments) -> str | None:
@@ -175,10 +177,7 @@ def _ends(ball: arb) -> tuple[Fraction, Fraction]:
 
 def hexadecimal(number: float) -> str:
     """Return a number as C99's strtod and scanf read it."""
-    if not math.isfinite(number):
-        return repr(number)
-    mantissa, exponent = number.hex().split("p")
-    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}p{exponent}"
+    return DOUBLE.hexadecimal(number) if math.isfinite(number) else repr(number)
 
 
 @lru_cache(maxsize=1)
@@ -217,18 +216,9 @@ def _numbers(form: Format, *borders: float) -> list[Arguments]:
 
 def _pairs(form: Format, *speeds: float) -> list[Arguments]:
     """Return speeds and betas: special and simple ones, and speeds at beta = 1."""
-    least = float(form.smallest)
-    special = product((0.0, -0.0, least, 1.0), (0.0, 1.0))
-    return [
-        *special,
-        (1.0, -0.0),
-        (_INF, 1.0),
-        (1.0, _INF),
-        (_INF, _INF),
-        *_REFUSED,
-        *_PAIRS,
-        *((x, 1.0) for x in speeds),
-    ]
+    special = product((0.0, -0.0, float(form.smallest), 1.0), (0.0, 1.0))
+    infinite = ((_INF, 1.0), (1.0, _INF), (_INF, _INF))
+    return [*special, (1.0, -0.0), *infinite, *_REFUSED, *_PAIRS, *((x, 1.0) for x in speeds)]
 
 
 def _w(speed: float, beta: float) -> Fraction:
@@ -250,9 +240,15 @@ def _above(ball: arb) -> Fraction:
 
 
 def _value(portions: Portions, kind: str) -> arb:
-    return {"epsilon": portions.epsilon, "one_minus_epsilon": portions.loss}.get(
-        kind, portions.loss * (1 + portions.epsilon)
-    )
+    """Return the exact value of a function; of "rebound" and "restitution", eps."""
+    if kind == "dissipation":
+        return portions.loss * (1 + portions.epsilon)
+    return portions.loss if kind == "one_minus_epsilon" else portions.epsilon
+
+
+def _limits(kind: str, limit: float = 0.0) -> tuple[float, float]:
+    """Return the values of a function at v* = 0 and at infinity, given eps at infinity."""
+    return (1.0, limit) if kind in ("epsilon", "restitution") else (0.0, 1.0)
 
 
 def _answered(
@@ -275,19 +271,18 @@ def _smaller(portions: Portions) -> Fraction:
 
 def _of_root(speed: float, form: Format) -> Fraction:
     """Bound the error of eps by the rounding of v*, relative to the smaller of eps and 1 - eps."""
-    usual = 1 / USUAL <= Fraction(speed) <= USUAL
-    return of_v_star(form, USUAL) if usual else of_v_star(form)
+    return of_v_star(form, USUAL) if 1 / USUAL <= Fraction(speed) <= USUAL else of_v_star(form)
 
 
 def _of_v_star(
     form: Format,
     kind: str,
     stated: Callable[[Fraction, Portions], Fraction | None],
-    limits: tuple[float, float],
+    limit: float = 0.0,
     law: Law = VISCOELASTIC,
     high: Fraction = FARTHEST,
 ) -> Callable[[float], Answer]:
-    """Return the answer of a function of v*; its limits are the values at 0 and at infinity.
+    """Return the answer of a function of v*, given eps at infinity.
 
     By a law other than the paper's, nothing is stated beyond v* = high.
     """
@@ -296,7 +291,7 @@ def _of_v_star(
         if not x >= 0:
             return _NAN, Fraction(0)
         if x in (0, _INF):
-            return limits[x == _INF], Fraction(0)
+            return _limits(kind, limit)[x == _INF], Fraction(0)
         v_star = Fraction(x)
         if law == VISCOELASTIC:
             return _answered(v_star**10, form, lambda p: _value(p, kind), lambda p: stated(v_star, p))
@@ -315,7 +310,8 @@ def _of_pair(
     """Return the answer of `restitution` by a function of v*, computed as v* = sqrt(beta) pow(speed, 0.1)."""
 
     def allowed(x: float, y: float, p: Portions) -> Fraction | None:
-        of_root, error = _of_root(x, form), stated(_root_of(_w(x, y)), p)
+        v_star = _above(ball_of(_w(x, y)).root(10))  # nearly, and not below
+        of_root, error = _of_root(x, form), stated(v_star, p)
         return None if error is None else error * (1 + of_root) + of_root * _smaller(p)
 
     return _of_pairs("restitution", form, allowed, limit)
@@ -325,7 +321,6 @@ def _of_pairs(
     kind: str, form: Format, stated: Callable[[float, float, Portions], Fraction | None], limit: float = 0.0
 ) -> Callable[[float, float], Answer]:
     """Return the answer of a function of speed and beta, given what is stated of it, and eps at infinity."""
-    ends = {"restitution": (1.0, limit), "dissipation": (0.0, 1.0)}
 
     def answer(x: float, y: float) -> Answer:
         special = _special(x, y)
@@ -333,17 +328,11 @@ def _of_pairs(
             if math.isnan(special):
                 return _NAN, Fraction(0)
             rebound = abs(x) if special == 0 or x == _INF else 0.0
-            return (rebound if kind == "rebound" else ends[kind][special > 0]), Fraction(0)
+            return (rebound if kind == "rebound" else _limits(kind, limit)[special > 0]), Fraction(0)
         factor = ball_of(Fraction(x)) if kind == "rebound" else arb(1)
-        of = "dissipation" if kind == "dissipation" else "epsilon"
-        return _answered(_w(x, y), form, lambda p: _value(p, of) * factor, lambda p: stated(x, y, p))
+        return _answered(_w(x, y), form, lambda p: _value(p, kind) * factor, lambda p: stated(x, y, p))
 
     return answer
-
-
-def _root_of(w: Fraction) -> Fraction:
-    """Return v*, nearly, and not below."""
-    return _above(ball_of(w).root(10))
 
 
 # --- quotients of polynomials -----------------------------------------------------------------------------------------
@@ -378,7 +367,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     given, name = formulas.dense(a=a, b=b), kernel.name
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
     high = bounds[-1][0] if bounds else Fraction(0)
-    answer = _of_v_star(form, "epsilon", stated, (1.0, limit), kernel.law, high)
+    answer = _of_v_star(form, "epsilon", stated, limit, kernel.law, high)
     yield Function(f"epsilon_{name}", form, answer, bits, points)
     if not kernel.of_speed:
         return
@@ -446,61 +435,51 @@ def _of_half_line(kernel: HalfLineKernel) -> Iterator[Function]:
     for variant in kernel.variants:
         form = variant.form
         points = _numbers(form, 1.0, 2.0**FOLD)
-        for kind, limits in (("epsilon", (1.0, 0.0)), ("one_minus_epsilon", (0.0, 1.0))):
-            if kind in kernel.checked:
-                answer = _of_v_star(form, kind, _stated_in_powers(variant, kind), limits)
-                yield Function(f"{kind}_{kernel.name}", form, answer, None, points)
-        stated = _stated_in_powers(variant, "epsilon")
-        yield Function(
-            f"restitution_{kernel.name}", form, _of_pair(form, stated), None, _pairs(form, float(form.smallest))
-        )
+        for kind in kernel.checked:
+            answer = _of_v_star(form, kind, _stated_in_powers(variant, kind))
+            yield Function(f"{kind}_{kernel.name}", form, answer, None, points)
+        answer_of_pair = _of_pair(form, _stated_in_powers(variant, "epsilon"))
+        yield Function(f"restitution_{kernel.name}", form, answer_of_pair, None, _pairs(form, float(form.smallest)))
 
 
-def _of_inverse(kernel: InverseKernel) -> Iterator[Function]:
-    for variant in kernel.variants:
-        form, name = variant.form, kernel.name
-        relative = Fraction(variant.certificate.bound) + Fraction(variant.rounding("v_star"))
-        of_beta = Fraction(dict(variant.sizes)["beta"].relative) * (1 + Fraction(kernel.bound_of_beta))
-        of_beta += Fraction(kernel.bound_of_beta)
+def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Function]:
+    form, name = variant.form, kernel.name
+    relative = Fraction(variant.certificate.bound) + Fraction(variant.rounding("v_star"))
+    formula = Fraction(kernel.bound_of_beta)
+    of_beta = Fraction(dict(variant.sizes)["beta"].relative) * (1 + formula) + formula
 
-        def v_star(epsilon: Fraction, relative: Fraction = relative, form: Format = form) -> Answer:
-            if not max(kernel.epsilon_low, form.smallest) <= epsilon <= 1:
-                return _NAN, Fraction(0)
-            if epsilon == 1:
-                return 0.0, Fraction(0)
-            if kernel.form.linear and min(epsilon, 1 - epsilon) < Fraction(2) ** (1 - form.largest):
-                return None
-            exact = truth.exact_v_star(epsilon, kernel.law)
-            return exact, relative * _above(exact)
+    def v_star(epsilon: Fraction) -> Answer:
+        if not max(kernel.epsilon_low, form.smallest) <= epsilon <= 1:
+            return _NAN, Fraction(0)
+        if epsilon == 1:
+            return 0.0, Fraction(0)
+        if kernel.form.linear and min(epsilon, 1 - epsilon) < form.least:
+            return None
+        exact = truth.exact_v_star(epsilon, kernel.law)
+        return exact, relative * _above(exact)
 
-        def of_epsilon(x: float, v_star: Callable[..., Answer] = v_star) -> Answer:
-            return v_star(Fraction(x)) if 0 < x <= 1 else (_NAN, Fraction(0))
+    def of_epsilon(x: float) -> Answer:
+        return v_star(Fraction(x)) if 0 < x <= 1 else (_NAN, Fraction(0))
 
-        def of_loss(x: float, v_star: Callable[..., Answer] = v_star) -> Answer:
-            return v_star(1 - Fraction(x)) if 0 <= x < 1 else (_NAN, Fraction(0))
+    def of_loss(x: float) -> Answer:
+        return v_star(1 - Fraction(x)) if 0 <= x < 1 else (_NAN, Fraction(0))
 
-        def beta(x: float, y: float, of_beta: Fraction = of_beta) -> Answer:
-            if not (y > 0 and 0 < x <= 1 and x >= kernel.epsilon_low):
-                return _NAN, Fraction(0)
-            if y == _INF or x == 1:
-                return 0.0, Fraction(0)
-            found = truth.exact_v_star(Fraction(x)) ** 2 / ball_of(Fraction(y)).root(5)
-            return found, of_beta * _above(found)
+    def beta(x: float, y: float) -> Answer:
+        if not (y > 0 and 0 < x <= 1 and x >= kernel.epsilon_low):
+            return _NAN, Fraction(0)
+        if y == _INF or x == 1:
+            return 0.0, Fraction(0)
+        exact = truth.exact_v_star(Fraction(x)) ** 2 / ball_of(Fraction(y)).root(5)
+        return exact, of_beta * _above(exact)
 
-        low = float(kernel.epsilon_low) or 2.0**-126
-        # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
-        inside = [
-            (x,) for x in (low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63)))
-        ]
-        losses = [(1 - x,) for (x,) in inside] + [(2.0**-60,), (2.0**-120,)]
-        special = [(x,) for x in (*_extremes(form), 2.0)]
-        speeds = [(0.5, 2.0), (0.984375, 2.0), (0.09375, 1e-20), (0.90625, 1e20), (1.0, 1.0), (0.5, _INF), (0.5, 0.0)]
-        speeds += [(0.5, -1.0)]
-        yield Function(f"v_star_{name}", form, of_epsilon, None, [*special, *inside])
-        yield Function(f"v_star_from_loss_{name}", form, of_loss, None, [*special, *losses])
-        if not kernel.of_speed:
-            continue
-        yield Function(f"beta_{name}", form, beta, None, [*speeds, (0.0, 1.0), (2.0, 1.0), (_NAN, 1.0), (0.5, _NAN)])
+    low = float(kernel.epsilon_low) or 2.0**-126
+    # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
+    inside = [low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63))]
+    losses = [*(1 - x for x in inside), 2.0**-60, 2.0**-120]
+    for function, answer, among in (("v_star", of_epsilon, inside), ("v_star_from_loss", of_loss, losses)):
+        yield Function(f"{function}_{name}", form, answer, None, [(x,) for x in (*_extremes(form), 2.0, *among)])
+    if kernel.of_speed:
+        yield Function(f"beta_{name}", form, beta, None, _OF_BETA)
 
 
 # --- full accuracy ----------------------------------------------------------------------------------------------------
@@ -510,12 +489,9 @@ def _of_full() -> Iterator[Function]:
     borders = [2.0**FIRST, 2.0**FOLD, 8 * 2.0**FOLD, *map(float, CENTRES[[1, 30, 80, 150]])]
     for form in FORMATS.values():
         limits = (2.0 ** last_place.LARGEST[form], 2.0**last_place.TINY if form == DOUBLE else 1.0)
-        for kind, ends in (("epsilon", (1.0, 0.0)), ("one_minus_epsilon", (0.0, 1.0))):
-
-            def bits(x: float, form: Format = form, kind: str = kind) -> float:
-                return last_place.evaluated_in(form, kind, x)
-
-            answer = _of_v_star(form, kind, _stated_of_full(form, kind), ends)
+        for kind in last_place.FUNCTIONS:
+            bits = partial(last_place.evaluated_in, form, kind)
+            answer = _of_v_star(form, kind, _stated_of_full(form, kind))
             yield Function(f"{kind}_{FULL}", form, answer, bits, _numbers(form, *borders, *limits))
 
 
@@ -524,8 +500,7 @@ def _stated_of_full(form: Format, kind: str) -> Callable[[Fraction, Portions], F
 
     def stated(_: Fraction, p: Portions) -> Fraction:
         value = _above(_value(p, kind))
-        normal = value >= Fraction(2) ** (1 - form.largest)
-        return max(ulp, Fraction(0) if normal else underflow) * form.ulp(value)
+        return (ulp if value >= form.least else max(ulp, underflow)) * form.ulp(value)
 
     return stated
 
@@ -540,60 +515,52 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
     low, high = 2.0**table.first, 2.0 ** (table.first + OCTAVES)
     rows = (1, table.switch - 1, table.switch, table.size // 2, table.size - 1)
     borders = [float(table.interval(i)[1]) * 2.0 ** table.interval(i)[0] for i in rows]
-    inside = [float(sum(table.interval(i)[1:])) / 2 * 2.0 ** table.interval(i)[0] for i in rows]
+    inside = [float(table.centre(i)) * 2.0 ** table.interval(i)[0] for i in rows]
     for form, kind in product(FORMATS.values(), _OF_SPEED):
         ends = [low, high, 2.0 ** (table.first - 20)] if form == FLOAT else [low, high, 2.0**-300, 2.0**300]
         speeds = [*inside, *(y for x in (*borders, *ends) for y in _beside(x, form))]
 
-        def stated(x: float, y: float, p: Portions, kind: str = kind, form: Format = form) -> Fraction:
-            within = Fraction(low) <= _w(x, y) < Fraction(high)
-            return _stated_of_speed(kernel, kind, form, within)(x, p)
-
-        def bits(x: float, y: float, kind: str = kind, form: Format = form) -> float | None:
-            return _speed_bits(kernel, kind, form, x, y)
-
-        answer = _of_pairs(kind, form, stated)
+        stated, bits = (partial(of, kernel, kind, form) for of in (_stated_of_speed, _speed_bits))
+        answer = _of_pairs(kind, form, cast(Any, stated))
         yield Function(f"{kind}_{kernel.name}", form, answer, cast(Bits, bits), _pairs(form, *speeds))
 
 
-def _stated_of_speed(
-    kernel: SpeedKernel, kind: str, form: Format, within: bool
-) -> Callable[[float, Portions], Fraction]:
+def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float, p: Portions) -> Fraction:
     """Return what a header says of a result, in its table or elsewhere."""
-    table, slow, unit = kernel.table, kernel.slow, Fraction(1, 1 << DOUBLE.precision)
+    table, unit = kernel.table, Fraction(1, 1 << DOUBLE.precision)
+    within = Fraction(2) ** table.first <= _w(speed, beta) < Fraction(2) ** (table.first + OCTAVES)
     converted = form == FLOAT and not (within and FLOAT in kernel.formats)
     inner = DOUBLE if converted else form
-    of_epsilon, of_loss = (
-        Fraction(slow.variant(DOUBLE).rounding(of)) if slow else 2 * unit * last_place.largest_ulp(DOUBLE, of)
-        for of in last_place.FUNCTIONS
-    )
-    formula = Fraction(slow.variant(DOUBLE).certificate.bound) if slow else Fraction(0)
-    more = (
-        max((Fraction(size.underflow) for _, size in slow.variant(DOUBLE).sizes), default=Fraction(1))
-        if slow
-        else Fraction(1)
-    )
+    factor = Fraction(speed) if kind == "rebound" else Fraction(1)
+    value = _above(_value(p, kind)) * factor
+    last = inner.ulp(value)
+    formula, of_epsilon, of_loss, underflow = _stated_elsewhere(kernel.slow)
+    if within and isinstance(table, LastPlaceTable):
+        ulps = table.proven.ulp + ulp_of_w()
+        error = ulps * last if kind == "restitution" else (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
+    elif within:
+        relative = cast(Table, table).proven.error + rounding_of(cast(Table, table), inner)
+        error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + 3 * last
+    elif kind == "restitution":
+        error = (formula + of_v_star()) * _smaller(p) + of_epsilon * value
+    else:
+        error = (formula + of_v_star() + of_epsilon + (of_loss if kind == "dissipation" else 0)) * value + 3 * last
+    if converted:
+        error += form.ulp(value + error) / 2
+    return error + form.smallest / 2 + underflow * DOUBLE.smallest * factor
 
-    def stated(x: float, p: Portions) -> Fraction:
-        epsilon, factor = _above(p.epsilon), Fraction(x) if kind == "rebound" else Fraction(1)
-        value = _above(_value(p, "dissipation")) if kind == "dissipation" else epsilon * factor
-        last = inner.ulp(value)
-        if within and isinstance(table, LastPlaceTable):
-            ulps = table.proven.ulp + ulp_of_w()
-            error = ulps * last if kind == "restitution" else (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
-        elif within:
-            relative = cast(Table, table).proven.error + rounding_of(cast(Table, table), inner)
-            error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + 3 * last
-        elif kind == "restitution":
-            error = (formula + of_v_star()) * _smaller(p) + of_epsilon * value
-        else:
-            error = (formula + of_v_star() + of_epsilon + (of_loss if kind == "dissipation" else 0)) * value + 3 * last
-        if converted:
-            error += form.ulp(value + error) / 2
-        tiny = form.smallest / 2 + more * DOUBLE.smallest * factor
-        return error + tiny
 
-    return stated
+def _stated_elsewhere(slow: HalfLineKernel | None) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+    """Return what is stated beyond a table: the formula's error, roundings of eps and of 1 - eps, and underflow."""
+    if slow is None:
+        of_epsilon, of_loss = (
+            last_place.largest_ulp(DOUBLE, of) * Fraction(DOUBLE.epsilon) for of in last_place.FUNCTIONS
+        )
+        return Fraction(0), of_epsilon, of_loss, Fraction(1)
+    variant = slow.variant(DOUBLE)
+    of_epsilon, of_loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)
+    underflow = max((Fraction(size.underflow) for _, size in variant.sizes), default=Fraction(1))
+    return Fraction(variant.certificate.bound), of_epsilon, of_loss, underflow
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
@@ -608,14 +575,14 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     if not (scale >= number(2.0 ** (1 - inner.largest)) and 2.0**table.first <= w < 2.0 ** (table.first + OCTAVES)):
         return None
     index, m = row_of(w, table.first, table.split)
-    names, base = [f"row{n}" for n in range(len(table.rows[index]))], float(table.base(index))
-    given = dict(zip(names, table.rows[index], strict=True)) | {"base": base, "rest": 1 - base, "m": m}
+    row, base = table.rows[index], table.base(index)
+    names = [f"row{n}" for n in range(len(row))]
+    given = {**dict(zip(names, row, strict=True)), "base": base, "rest_of_base": 1 - base, "m": m}
     if isinstance(table, LastPlaceTable):
-        middle = number(float(sum(table.interval(index)[1:])) / 2)
-        given |= {"high": table.rows[index][0], "t": m - middle, "rest_of_base": given.pop("rest")}
+        given |= {"high": row[0], "t": m - number(float(table.centre(index)))}
         branch = formulas.full_row_branch(names)
     else:
-        branch = formulas.table_row_branch(names)
+        branch = formulas.table_row_branch(names, "rest_of_base")
     numbers = {name: number(x) for name, x in given.items()}
     result = computed(branch, "dissipation" if kind == "dissipation" else "restitution", numbers, inner)
     return float(TYPES[form.name](result * x if kind == "rebound" else result))
@@ -628,27 +595,30 @@ def _compact(kernel: HalfLineKernel) -> Iterator[Function]:
     """Yield the functions of speed and beta in CUDA (on the host), Fortran, Rust, Julia, JavaScript."""
     for variant, kind in product(kernel.variants, _OF_SPEED):
         form = variant.form
-        found = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, table_free.LIBRARY[form.name])[kind]
-        bound = Fraction(variant.certificate.bound)
-        rounding = Fraction(found.everywhere) * (1 + bound)
-        low, high = 2.0 ** (1 - form.largest), 2.0 ** table_free.LARGEST[form.name]
-
-        def stated(
-            x: float, y: float, p: Portions, kind: str = kind, bound: Fraction = bound,
-            rounding: Fraction = rounding, low: float = low, high: float = high,
-        ) -> Fraction | None:  # fmt: skip
-            if not Fraction(low) <= _w(x, y) <= Fraction(high) or Fraction(y) ** 5 < Fraction(low):
-                return None
-            if kind == "dissipation":
-                return (bound * (1 + bound / 2) + rounding) * _above(_value(p, kind))
-            factor = Fraction(x) if kind == "rebound" else Fraction(1)
-            return (bound * _smaller(p) + rounding * _above(p.epsilon)) * factor
-
-        def answer(x: float, y: float, kind: str = kind, form: Format = form, stated: Any = stated) -> Answer:
-            if _special(x, y) == _INF:  # as at the cut-off, which is another number than eps
-                return None
-            return _of_pairs(kind, form, stated)(x, y)
-
-        borders = [y for x in (low, high) for y in _beside(x, form)]
+        low, high = (Fraction(2) ** power for power in (1 - form.largest, table_free.LARGEST[form.name]))
+        borders = [y for x in (low, high) for y in _beside(float(x), form)]
         speeds = [1e-30, 1e-18, 1e-9, 1e-3, 0.125, 0.25, 0.5, 3.0, 30.0, 1e5, 1e10, 1e20, *borders]
+        answer = _of_compact(kernel, variant, kind, low, high)
         yield Function(f"{kind}_{name_of(kernel)}", form, answer, None, _pairs(form, *speeds))
+
+
+def _of_compact(
+    kernel: HalfLineKernel, variant: LacunaryVariant, kind: str, low: Fraction, high: Fraction
+) -> Callable[[float, float], Answer]:
+    """Return the answer of a function of speed and beta that is stated for low <= w <= high."""
+    library = table_free.LIBRARY[variant.form.name]
+    found = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, library)[kind]
+    bound = Fraction(variant.certificate.bound)
+    rounding = Fraction(found.everywhere) * (1 + bound)
+
+    def stated(x: float, y: float, p: Portions) -> Fraction | None:
+        if not low <= _w(x, y) <= high or Fraction(y) ** 5 < low:
+            return None
+        if kind == "dissipation":
+            return (bound * (1 + bound / 2) + rounding) * _above(_value(p, kind))
+        factor = Fraction(x) if kind == "rebound" else Fraction(1)
+        return (bound * _smaller(p) + rounding * _above(p.epsilon)) * factor
+
+    within = _of_pairs(kind, variant.form, stated)
+    # At infinity, the result is that at the cut-off, which is another number than eps.
+    return lambda x, y: None if _special(x, y) == _INF else within(x, y)
