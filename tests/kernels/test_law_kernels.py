@@ -272,7 +272,7 @@ def with_cube_root():
         sizes = rounding_bounds.inverse_sizes(of.powers, form, low, v.a, v.b, v.form)
         certificate = replace(v.certificate, law=law)
         variants.append(replace(v, certificate=certificate, sizes=tuple(sizes.items())))
-    return replace(of, variants=tuple(variants), epsilon_min=low, epsilon_low=low)
+    return replace(of, variants=tuple(variants), epsilon_min=low)
 
 
 @pytest.mark.parametrize("language", [name for name, of in COMPACT.items() if of.target not in SHADERS])

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
-from flint import arb, arb_mat, arb_poly, fmpz_mat
+from flint import arb, arb_mat, fmpz_mat
 
 from viscopade.approximation import remez
 from viscopade.approximation.minimax import Fit, _check, _shown, minimax_problem
@@ -205,17 +205,16 @@ def _descended(steps: FloatArray, start: FloatArray, basis: FloatArray) -> npt.N
 def _linearised(grid: _Grid) -> tuple[FloatArray, list[list[arb]]]:
     """Return the fit's errors at points, and what a step of each coefficient adds, in units of the largest one."""
     task = grid.task
-    a, b = (arb_poly([ball_of(c) for c in values]) for values in grid.best.exact)
-    s = arb_poly([c.mid() for c in (a - b).coeffs()][task.contact :])
+    s, d = task.pair(*([ball_of(c) for c in values] for values in grid.best.exact))
     optimum, rows = [], [[] for _ in grid.places]  # type: tuple[list[float], list[list[arb]]]
     for v in remez.between(task, grid.best.points, SAMPLES):
         x = arb(v)
         g, p = task.at(v)
-        d, unit = b(x).mid(), (p / grid.best.error).mid()
-        ratio = (s(x) / d).mid()
+        below, unit = d(x).mid(), (p / grid.best.error).mid()
+        ratio = (s(x) / below).mid()
         optimum.append(float((unit * (ratio + g)).mid()))
         for row, (s_k, d_k), step in zip(rows, task.directions[1:], grid.steps, strict=True):
-            row.append((unit * (s_k(x) - ratio * d_k(x)) * ball_of(step) / d).mid())
+            row.append((unit * (s_k(x) - ratio * d_k(x)) * ball_of(step) / below).mid())
     return np.array(optimum), rows
 
 

@@ -5,6 +5,8 @@ from typing import Literal, get_args
 Measure = Literal["both", "relative"]
 """The smaller of eps and 1 - eps, so that slow and fast collisions come out right; or eps."""
 MEASURES: tuple[Measure, ...] = get_args(Measure)
+RELATIVE_TO = {"both": "min(eps, 1 - eps)", "relative": "eps"}
+"""By measure, what the error is relative to, as text."""
 
 
 def measure_of(measure: str) -> Measure:

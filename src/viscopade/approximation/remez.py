@@ -29,7 +29,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -179,12 +179,14 @@ class Problem:
     @cached_property
     def directions(self) -> tuple[tuple[arb_poly, arb_poly], ...]:
         """The pair (S, D) that belongs to each coefficient."""
+        numbers = range(self.number_of_points)
+        return tuple(self.pair(*self.placed([arb(int(i == k)) for i in numbers], arb(0))) for k in numbers)
 
-        def of(power: int | None, less: int = 0) -> arb_poly:
-            return arb_poly([]) if power is None else arb_poly([*[0] * (power - less), 1])
-
-        zero, k = arb_poly([]), self.contact
-        return tuple((zero if i == j else of(i, k) - of(j, k), of(j)) for i, j in self.places)
+    def pair(self, a: Sequence[arb], b: Sequence[arb]) -> tuple[arb_poly, arb_poly]:
+        """Return (S, D), given the coefficients of N and D by ascending powers."""
+        d = arb_poly(list(b))
+        difference = [c.mid() for c in (arb_poly(list(a)) - d).coeffs()]
+        return arb_poly(difference[self.contact :]), d
 
     def placed(self, values: Sequence[Number], zero: Number) -> tuple[list[Number], list[Number]]:
         """Return the coefficients of N and D by ascending powers, given those of `places`."""
@@ -261,7 +263,7 @@ def sup_error(problem: Problem, a: Sequence[arb], b: Sequence[arb], near: Sequen
         If D is not positive.
     """
     with working(problem.bits):
-        return max(map(_size, _extrema(_Quotient.of(problem, a, b), near, _fixed_grid(problem))))
+        return max(map(_size, _extrema(problem, a, b, near)))
 
 
 # --- points of reference ----------------------------------------------------------------------------------------------
@@ -406,23 +408,17 @@ def between(problem: Problem, points: Sequence[float], parts: int) -> list[float
     return _inside(problem, np.array([*ends, *finer]))
 
 
-def _fixed_grid(problem: Problem) -> list[float]:
-    number = GRID * (problem.number_of_points + 1)
-    return _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
-
-
 # --- the exchange -----------------------------------------------------------------------------------------------------
 
 
 def _exchanged(problem: Problem, reference: list[float]) -> Approximation:
     """Level and exchange until the largest error is the levelled one."""
-    fixed = _fixed_grid(problem)
     solution: _Solution | None = None
     for step in range(1, MAX_EXCHANGES + 1):
         tolerance = TOLERANCE if step < MAX_EXCHANGES else ROUGH_TOLERANCE
         solution = _levelled(problem, reference, solution)
         a, b = problem.placed(solution.vector, arb(0))
-        extrema = _extrema(_Quotient.of(problem, a, b), reference, fixed)
+        extrema = _extrema(problem, a, b, reference)
         if len(extrema) < len(reference):
             if abs(solution.level) < problem.least_error:
                 raise TooAccurate(abs(float(solution.level)), problem.digits)
@@ -438,40 +434,28 @@ def _exchanged(problem: Problem, reference: list[float]) -> Approximation:
     raise _NotFromHere(f"the error is not levelled after {MAX_EXCHANGES} exchanges")
 
 
-@dataclass(frozen=True)
-class _Quotient:
-    """N/D as (S, D), with its weighted error."""
-
-    problem: Problem
-    s: arb_poly
-    d: arb_poly
-
-    @classmethod
-    def of(cls, problem: Problem, a: Sequence[arb], b: Sequence[arb]) -> _Quotient:
-        d = arb_poly(list(b))
-        difference = [c.mid() for c in (arb_poly(list(a)) - d).coeffs()]
-        return cls(problem, arb_poly(difference[problem.contact :]), d)
-
-    def deviation(self, v: float) -> float:
-        """Return the weighted error; NaN where D is not positive."""
-        x = arb(v)
-        g, p = self.problem.at(v)
-        d = self.d(x).mid()
-        return float((p * (self.s(x).mid() / d + g)).mid()) if d > 0 else math.nan
-
-
 def _size(extremum: Extremum) -> float:
     return abs(extremum[1])
 
 
-def _extrema(quotient: _Quotient, reference: Sequence[float], fixed: Sequence[float]) -> list[Extremum]:
+def _extrema(problem: Problem, a: Sequence[arb], b: Sequence[arb], reference: Sequence[float]) -> list[Extremum]:
     """Return the largest error between each two changes of sign, as points and values of alternating signs.
 
-    They are looked for on the fixed grid, at the points of reference and at more between these.
+    They are looked for on a fixed grid, at the points of reference and at more between these.
     """
-    problem = quotient.problem
+    s, d = problem.pair(a, b)
+
+    def deviation(v: float) -> float:
+        """Return the weighted error; NaN where D is not positive."""
+        x = arb(v)
+        g, p = problem.at(v)
+        below = d(x).mid()
+        return float((p * (s(x).mid() / below + g)).mid()) if below > 0 else math.nan
+
+    number = GRID * (problem.number_of_points + 1)
+    fixed = _spread(problem, np.cos(np.pi * np.arange(number, -1, -1) / number), problem.coordinate)
     grid = _inside(problem, np.array([*fixed, *between(problem, reference, GRID // 2)]))
-    deviations = np.array([quotient.deviation(v) for v in grid])
+    deviations = np.array([deviation(v) for v in grid])
     if np.isnan(deviations).any():
         raise _NotFromHere(f"the approximant has a pole near v* = {grid[int(np.argmax(np.isnan(deviations)))]:.3g}")
     t = problem.coordinate.t(np.array(grid))
@@ -486,7 +470,7 @@ def _extrema(quotient: _Quotient, reference: Sequence[float], fixed: Sequence[fl
             left, right = (int(np.searchsorted(t, t[top] + side)) for side in (-apart, apart))
             bracket = max(left - 1, 0), top, min(right, len(t) - 1)
             heights = [(float(t[i]), math.copysign(1.0, extremum[1]) * float(deviations[i])) for i in bracket]
-            extremum = _refined(quotient, extremum, heights)
+            extremum = _refined(problem, deviation, extremum, heights)
         if extrema and extrema[-1][1] * extremum[1] > 0:
             extrema[-1] = max(extrema[-1], extremum, key=_size)
         else:
@@ -499,9 +483,11 @@ def changes_of_sign(deviations: FloatArray) -> list[int]:
     return [int(i) for i in np.flatnonzero(np.diff(np.sign(deviations), prepend=0))]
 
 
-def _refined(quotient: _Quotient, best: Extremum, points: list[tuple[float, float]]) -> Extremum:
+def _refined(
+    problem: Problem, deviation: Callable[[float], float], best: Extremum, points: list[tuple[float, float]]
+) -> Extremum:
     """Return the extremum within a bracket, given as places and heights: parabolas through the three best points."""
-    coordinate, (low, high) = quotient.problem.coordinate, quotient.problem.interval
+    coordinate, (low, high) = problem.coordinate, problem.interval
     size = math.copysign(1.0, best[1])
     close = CLOSE * (points[2][0] - points[0][0])
     for _ in range(MAX_REFINEMENTS):
@@ -510,7 +496,7 @@ def _refined(quotient: _Quotient, best: Extremum, points: list[tuple[float, floa
         if t == t1:
             break
         v = min(max(float(coordinate.v(t)), low), high)
-        value = size * quotient.deviation(v)
+        value = size * deviation(v)
         best = max(best, (v, size * value), key=_size)
         if value > f1:
             points = [(t0, f0), (t, value), (t1, f1)] if t < t1 else [(t1, f1), (t, value), (t2, f2)]
@@ -570,9 +556,7 @@ def _levelled(problem: Problem, reference: list[float], previous: _Solution | No
         rows_a.append([(p * (s + g * d)).mid() for s, d in pairs])
         rows_b.append([d if i % 2 == 0 else -d for _, d in pairs])
     a, b = arb_mat(rows_a), arb_mat(rows_b)
-    if previous is not None and (found := _newton(problem, a, b, previous)) is not None:
-        return found
-    for guess in _by_eigenvalues(problem, a, b):
+    for guess in chain([] if previous is None else [previous], _by_eigenvalues(problem, a, b)):
         if (found := _newton(problem, a, b, guess)) is not None:
             return found
     raise _NotFromHere("no denominator is positive at all points of reference")

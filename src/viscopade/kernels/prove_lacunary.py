@@ -7,13 +7,13 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from operator import itemgetter
-from typing import TypeVar
 
 from viscopade import arguments
 from viscopade.approximation import half_line, inverse, remez
 from viscopade.approximation.half_line import BEST
-from viscopade.approximation.lacunary import LacunaryQuotient, Powers
-from viscopade.approximation.measure import Measure, measure_of
+from viscopade.approximation.lacunary import LacunaryQuotient, Powers, full_powers
+from viscopade.approximation.lawson import LacunaryFit
+from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
@@ -33,14 +33,6 @@ from viscopade.theory.law import VISCOELASTIC, Law
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
-
-SOURCES = {
-    "both": "best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these powers of y",
-    "relative": "best N/D found in the measure |error|/eps over all v* >= 0, with these powers of y",
-    "speed": "best N/D in the relative error of v*",
-}
-
-Choice = TypeVar("Choice")
 
 
 def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKernel:
@@ -64,7 +56,7 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
 
 @recorded
 def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
-    candidates = ((half_line.fit_half_line(powers, measure).error, powers) for powers in BEST[measure])
+    candidates = _levelled(BEST[measure], lambda powers: half_line.fit_half_line(powers, measure))
     return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
 
 
@@ -77,7 +69,8 @@ def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
         lambda q: certificate.prove(exact_formulas.half_line_formula(q), Fraction(0), None, measure),
         lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
-    return HalfLineKernel(powers, variants, missing, SOURCES[measure])
+    found = f"best N/D found in the measure |error|/{RELATIVE_TO[measure]} over all v* >= 0, with these powers of y"
+    return HalfLineKernel(powers, variants, missing, found)
 
 
 def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELASTIC) -> InverseKernel:
@@ -108,52 +101,41 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
             f"epsilon_min is 0: accepted for the law {law} is a number from 2e-4 to 0.99, as no quotient follows its "
             "v* to eps = 0 (--epsilon-min)"
         )
-    if low:
-        return of_inverse_on(*_inverse_degrees(wanted, low, law), low, law)
-    return of_inverse(_inverse_powers(wanted, law), law)
+    return of_inverse(_inverse_powers(wanted, law, low), law, low)
 
 
 @recorded
-def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC) -> Powers:
-    return _first(wanted, _on_whole(law), lambda powers: of_inverse(powers, law))
+def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> Powers:
+    if epsilon_min:
+        candidates = _on_interval(wanted, epsilon_min, law)
+    else:
+        candidates = _levelled(inverse.whole_powers(law), lambda powers: inverse.fit_whole(powers, law))
+    return _first(wanted, candidates, lambda powers: of_inverse(powers, law, epsilon_min))
 
 
 @recorded
-def _inverse_degrees(wanted: Fraction, epsilon_min: Fraction, law: Law = VISCOELASTIC) -> tuple[int, int]:
-    found = _on_interval(wanted, epsilon_min, law)
-    return _first(wanted, found, lambda degrees: of_inverse_on(*degrees, epsilon_min, law))
+def of_inverse(powers: Powers, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> InverseKernel:
+    """Return the best kernel for epsilon_min <= eps <= 1 with given powers, all up to their degrees if epsilon_min > 0.
 
-
-@recorded
-def of_inverse(powers: Powers, law: Law = VISCOELASTIC) -> InverseKernel:
-    """Return the best kernel for 0 < eps <= 1 with given powers; errors as for `inverse.fit_whole`."""
-    return _of_inverse(inverse.fit_whole(powers, law).quotient, Fraction(0), law)
-
-
-@recorded
-def of_inverse_on(m: int, n: int, epsilon_min: Fraction, law: Law = VISCOELASTIC) -> InverseKernel:
-    """Return the best kernel for epsilon_min <= eps <= 1 with given degrees; errors as for `inverse.fit_interval`."""
-    return _of_inverse(inverse.fit_interval(m, n, interval_start(epsilon_min), law).quotient, epsilon_min, law)
-
-
-def _of_inverse(quotient: LacunaryQuotient, epsilon_min: Fraction, law: Law) -> InverseKernel:
+    Errors as for `inverse.fit_whole` and `inverse.fit_interval`.
+    """
     low = interval_start(epsilon_min)
     form = inverse.inverse_form(law, whole=not low)
-
+    fit = inverse.fit_interval(powers.m, powers.n, low, law) if low else inverse.fit_whole(powers, law)
     variants, missing = _variants(
-        quotient,
+        fit.quotient,
         lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, form), low, reference_of(law)),
-        lambda a, b, kind: rounding_bounds.inverse_sizes(quotient.powers, form, low, a, b, kind),
+        lambda a, b, kind: rounding_bounds.inverse_sizes(powers, form, low, a, b, kind),
     )
-    return InverseKernel(quotient.powers, variants, missing, SOURCES["speed"], epsilon_min, low)
+    return InverseKernel(powers, variants, missing, "best N/D in the relative error of v*", epsilon_min)
 
 
 def _first(
     wanted: Fraction,
-    candidates: Iterable[tuple[float, Choice]],
-    make: Callable[[Choice], HalfLineKernel | InverseKernel],
-) -> Choice:
-    """Return the first choice whose kernel is proven to be accurate enough, rounding in type double included.
+    candidates: Iterable[tuple[float, Powers]],
+    make: Callable[[Powers], HalfLineKernel | InverseKernel],
+) -> Powers:
+    """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
     Candidates come with their sampled errors, from which those that cannot be accurate enough are known.
     """
@@ -175,36 +157,37 @@ def _first(
     )
 
 
-def _total(make: Callable[[Choice], HalfLineKernel | InverseKernel], choice: Choice) -> Fraction:
-    """Return the proven error of a choice's kernel in type double, with rounding; 1 without a proof."""
+def _total(make: Callable[[Powers], HalfLineKernel | InverseKernel], powers: Powers) -> Fraction:
+    """Return the proven error of the kernel with given powers in type double, with rounding; 1 without a proof."""
     with suppress(ArithmeticError):
-        kernel = make(choice)
+        kernel = make(powers)
         return kernel.variant(DOUBLE).total(kernel.checked)
     return Fraction(1)
 
 
-def _on_whole(law: Law) -> Iterator[tuple[float, Powers]]:
-    """Yield the sampled errors and powers on (0, 1]."""
-    for powers in inverse.whole_powers(law):
+def _levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -> Iterator[tuple[float, Powers]]:
+    """Yield the sampled errors of the choices that have a best quotient, and the choices."""
+    for powers in choices:
         with suppress(remez.NoBest):
-            yield inverse.fit_whole(powers, law).error, powers
+            yield fit(powers).error, powers
 
 
-def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[tuple[float, tuple[int, int]]]:
-    """Yield the sampled errors and degrees on [epsilon_min, 1], those with fewest coefficients and least error first.
+def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[tuple[float, Powers]]:
+    """Yield the sampled errors and powers on [epsilon_min, 1], those with fewest coefficients and least error first.
 
     Degrees are left out where the most equal ones with the same sum are not accurate enough by far.
     """
+    low = interval_start(epsilon_min)
     for total in range(2 * inverse.MAX_DEGREE + 1):
         degrees = [(m, total - m) for m in range(total + 1) if abs(total - 2 * m) <= FARTHEST]
         degrees.sort(key=lambda pair: (abs(pair[1] - pair[0]), pair))
-        found: list[tuple[float, tuple[int, int]]] = []
-        for m, n in degrees:
-            if max(m, n) > inverse.MAX_DEGREE or (found and min(found)[0] > HOPELESS * wanted):
-                continue
-            with suppress(remez.NoBest):
-                found.append((inverse.fit_interval(m, n, interval_start(epsilon_min), law).error, (m, n)))
-        yield from sorted(found)
+        allowed = (full_powers(m, n) for m, n in degrees if max(m, n) <= inverse.MAX_DEGREE)
+        found: list[tuple[float, Powers]] = []
+        for candidate in _levelled(allowed, lambda powers: inverse.fit_interval(powers.m, powers.n, low, law)):
+            found.append(candidate)
+            if min(found, key=itemgetter(0))[0] > HOPELESS * wanted:
+                break
+        yield from sorted(found, key=itemgetter(0))
 
 
 def _variants(
@@ -221,7 +204,7 @@ def _variants(
 
     return in_types(
         variant,
-        lambda v: Fraction(v.certificate.bound),
+        lambda v: v.error,
         lambda error: f"with coefficients of that type the error would be {at_most(error)}",
     )
 

@@ -12,7 +12,7 @@ from flint import arb
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
-from viscopade.approximation.measure import Measure, measure_of
+from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
 from viscopade.arithmetic.balls import known_decimal, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
@@ -39,7 +39,6 @@ PADE_SOURCE = (
     "Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from the equation of "
     f"motion; coefficients proven to {DIGITS} digits"
 )
-RELATIVE_TO = {"both": "min(eps, 1 - eps)", "relative": "eps"}
 
 Variant = TypeVar("Variant")
 
@@ -172,26 +171,18 @@ def _accurate(
     for _ in range(ATTEMPTS):
         chosen = cheapest.cheapest_fit(limit, end, low, measure=measure, law=law)
         kernel = _with_proofs(chosen.fit, wanted)
-        error = _total(kernel.variants[0])
+        error = kernel.variants[0].total
         if error <= wanted:
             return kernel
         limit = min(limit, Fraction(chosen.error)) * min(wanted / error, Fraction(99, 100))
     raise ArithmeticError(f"no kernel was proven to be as accurate as {float(wanted):g}")
 
 
-def _total(variant: MinimaxVariant) -> Fraction:
-    return _bound(variant) + Fraction(variant.rounding)
-
-
-def _bound(variant: MinimaxVariant) -> Fraction:
-    return Fraction(variant.certificate.bound)
-
-
 def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKernel:
     """Return the kernel, with a variant of type float if that is about as accurate, or within the limit."""
     variants, missing = in_types(
         lambda form: _variant(fit, form),
-        _total if limit else _bound,
+        lambda variant: variant.total if limit else variant.error,
         lambda error: f"the error would be {float(error):.3g}",
         limit,
     )

@@ -103,6 +103,11 @@ class Variant:
         if any(self.form.nearest(Fraction(c)) != c for c in (*self.a, *self.b)):
             raise ValueError(f"a coefficient is not a number of type {self.form.name}")
 
+    @property
+    def error(self) -> Fraction:
+        """The proven bound of the error, without rounding."""
+        return Fraction(self.certificate.bound)
+
     def record(self) -> dict[str, object]:
         """Return type, coefficients and bound as JSON-able data."""
         return {"type": self.form.name, **decimals(self.form, a=self.a, b=self.b), "bound": self.certificate.bound}
@@ -133,15 +138,8 @@ class Fitted(Kernel, Generic[AnyVariant]):
 
     def __post_init__(self) -> None:
         one_line("source", self.source)
-        if (
-            len(
-                {
-                    (v.certificate.low, v.certificate.high, v.certificate.measure, v.certificate.law)
-                    for v in self.variants
-                }
-            )
-            != 1
-        ):
+        proofs = [v.certificate for v in self.variants]
+        if len({(proof.low, proof.high, proof.measure, proof.law) for proof in proofs}) != 1:
             raise ValueError(f"{self.label}: the variants must be of one law, one interval and one measure")
         if any((len(v.a), len(v.b)) != self.lengths for v in self.variants):
             raise ValueError(f"{self.label}: wrong number of coefficients")
@@ -154,7 +152,7 @@ class Fitted(Kernel, Generic[AnyVariant]):
     @property
     def bound(self) -> Certificate:
         """The certificate with the largest bound."""
-        return max((v.certificate for v in self.variants), key=lambda certificate: Fraction(certificate.bound))
+        return max(self.variants, key=lambda v: v.error).certificate
 
     @property
     def law(self) -> Law:
@@ -194,6 +192,11 @@ def law_pattern(law: Law) -> str:
 def law_record(law: Law) -> dict[str, object]:
     """Return a law that is not the paper's as JSON-able data."""
     return {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d} if law_name(law) else {}
+
+
+def measure_name(measure: str) -> str:
+    """Return the end of functions' names for a measure that is not "both"."""
+    return "" if measure == "both" else f"_{measure}"
 
 
 def span(low: Fraction, high: Fraction | None) -> str:

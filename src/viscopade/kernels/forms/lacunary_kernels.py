@@ -6,14 +6,16 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from viscopade.approximation import half_line
 from viscopade.approximation.inverse import InverseForm, inverse_form
 from viscopade.approximation.lacunary import Powers
+from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, law_name, law_record, scientific
+from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, law_name, law_record, measure_name, scientific
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
@@ -47,11 +49,11 @@ class LacunaryVariant(Variant):
 
         Only for functions whose own relative error the certificate bounds.
         """
-        return at_most(Fraction(dict(self.sizes)[function].relative) * (1 + Fraction(self.certificate.bound)), DIGITS)
+        return at_most(Fraction(dict(self.sizes)[function].relative) * (1 + self.error), DIGITS)
 
     def total(self, functions: Sequence[str]) -> Fraction:
         """Return a bound of the relative error, with rounding, of the worst of these functions."""
-        return Fraction(self.certificate.bound) + max(Fraction(self.rounding(name)) for name in functions)
+        return self.error + max(Fraction(self.rounding(name)) for name in functions)
 
     @property
     def roundings(self) -> dict[str, dict[str, str]]:
@@ -75,16 +77,13 @@ class LacunaryKernel(Fitted[LacunaryVariant]):
     variants: tuple[LacunaryVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
+    kind: ClassVar[str]
+    """The first part of the name."""
 
     @property
     def lengths(self) -> tuple[int, int]:
         """The numbers of coefficients in N and D."""
         return len(self.powers.top), len(self.powers.bottom)
-
-    @property
-    @abstractmethod
-    def kind(self) -> str:
-        """The first part of the name."""
 
     @property
     def name(self) -> str:
@@ -184,29 +183,18 @@ class HalfLineKernel(LacunaryKernel):
     Attributes and errors are those of `LacunaryKernel`; the measure is "both" or "relative".
     """
 
+    kind = HALF_LINE
+    root = half_line.ROOT
+    domain = "all v* >= 0"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.bound.high is not None or self.bound.measure == "speed":
             raise ValueError(f"{self.label}: the proof must be one of eps for all v* >= 0")
 
-    @property
-    def kind(self) -> str:
-        """The first part of the name."""
-        return HALF_LINE
-
     def _name(self, error: str) -> str:
         """Return "halfline_1p57em3"; "_relative" is appended in that measure."""
-        return f"{HALF_LINE}_{error}{'' if self.bound.measure == 'both' else '_relative'}"
-
-    @property
-    def root(self) -> Fraction:
-        """Exponent: y = v*^root."""
-        return half_line.ROOT
-
-    @property
-    def domain(self) -> str:
-        """All v* >= 0."""
-        return "all v* >= 0"
+        return f"{HALF_LINE}_{error}{measure_name(self.bound.measure)}"
 
     @property
     def formula(self) -> str:
@@ -226,10 +214,9 @@ class HalfLineKernel(LacunaryKernel):
     @property
     def proven(self) -> tuple[str, ...]:
         """Sentences on the proven errors of formula and rounding, also for subnormal results."""
-        both = self.bound.measure == "both"
-        of_loss = "(1 - eps)" if both else "of the formula's 1 - eps"
+        of_loss = "(1 - eps)" if self.bound.measure == "both" else "of the formula's 1 - eps"
         return (
-            f"proven: |formula - eps| / {'min(eps, 1 - eps)' if both else 'eps'} <= {self._bounds}",
+            f"proven: |formula - eps| / {RELATIVE_TO[self.bound.measure]} <= {self._bounds}",
             f"rounding of epsilon: adds at most {self._per_type(lambda v: v.rounding('epsilon') + ' eps')} (proven)",
             f"rounding of one_minus_epsilon: adds at most "
             f"{self._per_type(lambda v: f'{self._of_loss(v)} {of_loss}')} (proven)",
@@ -255,26 +242,23 @@ class InverseKernel(LacunaryKernel):
     ----------
     epsilon_min : Fraction
         0, or where the interval begins that was asked for; N and D are then full polynomials, and k is 1.
-    epsilon_low : Fraction
-        0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24.
 
     The others, and errors, are those of `LacunaryKernel`; the measure is "speed".
     """
 
     epsilon_min: Fraction
-    epsilon_low: Fraction
+    kind = INVERSE
+    checked = ("v_star",)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.bound.measure != "speed":
             raise ValueError(f"{self.label}: the proof must be one of v*")
-        if self.epsilon_low != interval_start(self.epsilon_min):
-            raise ValueError(f"{self.label}: the proof must begin at {interval_start(self.epsilon_min)}")
 
     @property
-    def kind(self) -> str:
-        """The first part of the name."""
-        return INVERSE
+    def epsilon_low(self) -> Fraction:
+        """0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24."""
+        return interval_start(self.epsilon_min)
 
     def _name(self, error: str) -> str:
         """Return the name with the interval: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
@@ -311,11 +295,6 @@ class InverseKernel(LacunaryKernel):
     def branches(self) -> tuple[CodeBranch, ...]:
         """The program, or those for eps >= 1/2 and eps < 1/2."""
         return formulas.inverse_branches(self.powers, self.form)
-
-    @property
-    def checked(self) -> tuple[str, ...]:
-        """The functions whose relative error the certificate bounds."""
-        return ("v_star",)
 
     def _head(self) -> dict[str, object]:
         ends = {"epsilon_min": str(self.epsilon_min), "epsilon_low": str(self.epsilon_low)}

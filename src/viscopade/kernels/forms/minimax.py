@@ -8,7 +8,16 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import above, below, identifier, power_of_ten
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.kernel import Fitted, Variant, decimals, hexadecimals, law_name, law_pattern, law_record
+from viscopade.kernels.forms.kernel import (
+    Fitted,
+    Variant,
+    decimals,
+    hexadecimals,
+    law_name,
+    law_pattern,
+    law_record,
+    measure_name,
+)
 from viscopade.kernels.forms.quotient import Quotient, Texts, Values, proven_errors, threshold, without_leading_zeros
 
 
@@ -65,7 +74,7 @@ class MinimaxVariant(Variant):
     @property
     def total(self) -> Fraction:
         """The sum of the proven errors of formula and rounding."""
-        return Fraction(self.certificate.bound) + Fraction(self.rounding)
+        return self.error + Fraction(self.rounding)
 
 
 @dataclass(frozen=True)
@@ -118,7 +127,7 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
         else:
             low, high = self.interval
             ends = f"v{identifier(below(high) if low == 0 else f'{above(low)}to{below(high)}')}"
-        return f"{ends}_{error}{'' if self.bound.measure == 'both' else '_relative'}"
+        return f"{ends}_{error}{measure_name(self.bound.measure)}"
 
     @property
     def pattern(self) -> str:

@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from viscopade import arguments
+from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import below
 from viscopade.arithmetic.formats import Format, float_text
 from viscopade.generated import one_line
@@ -308,11 +309,10 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
     """Return the sentences on the proven error; none without a proof."""
     if not bounds:
         return ()
-    relative_to = {"both": "min(eps, 1 - eps)", "relative": "eps"}[bounds[0].measure]
     errors = ", ".join(f"{bound.bound} for {span(bound.low, bound.high)}" for bound in bounds)
     sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
     return (
-        f"proven: |formula - eps| / {relative_to} <= {errors}",
+        f"proven: |formula - eps| / {RELATIVE_TO[bounds[0].measure]} <= {errors}",
         f"rounding: adds at most {sizes} (proven)",
     )
 
