@@ -173,7 +173,7 @@ def _of_compact(
     operations: int,
 ) -> Entry:
     """Return the entry of a kernel that may run on any of some machines."""
-    formula = Fraction(variant.certificate.bound)
+    formula = variant.error
     everywhere = common = of_epsilon = of_loss = Fraction(0)
     for machine in machines:
         found = table_free.rounding_bounds(given.powers, variant.a, variant.b, machine)

@@ -15,7 +15,7 @@ import numpy as np
 from flint import arb, arb_poly
 
 from viscopade.approximation import cheapest, minimax
-from viscopade.approximation.measure import Measure
+from viscopade.approximation.measure import RELATIVE_TO, Measure
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.arrays.checked import FloatArray
@@ -262,7 +262,7 @@ class BestApproximant(Candidate):
     def errors(self) -> Errors:
         """Errors on the scene."""
         variant = self.kernel.variant(FORMATS[self.code.format])
-        bound = Fraction(variant.certificate.bound)
+        bound = variant.error
         rounding = Fraction(variant.rounding) * self._of_rounding(bound)
         of_v_star = self.of_v_star
         if variant.certificate.measure == "both":
@@ -609,5 +609,4 @@ def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, found.kernel.bounds[0].measure)
     fit = cheapest.most_accurate(price, high, low, measure, found.kernel.law)
-    words = "min(eps, 1 - eps)" if measure == "both" else "eps"
-    return None if fit is None else (fit.label, float(fit.error), words)
+    return None if fit is None else (fit.label, float(fit.error), RELATIVE_TO[measure])

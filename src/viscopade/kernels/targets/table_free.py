@@ -11,6 +11,7 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import Any, NamedTuple, cast
 
+from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most, below, power_of_ten
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
@@ -119,7 +120,7 @@ class Names(NamedTuple):
 def names_of(kernel: HalfLineKernel) -> Names:
     """Return both names, in every language the same: "compact_1em5" keeps its error, in double with rounding."""
     variant = kernel.variant(DOUBLE)
-    bound = Fraction(variant.certificate.bound)
+    bound = variant.error
     rounding, _ = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY[DOUBLE.name])["restitution"]
     total = power_of_ten(bound + Fraction(rounding) * (1 + bound))
     return Names(name_of(kernel), name_of(kernel).replace(scientific(kernel.bound.bound), total))
@@ -242,9 +243,9 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
     bounds = dict.fromkeys(f"{v.certificate.bound} in type {v.form.name}" for v in variants)
     same = len({v.certificate.bound for v in variants}) == 1
     bound = variants[0].certificate.bound if same else " and ".join(bounds)
-    errors = [f"proven: |formula - eps| / {'min(eps, 1 - eps)' if both else 'eps'} <= {bound}"]
+    errors = [f"proven: |formula - eps| / {RELATIVE_TO[kernel.bound.measure]} <= {bound}"]
     if both:
-        worst = max(Fraction(v.certificate.bound) for v in variants)
+        worst = max(v.error for v in variants)
         # |d eps| (2 eps + |d eps|) / ((1 - eps) (1 + eps)), |d eps| <= worst min(eps, 1 - eps)
         errors.append(f"proven: |formula - (1 - eps^2)| / (1 - eps^2) <= {at_most(worst * (1 + worst / 2))}")
     for function in FUNCTIONS:
@@ -272,7 +273,7 @@ def _size(number: Number, variant: LacunaryVariant, function: str, kernel: HalfL
     parts = []
     for place, machine in number.machines:
         found: RoundingBound = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, machine)[function]
-        everywhere, common = (at_most(Fraction(s) * (1 + Fraction(variant.certificate.bound)), 2) for s in found)
+        everywhere, common = (at_most(Fraction(s) * (1 + variant.error), 2) for s in found)
         smaller = f" ({common} for 1e-3 <= v* <= 10)" if variant.form == FLOAT and common != everywhere else ""
         parts.append(" ".join(filter(None, (everywhere + smaller, place))))
     return f"{' and '.join(parts)} in type {number.form.name}"

@@ -421,7 +421,7 @@ def _stated_in_powers(variant: LacunaryVariant, kind: str) -> Callable[[Fraction
     """Return what is stated of eps or 1 - eps of a half-line kernel."""
     rounding = Fraction(variant.rounding(kind))
     underflow = max(Fraction(size.underflow) for _, size in variant.sizes) * variant.form.smallest
-    bound = Fraction(variant.certificate.bound)
+    bound = variant.error
     both = variant.certificate.measure == "both"
 
     def stated(_: Fraction, p: Portions) -> Fraction:
@@ -444,7 +444,7 @@ def _of_half_line(kernel: HalfLineKernel) -> Iterator[Function]:
 
 def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Function]:
     form, name = variant.form, kernel.name
-    relative = Fraction(variant.certificate.bound) + Fraction(variant.rounding("v_star"))
+    relative = variant.error + Fraction(variant.rounding("v_star"))
     formula = Fraction(kernel.bound_of_beta)
     of_beta = Fraction(dict(variant.sizes)["beta"].relative) * (1 + formula) + formula
 
@@ -560,7 +560,7 @@ def _stated_elsewhere(slow: HalfLineKernel | None) -> tuple[Fraction, Fraction, 
     variant = slow.variant(DOUBLE)
     of_epsilon, of_loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)
     underflow = max((Fraction(size.underflow) for _, size in variant.sizes), default=Fraction(1))
-    return Fraction(variant.certificate.bound), of_epsilon, of_loss, underflow
+    return variant.error, of_epsilon, of_loss, underflow
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
@@ -608,7 +608,7 @@ def _of_compact(
     """Return the answer of a function of speed and beta that is stated for low <= w <= high."""
     library = table_free.LIBRARY[variant.form.name]
     found = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, library)[kind]
-    bound = Fraction(variant.certificate.bound)
+    bound = variant.error
     rounding = Fraction(found.everywhere) * (1 + bound)
 
     def stated(x: float, y: float, p: Portions) -> Fraction | None:
