@@ -320,6 +320,7 @@ def test_what_may_lie_behind_the_end_is_not_taken_to_be_before_it(r, p, h, k, di
 @pytest.mark.parametrize(
     ("y", "end", "positive"),
     [
+        ([], 1, False),
         ([0, 1], 1, True),
         ([0, 1, -1], 0.99, True),
         ([0, 1, -1], 1, False),

@@ -225,6 +225,12 @@ def test_speeds_that_no_table_holds_have_their_eps_on_arrays(entry: Entry) -> No
     assert np.allclose(entry_epsilon(entry, v_star), [1.0, 1.0, double.epsilon(1e31), 0.0], rtol=1e-3, atol=0)
 
 
+def test_the_eps_of_a_table_on_an_array_has_its_shape() -> None:
+    (entry,) = (e for e in entries() if (e.kind, e.format, e.tier, e.size) == ("speed", "double", "1e-5", "fast"))
+    v_star = np.array([[0.5, 1.0, 1.5], [2.0, 0.1, 1e40]])
+    assert np.array_equal(entry_epsilon(entry, v_star).ravel(), entry_epsilon(entry, v_star.ravel()))
+
+
 def test_entries_are_read_from_lines_that_are_no_comments() -> None:
     text = io.StringIO(FILE.read_text())
     assert sum(not line.startswith("#") for line in text) == len(entries()) + 1

@@ -170,7 +170,7 @@ def _require_motion(f: _Functions, end: arb) -> None:
 
 def falls_less_than_start(coefficients: Sequence[arb]) -> bool:
     """Return whether a polynomial with these or larger coefficients is positive on 0 <= z <= 1, as far as they show."""
-    start, *others = coefficients
+    start, *others = coefficients or [arb(0)]
     fall = arb(0)  # of z times the polynomial of the coefficients so far, at most
     for c in reversed(others):
         fall = arb(0) if fall < c else (fall - c).abs_upper()

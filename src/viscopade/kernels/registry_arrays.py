@@ -67,7 +67,7 @@ def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArra
     row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
     names = [f"c{n}" for n in range(table.degree + 1)]
     given = {"m": m, "base": np.where(row < table.switch, 1.0, 0.0)} | dict(
-        zip(names, _rows(table)[row].T, strict=True)
+        zip(names, np.moveaxis(_rows(table)[row], -1, 0), strict=True)
     )
     return np.where(
         inside, read(formulas.table_row_branch(names), ["restitution"], given, _ARRAYS)["restitution"], beyond
