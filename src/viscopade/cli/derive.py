@@ -155,7 +155,11 @@ def pade_command(
 
 
 @click.command()
-@click.option("--v-star", help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100.")
+@click.option(
+    "--v-star",
+    help="The number v* = beta^(1/2) v^(1/10): 0, inf, or 1e-1000 to 1e100. Of another law it is kappa^(1/d), and with "
+    "--end return kappa.",
+)
 @click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
 @click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)'; with --speed, instead of --v-star.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed.")

@@ -86,10 +86,13 @@ class Request:
         if self.kappa_max is not None and self.v_star_max is not None:
             raise ValueError("kappa_max and v_star_max are both given: accepted is one of them")
         if self.minimax and not self.bounded:
-            raise ValueError("minimax is given without an interval: accepted is minimax with v_star_max (--v-star-max)")
+            raise ValueError(
+                "minimax is given without an interval: accepted is minimax with v_star_max or kappa_max (--v-star-max, "
+                "--kappa-max)"
+            )
         if not (self.minimax or self.accuracy) and (self.bounded or self.v_star_min != "0"):
             raise ValueError(
-                "v_star_min and v_star_max bound a best approximant: accepted is an interval with minimax or accuracy "
+                "an interval bounds a best approximant: accepted is an interval with minimax or accuracy "
                 "(--minimax, --accuracy)"
             )
         asked = self.pade or self.minimax or self.inverse or self.accuracy

@@ -210,7 +210,7 @@ def _exponent(name: str, value: object, least: Fraction) -> Fraction:
         top, bottom = (
             arguments.exact_number(name, part, accepted, lambda x: abs(x) < 10**9) for part in value.split("/")
         )
-        if not bottom:
+        if not (bottom and least <= top / bottom <= LARGEST_EXPONENT):
             raise ValueError(f"{name} is {value!r}: accepted is {accepted}")
         value = top / bottom
     return arguments.exact_number(name, value, accepted, lambda x: least <= x <= LARGEST_EXPONENT)

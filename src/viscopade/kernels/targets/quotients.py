@@ -146,9 +146,9 @@ def _usage(
         for name, given, what in (*calls, *stay)
     ]
     types = ", ".join(
-        f"{number.type}{f' (names that end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
+        f"{number.type}{f' (its names end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
-    notes = [f"For {types}, where the type holds the coefficients. {written.outside}"]
+    notes = [f"For {types}, as far as the error with coefficients of the type is not larger. {written.outside}"]
     if ends:
         notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":
