@@ -65,7 +65,7 @@ def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArra
         w = v_star**10
     inside = (2.0**table.first <= w) & (w < 2.0 ** (table.first + OCTAVES))
     row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
-    names = [f"c{n}" for n in range(table.degree + 1)]
+    names = [f"row{n}" for n in range(table.degree + 1)]
     given = {"m": m, "base": np.where(row < table.switch, 1.0, 0.0)} | dict(
         zip(names, np.moveaxis(_rows(table)[row], -1, 0), strict=True)
     )
