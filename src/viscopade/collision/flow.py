@@ -399,28 +399,16 @@ def taylor(start: int, slope: int, h: Dyadic, k: Dyadic, bits: int, terms: int, 
     return u
 
 
-def powers_needed(wanted: Iterable[int]) -> list[int]:
-    """Return the powers above 1, ascending, by which the wanted ones are found.
+def powers_needed(wanted: Iterable[int]) -> list[tuple[int, int, int]]:
+    """Return by which powers above 1, ascending, the wanted ones are found; each with its two factors.
 
-    An even one is a square, an odd one the first power times the one before it.
+    An even power is a square, an odd one the power before it times the first.
     """
     needed = set(wanted)
     for power in range(max(needed), 1, -1):
         if power in needed:
             needed.add(power - 1 if power % 2 else power // 2)
-    return sorted(needed - {0, 1})
-
-
-def _powers(
-    wanted: Sequence[int], r: list[int]
-) -> tuple[dict[int, list[int]], list[tuple[list[int], list[int] | None]]]:
-    """Return lists for the coefficients of powers of r, and how those above 1 are found, ascending.
-
-    Each comes with the list of the half power if it is a square, or else with None and is r times the power before.
-    """
-    needed = powers_needed(wanted)
-    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power in needed}
-    return of, [(of[power], None if power % 2 else of[power // 2]) for power in needed]
+    return [(n, n - 1, 1) if n % 2 else (n, n // 2, n // 2) for n in sorted(needed - {0, 1})]
 
 
 def _one_by_one(
@@ -428,7 +416,9 @@ def _one_by_one(
 ) -> list[int]:
     """Compare coefficients: (j+1)(j+2) u_{j+2} = sum_i S_i V_{j-i}."""
     u, r, y = [start, slope], [(1 << bits) - start, -slope], [slope]
-    of, steps = _powers(motion.factors, r)
+    needed = powers_needed(motion.factors)
+    of: dict[int, list[int]] = {0: [], 1: r} | {power: [] for power, _, _ in needed}
+    steps = [(of[power], of[left], left == right) for power, left, right in needed]
     s, spring, drag = (of[power] for power in motion.factors)
     one, alone = of[0], motion.d >= 0  # whether the damping has no power of r
     v: list[int] = []
@@ -436,16 +426,14 @@ def _one_by_one(
     for j in range(terms - 2):
         one.append(0 if j else 1 << bits)
         half = (j + 1) // 2
-        below = r
-        for power, root in steps:
-            if root is None:
-                value = sum(map(mul, below, r[j::-1]))
-            else:
-                value = 2 * sum(map(mul, root[:half], root[j : j - half : -1])) if half else 0
+        for power, left, square in steps:
+            if square:
+                value = 2 * sum(map(mul, left[:half], left[j : j - half : -1])) if half else 0
                 if j % 2 == 0:
-                    value += root[half] ** 2
+                    value += left[half] ** 2
+            else:
+                value = sum(map(mul, left, r[j::-1]))
             power.append(value >> bits)
-            below = power
         damping = y[j] if alone else sum(map(mul, drag, reversed(y))) >> bits
         v.append(_shifted(stiffness * spring[j], stiff) + _shifted(damper * damping, damp))
         u.append((sum(map(mul, s, reversed(v))) >> bits) // ((j + 1) * (j + 2)))

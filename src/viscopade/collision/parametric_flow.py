@@ -253,7 +253,7 @@ class _Growth:
         kept = self.degree + 1  # coefficients: `_floor` drops the others
         u, r = [start, slope], [(1 << self.bits) - start, -slope]
         needed = powers_needed(self.motion.factors)
-        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r} | {power: [] for power in needed}
+        powers: dict[int, list[fmpz_poly]] = {0: [], 1: r} | {power: [] for power, _, _ in needed}
         s, spring, drag = (powers[power] for power in self.motion.factors)
         v: list[fmpz_poly] = []
 
@@ -266,9 +266,8 @@ class _Growth:
         y = [slope]
         for j in range(self.terms - 2):
             powers[0].append(fmpz_poly([0 if j else 1 << self.bits]))
-            for power in needed:
-                factors = (r, powers[power - 1]) if power % 2 else (powers[power // 2], powers[power // 2])
-                powers[power].append(self._floor(product(*factors, j), self.bits))
+            for power, left, right in needed:
+                powers[power].append(self._floor(product(powers[left], powers[right], j), self.bits))
             damping = y[j] if self.motion.d >= 0 else self._floor(product(drag, y, j), self.bits)
             v.append(
                 self._floor(elastic.polynomial * spring[j], -elastic.exponent)
@@ -635,8 +634,8 @@ class _Packing(NamedTuple):
     def powers(self, r: FunctionBall, wanted: Sequence[int]) -> dict[int, FunctionBall]:
         """Return powers of r, cut, at least the wanted ones."""
         of = {0: _ball(fmpz_poly([1 << self.bits])), 1: r}
-        for power in powers_needed(wanted):
-            of[power] = self.product(of[power - 1], r) if power % 2 else self.product(of[power // 2], of[power // 2])
+        for power, left, right in powers_needed(wanted):
+            of[power] = self.product(of[left], of[right])
         return of
 
     def error(self, a: FunctionBall, b: FunctionBall) -> int:

@@ -15,7 +15,7 @@ from viscopade.kernels import prove_lacunary
 from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
-from viscopade.kernels.forms.speed_table import OCTAVES, Table
+from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.machine import row_of
 from viscopade.kernels.registry import Entry
 
@@ -63,12 +63,11 @@ def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArra
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
     with np.errstate(over="ignore"):
         w = v_star**10
-    inside = (2.0**table.first <= w) & (w < 2.0 ** (table.first + OCTAVES))
+    low, high = table.ends
+    inside = (low <= w) & (w < high)
     row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
     names = [f"row{n}" for n in range(table.degree + 1)]
-    given = {"m": m, "base": np.where(row < table.switch, 1.0, 0.0)} | dict(
-        zip(names, np.moveaxis(_rows(table)[row], -1, 0), strict=True)
-    )
-    return np.where(
-        inside, read(formulas.table_row_branch(names), ["restitution"], given, _ARRAYS)["restitution"], beyond
-    )
+    coefficients = dict(zip(names, np.moveaxis(_rows(table)[row], -1, 0), strict=True))
+    given = {**coefficients, "m": m, "base": np.where(row < table.switch, 1.0, 0.0)}
+    found = read(formulas.table_row_branch(names), ["restitution"], given, _ARRAYS)
+    return np.where(inside, found["restitution"], beyond)

@@ -222,10 +222,8 @@ def turning_point_series(order: int, digits: int) -> tuple[list[arb], list[arb]]
     bits = bits_for(digits) + GUARD_BITS + 8 * order
     algebra = Wiener(bits, int(bits / _ELASTIC_GROWTH))
     f_0, half_inverse = algebra.root_and_half_inverse([Fraction(c) for c in (5, -10, 10, -5, 1)])  # 1 - r^5 = y f_0^2
-    f, inverse = (
-        Orders([f_0]),
-        [algebra.element([2 * c for c in half_inverse.polynomial.coeffs()], 2 * half_inverse.error)],
-    )
+    f = Orders([f_0])
+    inverse = [algebra.element([2 * c for c in half_inverse.polynomial.coeffs()], 2 * half_inverse.error)]
     for n in range(1, order + 1):
         work = _integrated(algebra, f[n - 1], fmpz_poly([5, -10, 5]), n + 2)
         products, error = f.convolution()

@@ -128,6 +128,11 @@ class Layout:
         low = 1 + Fraction(place, 1 << self.split)
         return self.first + octave, low, low + Fraction(1, 1 << self.split)
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The w between which the table holds eps, the second one excluded."""
+        return 2.0**self.first, 2.0 ** (self.first + OCTAVES)
+
     def centre(self, index: int) -> Fraction:
         """Return the middle of a row, in m."""
         _, low, high = self.interval(index)

@@ -148,7 +148,9 @@ def _usage(
     types = ", ".join(
         f"{number.type}{f' (its names end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
     )
-    notes = [f"For {types}, as far as the error with coefficients of the type is not larger. {written.outside}"]
+    notes = [
+        f"For {types}; a type is left out where its coefficients would make the error too large. {written.outside}"
+    ]
     if ends:
         notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":

@@ -35,7 +35,7 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
-from viscopade.kernels.forms.speed_table import OCTAVES, Table, of_w
+from viscopade.kernels.forms.speed_table import Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.machine import TYPES, computed, row_of
 from viscopade.kernels.names import FULL
@@ -512,7 +512,7 @@ _OF_SPEED = ("restitution", "rebound", "dissipation")
 
 def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
     table = kernel.table
-    low, high = 2.0**table.first, 2.0 ** (table.first + OCTAVES)
+    low, high = table.ends
     rows = (1, table.switch - 1, table.switch, table.size // 2, table.size - 1)
     borders = [float(table.interval(i)[1]) * 2.0 ** table.interval(i)[0] for i in rows]
     inside = [float(table.centre(i)) * 2.0 ** table.interval(i)[0] for i in rows]
@@ -528,7 +528,8 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
 def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float, p: Portions) -> Fraction:
     """Return what a header says of a result, in its table or elsewhere."""
     table, unit = kernel.table, Fraction(1, 1 << DOUBLE.precision)
-    within = Fraction(2) ** table.first <= _w(speed, beta) < Fraction(2) ** (table.first + OCTAVES)
+    low, high = table.ends
+    within = low <= _w(speed, beta) < high
     converted = form == FLOAT and not (within and FLOAT in kernel.formats)
     inner = DOUBLE if converted else form
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
@@ -572,7 +573,8 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     b2 = y * y
     scale = b2 * b2 * y
     w = scale * x
-    if not (scale >= number(2.0 ** (1 - inner.largest)) and 2.0**table.first <= w < 2.0 ** (table.first + OCTAVES)):
+    low, high = table.ends
+    if not (scale >= number(2.0 ** (1 - inner.largest)) and low <= w < high):
         return None
     index, m = row_of(w, table.first, table.split)
     row, base = table.rows[index], table.base(index)
