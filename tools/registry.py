@@ -51,7 +51,7 @@ def computed() -> Iterator[Entry]:
     for accuracy in HALF_LINE:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
     for form in (DOUBLE, FLOAT):
-        branch = last_place.panel_branch(form)
+        branch = last_place.sums(form)
         operations = _ROW + _simple(branch.program, *branch.results.values())
         taken = table_bytes(form)
         yield _everywhere(
@@ -106,11 +106,8 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     table = given.table
     # In v*, rounded inwards: w itself is rounded.
     low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
-    row = formulas.full_row_branch if isinstance(table, LastPlaceTable) else formulas.table_row_branch
-    branch = row([f"c{n}" for n in range(len(table.rows[0]))])
-    operations = (
-        _ROW + _simple(table_free.w_program(), Name("w")) + _simple(branch.program, branch.results["restitution"])
-    )
+    sums = table.sums(table.names)
+    operations = _ROW + _simple(formulas.w_program(), Name("w")) + _simple(sums.program, sums.results["restitution"])
     for form in (DOUBLE, FLOAT):
         own = form if form in given.formats else DOUBLE
         if isinstance(table, LastPlaceTable):
@@ -151,7 +148,7 @@ def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
     near, _ = given.branches
     operations = _simple(near.program, near.results["epsilon"])
     compact = table_free.table_free_program(given.powers)
-    of_speed = _simple((*table_free.w_program(), *compact.common), compact.results["restitution"])
+    of_speed = _simple((*formulas.w_program(), *compact.common), compact.results["restitution"])
     for variant in given.variants:
         error = variant.total(given.checked)
         yield _everywhere(

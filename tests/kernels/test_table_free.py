@@ -22,7 +22,7 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
-from viscopade.kernels.forms import table_free
+from viscopade.kernels.forms import formulas, table_free
 from viscopade.kernels.forms.table_free import DEVICE, FUNCTIONS, LARGEST, LIBRARY, SHADER
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
@@ -76,7 +76,7 @@ def test_the_program_is_the_formula():
 
 def test_w():
     given = {"beta": Fraction(3), "speed": Fraction(5, 2)}
-    values = expressions.Run(table_free.w_program(), given, expressions.Arithmetic(Fraction))
+    values = expressions.Run(formulas.w_program(), given, expressions.Arithmetic(Fraction))
     assert values["w"] == 3**5 * Fraction(5, 2)
 
 

@@ -2,38 +2,44 @@
 
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
 results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
-(`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers, fractions; `targets.syntax`
-writes it in a language, and `operations` counts. Nothing here needs FLINT.
+(`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
+`targets.syntax` writes it in a language, and `operations` counts. Nothing here needs FLINT.
+
+Besides numbers there are words, which are the bits of numbers, and conditions. Words are added, shifted and masked as
+code does, modulo 2^32 or 2^64.
 """
 
 from __future__ import annotations
 
+import operator as op
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count as numbers
 from itertools import pairwise
-from operator import add, mul, sub, truediv
 from typing import Any, NamedTuple
 
 # --- expressions ------------------------------------------------------------------------------------------------------
 
 
+def _operator(symbol: str) -> Callable[[Expression, Expression], Operation]:
+    return lambda left, right: Operation(symbol, left, right)
+
+
 class Expression:
     """An expression, the right-hand side of an assignment."""
 
-    def __add__(self, other: Expression) -> Operation:
-        return Operation("+", self, other)
+    __add__, __sub__, __mul__, __truediv__ = map(_operator, "+-*/")  # of numbers, or of words
+    __floordiv__, __lshift__, __rshift__ = map(_operator, ("//", "<<", ">>"))  # of words
+    __and__, __or__, __xor__ = map(_operator, "&|^")
+    __lt__, __le__, __gt__, __ge__ = map(_operator, ("<", "<=", ">", ">="))  # conditions
 
-    def __sub__(self, other: Expression) -> Operation:
-        return Operation("-", self, other)
+    def __neg__(self) -> Negation:
+        return Negation("-", self)
 
-    def __mul__(self, other: Expression) -> Operation:
-        return Operation("*", self, other)
-
-    def __truediv__(self, other: Expression) -> Operation:
-        return Operation("/", self, other)
+    def __invert__(self) -> Negation:
+        return Negation("~", self)
 
 
 @dataclass(frozen=True)
@@ -51,12 +57,45 @@ class Literal(Expression):
 
 
 @dataclass(frozen=True)
+class Word(Expression):
+    """A constant word; a `pattern` of bits is written in hexadecimal digits, a count in decimal ones."""
+
+    value: int
+    pattern: bool = True
+
+
+@dataclass(frozen=True)
 class Operation(Expression):
-    """One operation, which rounds once."""
+    """One operation; those of numbers round once."""
 
     symbol: str
     left: Expression
     right: Expression
+
+
+@dataclass(frozen=True)
+class Negation(Expression):
+    """A number with the other sign, or a word with all bits changed; exact."""
+
+    symbol: str
+    operand: Expression
+
+
+@dataclass(frozen=True)
+class Choice(Expression):
+    """One of two expressions, by a condition."""
+
+    condition: Expression
+    met: Expression
+    otherwise: Expression
+
+
+@dataclass(frozen=True)
+class Row(Expression):
+    """A row of a table."""
+
+    table: str
+    index: Expression
 
 
 @dataclass(frozen=True)
@@ -105,26 +144,19 @@ Terms = tuple[tuple[int, str], ...]
 """A polynomial: exponents, ascending, and names of coefficients."""
 
 
-class Guard(NamedTuple):
-    """A condition, left <= right."""
-
-    left: Expression
-    right: Expression
-
-
 class CodeBranch(NamedTuple):
     """A part of a formula: a program for the arguments that its guard lets pass, and the expressions of its results.
 
     Attributes
     ----------
-    guard : Guard or None
-        None: for all arguments that earlier branches leave.
+    guard : Expression or None
+        A condition. None: for all arguments that earlier branches leave.
     program : Program
     results : dict
         Expressions by name.
     """
 
-    guard: Guard | None
+    guard: Expression | None
     program: Program
     results: Mapping[str, Expression]
 
@@ -155,6 +187,10 @@ class Arithmetic(NamedTuple):
         From coefficients by ascending exponents, and the variable, to the polynomial's value; None: as it is summed.
     operations, exactly : mapping
         By symbol, operations other than Python's; those that do not round.
+    word : callable
+        From a whole number to a word.
+    choose : callable or None
+        From a condition and two values to the one that it chooses; None: only the chosen one is computed.
     """
 
     literal: Callable[[str], Any]
@@ -162,6 +198,8 @@ class Arithmetic(NamedTuple):
     polynomial: Callable[[Sequence[tuple[int, Any]], Any], Any] | None = None
     operations: Mapping[str, Callable[[Any, Any], Any]] = {}
     exactly: Mapping[str, Callable[[Any, Any], Any]] = {}
+    word: Callable[[int], Any] = int
+    choose: Callable[[Any, Any, Any], Any] | None = None
 
 
 class Run(dict[str, Any]):
@@ -176,7 +214,31 @@ class Run(dict[str, Any]):
         return value
 
 
-_OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {"+": add, "-": sub, "*": mul, "/": truediv}
+AND = "and"
+_OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "+": op.add,
+    "-": op.sub,
+    "*": op.mul,
+    "/": op.truediv,
+    "//": op.floordiv,
+    "&": op.and_,
+    "|": op.or_,
+    "^": op.xor,
+    "<<": op.lshift,
+    ">>": op.rshift,
+    "<": op.lt,
+    "<=": op.le,
+    ">": op.gt,
+    ">=": op.ge,
+    "==": op.eq,
+    "!=": op.ne,
+    AND: op.and_,
+}
+_NEGATIONS: Mapping[str, Callable[[Any], Any]] = {"-": op.neg, "~": op.invert}
+
+
+equal, unequal, both = map(_operator, ("==", "!=", AND))
+"""Conditions: two words, or two conditions, are equal or differ; both of two conditions hold."""
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
@@ -192,6 +254,17 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arit
             if arithmetic.polynomial is None:
                 return evaluate(summed, values, arithmetic)
             return arithmetic.polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
+        case Word(value):
+            return arithmetic.word(value)
+        case Negation(symbol, operand):
+            return _NEGATIONS[symbol](evaluate(operand, values, arithmetic))
+        case Choice(condition, met, otherwise):
+            holds = evaluate(condition, values, arithmetic)
+            if arithmetic.choose is None:
+                return evaluate(met if holds else otherwise, values, arithmetic)
+            return arithmetic.choose(holds, *(evaluate(part, values, arithmetic) for part in (met, otherwise)))
+        case Row(table, index):
+            return values[table][evaluate(index, values, arithmetic)]
         case Exact(Operation(symbol, left, right)):
             operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
         case Operation(symbol, left, right):
@@ -209,24 +282,23 @@ def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], ari
 
 def operations(program: Program, *results: Expression) -> Counter[str]:
     """Return how often each operation and function occurs in what the results need, by symbol or name."""
-    assigned, found = {s.name: s.expression for s in program}, Counter[str]()
+    assigned = {s.name: s.expression for s in program}
 
-    def count(expression: Expression) -> None:
+    def count(expression: Expression) -> Counter[str]:
         match bare(expression):
             case Name(name) if name in assigned:
-                count(assigned.pop(name))
+                return count(assigned.pop(name))
             case Operation(symbol, left, right):
-                found[symbol] += 1
-                count(left)
-                count(right)
+                return Counter({symbol: 1}) + count(left) + count(right)
+            case Negation(_, operand):
+                return count(operand)
+            case Choice(condition, met, otherwise):
+                return count(condition) + max(count(met), count(otherwise), key=Counter.total)
             case Call(function, arguments):
-                found[function] += 1
-                for part in arguments:
-                    count(part)
+                return sum(map(count, arguments), Counter({function: 1}))
+        return Counter()
 
-    for result in results:
-        count(result)
-    return found
+    return sum(map(count, results), Counter())
 
 
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------

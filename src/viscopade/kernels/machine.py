@@ -2,35 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate, read
 
-TYPES: Mapping[str, Any] = {DOUBLE.name: float, FLOAT.name: np.float32}
-"""Python's or NumPy's type of numbers by the name of a format."""
-_ARITHMETIC = {name: Arithmetic(kind) for name, kind in TYPES.items()}
+TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
+"""NumPy's type of numbers by the name of a format."""
+_WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
+
+
+@cache
+def arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
+    """Return how arrays of numbers of a format are computed with, and words as long as numbers of that or another."""
+    functions: dict[str, Any] = {"cbrt": np.cbrt, "sqrt": np.sqrt, "double": np.float64, "index": np.asarray}
+    for name, word in _WORDS.items():
+        size = 8 * FORMATS[name].bytes
+        functions |= {
+            f"uint{size}": word,
+            f"bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, kind).view(word),
+            f"from_bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, word).view(kind),
+        }
+    word = _WORDS[(words or form).name]
+    return Arithmetic(TYPES[form.name], functions, word=word, choose=np.where)
 
 
 def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
-    return read(branch, [result], given, _ARITHMETIC[form.name])[result]
+    return read(branch, [result], given, arithmetic(form))[result]
 
 
-def row_of(x: Any, first: int, split: int) -> tuple[Any, Any]:
-    """Return the row of x = 2^e m, 1 <= m < 2, in a table with 2^split rows to an octave, the first at 2^first; and m.
-
-    x is a positive number of any type, or an array.
-    """
-    fraction, exponent = np.frexp(x)
-    m = 2 * fraction
-    part = ((m - 1) * (1 << split)).astype(np.int64)
-    return ((exponent.astype(np.int64) - 1 - first) << split) + part, m
+def computed_on_row(
+    branch: CodeBranch, result: str, names: Sequence[str], given: Mapping[str, Any], by: Arithmetic
+) -> Any:
+    """Return a result of a branch that assigns a row of a table to "row", given the names of the row's numbers."""
+    run = Run(branch.program, given, by)
+    run.update(zip(names, np.moveaxis(run["row"], -1, 0), strict=True))
+    return evaluate(branch.results[result], run, by)
 
 
-def cleared(x: float, bits: int) -> float:
-    """Return a double with the last bits of its significand set to 0."""
-    return float((np.float64(x).view(np.int64) >> bits << bits).view(np.float64))
+@lru_cache(maxsize=32)
+def rows_of(table: Any, form: Format) -> Any:
+    """Return the rows of a table, which has the attribute `rows`, as an array of numbers of a format."""
+    return np.array(table.rows, TYPES[form.name])

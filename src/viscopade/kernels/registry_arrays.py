@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -12,14 +11,12 @@ from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import prove_lacunary
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.kernels.expressions import CodeBranch, Run, evaluate, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
-from viscopade.kernels.forms.speed_table import Table
-from viscopade.kernels.machine import row_of
+from viscopade.kernels.forms.speed_table import TABLE, Table
+from viscopade.kernels.machine import arithmetic, computed_on_row, rows_of
 from viscopade.kernels.registry import Entry
-
-_ARRAYS = Arithmetic(float, {"cbrt": np.cbrt})
 
 
 def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
@@ -47,27 +44,20 @@ def half_line_values(
     constants = formulas.constants(powers, a, b)
 
     def values(branch: CodeBranch, v_star: FloatArray) -> Iterable[FloatArray]:
-        return read(branch, ("epsilon", "one_minus_epsilon"), {"v_star": v_star, **constants}, _ARRAYS).values()
+        return read(
+            branch, ("epsilon", "one_minus_epsilon"), {"v_star": v_star, **constants}, arithmetic(DOUBLE)
+        ).values()
 
     pairs = zip(values(near, np.minimum(v_star, 1)), values(far, np.maximum(v_star, 1)), strict=True)
     epsilon, loss = (np.where(v_star <= 1, small, large) for small, large in pairs)
     return epsilon, loss
 
 
-@lru_cache(maxsize=len(TABLES))
-def _rows(table: Table) -> FloatArray:
-    return np.array(table.rows)
-
-
 def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
+    by, branch = arithmetic(DOUBLE), table.branch(DOUBLE)
     with np.errstate(over="ignore"):
-        w = v_star**10
-    low, high = table.ends
-    inside = (low <= w) & (w < high)
-    row, m = row_of(np.where(inside, w, 1.0), table.first, table.split)
-    names = [f"row{n}" for n in range(table.degree + 1)]
-    coefficients = dict(zip(names, np.moveaxis(_rows(table)[row], -1, 0), strict=True))
-    given = {**coefficients, "m": m, "base": np.where(row < table.switch, 1.0, 0.0)}
-    found = read(formulas.table_row_branch(names), ["restitution"], given, _ARRAYS)
-    return np.where(inside, found["restitution"], beyond)
+        given = {"w": v_star**10, TABLE: rows_of(table, DOUBLE)}
+        inside = evaluate(table.within(DOUBLE), Run(branch.program, given, by), by)
+        given["w"] = np.where(inside, given["w"], 1.0)
+        return np.where(inside, computed_on_row(branch, "restitution", table.names, given, by), beyond)

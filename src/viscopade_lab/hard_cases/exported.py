@@ -34,7 +34,7 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.forms import exact_formulas, formulas, last_place, rounding_bounds, speed_kernel, table_free
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.forms.rounding_bounds import ULPS, Size
-from viscopade.kernels.forms.speed_table import Table
+from viscopade.kernels.forms.speed_table import REST, Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
@@ -444,7 +444,7 @@ def compact_parts(accuracy: str, form: Format) -> tuple[Program, Mapping[str, Ex
     """Return the program of a compact kernel from speed and beta, its results, and the constants."""
     powers, a, b = half_line_numbers(accuracy, form)
     kernel = table_free.table_free_program(powers)
-    program = (*table_free.w_program(), *kernel.common, kernel.inverse)
+    program = (*formulas.w_program(), *kernel.common, kernel.inverse)
     return program, kernel.results, table_free.numbers(powers, a, b, form)
 
 
@@ -474,8 +474,8 @@ def _of_row(tier: str, table: Table, form: Format, index: int) -> Iterator[Expor
     bound = table.bounds(index)
     # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
     size, unit = dict(bound.rounding)[form.name] * (1 + bound.error), Fraction(1, 2**form.precision)
-    numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {"base": float(base), "rest": float(1 - base)}
-    row = formulas.table_row_branch([f"c{n}" for n in range(table.degree + 1)])
+    numbers = {f"c{n}": c for n, c in enumerate(table.rows[index])} | {"base": float(base), REST: float(1 - base)}
+    row = table.sums(table.names)
     ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
     for name, relative in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
         label, result = f"{name}, row {index}", row.results[name]
@@ -519,7 +519,7 @@ class FullFunction:
         """Return what the code returns without fused multiplications; there is no root to be moved by steps."""
         if self.power > 1:
             return native_restitution(x, np.ones_like(x))
-        return np.array([last_place.evaluated_in(self.form, self.name, v) for v in x.tolist()], x.dtype)
+        return np.asarray(last_place.evaluated_in(self.form, self.name, x))
 
     def exact(self, x: float) -> arb:
         """Enclose the true function by the polynomials of `panel_proof`; to be called within `balls.working`."""

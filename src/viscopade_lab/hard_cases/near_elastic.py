@@ -146,7 +146,7 @@ def _of_speed(tier: str, form: Format) -> tuple[Fraction, Fraction]:
 
 
 def _full(form: Format, name: str) -> Loss:
-    return lambda v_star: last_place.evaluated_in(form, name, v_star)
+    return lambda v_star: float(last_place.evaluated_in(form, name, v_star))
 
 
 def half_line(accuracy: str, form: Format, name: str = "one_minus_epsilon") -> Loss:
@@ -192,10 +192,9 @@ def _speed(tier: str, form: Format) -> Loss:
 
 def naive(form: Format) -> dict[str, Callable[[Array], Array]]:
     """Return functions that give eps, of arrays, whose difference from 1 is the naive 1 - eps."""
-    kind = type_of(form)
 
     def accurate(v_star: Array) -> Array:
-        return np.array([last_place.evaluated_in(form, "epsilon", v) for v in v_star.tolist()], kind)
+        return np.asarray(last_place.evaluated_in(form, "epsilon", v_star))
 
     a, b = minimax_coefficients(3, 7, form)
     best = exported.of_quotient("best [3/7]", "epsilon", form, a, b, Fraction(5), Fraction(0))

@@ -243,11 +243,11 @@ def _full() -> int:
     wrong = 0
     for form in FORMATS.values():
         for name in last_place.FUNCTIONS:
-            found = [last_place.evaluated_in(form, name, x) for x in all_sizes(form, 0).tolist()]
-            wrong += sum(not 0 <= value <= 1 for value in found)
-            wrong += sum(not math.isnan(last_place.evaluated_in(form, name, x)) for x in REFUSED)
-            ends = [last_place.evaluated_in(form, name, x) for x in (0.0, -0.0, math.inf)]
-            wrong += ends != ([1.0, 1.0, 0.0] if name == "epsilon" else [0.0, 0.0, 1.0])
+            found, refused, ends = (
+                last_place.evaluated_in(form, name, x) for x in (all_sizes(form, 0), REFUSED, (0.0, -0.0, math.inf))
+            )
+            wrong += int(np.sum(~((found >= 0) & (found <= 1))) + np.sum(~np.isnan(refused)))
+            wrong += ends.tolist() != ([1.0, 1.0, 0.0] if name == "epsilon" else [0.0, 0.0, 1.0])
     return wrong
 
 
@@ -336,7 +336,7 @@ def _special(chosen: Sequence[FormulaPair]) -> ResultTable:
         found = kernel.exported(np.array(_ARGUMENTS))
         rows.append((kernel.name, *(f"{value:.3g}" for value in found.tolist())))
     for name in last_place.FUNCTIONS:
-        values = (last_place.evaluated_in(DOUBLE, name, x) for x in _ARGUMENTS)
+        values = last_place.evaluated_in(DOUBLE, name, _ARGUMENTS)
         rows.append((f"full, {name}", *(f"{value:.3g}" for value in values)))
     return ResultTable(
         "Results for special arguments, in type double", ("formula", *(f"v* = {x:g}" for x in _ARGUMENTS)), tuple(rows)

@@ -13,7 +13,8 @@ so that no power overflows. Inverse kernels, with y = ((1 - eps)/eps)^root, u = 
 
     v* = y^k N(y)/D(y)    and for eps < 1/2, where y has no end:    v* = N^(u)/(u^j D^(u)),    j = k + deg N - deg D.
 
-Rows of tables are polynomials in t or in m that are summed in pairs; those of full accuracy have a leading part apart,
+Rows of tables are chosen by the bits of a number, x = 2^e m with 1 <= m < 2: by e and the leading bits of m. They are
+polynomials in t or in m that are summed in pairs; those of full accuracy have a leading part apart,
 whose sums are exact.
 
 Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^d, "ratio"
@@ -30,10 +31,10 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.kernels.expressions import (
     Call,
+    Choice,
     CodeBranch,
     Exact,
     Expression,
-    Guard,
     Literal,
     Name,
     Program,
@@ -41,10 +42,12 @@ from viscopade.kernels.expressions import (
     Terms,
     by_horner,
     by_powers,
+    equal,
     gaps,
     in_pairs,
     power,
     powers,
+    unequal,
 )
 
 Number = TypeVar("Number")
@@ -155,7 +158,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     loss_ratio = by_powers("y", named("a", form.top)) / (elastic + lost)
     limit = by_powers("u", bottom) / (elastic + lost)
     return (
-        CodeBranch(Guard(v_star, Literal("1.0")), near, results | {"loss_ratio": loss_ratio}),
+        CodeBranch(v_star <= Literal("1.0"), near, results | {"loss_ratio": loss_ratio}),
         CodeBranch(None, far, results | {"limit": limit}),
     )
 
@@ -168,7 +171,7 @@ def inverse_branches(form: Powers, of: InverseForm) -> tuple[CodeBranch, ...]:
     epsilon, loss = Name("epsilon"), Name("loss")
     shift, ratio = of.shift, Name("top") / Name("bottom")
     near = CodeBranch(
-        Guard(loss, epsilon) if of.whole else None,
+        loss <= epsilon if of.whole else None,
         (Statement("y", _root(of.root, loss / epsilon)), *_sums(form, "y", shift)),
         {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
     )
@@ -212,17 +215,28 @@ def _root(root: Fraction, argument: Expression) -> Expression:
 # --- rows of tables ---------------------------------------------------------------------------------------------------
 
 
-def table_row_branch(names: Sequence[str], rest: str = "rest") -> CodeBranch:
+def fifth_power(square: str) -> Expression:
+    """Return beta^5 from beta and its square, of this name."""
+    return Name(square) * Name(square) * Name("beta")
+
+
+def w_program() -> Program:
+    """Return the assignments of w = beta^5 speed; beta^5 comes first, so that a compiler can move it out of loops."""
+    beta = Name("beta")
+    return Statement("square", beta * beta), Statement("w", fifth_power("square") * Name("speed"))
+
+
+def table_row_branch(names: Sequence[str], rest: str) -> CodeBranch:
     """Return what a speed table computes from m and a row's coefficients: p = eps - base, and its results.
 
     `rest` is the name of 1 - base.
     """
     m, p, base = Name("m"), Name("p"), Name("base")
     program = (Statement("mm", m * m), Statement("p", in_pairs("m", "mm", names)))
-    return CodeBranch(None, program, {"restitution": base + p, "dissipation": _dissipation(rest)})
+    return _from_speed(program, base + p, rest)
 
 
-def full_row_branch(names: Sequence[str], rest_of_base: str = "rest_of_base") -> CodeBranch:
+def full_row_branch(names: Sequence[str], rest_of_base: str) -> CodeBranch:
     """Return what the speed table of full accuracy computes from t and a row high, low, a_1, ….
 
     p is high + rest; eps is base + high + rest, of which the first sum is taken with its error. `rest_of_base` is the
@@ -231,37 +245,42 @@ def full_row_branch(names: Sequence[str], rest_of_base: str = "rest_of_base") ->
     t, base, high, rest = Name("t"), Name("base"), Name("high"), Name("rest")
     program = (
         Statement("tt", t * t),
+        Statement("high", Name(names[0])),
         Statement("rest", Name(names[1]) + t * in_pairs("t", "tt", names[2:])),
         *_sum_with_error(base, high),
         Statement("p", high + rest),
     )
-    results = {"restitution": Name("head") + (Name("lost") + rest), "dissipation": _dissipation(rest_of_base)}
-    return CodeBranch(None, program, results)
+    return _from_speed(program, Name("head") + (Name("lost") + rest), rest_of_base)
 
 
-def _dissipation(rest: str) -> Expression:
-    """Return 1 - eps^2 = (1 - base) - p (2 base + p), which loses no digits."""
+def _from_speed(program: Program, eps: Expression, rest: str) -> CodeBranch:
+    """Return the results of a speed table; 1 - eps^2 = (1 - base) - p (2 base + p) loses no digits."""
     p, base = Name("p"), Name("base")
-    return Name(rest) - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
+    dissipation = Name(rest) - p * (Exact(Literal("2.0") * base, "base is 0 or 1") + p)
+    results = {"restitution": Name("eps"), "rebound": Name("eps") * Name("speed"), "dissipation": dissipation}
+    return CodeBranch(None, (*program, Statement("eps", eps)), results)
 
 
 def full_panel_branch(names: Sequence[str]) -> CodeBranch:
     """Return what a kernel of full accuracy, type double, computes on a panel; names are those of `DoubleRow.numbers`.
 
-    t = t1 + t2 is the distance from the centre; base, sum and rest have the sign of the function that is wanted.
+    t = t1 + t2 is the distance from the centre. `elastic` is true where 1 - eps is on the panel's row, `loss` where it
+    is wanted.
     """
     _, a0_high, a1_high, a0_low, a1_low = map(Name, names[:5])
     t, t1, t2 = map(Name, ("t", "t1", "t2"))
-    head, lost, rest = map(Name, ("head", "lost", "rest"))
+    head, lost, rest, exact, loss = map(Name, ("head", "lost", "rest", "exact", "loss"))
     reason = "multiples of one unit, and below 2^53 of it"
     program = (
         Statement("tt", t * t),
         Statement("q", in_pairs("t", "tt", names[5:])),
         Statement("rest", (a0_low + a1_high * t2) + t * (a1_low + t * Name("q"))),
         Statement("exact", Exact(a0_high + Exact(a1_high * t1, reason), reason)),
+        Statement("sum", Choice(loss, -exact, exact)),
+        Statement("base", Choice(unequal(Name("elastic"), loss), Literal("1.0"), Literal("0.0"))),
         *_sum_with_error(Name("base"), Name("sum")),
     )
-    return CodeBranch(None, program, {"result": head + (lost + rest)})
+    return CodeBranch(None, program, {"result": head + Choice(loss, lost - rest, lost + rest)})
 
 
 def _sum_with_error(base: Expression, part: Expression) -> Program:
@@ -274,10 +293,15 @@ def _sum_with_error(base: Expression, part: Expression) -> Program:
 
 
 def full_panel_float_branch(names: Sequence[str]) -> CodeBranch:
-    """Return what a kernel of full accuracy, type float, computes in type double on a panel."""
-    t = Name("t")
-    program = (Statement("tt", t * t), Statement("q", in_pairs("t", "tt", names[1:])))
-    return CodeBranch(None, program, {"p": Name(names[0]) + t * Name("q")})
+    """Return what a kernel of full accuracy, type float, computes in type double on a panel, likewise."""
+    t, p = Name("t"), Name("p")
+    program = (
+        Statement("tt", t * t),
+        Statement("q", in_pairs("t", "tt", names[1:])),
+        Statement("p", Name(names[0]) + t * Name("q")),
+    )
+    other = Literal("1.0") - p
+    return CodeBranch(None, program, {"result": Choice(equal(Name("elastic"), Name("loss")), p, other)})
 
 
 def full_near_branch(names: Sequence[str]) -> CodeBranch:

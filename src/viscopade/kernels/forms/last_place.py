@@ -11,7 +11,7 @@ after T_n. With t the distance from the panel's centre, which is exact:
 Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), in type double with a product c v*^2 in two parts. From 2^FOLD on, v* is
 divided by a power of 8 (`double`). The bounds hold with and without FMA contraction.
 
-`evaluated_in` returns in Python, bit by bit, the result of the C code without FMA contraction. `ulp_bounds` are, over
+`evaluated_in` returns in Python, bit by bit, the results of the C code without FMA contraction. `ulp_bounds` are, over
 every panel, of the error of the table it is made from, the exact difference of the polynomials, and all rounding
 errors of that sequence of operations, in ball arithmetic.
 """
@@ -23,8 +23,9 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
@@ -34,9 +35,22 @@ from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PAN
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.kernels.expressions import (
+    Call,
+    Choice,
+    CodeBranch,
+    Literal,
+    Name,
+    Program,
+    Row,
+    Run,
+    Statement,
+    Word,
+    evaluate,
+)
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.machine import TYPES, cleared, computed, row_of
+from viscopade.kernels.forms.bits import at_most, bits, count, cut_to, folded, from_bits, mask, power_of_two
+from viscopade.kernels.machine import TYPES, arithmetic, computed, computed_on_row
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -204,7 +218,7 @@ def float_rows() -> tuple[tuple[float, ...], ...]:
 
 
 @cache
-def near(form: Format) -> dict[str, float]:
+def near_constants(form: Format) -> dict[str, float]:
     """Return the constants of `near_branch`: 1 - eps = v*^2 (c + v*^2 (a0 + a1 v* + …)), c = c_high + c_low."""
     ratio, degree = _ratio(), NEAR_DEGREES[form]
     c = to_fraction(ratio[0])
@@ -221,67 +235,114 @@ def near(form: Format) -> dict[str, float]:
 
 DOUBLE_NAMES = tuple(f"a[{n}]" for n in range(DEGREES[DOUBLE] + 4))
 FLOAT_NAMES = tuple(f"a[{n}]" for n in range(DEGREES[FLOAT] + 1))
+TABLE = {DOUBLE: "viscopade_full_table", FLOAT: "viscopade_full_tablef"}
+_ONE = Literal("1.0")
 
 
-def panel_branch(form: Format) -> CodeBranch:
-    """Return what the code of a type computes on a panel."""
+def largest_bits(form: Format, function: str) -> Word:
+    """Return the bits that larger ones are replaced by: there the function rounds to its limit."""
+    return power_of_two(form, FOLD if function == "one_minus_epsilon" else LARGEST[form])
+
+
+def near_bits(form: Format) -> Word:
+    """Return the bits of `NEAR`."""
+    return power_of_two(form, FIRST)
+
+
+def fold_program(form: Format) -> Program:
+    """Return the assignments from the bits of v* to those of s, and to eps(v*)/eps(s)."""
+    return folded(form, FOLD, PERIOD)
+
+
+def sums(form: Format) -> CodeBranch:
+    """Return what the code of a type computes from the numbers of a panel's row."""
     if form == DOUBLE:
         return formulas.full_panel_branch(DOUBLE_NAMES)
     return formulas.full_panel_float_branch(FLOAT_NAMES)
 
 
+def panel_branch(form: Format) -> CodeBranch:
+    """Return what the code of a type computes from `bits`, below those of 2^(FOLD + PERIOD), and a panel's row.
+
+    The result is 1 - eps if `loss` is true, else eps; for type float not yet rounded to it.
+    """
+    word, lead, index = map(Name, ("bits", "lead", "index"))
+    shift = count(form.precision - 1 - SPLIT)
+    first = (form.largest + FIRST) << SPLIT  # the leading bits of NEAR
+    x = from_bits(form, word)
+    if form == DOUBLE:
+        start, centre = count(first - 1), Name("a[0]")
+        row: Program = (
+            Statement("index", Choice(lead > start, Call("index", (lead - start,)), count(0))),
+            Statement("row", Row(TABLE[form], index)),
+            Statement("x", x),
+            Statement("x1", from_bits(DOUBLE, word & ~mask(CLEARED))),
+            Statement("t", Name("x") - centre),
+            Statement("t1", Name("x1") - centre),
+            Statement("t2", Name("x") - Name("x1")),
+            Statement("elastic", index <= count(switch())),
+        )
+    else:
+        half = Word(1 << (form.precision - SPLIT - 2))
+        row = (
+            Statement("index", lead - count(first)),
+            Statement("row", Row(TABLE[form], index)),
+            Statement("centre", from_bits(form, (lead << shift) | half)),
+            Statement("t", Call("double", (x - Name("centre"),))),
+            Statement("elastic", index < count(switch())),
+        )
+    found = sums(form)
+    return found._replace(program=(Statement("lead", word >> shift), *row, *found.program))
+
+
 def near_branch(form: Format) -> CodeBranch:
     """Return what the code of a type computes of 1 - eps below `NEAR`."""
     names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
-    return formulas.full_near_branch(names) if form == DOUBLE else formulas.full_near_float_branch(names)
+    if form != DOUBLE:
+        return formulas.full_near_float_branch(names)
+    tiny, lift, lower = Name("tiny"), 2.0**LIFT, 2.0 ** (-2 * LIFT)
+    found = formulas.full_near_branch(names)
+    start = (
+        Statement("tiny", Name("v_star") < Literal(repr(2.0**TINY))),
+        Statement("w", Name("v_star") * Choice(tiny, Literal(repr(lift)), _ONE)),
+        Statement("high", cut_to(Name("w"), DOUBLE.precision - CENTRE_BITS)),
+    )
+    result = found.results["result"] * Choice(tiny, Literal(repr(lower)), _ONE)
+    return found._replace(program=(*start, *found.program), results={**found.results, "result": result})
 
 
-def evaluated_in(form: Format, function: str, v_star: float) -> float:
-    """Return the result of one of `FUNCTIONS` in this type without FMA contraction; v* is of that type."""
-    if not v_star >= 0.0:
-        return math.nan
-    x, loss = abs(v_star), function == "one_minus_epsilon"
-    x = min(x, 2.0 ** (FOLD if loss else LARGEST[form]))
-    folds = max(math.frexp(x)[1] - 1 - FOLD, 0) // PERIOD
-    value = (_double if form == DOUBLE else _float)(loss, math.ldexp(x, -PERIOD * folds)) * 2.0 ** (-10 * folds)
-    return float(TYPES[form.name](value))
+def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
+    """Return the results of one of `FUNCTIONS` in this type without FMA contraction; v* are numbers of that type."""
+    loss, kind = function == "one_minus_epsilon", TYPES[form.name]
+    x = np.abs(np.asarray(v_star, kind))
+    by, table = arithmetic(DOUBLE, words=form), _numbers_of_rows(form)
+    names = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES
+
+    def on_panel(word: Any) -> Any:
+        given = {"bits": word, "loss": loss, TABLE[form]: table}
+        return computed_on_row(panel_branch(form), "result", names, given, by)
+
+    with np.errstate(all="ignore"):
+        word = evaluate(bits(form, Name("x")), {"x": x}, by)
+        least = by.word(near_bits(form).value)
+        near = (word < least) & (loss or form == FLOAT)
+        word = evaluate(at_most(Name("bits"), largest_bits(form, function)), {"bits": word}, by)
+        word = np.where(near, least, word)
+        if loss:
+            result = on_panel(word)
+        else:
+            fold = Run(fold_program(form), {"bits": word}, by)
+            result = on_panel(fold["folded"]) * fold["scale"]
+        of_near = computed(
+            near_branch(form), "result", {"v_star": x, "t": np.float64(x), **near_constants(form)}, DOUBLE
+        )
+        result = np.where(near, of_near if loss else 1.0 - of_near, result)
+        return np.where(np.asarray(v_star) >= 0, result, math.nan).astype(kind)[()]
 
 
-def _double(loss: bool, x: float) -> float:
-    if loss and x < NEAR:
-        return _near_double(x)
-    index = 1 + _panel(x) if x >= NEAR else 0
-    row, first = double_rows()[index], cleared(x, CLEARED)
-    given = dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
-    given |= {"t": x - row.centre, "t1": first - row.centre, "t2": x - first}
-    sign = -1.0 if loss else 1.0
-    parts = read(panel_branch(DOUBLE), ["exact", "rest"], given, Arithmetic(float))
-    signed = {"base": float((index <= switch()) != loss), "sum": sign * parts["exact"], "rest": sign * parts["rest"]}
-    return float(computed(panel_branch(DOUBLE), "result", signed, DOUBLE))
-
-
-def _near_double(v_star: float) -> float:
-    tiny = v_star < 2.0**TINY
-    w = v_star * (2.0**LIFT if tiny else 1.0)
-    given = {"v_star": v_star, "w": w, "high": cleared(w, 53 - CENTRE_BITS)} | near(DOUBLE)
-    return float(computed(near_branch(DOUBLE), "result", given, DOUBLE)) * (2.0 ** (-2 * LIFT) if tiny else 1.0)
-
-
-def _float(loss: bool, x: float) -> float:
-    if x < NEAR:
-        p, elastic = computed(near_branch(FLOAT), "result", near(FLOAT) | {"t": x}, DOUBLE), True
-    else:
-        index = _panel(x)
-        elastic = index < switch()
-        given = dict(zip(FLOAT_NAMES, float_rows()[index], strict=True))
-        given["t"] = x - float(smaller_panels()[index].centre)
-        p = computed(panel_branch(FLOAT), "p", given, DOUBLE)
-    return float(p if loss == elastic else 1.0 - p)
-
-
-def _panel(x: float) -> int:
-    """Return the index of the panel that NEAR <= x < 2^(FOLD + PERIOD) is on."""
-    return int(row_of(x, FIRST, SPLIT)[0])
+@cache
+def _numbers_of_rows(form: Format) -> Any:
+    return np.array([row.numbers for row in double_rows()] if form == DOUBLE else float_rows())
 
 
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
@@ -417,7 +478,7 @@ def _near_bound(form: Format, loss: bool) -> Fraction:
     given = most * ball_of(TABLE_ERROR)
     if form == DOUBLE and not loss:
         return _double_bound_near_one(given)
-    constants = near(form)
+    constants = near_constants(form)
     c = sum((Fraction(number) for name, number in constants.items() if name.startswith("c")), Fraction(0))
     a = [number for name, number in constants.items() if name.startswith("a")]
     machine = fmpq_poly([to_fmpq(c), 0, *(_scaled(a, NEAR) * to_fmpq(NEAR**2)).coeffs()])

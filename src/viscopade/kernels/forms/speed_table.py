@@ -19,6 +19,7 @@ The polynomial is summed in pairs, p = (c_0 + m c_1) + m^2 ((c_2 + m c_3) + m^2 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,7 +37,9 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import truth
 from viscopade.kernels.enclosure import polynomial
+from viscopade.kernels.expressions import CodeBranch, Expression, Name, Program, Row, Statement, Word, both
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.bits import bits, count, from_bits, mask, octaves, power_of_two
 from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -51,6 +54,9 @@ MOST_SPLIT = 8
 MOST_DEGREE = 15
 ROUNDINGS_OF_W = 5
 """Of beta^5 v, by b2 = beta beta, (b2 b2 beta) v: those of b2 count twice."""
+
+TABLE, SMALLEST, REST = "table", "smallest", "rest_of_base"
+"""Names in programs: all rows, the smallest normal number, and 1 - base."""
 
 _BITS = 160
 PARTS = 16  # of a piece of a row, where the error is no multiple of one Chebyshev polynomial
@@ -88,7 +94,7 @@ class RowBounds(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Layout:
+class Layout(ABC):
     """Layout of a speed table: the row of every number w.
 
     Attributes
@@ -137,6 +143,60 @@ class Layout:
         """Return the middle of a row, in m."""
         _, low, high = self.interval(index)
         return (low + high) / 2
+
+    @property
+    @abstractmethod
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The numbers c_0, c_1, … of every row."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of a row's numbers."""
+        return tuple(f"c{n}" for n in range(len(self.rows[0])))
+
+    @abstractmethod
+    def sums(self, names: Sequence[str], rest: str = REST) -> CodeBranch:
+        """Return what is computed from a row's numbers, of these names, m or t, and the names of base and 1 - base."""
+
+    def branch(self, form: Format) -> CodeBranch:
+        """Return what code computes in a type from speed, beta, `TABLE` and `SMALLEST`."""
+        sums = self.sums(self.names)
+        return sums._replace(guard=self.holds(form), program=(*self.row_program(form), *sums.program))
+
+    def row_program(self, form: Format) -> Program:
+        """Return the assignments of w, its row, m, the row's middle, their distance t, base, and 1 - base."""
+        beta, scale = Name("beta"), Name("scale")
+        fraction, one = form.precision - 1, power_of_two(form, 0)
+        place, m, middle = Name("place"), Name("m"), Name("middle")
+        lead = mask(self.split).value << (fraction - self.split)
+        half_a_row = 1 << (fraction - self.split - 1)
+        below = count(0) - ((place - octaves(form, SWITCH - self.first)) >> count(8 * form.bytes - 1))
+        return (
+            Statement("b2", beta * beta),
+            Statement("scale", formulas.fifth_power("b2")),
+            Statement("w", scale * Name("speed")),
+            Statement("bits", bits(form, Name("w"))),
+            Statement("place", Name("bits") - power_of_two(form, self.first)),
+            Statement("index", place >> count(fraction - self.split)),
+            Statement("row", Row(TABLE, Name("index"))),
+            Statement("bits_of_m", (place & mask(fraction)) | one),
+            Statement("m", from_bits(form, Name("bits_of_m"))),
+            Statement("bits_of_middle", (place & Word(lead)) | Word(one.value | half_a_row)),
+            Statement("middle", from_bits(form, Name("bits_of_middle"))),
+            Statement("t", m - middle),
+            Statement("octave", place >> count(fraction)),
+            Statement("bits_of_base", below & one),
+            Statement("base", from_bits(form, Name("bits_of_base"))),
+            Statement(REST, from_bits(form, bits(form, Name("base")) ^ one)),
+        )
+
+    def holds(self, form: Format, smallest: str = SMALLEST) -> Expression:
+        """Return the condition that w is in the table, and beta^5, the `scale` of the speed, a normal number."""
+        return both(self.within(form), Name("scale") >= Name(smallest))
+
+    def within(self, form: Format) -> Expression:
+        """Return the condition that w is in the table."""
+        return Name("place") < octaves(form, OCTAVES)
 
     def best(self, index: int, degree: int, origin: Fraction) -> fmpq_poly:
         """Return the row's p in m - origin: the interpolation polynomial at Chebyshev points, nearly the best one."""
@@ -199,6 +259,10 @@ class Table(Layout):
         """The coefficients c_0, c_1, …, numbers of the format, of every row."""
         return table_rows(self)
 
+    def sums(self, names: Sequence[str], rest: str = REST) -> CodeBranch:
+        """Return what is computed from a row's coefficients."""
+        return formulas.table_row_branch(names, rest)
+
     def row(self, index: int) -> tuple[float, ...]:
         """Return the coefficients of one row."""
         p = self.best(index, self.degree, Fraction(0))
@@ -234,11 +298,10 @@ class Table(Layout):
 
     def _rounding_on(self, index: int, piece: MantissaPiece, form: Format) -> Fraction:
         """Bound the rounding error of p."""
-        names = [f"c{n}" for n in range(self.degree + 1)]
         with working(_BITS):
-            given = {name: Rounded(arb(c), form) for name, c in zip(names, self.rows[index], strict=True)}
+            given = {name: Rounded(arb(c), form) for name, c in zip(self.names, self.rows[index], strict=True)}
             given["m"] = Rounded(ball_of(piece.centre) + ball_of(piece.half) * arb(0, 1), form)
-            return exact_middle(of_branch(formulas.table_row_branch(names), ["p"], given, form)["p"].absolute)
+            return exact_middle(of_branch(self.sums(self.names), ["p"], given, form)["p"].absolute)
 
     @cached_property
     def proven(self) -> RowBounds:

@@ -21,8 +21,9 @@ from flint import arb, arb_poly, fmpq_poly
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.speed_table import PARTS, Layout, MantissaPiece, of_w
+from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, of_w
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -64,6 +65,10 @@ class LastPlaceTable(Layout):
         """All rows."""
         return last_place_rows(self)
 
+    def sums(self, names: Sequence[str], rest: str = REST) -> CodeBranch:
+        """Return what is computed from a row's numbers."""
+        return formulas.full_row_branch(names, rest)
+
     def row(self, index: int) -> tuple[float, ...]:
         """Return the numbers of one row."""
         p = self.best(index, DEGREE, self.centre(index))
@@ -93,14 +98,13 @@ class LastPlaceTable(Layout):
 
     def _rounding_on(self, index: int, t: fmpq_poly) -> tuple[Fraction, Fraction]:
         """Bound the rounding errors of `rest`, and of what is added to the leading sum."""
-        names = [f"c{n}" for n in range(DEGREE + 2)]
         with working(_BITS):
-            given = {name: Rounded(arb(c), DOUBLE) for name, c in zip(names, self.rows[index], strict=True)}
+            given = {name: Rounded(arb(c), DOUBLE) for name, c in zip(self.names, self.rows[index], strict=True)}
             given["t"] = Rounded(arb_poly(t)(arb(0, 1)), DOUBLE)
             # Both leading operands are normal numbers of which the first is the larger: Fast2Sum is exact.
             lost = half_unit(1 + given["c0"].value, DOUBLE) if self.base(index) else arb(0)
             given["lost"] = Rounded(arb(0, lost), DOUBLE)
-            found = of_branch(formulas.full_row_branch(names), ["rest", "lost"], given, DOUBLE)
+            found = of_branch(self.sums(self.names), ["rest", "lost"], given, DOUBLE)
             return exact_middle(found["rest"].absolute), exact_middle((found["lost"] + found["rest"]).absolute)
 
     @cached_property

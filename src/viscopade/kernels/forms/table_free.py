@@ -160,12 +160,6 @@ class RoundingBound(NamedTuple):
     common: str
 
 
-def w_program() -> Program:
-    """Return the assignments of w = beta^5 speed; beta^5 comes first, so that a compiler can move it out of loops."""
-    square, beta = Name("square"), Name("beta")
-    return Statement("square", beta * beta), Statement("w", square * square * beta * Name("speed"))
-
-
 def table_free_program(
     form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2"
 ) -> TableFreeKernel:

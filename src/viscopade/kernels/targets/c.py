@@ -170,7 +170,7 @@ def _branch(branch: CodeBranch, result: Expression, form: Format, indent: int, w
         return f"\n{' ' * (indent + 4)}".join(wrap(text(expression, language), width))
 
     return {
-        "guard": branch.guard and " <= ".join(text(side, language) for side in branch.guard),
+        "guard": branch.guard and text(branch.guard, language),
         "statements": [(name, wrapped(expression)) for name, expression in branch.program],
         "result": wrapped(result),
     }

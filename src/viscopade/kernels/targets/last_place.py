@@ -9,9 +9,10 @@ from textwrap import wrap
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import CodeBranch
+from viscopade.kernels.expressions import CodeBranch, Expression, Name
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.targets.syntax import of_c, text
+from viscopade.kernels.forms.bits import at_most
+from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
 
 def render(command: str) -> str:
@@ -28,12 +29,14 @@ def render(command: str) -> str:
         If `command` is not one line.
     """
     head = "\n".join(f" * {line}".rstrip() for line in _head(command))
-    return template(__name__, "last_place.h.jinja").render(head=head, **_octaves(), double=_double(), float=_float())
+    return template(__name__, "last_place.h.jinja").render(
+        head=head, **_octaves(), double=_of_type(DOUBLE), float=_of_type(FLOAT)
+    )
 
 
 def render_double() -> str:
     """Return the functions of type double without the comment that begins the file."""
-    return template(__name__, "last_place_double.h.jinja").render(**_octaves(), double=_double())
+    return template(__name__, "last_place_double.h.jinja").render(**_octaves(), double=_of_type(DOUBLE))
 
 
 def _octaves() -> dict[str, int]:
@@ -116,56 +119,53 @@ def _rows(form: Format) -> list[tuple[float, ...]]:
     return [row.numbers for row in last_place.double_rows()] if form == DOUBLE else list(last_place.float_rows())
 
 
-def _double() -> dict[str, object]:
-    return {
-        "cleared": _mask(last_place.CLEARED),
-        "near_cleared": _mask(53 - last_place.CENTRE_BITS),
-        "tiny": _constant(2.0**last_place.TINY),
-        "lift": _constant(2.0**last_place.LIFT),
-        "lower": _constant(2.0 ** (-2 * last_place.LIFT)),
-        **_of_type(DOUBLE, -1),
-    }
-
-
-def _float() -> dict[str, object]:
-    return {"half": f"0x{1 << (FLOAT.precision - last_place.SPLIT - 2):x}", **_of_type(FLOAT, 0)}
-
-
-def _of_type(form: Format, offset: int) -> dict[str, object]:
-    """Return what the functions of a type have: table and sums, and where the bits of a number lead to in the table."""
-    shift = form.precision - 1 - last_place.SPLIT
+def _of_type(form: Format) -> dict[str, object]:
+    """Return what the functions of a type have: table, sums, and where the bits of a number lead to in the table."""
     return {
         "degree": last_place.DEGREES[form],
         "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _rows(form)],
         "switch": last_place.switch(),
-        "near": [(name, _constant(value)) for name, value in last_place.near(form).items()],
-        "panel": _lines(last_place.panel_branch(form)),
-        "near_sums": _lines(last_place.near_branch(form)),
-        "shift": shift,
-        "lead": ((form.largest + FIRST) << last_place.SPLIT) + offset,
-        "fold": form.largest + FOLD,
-        "near_bits": _bits(form, FIRST),
-        "one": _bits(form, FOLD),
-        "largest": _bits(form, last_place.LARGEST[form]),
+        "near": [(name, _constant(value)) for name, value in last_place.near_constants(form).items()],
+        "near_bits": _text(last_place.near_bits(form), form),
+        "at_most": _text(at_most(Name("bits"), Name("largest")), form),
+        "largest": {name: _text(last_place.largest_bits(form, name), form) for name in last_place.FUNCTIONS},
+        "fold": {name: _text(expression, form) for name, expression in last_place.fold_program(form)},
+        "panel": _lines(last_place.panel_branch(form), form),
+        "near_sums": _lines(last_place.near_branch(form), form),
         "largest_exponent": last_place.LARGEST[form],
     }
-
-
-def _bits(form: Format, exponent: int) -> str:
-    """Return the bits of 2^exponent, a normal number."""
-    return f"{(form.largest + exponent) << (form.precision - 1):#x}"
-
-
-def _mask(bits: int) -> str:
-    return f"{(1 << bits) - 1:#x}"
 
 
 def _constant(value: float) -> str:
     return f"{DOUBLE.hexadecimal(value)} /* {DOUBLE.decimal(value)} */"
 
 
-def _lines(branch: CodeBranch) -> dict[str, str]:
+def _literal(number: str) -> str:
+    return number if len(number) == len("1.0") else _constant(float(number))
+
+
+def _text(expression: Expression, form: Format) -> str:
+    """Return an expression of numbers of type double, and of words as long as numbers of a type, in C."""
+    return text(expression, Syntax(lambda name: _FUNCTIONS.get(name, name), _literal, word=of_c(form).word))
+
+
+_FUNCTIONS = {
+    "bits64": "viscopade_full_bits",
+    "from_bits64": "viscopade_full_from_bits",
+    "from_bits32": "viscopade_full_from_bitsf",
+    "index": "(unsigned)",
+    "uint32": "(uint32_t)",
+    "uint64": "(uint64_t)",
+    "double": "(double)",
+}
+"""In C, the functions of words; those of bits take the absolute value of a number."""
+
+
+def _lines(branch: CodeBranch, form: Format) -> dict[str, str]:
     """Return a branch's statements and results in C by name, on lines of a function's body."""
-    language = of_c(DOUBLE)
     written = {**dict(branch.program), **branch.results}
-    return {name: f"\n{' ' * 8}".join(wrap(text(e, language), WIDTH - 20)) for name, e in written.items()}
+    # Comments are no part of what is wrapped.
+    return {
+        name: found if "/*" in (found := _text(e, form)) else f"\n{' ' * 8}".join(wrap(found, WIDTH - 20))
+        for name, e in written.items()
+    }

@@ -76,7 +76,7 @@ def _lacunary(kernel: LacunaryKernel) -> dict[str, object]:
 
 def _branch(branch: CodeBranch) -> dict[str, object]:
     return {
-        "guard": branch.guard and " <= ".join(text(side, MATH_MODULE) for side in branch.guard),
+        "guard": branch.guard and text(branch.guard, MATH_MODULE),
         "statements": [(name, text(expression, MATH_MODULE)) for name, expression in branch.program],
         "results": {name: text(expression, MATH_MODULE) for name, expression in branch.results.items()},
     }

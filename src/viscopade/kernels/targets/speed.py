@@ -10,7 +10,8 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Expression
-from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
@@ -82,20 +83,12 @@ def render(given: SpeedKernel, command: str) -> str:
 
 def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
-    fraction = form.precision - 1
-    size = 8 * form.bytes
-
-    def bits(number: int) -> str:
-        return f"UINT{size}_C({number:#x})"
-
-    one = form.largest << fraction
-    lead = ((1 << table.split) - 1) << (fraction - table.split)
-    part, language = _part(width), of_c(form)
+    smallest = "DBL_MIN" if form == DOUBLE else "FLT_MIN"
+    part, language, end = _part(width), of_c(form), octaves(form, OCTAVES)
     scalar = [f"c[{n}]" for n in range(width)]
     array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"
-    row = formulas.full_row_branch if isinstance(table, LastPlaceTable) else formulas.table_row_branch
-    result = row(scalar, rest)
+    result = table.sums(scalar, rest)
 
     def written(expressions: Mapping[str, Expression]) -> dict[str, str]:
         return {name: text(e, language) for name, e in expressions.items()}
@@ -103,26 +96,19 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
     return {
         "name": form.name,
         "suffix": form.suffix,
-        "bits": f"uint{size}_t",
-        "begin": bits((form.largest + table.first) << fraction),
-        "end": bits(OCTAVES << fraction),
-        "end_shift": (OCTAVES << fraction).bit_length() - 1,
-        "fraction": bits((1 << fraction) - 1),
-        "one": bits(one),
-        "lead": bits(lead),
-        "middle": bits(one | (1 << (fraction - table.split - 1))),
-        "shift": fraction - table.split,
-        "switch": bits((SWITCH - table.first) << fraction),
-        "fraction_bits": fraction,
+        "bits": f"uint{8 * form.bytes}_t",
+        "one": text(power_of_two(form, 0), language),
+        "end": text(end, language),
+        "end_shift": end.value.bit_length() - 1,
         "bases": wrap(
             ", ".join(form.decimal(float(e < SWITCH)) for e in range(table.first, table.first + OCTAVES)), 96
         ),
-        "sign": size - 1,
-        "smallest": "DBL_MIN" if form == DOUBLE else "FLT_MIN",
-        "one_literal": form.decimal(1.0),
+        "smallest": smallest,
         "line": CACHE_LINE // form.bytes,
+        "holds": text(table.holds(form, smallest), language),
+        "row": written(dict(table.row_program(form))),
         "scalar": written(dict(result.program)),
-        "array": written(dict(row(array).program)),
+        "array": written(dict(table.sums(array, rest).program)),
         "result": written({**dict(result.program), **result.results}),
     }
 

@@ -8,7 +8,19 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from viscopade.arithmetic.formats import Format
-from viscopade.kernels.expressions import Call, Expression, Literal, Name, Operation, bare
+from viscopade.kernels.expressions import (
+    AND,
+    Call,
+    Choice,
+    Expression,
+    Literal,
+    Name,
+    Negation,
+    Operation,
+    Row,
+    Word,
+    bare,
+)
 
 
 def _as_it_is(text: str) -> str:
@@ -21,6 +33,8 @@ class Syntax(NamedTuple):
     function: Callable[[str], str] = _as_it_is
     literal: Callable[[str], str] = _as_it_is
     power: str = ""
+    word: Callable[[int], str] = hex
+    both: str = "&&"
 
 
 MATH_MODULE = Syntax(lambda name: f"math.{name}")
@@ -29,10 +43,22 @@ MATH_MODULE = Syntax(lambda name: f"math.{name}")
 
 def of_c(form: Format) -> Syntax:
     """Return the syntax of C for functions and literals of this type."""
-    return Syntax(lambda name: f"{name}{form.suffix}", lambda text: f"{text}{form.suffix}")
+    return Syntax(
+        lambda name: f"{name}{form.suffix}",
+        lambda text: f"{text}{form.suffix}",
+        word=lambda value: f"UINT{8 * form.bytes}_C({value:#x})",
+    )
 
 
-_BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
+_SUM, _PRODUCT = 4, 5
+_BINDING = {
+    AND: 1,
+    **dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), 2),
+    **dict.fromkeys(("&", "|", "^", "<<", ">>"), 3),
+    **dict.fromkeys("+-", _SUM),
+    **dict.fromkeys(("*", "/", "//"), _PRODUCT),
+}
+_BITS = _BINDING["&"]
 
 
 def text(expression: Expression, syntax: Syntax) -> str:
@@ -46,17 +72,35 @@ def text(expression: Expression, syntax: Syntax) -> str:
             return syntax.power.format(base=text(base, syntax), p=text(p, syntax))
         case Call(function, arguments):
             return f"{syntax.function(function)}({', '.join(text(part, syntax) for part in arguments)})"
+        case Word(value, pattern):
+            return syntax.word(value) if pattern else str(value)
+        case Negation(symbol, operand):
+            return f"{symbol}{_in_parentheses(operand, syntax)}"
+        case Choice(condition, met, otherwise):
+            return f"{text(condition, syntax)} ? {text(met, syntax)} : {text(otherwise, syntax)}"
+        case Row(table, index):
+            return f"{table}[{text(index, syntax)}]"
         case Operation(symbol, left, right):
-            return f"{_operand(left, symbol, 0, syntax)} {symbol} {_operand(right, symbol, 1, syntax)}"
+            written = {AND: syntax.both, "//": "/"}.get(symbol, symbol)
+            return f"{_operand(left, symbol, 0, syntax)} {written} {_operand(right, symbol, 1, syntax)}"
     raise TypeError(f"{expression!r} is no expression")
 
 
 def _operand(expression: Expression, symbol: str, side: int, syntax: Syntax) -> str:
-    written, expression = text(expression, syntax), bare(expression)
+    own = bare(expression)
+    if not isinstance(own, Operation):
+        return _in_parentheses(expression, syntax) if isinstance(own, Choice) else text(expression, syntax)
     # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
-    own = isinstance(expression, Operation) and _BINDING[expression.symbol]
-    loose = own and own < _BINDING[symbol] + (side or own == 1)
-    return f"({written})" if loose else written
+    # Operations on bits have all of theirs in parentheses: compilers warn of what is in none.
+    binding, outer = _BINDING[own.symbol], _BINDING[symbol]
+    loose = outer == _BITS or binding < outer + (side or binding == _SUM)
+    return _in_parentheses(expression, syntax) if loose else text(expression, syntax)
+
+
+def _in_parentheses(expression: Expression, syntax: Syntax) -> str:
+    """Return the text of an operand, in parentheses if it has operands of its own."""
+    written = text(expression, syntax)
+    return f"({written})" if isinstance(bare(expression), Operation | Choice) else written
 
 
 def shortest(value: float, form: Format) -> str:

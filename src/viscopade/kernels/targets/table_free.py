@@ -16,7 +16,7 @@ from viscopade.arithmetic.decimals import at_most, below, power_of_ten
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
-from viscopade.kernels.forms import slope, table_free
+from viscopade.kernels.forms import formulas, slope, table_free
 from viscopade.kernels.forms.kernel import scientific
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
@@ -84,7 +84,7 @@ def render(
         kernels=[_block(target, kernel) | {"lasting": stay.get(name_of(kernel))} for kernel in written],
         example=name_of(written[-1]),
         module=module,
-        w=_statements(table_free.w_program(), target.numbers[0].syntax, target),
+        w=_statements(formulas.w_program(), target.numbers[0].syntax, target),
         types=[_type(number) for number in target.numbers],
         table=SPECIAL,
         functions=MEANINGS.items(),

@@ -29,15 +29,15 @@ from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
 from viscopade.generated import generated_by, one_line
 from viscopade.kernels import truth
-from viscopade.kernels.expressions import CodeBranch
+from viscopade.kernels.expressions import CodeBranch, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
-from viscopade.kernels.forms.speed_table import Table, of_w
+from viscopade.kernels.forms.speed_table import SMALLEST, TABLE, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
-from viscopade.kernels.machine import TYPES, computed, row_of
+from viscopade.kernels.machine import TYPES, arithmetic, computed, computed_on_row, rows_of
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
@@ -152,7 +152,7 @@ def _line(function: Function, given: Arguments) -> str | None:
         return None
     texts = [NOTHING] * 5 if found is None else _answer_texts(*found, function.form)
     arguments = [*map(hexadecimal, given), NOTHING][:2]
-    last = NOTHING if bits is None else hexadecimal(bits)
+    last = NOTHING if bits is None else hexadecimal(float(bits))
     return dumps([function.name, function.form.name, *arguments, *texts, last])
 
 
@@ -568,26 +568,13 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     """Return what the code gives where w is in the table; None elsewhere."""
     table = kernel.table
     inner = form if form in kernel.formats else DOUBLE
-    number = TYPES[inner.name]
-    x, y = number(speed), number(beta)
-    b2 = y * y
-    scale = b2 * b2 * y
-    w = scale * x
-    low, high = table.ends
-    if not (scale >= number(2.0 ** (1 - inner.largest)) and low <= w < high):
+    by, branch = arithmetic(inner), table.branch(inner)
+    values = {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
+    given = {name: TYPES[inner.name](value) for name, value in values.items()}
+    if not evaluate(table.holds(inner), Run(branch.program, given, by), by):
         return None
-    index, m = row_of(w, table.first, table.split)
-    row, base = table.rows[index], table.base(index)
-    names = [f"row{n}" for n in range(len(row))]
-    given = {**dict(zip(names, row, strict=True)), "base": base, "rest_of_base": 1 - base, "m": m}
-    if isinstance(table, LastPlaceTable):
-        given |= {"high": row[0], "t": m - number(float(table.centre(index)))}
-        branch = formulas.full_row_branch(names)
-    else:
-        branch = formulas.table_row_branch(names, "rest_of_base")
-    numbers = {name: number(x) for name, x in given.items()}
-    result = computed(branch, "dissipation" if kind == "dissipation" else "restitution", numbers, inner)
-    return float(TYPES[form.name](result * x if kind == "rebound" else result))
+    found = computed_on_row(branch, kind, table.names, {**given, TABLE: rows_of(table, inner)}, by)
+    return float(TYPES[form.name](found))
 
 
 # --- without tables ---------------------------------------------------------------------------------------------------

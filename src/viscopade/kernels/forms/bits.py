@@ -1,0 +1,66 @@
+"""Bits of numbers as words in expressions: 2^e m, 1 <= m < 2, is e and the leading bits of m, which lead to a row."""
+
+from __future__ import annotations
+
+from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.kernels.expressions import Call, Choice, Expression, Name, Program, Statement, Word
+
+
+def bits(form: Format, number: Expression) -> Expression:
+    """Return the bits of a number."""
+    return Call(f"bits{8 * form.bytes}", (number,))
+
+
+def from_bits(form: Format, word: Expression) -> Expression:
+    """Return the number with these bits."""
+    return Call(f"from_bits{8 * form.bytes}", (word,))
+
+
+def power_of_two(form: Format, exponent: int) -> Word:
+    """Return the bits of 2^exponent, a normal number."""
+    return octaves(form, form.largest + exponent)
+
+
+def octaves(form: Format, number: int) -> Word:
+    """Return the distance of the bits of 2^(e + number) and of 2^e."""
+    return Word(number << (form.precision - 1))
+
+
+def mask(number: int) -> Word:
+    """Return the word whose last bits, as many as `number`, are 1."""
+    return Word((1 << number) - 1)
+
+
+def count(number: int) -> Word:
+    """Return a word that counts."""
+    return Word(number, pattern=False)
+
+
+def cut_to(number: Expression, last: int) -> Expression:
+    """Return a positive double without its last bits."""
+    return from_bits(DOUBLE, bits(DOUBLE, number) & ~mask(last))
+
+
+def at_most(word: Name, largest: Expression) -> Expression:
+    """Return the smaller of two words."""
+    return Choice(word < largest, word, largest)
+
+
+def folded(form: Format, fold: int, period: int) -> Program:
+    """Return the assignments from `bits` of x to those of s = x 2^(-period n), "folded", and to the number 2^(-10 n).
+
+    n >= 0 is the largest number with s >= 2^fold, or 0: eps(x) is nearly 2^(-10 n) eps(s) there, if period is 3.
+    """
+    word, fraction, n, exponent = Name("bits"), count(form.precision - 1), Name("n"), Name("exponent")
+    shift: Expression = count(period) * n
+    first: Expression = word >> fraction
+    if form == DOUBLE:
+        first, shift = Call("uint32", (first,)), Call("uint64", (shift,))
+    start = count(form.largest + fold)
+    scale = Call("uint64", (count(DOUBLE.largest) - count(10) * n,)) << count(DOUBLE.precision - 1)
+    return (
+        Statement("exponent", first),
+        Statement("n", Choice(exponent > start, (exponent - start) // count(period), count(0))),
+        Statement("scale", from_bits(DOUBLE, scale)),
+        Statement("folded", word - (shift << fraction)),
+    )
