@@ -222,8 +222,8 @@ def test_certificate_sees_a_wrong_coefficient_of_type_float(monkeypatch):
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
 def test_certificate_sees_a_wrong_coefficient_near_0(monkeypatch, form):
-    right = last_place.near(form)
-    monkeypatch.setattr(last_place, "near", lambda _: right | {"a0": right["a0"] * (1 + 2.0**-20)})
+    right = last_place.near_constants(form)
+    monkeypatch.setattr(last_place, "near_constants", lambda _: right | {"a0": right["a0"] * (1 + 2.0**-20)})
     least = 1 if form == DOUBLE else Fraction(1, 2) + Fraction(1, 2**10)
     with working(128):
         assert last_place._near_bound(form, loss=True) > least

@@ -100,7 +100,7 @@ def test_p_is_the_smaller_of_both_functions():
 
 
 def test_rows_are_consecutive_and_cover_the_octaves():
-    table = Layout(3, -64)
+    table = Table(3, -64, 1, FLOAT)
     ends = [
         (low * Fraction(2) ** e, high * Fraction(2) ** e) for e, low, high in map(table.interval, range(table.size))
     ]

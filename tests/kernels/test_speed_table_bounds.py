@@ -10,8 +10,8 @@ from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
 from viscopade.kernels.expressions import Arithmetic, Run
-from viscopade.kernels.forms import formulas, speed_table, speed_table_last_place
-from viscopade.kernels.forms.speed_table import ROUNDINGS_OF_W, MantissaPiece, Table, product_bound
+from viscopade.kernels.forms import rounding_bounds, speed_table, speed_table_last_place
+from viscopade.kernels.forms.speed_table import MantissaPiece, Table
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
 from viscopade_lab.hard_cases.machine import Contracted
 
@@ -138,10 +138,8 @@ def sums(table, row, x, kind, contracted):
     names = [f"c{n}" for n in range(len(row))]
     wrap = Contracted if contracted else (lambda number: number)
     given = {name: wrap(kind(c)) for name, c in zip(names, row, strict=True)}
-    if table is FULL:
-        found = Run(formulas.full_row_branch(names).program, {**given, "t": wrap(x)}, Arithmetic(kind))["rest"]
-    else:
-        found = Run(formulas.table_row_branch(names).program, {**given, "m": wrap(x)}, Arithmetic(kind))["p"]
+    variable, result = ("t", "rest") if table is FULL else ("m", "p")
+    found = Run(table.sums(names).program, {**given, variable: wrap(x)}, Arithmetic(kind))[result]
     return found.value if contracted else found
 
 
@@ -179,20 +177,6 @@ def test_roundings_of_a_row_of_full_accuracy_stay_within_the_bound(index):
     assert Fraction(1, 5) * rest < found <= rest
 
 
-def test_gamma_bounds_products():
-    for form in (DOUBLE, FLOAT):
-        u = Fraction(1, 1 << form.precision)
-        for number in (1, 2, 5, 16):
-            assert (
-                max((1 + u) ** number - 1, 1 - (1 - u) ** number)
-                <= product_bound(number, form)
-                < (number + Fraction(1, 999)) * u
-            )
-        beta_2 = beta_4 = of_w = 1 + u
-        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 <= product_bound(ROUNDINGS_OF_W, form)
-        assert beta_2**2 * beta_4 * (1 + u) * of_w - 1 > product_bound(ROUNDINGS_OF_W - 1, form)
-
-
 @pytest.mark.parametrize("w", [Fraction(1, 2**80), Fraction(1, 8), Fraction(3), Fraction(2**60)])
 def test_what_the_rounding_of_w_does_is_within_its_bound(w):
     """W is off by five units, to both sides; at 1/8 that is into another row, whose p means something else."""
@@ -207,7 +191,7 @@ def test_what_the_rounding_of_w_does_is_within_its_bound(w):
 
 def test_the_reference_is_known_up_to_its_error_on_both_sides_of_a_border():
     for form in (DOUBLE, FLOAT):
-        assert speed_table.of_w(form) >= product_bound(ROUNDINGS_OF_W, form) * panel_proof.steepest() / 10 + 4 * E
+        assert speed_table.of_w(form) >= rounding_bounds.rounding_of_w(form) * panel_proof.steepest() / 10 + 4 * E
 
 
 # --- the full table ---------------------------------------------------------------------------------------------------

@@ -82,7 +82,7 @@ class Negation(Expression):
 
 
 @dataclass(frozen=True)
-class Choice(Expression):
+class Select(Expression):
     """One of two expressions, by a condition."""
 
     condition: Expression
@@ -91,7 +91,7 @@ class Choice(Expression):
 
 
 @dataclass(frozen=True)
-class Row(Expression):
+class TableRow(Expression):
     """A row of a table."""
 
     table: str
@@ -258,12 +258,12 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arit
             return arithmetic.word(value)
         case Negation(symbol, operand):
             return _NEGATIONS[symbol](evaluate(operand, values, arithmetic))
-        case Choice(condition, met, otherwise):
+        case Select(condition, met, otherwise):
             holds = evaluate(condition, values, arithmetic)
             if arithmetic.choose is None:
                 return evaluate(met if holds else otherwise, values, arithmetic)
             return arithmetic.choose(holds, *(evaluate(part, values, arithmetic) for part in (met, otherwise)))
-        case Row(table, index):
+        case TableRow(table, index):
             return values[table][evaluate(index, values, arithmetic)]
         case Exact(Operation(symbol, left, right)):
             operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
@@ -292,7 +292,7 @@ def operations(program: Program, *results: Expression) -> Counter[str]:
                 return Counter({symbol: 1}) + count(left) + count(right)
             case Negation(_, operand):
                 return count(operand)
-            case Choice(condition, met, otherwise):
+            case Select(condition, met, otherwise):
                 return count(condition) + max(count(met), count(otherwise), key=Counter.total)
             case Call(function, arguments):
                 return sum(map(count, arguments), Counter({function: 1}))

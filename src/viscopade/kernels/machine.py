@@ -17,7 +17,7 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 
 
 @cache
-def arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
+def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
     """Return how arrays of numbers of a format are computed with, and words as long as numbers of that or another."""
     functions: dict[str, Any] = {"cbrt": np.cbrt, "sqrt": np.sqrt, "double": np.float64, "index": np.asarray}
     for name, word in _WORDS.items():
@@ -33,7 +33,7 @@ def arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
 
 def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
     """Return a result of a branch, or one of its variables, for inputs and constants: numbers or arrays of a format."""
-    return read(branch, [result], given, arithmetic(form))[result]
+    return read(branch, [result], given, machine_arithmetic(form))[result]
 
 
 def computed_on_row(

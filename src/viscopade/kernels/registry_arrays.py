@@ -15,7 +15,7 @@ from viscopade.kernels.expressions import CodeBranch, Run, evaluate, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
 from viscopade.kernels.forms.speed_table import TABLE, Table
-from viscopade.kernels.machine import arithmetic, computed_on_row, rows_of
+from viscopade.kernels.machine import computed_on_row, machine_arithmetic, rows_of
 from viscopade.kernels.registry import Entry
 
 
@@ -45,7 +45,7 @@ def half_line_values(
 
     def values(branch: CodeBranch, v_star: FloatArray) -> Iterable[FloatArray]:
         return read(
-            branch, ("epsilon", "one_minus_epsilon"), {"v_star": v_star, **constants}, arithmetic(DOUBLE)
+            branch, ("epsilon", "one_minus_epsilon"), {"v_star": v_star, **constants}, machine_arithmetic(DOUBLE)
         ).values()
 
     pairs = zip(values(near, np.minimum(v_star, 1)), values(far, np.maximum(v_star, 1)), strict=True)
@@ -55,7 +55,7 @@ def half_line_values(
 
 def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
-    by, branch = arithmetic(DOUBLE), table.branch(DOUBLE)
+    by, branch = machine_arithmetic(DOUBLE), table.branch(DOUBLE)
     with np.errstate(over="ignore"):
         given = {"w": v_star**10, TABLE: rows_of(table, DOUBLE)}
         inside = evaluate(table.within(DOUBLE), Run(branch.program, given, by), by)

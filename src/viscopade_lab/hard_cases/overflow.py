@@ -20,7 +20,6 @@ from viscopade.arrays.fallback import restitution
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.forms.rounding_bounds import ULPS
-from viscopade.kernels.forms.speed_table import product_bound
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
@@ -180,6 +179,12 @@ def relative_error(kernel: FormulaPair, v_star: float) -> float:
         if abs(exact) < 2.0 ** (1 - kernel.form.largest):
             return 0.0
         return float(abs(float(kernel.exported(x)[0]) / exact - 1))
+
+
+def product_bound(number: int, form: Format) -> Fraction:
+    """Return a bound of |(1 + d_1) … (1 + d_number) - 1|, |d_i| <= u."""
+    unit = number * Fraction(1, 1 << form.precision)
+    return unit / (1 - unit)
 
 
 def allowed_far(kernel: FormulaPair) -> float:

@@ -11,7 +11,7 @@ from flint import arb
 from tests import compiled
 from tests.lab.hard_cases.hard_case import assert_passes, assert_readable
 from tests.lab.hard_cases.test_kernel_rounding import horner, library
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import last_place
 from viscopade_lab.hard_cases import exported
@@ -152,10 +152,18 @@ def test_wrong_results_of_full_accuracy_are_counted(monkeypatch):
     true = last_place.evaluated_in
 
     def wrong(form, name, x):
-        return np.where(np.isinf(x), 0.5, true(form, name, x))
+        return np.where(np.asarray(x) == math.inf, 0.5, true(form, name, x))
 
     monkeypatch.setattr(last_place, "evaluated_in", wrong)
     assert case._full() == 4
     assert case._of_speed() == 0
     monkeypatch.setattr(case, "restitution", lambda speed, beta: np.where(speed >= 0, 0.5, np.nan))
     assert case._of_speed() > 100
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
+def test_the_bound_of_products_covers_all_roundings(form):
+    u = Fraction(1, 1 << form.precision)
+    for number in (1, 2, 5, 16):
+        found = max((1 + u) ** number - 1, 1 - (1 - u) ** number)
+        assert found <= case.product_bound(number, form) < (number + Fraction(1, 999)) * u

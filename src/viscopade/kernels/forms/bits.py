@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from viscopade.arithmetic.formats import DOUBLE, Format
-from viscopade.kernels.expressions import Call, Choice, Expression, Name, Program, Statement, Word
+from viscopade.kernels.expressions import Call, Expression, Name, Program, Select, Statement, Word
 
 
 def bits(form: Format, number: Expression) -> Expression:
@@ -41,9 +41,9 @@ def cut_to(number: Expression, last: int) -> Expression:
     return from_bits(DOUBLE, bits(DOUBLE, number) & ~mask(last))
 
 
-def at_most(word: Name, largest: Expression) -> Expression:
+def smaller_word(word: Name, largest: Expression) -> Expression:
     """Return the smaller of two words."""
-    return Choice(word < largest, word, largest)
+    return Select(word < largest, word, largest)
 
 
 def folded(form: Format, fold: int, period: int) -> Program:
@@ -60,7 +60,7 @@ def folded(form: Format, fold: int, period: int) -> Program:
     scale = Call("uint64", (count(DOUBLE.largest) - count(10) * n,)) << count(DOUBLE.precision - 1)
     return (
         Statement("exponent", first),
-        Statement("n", Choice(exponent > start, (exponent - start) // count(period), count(0))),
+        Statement("n", Select(exponent > start, (exponent - start) // count(period), count(0))),
         Statement("scale", from_bits(DOUBLE, scale)),
         Statement("folded", word - (shift << fraction)),
     )

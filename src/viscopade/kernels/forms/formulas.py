@@ -31,15 +31,16 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.kernels.expressions import (
     Call,
-    Choice,
     CodeBranch,
     Exact,
     Expression,
     Literal,
     Name,
     Program,
+    Select,
     Statement,
     Terms,
+    both,
     by_horner,
     by_powers,
     equal,
@@ -51,6 +52,7 @@ from viscopade.kernels.expressions import (
 )
 
 Number = TypeVar("Number")
+ZERO, ONE = Literal("0.0"), Literal("1.0")
 
 
 def named(letter: str, exponents: Iterable[int]) -> Terms:
@@ -67,6 +69,11 @@ def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[st
     """Return the coefficients of a lacunary quotient by name: a4 is the coefficient of y^4 in N, b4 the one in D."""
     tops = {f"a{k}": c for k, c in zip(form.top, a, strict=True)}
     return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
+
+
+def within(name: str, low: Expression, high: Expression) -> Expression:
+    """Return the condition that a number is in an interval, and not NaN."""
+    return both(Name(name) >= low, Name(name) <= high)
 
 
 # --- quotients of polynomials in v* -----------------------------------------------------------------------------------
@@ -125,7 +132,7 @@ def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str =
     for _ in range(abs(degree)):
         ratio = ratio * Name("v_star" if degree > 0 else "u")
     program = (
-        Statement("u", Literal("1.0") / Name("v_star")),
+        Statement("u", ONE / Name("v_star")),
         Statement("numerator", by_horner("u", _mirrored(top))),
         Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
@@ -149,7 +156,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     )
     top, bottom = _mirrored(top), _mirrored(bottom)
     far = (
-        Statement("w", Literal("1.0") / v_star),
+        Statement("w", ONE / v_star),
         Statement("u", Call("cbrt", (w,))),
         *powers("u", _needed(form)),
         Statement("elastic", w * w * w * u * by_powers("u", bottom)),
@@ -158,7 +165,7 @@ def half_line_branches(form: Powers) -> tuple[CodeBranch, CodeBranch]:
     loss_ratio = by_powers("y", named("a", form.top)) / (elastic + lost)
     limit = by_powers("u", bottom) / (elastic + lost)
     return (
-        CodeBranch(v_star <= Literal("1.0"), near, results | {"loss_ratio": loss_ratio}),
+        CodeBranch(v_star <= ONE, near, results | {"loss_ratio": loss_ratio}),
         CodeBranch(None, far, results | {"limit": limit}),
     )
 
@@ -226,6 +233,14 @@ def w_program() -> Program:
     return Statement("square", beta * beta), Statement("w", fifth_power("square") * Name("speed"))
 
 
+W_ACCEPTED = both(Name("speed") >= ZERO, Name("beta") >= ZERO)
+"""The condition that there is a w: no argument is negative or NaN."""
+W_BEYOND = Name("w") > Name("largest")
+"""The condition that w is replaced by `largest`."""
+W_CUT = Select(W_BEYOND, Name("largest"), Name("w"))
+"""The w that compact kernels compute with, if it is accepted."""
+
+
 def table_row_branch(names: Sequence[str], rest: str) -> CodeBranch:
     """Return what a speed table computes from m and a row's coefficients: p = eps - base, and its results.
 
@@ -276,11 +291,11 @@ def full_panel_branch(names: Sequence[str]) -> CodeBranch:
         Statement("q", in_pairs("t", "tt", names[5:])),
         Statement("rest", (a0_low + a1_high * t2) + t * (a1_low + t * Name("q"))),
         Statement("exact", Exact(a0_high + Exact(a1_high * t1, reason), reason)),
-        Statement("sum", Choice(loss, -exact, exact)),
-        Statement("base", Choice(unequal(Name("elastic"), loss), Literal("1.0"), Literal("0.0"))),
+        Statement("sum", Select(loss, -exact, exact)),
+        Statement("base", Select(unequal(Name("elastic"), loss), ONE, ZERO)),
         *_sum_with_error(Name("base"), Name("sum")),
     )
-    return CodeBranch(None, program, {"result": head + Choice(loss, lost - rest, lost + rest)})
+    return CodeBranch(None, program, {"result": head + Select(loss, lost - rest, lost + rest)})
 
 
 def _sum_with_error(base: Expression, part: Expression) -> Program:
@@ -300,8 +315,8 @@ def full_panel_float_branch(names: Sequence[str]) -> CodeBranch:
         Statement("q", in_pairs("t", "tt", names[1:])),
         Statement("p", Name(names[0]) + t * Name("q")),
     )
-    other = Literal("1.0") - p
-    return CodeBranch(None, program, {"result": Choice(equal(Name("elastic"), Name("loss")), p, other)})
+    other = ONE - p
+    return CodeBranch(None, program, {"result": Select(equal(Name("elastic"), Name("loss")), p, other)})
 
 
 def full_near_branch(names: Sequence[str]) -> CodeBranch:

@@ -37,20 +37,20 @@ from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
 from viscopade.kernels.expressions import (
     Call,
-    Choice,
     CodeBranch,
     Literal,
     Name,
     Program,
-    Row,
     Run,
+    Select,
     Statement,
+    TableRow,
     Word,
     evaluate,
 )
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.bits import at_most, bits, count, cut_to, folded, from_bits, mask, power_of_two
-from viscopade.kernels.machine import TYPES, arithmetic, computed, computed_on_row
+from viscopade.kernels.forms.bits import bits, count, cut_to, folded, from_bits, mask, power_of_two, smaller_word
+from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_arithmetic
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -273,8 +273,8 @@ def panel_branch(form: Format) -> CodeBranch:
     if form == DOUBLE:
         start, centre = count(first - 1), Name("a[0]")
         row: Program = (
-            Statement("index", Choice(lead > start, Call("index", (lead - start,)), count(0))),
-            Statement("row", Row(TABLE[form], index)),
+            Statement("index", Select(lead > start, Call("index", (lead - start,)), count(0))),
+            Statement("row", TableRow(TABLE[form], index)),
             Statement("x", x),
             Statement("x1", from_bits(DOUBLE, word & ~mask(CLEARED))),
             Statement("t", Name("x") - centre),
@@ -286,7 +286,7 @@ def panel_branch(form: Format) -> CodeBranch:
         half = Word(1 << (form.precision - SPLIT - 2))
         row = (
             Statement("index", lead - count(first)),
-            Statement("row", Row(TABLE[form], index)),
+            Statement("row", TableRow(TABLE[form], index)),
             Statement("centre", from_bits(form, (lead << shift) | half)),
             Statement("t", Call("double", (x - Name("centre"),))),
             Statement("elastic", index < count(switch())),
@@ -304,18 +304,17 @@ def near_branch(form: Format) -> CodeBranch:
     found = formulas.full_near_branch(names)
     start = (
         Statement("tiny", Name("v_star") < Literal(repr(2.0**TINY))),
-        Statement("w", Name("v_star") * Choice(tiny, Literal(repr(lift)), _ONE)),
+        Statement("w", Name("v_star") * Select(tiny, Literal(repr(lift)), _ONE)),
         Statement("high", cut_to(Name("w"), DOUBLE.precision - CENTRE_BITS)),
     )
-    result = found.results["result"] * Choice(tiny, Literal(repr(lower)), _ONE)
+    result = found.results["result"] * Select(tiny, Literal(repr(lower)), _ONE)
     return found._replace(program=(*start, *found.program), results={**found.results, "result": result})
 
 
 def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
     """Return the results of one of `FUNCTIONS` in this type without FMA contraction; v* are numbers of that type."""
     loss, kind = function == "one_minus_epsilon", TYPES[form.name]
-    x = np.abs(np.asarray(v_star, kind))
-    by, table = arithmetic(DOUBLE, words=form), _numbers_of_rows(form)
+    by, table = machine_arithmetic(DOUBLE, words=form), _numbers_of_rows(form)
     names = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES
 
     def on_panel(word: Any) -> Any:
@@ -323,10 +322,11 @@ def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
         return computed_on_row(panel_branch(form), "result", names, given, by)
 
     with np.errstate(all="ignore"):
+        x = np.abs(np.asarray(v_star, kind))
         word = evaluate(bits(form, Name("x")), {"x": x}, by)
         least = by.word(near_bits(form).value)
         near = (word < least) & (loss or form == FLOAT)
-        word = evaluate(at_most(Name("bits"), largest_bits(form, function)), {"bits": word}, by)
+        word = evaluate(smaller_word(Name("bits"), largest_bits(form, function)), {"bits": word}, by)
         word = np.where(near, least, word)
         if loss:
             result = on_panel(word)

@@ -238,6 +238,14 @@ def of_factor(power: Fraction, kind: Format, largest: Fraction | None, roundings
         return exact_middle((of_pow + roundings * _log_error(arb(2) ** -kind.precision)).abs_upper())
 
 
+def rounding_of_w(form: Format) -> Fraction:
+    """Return a bound of the relative error of w = beta^5 speed, where all products are normal numbers of a type."""
+    with working(BITS):
+        normal = Rounded(arb(1).union(arb(2)), form)
+        w = of_branch(CodeBranch(None, formulas.w_program(), {}), ["w"], {"beta": normal, "speed": normal}, form)["w"]
+        return exact_middle(w.relative)
+
+
 def _log_error(relative: arb) -> arb:
     """Bound the error of the logarithm of a number with this relative error."""
     return -(1 - relative).log()

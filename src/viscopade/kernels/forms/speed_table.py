@@ -37,8 +37,8 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import truth
 from viscopade.kernels.enclosure import polynomial
-from viscopade.kernels.expressions import CodeBranch, Expression, Name, Program, Row, Statement, Word, both
-from viscopade.kernels.forms import formulas
+from viscopade.kernels.expressions import CodeBranch, Expression, Name, Program, Statement, TableRow, Word, both
+from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.bits import bits, count, from_bits, mask, octaves, power_of_two
 from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.progress import track
@@ -52,8 +52,6 @@ SWITCH = -3
 """Below w = 2^SWITCH, p is -(1 - eps); there eps is about 1/2."""
 MOST_SPLIT = 8
 MOST_DEGREE = 15
-ROUNDINGS_OF_W = 5
-"""Of beta^5 v, by b2 = beta beta, (b2 b2 beta) v: those of b2 count twice."""
 
 TABLE, SMALLEST, REST = "table", "smallest", "rest_of_base"
 """Names in programs: all rows, the smallest normal number, and 1 - base."""
@@ -178,7 +176,7 @@ class Layout(ABC):
             Statement("bits", bits(form, Name("w"))),
             Statement("place", Name("bits") - power_of_two(form, self.first)),
             Statement("index", place >> count(fraction - self.split)),
-            Statement("row", Row(TABLE, Name("index"))),
+            Statement("row", TableRow(TABLE, Name("index"))),
             Statement("bits_of_m", (place & mask(fraction)) | one),
             Statement("m", from_bits(form, Name("bits_of_m"))),
             Statement("bits_of_middle", (place & Word(lead)) | Word(one.value | half_a_row)),
@@ -349,7 +347,7 @@ def of_w(form: Format) -> Fraction:
     A w that is rounded across a border is in the domain of another row, or panel of `panel_proof`; that adds the errors
     of its rows twice.
     """
-    change = product_bound(ROUNDINGS_OF_W, form)
+    change = rounding_bounds.rounding_of_w(form)
     return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
 
 
@@ -359,12 +357,6 @@ def _worst(found: Sequence[RowBounds]) -> RowBounds:
         tuple((name, max(dict(b.rounding)[name] for b in found)) for name, _ in found[0].rounding),
         all(b.falling for b in found),
     )
-
-
-def product_bound(number: int, form: Format) -> Fraction:
-    """Return a bound of |(1 + d_1) … (1 + d_number) - 1|, |d_i| <= u."""
-    unit = number * Fraction(1, 1 << form.precision)
-    return unit / (1 - unit)
 
 
 def value(row: Sequence[float], m: Fraction) -> Fraction:

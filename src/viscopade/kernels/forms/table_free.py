@@ -43,7 +43,7 @@ from viscopade.kernels.expressions import (
     powers,
 )
 from viscopade.kernels.forms.formulas import constants, named
-from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest
+from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
 from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.store import recorded
 
@@ -59,7 +59,6 @@ COMMON = (Fraction(1, 1000), Fraction(10))
 _COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
 _TINY = Fraction(1, 2**40)
 _PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
-_PRODUCTS = 4  # beta beta, its square, times beta, times speed
 _SECOND_ORDER = 1 + Fraction(1, 1024)  # more than what products of small errors add
 
 Division = Callable[[Expression, Expression], Expression]
@@ -248,11 +247,11 @@ def _error_of_y(machine: MachineArithmetic, low: Fraction, high: Fraction) -> ar
     size = arb(max(abs(ball_of(low).log()), abs(ball_of(high).log())).abs_upper())  # of ln y
     unit = arb(2) ** -machine.model.precision
     constant = abs(Fraction(machine.type.nearest(Fraction(1, ROOT))) * ROOT - 1)
-    of_w = _PRODUCTS * unit / ROOT
+    by_w = ball_of(rounding_of_w(machine.model) / ROOT)
     of_log2 = size * ball_of(machine.log2 * machine.ulp) + ball_of(machine.log2_absolute) * arb.const_log2() / ROOT
     of_product = size * (unit + ball_of(constant))
     of_exp2 = ball_of(machine.ulp) * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * size / arb.const_log2())
-    return arb(((of_w + of_log2 + of_product + of_exp2) * ball_of(_SECOND_ORDER)).abs_upper())
+    return arb(((by_w + of_log2 + of_product + of_exp2) * ball_of(_SECOND_ORDER)).abs_upper())
 
 
 def _plus_minus(radius: arb) -> arb:

@@ -8,7 +8,7 @@ from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.generated import WIDTH, template
-from viscopade.kernels.expressions import CodeBranch, Expression
+from viscopade.kernels.expressions import CodeBranch, Expression, Name, both
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, InverseKernel, LacunaryKernel
 from viscopade.kernels.forms.quotient import Quotient
@@ -108,10 +108,20 @@ def _variant(kernel: Quotient | LacunaryKernel, form: Format) -> dict[str, objec
         "suffix": form.suffix,
         "zero": form.decimal(0.0),
         "one": form.decimal(1.0),
+        "accepted": {name: text(condition, of_c(form)) for name, condition in _ACCEPTED.items()},
         "fifth": f"0.2{form.suffix}",
         "nan": f'nan{form.suffix}("")',
         **made,
     }
+
+
+_ACCEPTED = {
+    "v_star": Name("v_star") >= formulas.ZERO,
+    "epsilon": formulas.within("epsilon", Name("least"), formulas.ONE),
+    "loss": formulas.within("one_minus_epsilon", formulas.ZERO, Name("largest")),
+    "any_epsilon": both(Name("epsilon") > formulas.ZERO, Name("epsilon") <= formulas.ONE),
+    "any_loss": both(Name("one_minus_epsilon") >= formulas.ZERO, Name("one_minus_epsilon") < formulas.ONE),
+}
 
 
 def _quotient(kernel: Quotient, form: Format) -> dict[str, object]:

@@ -45,10 +45,14 @@ class Number:
         *,
         function: str = "{}",
         literal: str = "{}",
+        zero: str = "",
+        both: str = "&&",
         machine: MachineArithmetic | None = None,
     ) -> Number:
         """Return numbers whose functions and constants are written by two patterns, from their names and decimals."""
-        syntax = Syntax(function.format, literal.format)
+        syntax = Syntax(
+            function.format, lambda text: zero if zero and text == "0.0" else literal.format(text), both=both
+        )
         machines = (("", LIBRARY[form.name] if machine is None else machine),)
         return cls(form, kind, syntax, lambda value: literal.format(shortest(value, form)), suffix, machines)
 
@@ -85,7 +89,7 @@ class FunctionText:
     constant: str  # {constant}, {value}, {type}
     assign: str  # {variable}, {value}, {type}
     result: str  # {value}, {low}, {high}, {type}
-    guard: str = ""  # {low}, {high}, {type}, {locals}: the names of variables
+    guard: str = ""  # {inside}: a condition, {low}, {high}, {type}, {locals}: the names of variables
     close: str = ""
     call: str = "{function}_{name}({given})"
     outside: str = "They return NaN for an argument outside the domain, and for NaN."

@@ -11,7 +11,7 @@ from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import CodeBranch, Expression, Name
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.bits import at_most
+from viscopade.kernels.forms.bits import smaller_word
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
 
@@ -127,7 +127,7 @@ def _of_type(form: Format) -> dict[str, object]:
         "switch": last_place.switch(),
         "near": [(name, _constant(value)) for name, value in last_place.near_constants(form).items()],
         "near_bits": _text(last_place.near_bits(form), form),
-        "at_most": _text(at_most(Name("bits"), Name("largest")), form),
+        "at_most": _text(smaller_word(Name("bits"), Name("largest")), form),
         "largest": {name: _text(last_place.largest_bits(form, name), form) for name in last_place.FUNCTIONS},
         "fold": {name: _text(expression, form) for name, expression in last_place.fold_program(form)},
         "panel": _lines(last_place.panel_branch(form), form),

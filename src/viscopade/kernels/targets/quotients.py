@@ -232,6 +232,7 @@ def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
 
 def _words(name: str, number: Number, function: _Function) -> dict[str, str]:
     low, high = function.ends
+    ends = {"low": number.coefficient(low) if low else number.constant(low), "high": number.coefficient(high)}
     guard = name if function.function == "epsilon" else f"{function.function}_{name}"
     return {
         "name": name,
@@ -240,8 +241,8 @@ def _words(name: str, number: Number, function: _Function) -> dict[str, str]:
         "suffix": number.suffix,
         "guard": f"{guard}_{number.form.name}".upper(),
         "type": number.type,
-        "low": number.coefficient(low) if low else number.constant(low),
-        "high": number.coefficient(high),
+        **ends,
+        "inside": text(formulas.within(function.given, *map(Name, ends.values())), number.syntax),
         "locals": ", ".join(statement.name for statement in function.program),
     }
 

@@ -11,13 +11,13 @@ from viscopade.arithmetic.formats import Format
 from viscopade.kernels.expressions import (
     AND,
     Call,
-    Choice,
     Expression,
     Literal,
     Name,
     Negation,
     Operation,
-    Row,
+    Select,
+    TableRow,
     Word,
     bare,
 )
@@ -34,7 +34,7 @@ class Syntax(NamedTuple):
     literal: Callable[[str], str] = _as_it_is
     power: str = ""
     word: Callable[[int], str] = hex
-    both: str = "&&"
+    both: str = "&&"  # "&" stands between conditions in parentheses
 
 
 MATH_MODULE = Syntax(lambda name: f"math.{name}")
@@ -76,9 +76,9 @@ def text(expression: Expression, syntax: Syntax) -> str:
             return syntax.word(value) if pattern else str(value)
         case Negation(symbol, operand):
             return f"{symbol}{_in_parentheses(operand, syntax)}"
-        case Choice(condition, met, otherwise):
+        case Select(condition, met, otherwise):
             return f"{text(condition, syntax)} ? {text(met, syntax)} : {text(otherwise, syntax)}"
-        case Row(table, index):
+        case TableRow(table, index):
             return f"{table}[{text(index, syntax)}]"
         case Operation(symbol, left, right):
             written = {AND: syntax.both, "//": "/"}.get(symbol, symbol)
@@ -89,18 +89,18 @@ def text(expression: Expression, syntax: Syntax) -> str:
 def _operand(expression: Expression, symbol: str, side: int, syntax: Syntax) -> str:
     own = bare(expression)
     if not isinstance(own, Operation):
-        return _in_parentheses(expression, syntax) if isinstance(own, Choice) else text(expression, syntax)
+        return _in_parentheses(expression, syntax) if isinstance(own, Select) else text(expression, syntax)
     # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
     # Operations on bits have all of theirs in parentheses: compilers warn of what is in none.
     binding, outer = _BINDING[own.symbol], _BINDING[symbol]
-    loose = outer == _BITS or binding < outer + (side or binding == _SUM)
+    loose = outer == _BITS or (symbol, syntax.both) == (AND, "&") or binding < outer + (side or binding == _SUM)
     return _in_parentheses(expression, syntax) if loose else text(expression, syntax)
 
 
 def _in_parentheses(expression: Expression, syntax: Syntax) -> str:
     """Return the text of an operand, in parentheses if it has operands of its own."""
     written = text(expression, syntax)
-    return f"({written})" if isinstance(bare(expression), Operation | Choice) else written
+    return f"({written})" if isinstance(bare(expression), Operation | Select) else written
 
 
 def shortest(value: float, form: Format) -> str:

@@ -129,9 +129,13 @@ def names_of(kernel: HalfLineKernel) -> Names:
 # --- what templates need ----------------------------------------------------------------------------------------------
 
 
+_SPECIAL_W = {"accepted": formulas.W_ACCEPTED, "beyond": formulas.W_BEYOND, "cut": formulas.W_CUT}
+
+
 def _type(number: Number) -> dict[str, object]:
     form = number.form
     return {
+        **{name: text(e, number.syntax) for name, e in _SPECIAL_W.items()},
         "type": number.type,
         "suffix": number.suffix,
         "zero": number.syntax.literal("0.0"),

@@ -37,7 +37,7 @@ from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import SMALLEST, TABLE, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
-from viscopade.kernels.machine import TYPES, arithmetic, computed, computed_on_row, rows_of
+from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_arithmetic, rows_of
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
@@ -568,7 +568,7 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
     """Return what the code gives where w is in the table; None elsewhere."""
     table = kernel.table
     inner = form if form in kernel.formats else DOUBLE
-    by, branch = arithmetic(inner), table.branch(inner)
+    by, branch = machine_arithmetic(inner), table.branch(inner)
     values = {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
     given = {name: TYPES[inner.name](value) for name, value in values.items()}
     if not evaluate(table.holds(inner), Run(branch.program, given, by), by):

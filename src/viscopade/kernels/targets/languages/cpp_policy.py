@@ -35,7 +35,7 @@ TARGET = Target(
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
-        "if (!({given} >= {low} && {given} <= {high})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
+        "if (!({inside})) {{\n    return std::numeric_limits<{type}>::quiet_NaN();\n}}",
         "}}\n\n#endif",
         "viscopade::{function}_{name}({given})",
         power="std::pow({base}, {p})",

@@ -68,7 +68,7 @@ TARGET = Target(
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
-        'if (!({given} >= {low} && {given} <= {high})) {{\n    return nan{suffix}("");\n}}',
+        'if (!({inside})) {{\n    return nan{suffix}("");\n}}',
         "}}\n\n#endif",
         "viscopade_{function}_{name}({given})",
         mathematics="{name}{suffix}",

@@ -21,8 +21,8 @@ TARGET = Target(
     suffix=".f90",
     comment="!",
     numbers=(
-        Number.of(DOUBLE, "real64", "_r64", literal="{}_real64"),
-        Number.of(FLOAT, "real32", "_r32", literal="{}_real32"),
+        Number.of(DOUBLE, "real64", "_r64", literal="{}_real64", both=".and."),
+        Number.of(FLOAT, "real32", "_r32", literal="{}_real32", both=".and."),
     ),
     runner=Runner(("gfortran",), ".f90", (TOOL, "-O2", FILE, DRIVER, "-o", PROGRAM), START, "FC"),
     assumed=of_library("exp and log"),
@@ -36,7 +36,7 @@ TARGET = Target(
         "{variable} = {value}",
         "value = {value}",
         "real({type}) :: {locals}\n\n"
-        "if (.not. ({given} >= {low} .and. {given} <= {high})) then\n"
+        "if (.not. ({inside})) then\n"
         "    value = ieee_value({given}, ieee_quiet_nan)\n    return\nend if",
         "end function",
         file="{head}\n\nmodule {module}\n    use, intrinsic :: iso_fortran_env, only: real32, real64\n"

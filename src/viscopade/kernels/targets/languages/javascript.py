@@ -9,7 +9,7 @@ TARGET = Target(
     name="javascript",
     suffix=".mjs",
     comment="//",
-    numbers=(Number.of(DOUBLE, "number"),),
+    numbers=(Number.of(DOUBLE, "number", zero="0"),),
     runner=Runner(("node",), ".mjs", (), (TOOL, DRIVER)),
     assumed=of_library("Math.log2 and Math.pow(2, x)"),
     functions=FunctionText(
@@ -17,7 +17,7 @@ TARGET = Target(
         "const {constant} = {value};",
         "const {variable} = {value};",
         "return {value};",
-        "if (!({given} >= {low} && {given} <= {high})) {{\n    return NaN;\n}}",
+        "if (!({inside})) {{\n    return NaN;\n}}",
         "}}",
         mathematics="Math.{name}",
         power="Math.pow({base}, {p})",

@@ -8,8 +8,8 @@ from viscopade.kernels.targets.language import FunctionText, Number, of_library,
 TARGET = package_of_python(
     "jax",
     "jax",
-    Number.of(DOUBLE, "float64", function="jnp.{}"),
-    Number.of(FLOAT, "float32", "_f32", function="jnp.{}"),
+    Number.of(DOUBLE, "float64", function="jnp.{}", zero="0", both="&"),
+    Number.of(FLOAT, "float32", "_f32", function="jnp.{}", zero="0", both="&"),
     functions=FunctionText(
         "def {function}_{name}{suffix}({given}):\n"
         '    {given} = jnp.asarray({given}, jax.dtypes.canonicalize_dtype("{type}"))\n'
@@ -17,7 +17,7 @@ TARGET = package_of_python(
         '        raise TypeError("{function}_{name}{suffix} needs {type}: set jax_enable_x64")',
         "{constant} = {value}",
         "{variable} = {value}",
-        "return jnp.where(({given} >= {low}) & ({given} <= {high}), {value}, jnp.nan)",
+        "return jnp.where({inside}, {value}, jnp.nan)",
         file="{head}\n\nimport jax\nimport jax.numpy as jnp\n\n\n{functions}\n",
         apart=1,
         power="jnp.power({base}, {p})",

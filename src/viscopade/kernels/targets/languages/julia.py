@@ -31,7 +31,7 @@ TARGET = Target(
         "{constant} = {value}",
         "{variable} = {value}",
         "return {value}",
-        "if !({given} >= {low} && {given} <= {high})\n    return {type}(NaN)\nend",
+        "if !({inside})\n    return {type}(NaN)\nend",
         "end",
         file="{head}\n\nmodule Viscopade\n\n{functions}\n\nend\n",
         power="({base})^{p}",

@@ -27,7 +27,7 @@ TARGET = Target(
         "let {constant}: {type} = {value};",
         "let {variable} = {value};",
         "{value}",
-        "if !({given} >= {low} && {given} <= {high}) {{\n    return {type}::NAN;\n}}",
+        "if !({inside}) {{\n    return {type}::NAN;\n}}",
         "}}",
         power="{type}::powf({base}, {p})",
     ),
