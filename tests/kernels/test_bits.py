@@ -16,7 +16,7 @@ from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.machine import TYPES, machine_arithmetic, rows_of
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
-TABLES_AND_TYPES = [(table, form) for table in {*TABLES.values(), LastPlaceTable()} for form in FORMATS.values()]
+TABLES_AND_TYPES = [(table, form) for table in (*TABLES.values(), LastPlaceTable()) for form in FORMATS.values()]
 
 
 @pytest.mark.parametrize(("table", "form"), TABLES_AND_TYPES, ids=str)
