@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
+import gc
 import logging
 import os
 import sys
@@ -107,9 +109,17 @@ def _run_command() -> object:
         return 2
 
 
+def _be_quick() -> None:
+    """Set up the process: most commands take less than a second."""
+    gc.set_threshold(50_000)  # imports make many objects, and no garbage that is worth a search
+    atexit.register(gc.freeze)  # nor has a process that ends
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy's threads cost more than they save: matrices are small
+
+
 def main() -> None:
     """Run the command line; errors are one line, and exit status 2 means that the input was at fault."""
     keep_printing()
+    _be_quick()
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its cache is no concern of ours
     try:
         with shown_by(tracker):
