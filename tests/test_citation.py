@@ -19,6 +19,7 @@ from viscopade.approximation import frontier
 from viscopade.arithmetic.decimals import at_most
 from viscopade.audit import programs
 from viscopade.cli.main import command
+from viscopade.generated import __version__
 from viscopade.theory import singularity
 from viscopade.theory.series import series
 from viscopade_lab import convergence
@@ -36,7 +37,7 @@ BIBLIOGRAPHY = (ROOT / "paper" / "paper.bib").read_text("utf-8")
 
 def test_the_citation_is_of_this_version():
     fields = dict(re.findall(r"^([\w-]+): (.+)$", CITATION, re.MULTILINE))
-    assert fields["version"] == PROJECT["version"]
+    assert fields["version"] == PROJECT["version"] == __version__
     assert fields["license"] == PROJECT["license"]
     page = (ROOT / "docs" / "usage" / "citing.md").read_text("utf-8")
     assert f"version = {{{PROJECT['version']}}}" in page

@@ -23,12 +23,11 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
     from viscopade.fitting.damping import fit
     from viscopade.fitting.points import Points
+    from viscopade.generated import __version__
     from viscopade.shipped import get_include
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
     from viscopade.theory.series import series
-
-    __version__: str
 
 __all__ = [
     "Law",
@@ -57,6 +56,7 @@ _HOME = {
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
     **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
     "Law": "viscopade.theory.law",
+    "__version__": "viscopade.generated",
     "Points": "viscopade.fitting.points",
     "fit": "viscopade.fitting.damping",
     "curve": "viscopade.collision.curve",
@@ -67,10 +67,8 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        value: Any = import_module("importlib.metadata").version("viscopade")
-    elif name in _MODULES:
-        value = import_module(_MODULES[name])
+    if name in _MODULES:
+        value: Any = import_module(_MODULES[name])
     elif name in _HOME:
         value = getattr(import_module(_HOME[name]), name)
     else:

@@ -22,7 +22,6 @@ from contextlib import contextmanager, suppress
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache, wraps
-from importlib.metadata import version
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_type_hints
@@ -234,6 +233,8 @@ def _cached(key: list[Any]) -> Path | None:
 @lru_cache(maxsize=1)
 def _sources() -> str | None:
     """Return a digest of everything that records depend on; None if the sources are not files (in an archive)."""
+    from importlib.metadata import version
+
     root = Path(__file__).parent
     wings = ("arithmetic", "arrays", "theory", "collision", "approximation", "kernels")
     files = [path for wing in wings for path in (root / wing).rglob("*.py")]
