@@ -32,7 +32,6 @@ from viscopade.approximation.remez import Coordinate, TooAccurate
 from viscopade.approximation.target import TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arrays import double
-from viscopade.collision.curve import curve
 from viscopade.collision.exact import Exact
 from viscopade.theory.law import VISCOELASTIC, Law
 
@@ -193,6 +192,8 @@ def _roughly(q: float, law: Law) -> tuple[arb, float]:
     if law == VISCOELASTIC:
         v_star = double.v_star_from(epsilon) if q > 1 else double.v_star_from(one_minus_epsilon=loss)
         return arb(v_star), -double.slope(float(v_star)) / float(double.one_minus_epsilon(v_star))
+    from viscopade.collision.curve import curve
+
     of = curve(law)
     kappa = float(of.kappa_from(epsilon) if q > 1 else of.kappa_from(one_minus_epsilon=loss))
     ends = kappa * np.exp(_STEP * np.array([-1.0, 1.0]))
