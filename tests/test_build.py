@@ -9,6 +9,7 @@ import pytest
 
 from tests.built import FILES, FOLDERS, ROOT, run_installed, unpacked_source, wheel
 from viscopade.arrays import native
+from viscopade.generated import __version__
 
 PACKAGE = ROOT / "src" / "viscopade"
 
@@ -80,6 +81,7 @@ def test_the_users_flags_do_not_change_results(source, tmp_path):
     code = """
 import numpy as np
 from viscopade.arrays import native
+from viscopade.generated import __version__
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))
 """
@@ -89,7 +91,7 @@ assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_re
 def test_the_conda_recipe_asks_for_what_the_package_asks_for():
     whole = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     recipe = (ROOT / "conda" / "recipe.yaml").read_text("utf-8")
-    assert re.search(r'^  version: "(.*)"$', recipe, re.MULTILINE)[1] == whole["project"]["version"]
+    assert re.search(r'^  version: "(.*)"$', recipe, re.MULTILINE)[1] == __version__
     run = re.search(r"^  run:\n((?:    - .*\n)+)", recipe, re.MULTILINE)[1].replace("    - ", "").splitlines()
     assert [line.replace(" ", "") for line in run] == ["python", *whole["project"]["dependencies"]]
     host = re.search(r"^  host:\n((?:    - .*\n)+)", recipe, re.MULTILINE)[1]

@@ -37,10 +37,10 @@ BIBLIOGRAPHY = (ROOT / "paper" / "paper.bib").read_text("utf-8")
 
 def test_the_citation_is_of_this_version():
     fields = dict(re.findall(r"^([\w-]+): (.+)$", CITATION, re.MULTILINE))
-    assert fields["version"] == PROJECT["version"] == __version__
+    assert fields["version"] == __version__
     assert fields["license"] == PROJECT["license"]
     page = (ROOT / "docs" / "usage" / "citing.md").read_text("utf-8")
-    assert f"version = {{{PROJECT['version']}}}" in page
+    assert f"version = {{{__version__}}}" in page
     for line in page.splitlines():
         if "doi" in line:
             assert line.strip() in BIBLIOGRAPHY

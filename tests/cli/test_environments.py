@@ -87,6 +87,7 @@ MORE = (
     Environment("TZ, SOURCE_DATE_EPOCH", {"TZ": "Pacific/Chatham", "SOURCE_DATE_EPOCH": "0"}),
     Environment("MPMATH_NOGMPY", {"MPMATH_NOGMPY": "1"}),
     Environment("one thread", {"FLINT_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}),
+    Environment("two threads of OpenBLAS", {"OPENBLAS_NUM_THREADS": "2"}),
     Environment("VISCOPADE_BACKEND=numpy", {"VISCOPADE_BACKEND": "numpy"}),
 )
 LOCALES = ("de_DE.UTF-8", "fr_FR.UTF-8", "tr_TR.UTF-8", "fa_IR.UTF-8", "ar_EG.UTF-8", "hi_IN.UTF-8")
