@@ -1,6 +1,7 @@
 """The file that a scene gets: its names, its comments, its numbers, and what compilers think of it."""
 
 import ast
+import builtins
 import ctypes
 import re
 import subprocess
@@ -318,6 +319,19 @@ def test_beta_of_given_radii_in_packages_of_python(tmp_path, language, form):
         meeting = made.encounters[index].meeting
         expected = made.scene.pair(meeting, tuple(pair)).beta
         assert value == pytest.approx(expected, rel=1e-13 if form == "double" else 1e-6, abs=0)
+
+
+@pytest.mark.parametrize(("language", "form"), [pair for pair in EACH if target(pair[0]).suffix == ".py"])
+@pytest.mark.parametrize("constant", [False, True])
+def test_modules_of_python_define_what_they_use(language, form, constant):
+    """Where a package is not installed, too."""
+    nodes = [*ast.walk(ast.parse(text(language, form, constant)))]
+    defined = {node.name for node in nodes if isinstance(node, ast.FunctionDef)} | set(dir(builtins))
+    defined |= {name.asname or name.name for node in nodes if isinstance(node, ast.Import) for name in node.names}
+    defined |= {name.name for node in nodes if isinstance(node, ast.ImportFrom) for name in node.names}
+    defined |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    defined |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    assert {node.id for node in nodes if isinstance(node, ast.Name)} <= defined
 
 
 def test_numbers_that_float_does_not_have_are_refused():
