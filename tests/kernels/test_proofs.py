@@ -15,11 +15,9 @@ from tests.compiled import build
 from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.arrays import double
-from viscopade.collision import exact
 from viscopade.kernels import prove_rational
 from viscopade.kernels.certificate import prove
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
-from viscopade.kernels.forms.kernel import span
 from viscopade.kernels.targets import c, python
 from viscopade.theory.pade import pade
 
@@ -89,18 +87,6 @@ def test_compiled_functions_are_within_the_bounds_of_their_header(request, built
         assert np.all(np.abs(found - eps) <= allowed * (1 + 1e-9) + 3e-16 * eps)
 
 
-@pytest.mark.parametrize("suffix", TYPES)
-def test_compiled_functions_against_exact(library, suffix):
-    """At a few points with nothing but exact arithmetic between the function and the claim."""
-    kernel, (name, kind) = small(), TYPES[suffix]
-    for bound, size in claims(kernel, name):
-        for v in speeds(bound.low, bound.high, kind, 12):
-            truth = exact.collision(Fraction(v), 25).decimals()
-            eps, loss = Fraction(truth["epsilon"]), Fraction(truth["one_minus_epsilon"])
-            error = abs(Fraction(library[f"epsilon_{kernel.name}{suffix}"](v)) - eps)
-            assert error <= Fraction(bound.bound) * min(eps, loss) + size * eps
-
-
 def test_the_bounds_are_nearly_attained(library):
     kernel = small()
     (bound,) = kernel.bounds
@@ -109,20 +95,6 @@ def test_the_bounds_are_nearly_attained(library):
     eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
     worst = np.max(np.abs(found - eps) / np.minimum(eps, loss))
     assert worst > 0.97 * float(bound.bound)
-
-
-@pytest.mark.parametrize("index", range(4))
-def test_generated_code_states_what_is_proven(index):
-    kernel = kernels()[index]
-    # Lines are wrapped, and begin with "*" or "#".
-    header, module = (re.sub(r"[\s*#]+", "", r([kernel], "test")) for r in (c.render, python.render))
-    for bound in kernel.bounds:
-        words = re.sub(r"[\s*#]+", "", f"{bound.bound} for {span(bound.low, bound.high)}")
-        assert words in header
-        assert words in module
-    sizes = dict(getattr(kernel, "rounding", ())) or {v.form.name: v.rounding for v in kernel.variants}
-    for name, size in sizes.items():
-        assert f"{size}epsintype{name}" in header
 
 
 # --- Padé -------------------------------------------------------------------------------------------------------------
