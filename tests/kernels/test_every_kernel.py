@@ -17,9 +17,11 @@ from itertools import product
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 
 import viscopade as vp
 from tests import compiled, daily
+from tests.closed_forms import nu_1
 from tests.kernels import languages
 from tests.kernels.languages import (
     FORMS,
@@ -358,6 +360,29 @@ def check(compute, language, name, form, arity, of=None):
             good |= (np.abs([*arguments, least]) < smallest).any(axis=0)
         assert good.all(), (function, form, rows[~good][:5], result[~good][:5])
     return len(functions)
+
+
+@pytest.mark.parametrize(
+    ("name", "function", "most"),
+    [("hunt-crossley-interval", "epsilon_", 2), ("hunt-crossley-inverse-in-float", "v_star_inverse", 1)],
+)
+def test_vectors_of_a_law_are_exact(name, function, most):
+    """Those of a law are from the exact function; here they are compared with the closed form."""
+    data = json.loads(text(name, "vectors"))
+    rows = [dict(zip(data["columns"], row, strict=True)) for row in data["vectors"]]
+    assert not [row for row in rows if row["function"].startswith(("beta", "restitution"))]
+    checked = 0
+    for row in rows:
+        x = float.fromhex(row["x"])
+        if row["function"].startswith(function) and 1e-6 < x <= most and row["exact"] not in ("-", "0"):
+            with mp.workdps(80):
+                found, kappa = (row["exact"], x) if most == 2 else (x, row["exact"])
+                assert abs(nu_1(mpf(kappa)) / mpf(found) - 1) < 1e-18
+            if row["bits"] != "-":
+                least, greatest, bits = (float.fromhex(row[key]) for key in ("least", "most", "bits"))
+                assert least <= bits <= greatest
+            checked += 1
+    assert checked > 10
 
 
 def test_the_float_of_a_law_is_of_type_float():
