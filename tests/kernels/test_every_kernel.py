@@ -35,6 +35,7 @@ from tests.kernels.languages import (
 from tests.kernels.speed_headers import machine_flags, named_compiler
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FLOAT
+from viscopade.arrays import double
 from viscopade.generated import MARKER
 from viscopade.kernels import requests, truth
 from viscopade.kernels.forms.kernel import law_name
@@ -462,6 +463,46 @@ def test_many_random_arguments(name):
         if functions_of(name, "C", form, arity):
             code = code_of(name, "C", form, arity)
             check(LANGUAGES["C"].run(None, code, flags=flags), "C", name, form, arity, rows)
+
+
+def claims(kernel, form):
+    """Return what is stated of eps: ends, bound and measure, and the rounding of eps and of 1 - eps."""
+    if isinstance(kernel, HalfLineKernel):
+        variant = kernel.variant(form)
+        return [(variant.certificate, {kind_: variant.rounding(kind_) for kind_ in kernel.checked})]
+    if isinstance(kernel, PadeKernel):
+        return [(bound, {"epsilon": dict(kernel.rounding)[form.name]}) for bound in kernel.bounds]
+    variant = kernel.variant(form)
+    return [(variant.certificate, {"epsilon": variant.rounding})]
+
+
+@pytest.mark.parametrize("name", ["pade", "minimax", "minimax-relative", "half-line", "half-line-relative"])
+@pytest.mark.parametrize("form", FORMS)
+def test_many_points_against_double(run, name, form):
+    """The error is nearly as large as the bound says, and no larger but for rounding, with FMA contraction or without.
+
+    `double` is within one unit in the last place.
+    """
+    fused = called(c_library([text(name, "c")], command_of("fused")), code_of(name, "C", form, 1), FORMS[form].suffix)
+    for kernel in REQUESTS[name].prove():
+        if f"epsilon_{kernel.name}" not in functions_of(name, "C", form, 1):
+            continue
+        for proven, rounding in claims(kernel, FORMS[form]):
+            low, high, bound = float(proven.low), float(proven.high or 10**8), float(proven.bound)
+            points = [np.linspace(low, min(high, 10), 10_001), np.geomspace(max(low, 1e-15), high, 10_001)]
+            v_star = np.concatenate(points).astype(TYPES[form]).astype(float)
+            v_star = v_star[(v_star >= low) & (v_star <= high)]
+            eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+            measure, far = np.minimum(eps, loss) if proven.measure == "both" else eps, v_star > 0.01
+            for compute in (run(name, "C", form, 1), fused):
+                found, reached = compute(v_star), 0.0
+                for function, size in rounding.items():
+                    true = eps if function == "epsilon" else loss
+                    error = np.abs(found[f"{function}_{kernel.name}"].astype(float) - true)
+                    allowed = bound * measure * (1 + 1e-9) + (float(size) + 3e-16) * true
+                    assert (error <= allowed).all(), (function, v_star[error > allowed])
+                    reached = max(reached, (error[far] / measure[far]).max())
+                assert reached > 0.97 * bound
 
 
 PATTERNS = """
