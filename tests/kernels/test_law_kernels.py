@@ -302,4 +302,6 @@ def test_kernels_that_share_a_lasting_name_leave_it_to_the_first():
     of = Request(law="hunt-crossley", minimax=((0, 2), (1, 2)), kappa_max="2")
     first, second = of.prove()
     assert first.lasting_name == second.lasting_name
-    assert of.render("rust").count(f"pub fn epsilon_{first.lasting_name}(") == 1
+    name = f"pub fn epsilon_{first.lasting_name}("
+    assert of.render("rust").count(name) == 1
+    assert f"    epsilon_{first.name}(v_star)" in of.render("rust").split(name)[1].split("}")[0]
