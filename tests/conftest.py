@@ -53,6 +53,7 @@ TOGETHER = (
 )
 FIRST = (
     *TOGETHER,
+    *files("kernels", "every_kernel", "law_kernels"),
     *files("", "notebooks", "derivations", "site"),
     *files("lab", "figures", "claims", "report"),
     *files("collision", "panel_proof"),

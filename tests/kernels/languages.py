@@ -1,20 +1,24 @@
 """Runners of exported code: its functions called in each language, with bits in and bits out.
 
-A program reads lines of arguments as hexadecimal bits and writes the results of all functions. Where the tool of a
-language is missing, the test is skipped. GLSL and WGSL also run translated to C++, and Julia translated to Python, so
-that their numbers and expressions are checked everywhere. Nothing here has run on a GPU.
+C and C++ become shared objects. Of the other languages, a program reads lines of arguments as hexadecimal bits and
+writes the results of all functions. Where the tool of a language is missing, the test is skipped. GLSL and WGSL also
+run translated to C++, and Julia translated to Python, so that their numbers and expressions are checked everywhere.
+Nothing here has run on a GPU.
 """
 
 from __future__ import annotations
 
+import ctypes
 import math
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -95,87 +99,103 @@ def built(directory: Path, *command: str) -> None:
 
 # --- C and C++ --------------------------------------------------------------------------------------------------------
 
-C_DRIVER = """
-#include <stdio.h>
-#include <string.h>
-{include}
-int main(void)
-{{
-    {integer} bits[2], r;
-    {type} {names}, result;
-    while ({read}) {{
-        memcpy(&x, &bits[0], sizeof x);
-        {second}
-{body}
-        printf("\\n");
-    }}
-    return 0;
-}}
-"""
+_DEFINITION = re.compile(
+    r"^(?:static inline|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)\(\1 \w+(, \1 \w+)?\)$", re.MULTILINE
+)
+_LASTING = re.compile(r"^#define viscopade_(\w+) viscopade_(\w+)$", re.MULTILINE)
 
 
-def c_driver(code: Code, include: str, calls: Sequence[str]) -> str:
-    """Return a program in C and C++."""
-    integer, length = ("unsigned long", "l") if code.form == "double" else ("unsigned", "")
-    body = "\n".join(
-        f'        result = {call}; memcpy(&r, &result, sizeof r); printf("%{length}x ", r);' for call in calls
-    )
-    places = ", ".join(f"&bits[{i}]" for i in range(code.arity))
-    read = f'scanf("{" ".join([f"%{length}x"] * code.arity)}", {places}) == {code.arity}'
-    second = "memcpy(&y, &bits[1], sizeof y);" if code.arity == 2 else ""
-    names = ", ".join(NAMES[: code.arity])
-    return C_DRIVER.format(
-        include=include, integer=integer, type=code.form, names=names, read=read, second=second, body=body
-    )
+def functions_of_c(text: str) -> dict[str, tuple[str, int]]:
+    """Return type and number of arguments of a header's functions by name, that of names that last included."""
+    found = {name: (form, 2 if second else 1) for form, name, second in _DEFINITION.findall(text)}
+    return found | {lasting: found[name] for lasting, name in _LASTING.findall(text) if name in found}
 
 
-def c_program(directory: Path, standard: str, source: str, flags: Sequence[str] = ()) -> list[str]:
-    """Return the command that runs a program, compiled with warnings as errors."""
-    (directory / "driver.src").write_text(source)
-    built(
-        directory, *compiled.compiler(standard), *compiled.WARNINGS, "-O2", *flags, "driver.src", "-o", "driver", "-lm"
-    )
-    return [str(directory / "driver")]
+def entries(functions: Iterable[tuple[str, str, int, str]]) -> str:
+    """Return C text of functions of arrays for the linker, from names, types, numbers of arguments and calls."""
+    lines = ["#ifdef __cplusplus", 'extern "C" {', "#endif"]
+    for name, form, arity, call in functions:
+        pointers = "".join(f"const {form} *all_{x}, " for x in NAMES[:arity])
+        given = " ".join(f"const {form} {x} = all_{x}[i];" for x in NAMES[:arity])
+        lines += [
+            f"void call_{name}(int n, {pointers}{form} *out)",
+            f"{{ int i; for (i = 0; i < n; i++) {{ {given} out[i] = {call}; }} }}",
+        ]
+    return "\n".join([*lines, "#ifdef __cplusplus", "}", "#endif", ""])
 
 
-def of_c(directory: Path, code: Code, standard: str = "c99", flags: Sequence[str] = ()) -> Compute:
+@cache
+def library(headers: Sequence[str], source: str, command: Sequence[str]) -> ctypes.CDLL:
+    """Return a shared object with headers, each a file, and a source text."""
+    with TemporaryDirectory() as folder:
+        directory, names = Path(folder), [f"header{i}.h" for i in range(len(headers))]
+        for name, header in zip(names, headers, strict=True):
+            (directory / name).write_text(header)
+        (directory / "source.src").write_text("".join(f'#include "{name}"\n' for name in names) + source)
+        built(directory, *command, "source.src", "-o", "source.so", "-lm")
+        return ctypes.CDLL(str(directory / "source.so"))
+
+
+def called(of: ctypes.CDLL, code: Code, suffix: str = "") -> Compute:
+    """Return the functions of a shared object."""
+
+    def compute(*columns: np.ndarray) -> Results:
+        given = [np.ascontiguousarray(column, code.kind) for column in columns]
+        found = {function: np.empty_like(given[0]) for function in code.functions}
+        for function, out in found.items():
+            entry = of[f"call_{function}{suffix}"]
+            entry.restype = None
+            entry(len(out), *(ctypes.c_void_p(array.ctypes.data) for array in (*given, out)))
+        return found
+
+    return compute
+
+
+def c_command(standard: str, flags: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the command that compiles shared objects, with warnings as errors."""
+    own = ("-O2", "-ffp-contract=off", *flags, "-fPIC", "-shared")
+    return (*compiled.compiler(standard), *compiled.WARNINGS, *own)
+
+
+def c_library(headers: Sequence[str], command: Sequence[str]) -> ctypes.CDLL:
+    """Return a shared object with all functions of headers."""
+    functions = {name: found for header in headers for name, found in functions_of_c(header).items()}
+    calls = ((name, *found, f"viscopade_{name}({', '.join(NAMES[: found[1]])})") for name, found in functions.items())
+    return library(tuple(headers), entries(calls), tuple(command))
+
+
+def of_c(_: Path, code: Code, standard: str = "c99", flags: Sequence[str] = ()) -> Compute:
     """Run a header for C; that of CUDA is one on the host."""
-    (directory / "viscopade.h").write_text(code.text)
-    source = c_driver(code, '#include "viscopade.h"', code.calls("viscopade_{}" + FORMS[code.form].suffix))
-    return computed(c_program(directory, standard, source, flags), code)
+    return called(c_library([code.text], c_command(standard, flags)), code, FORMS[code.form].suffix)
 
 
 def of_cxx(directory: Path, code: Code) -> Compute:
     return of_c(directory, code, "c++98")
 
 
-def of_nvcc(directory: Path, code: Code) -> Compute:
-    (directory / "viscopade.cuh").write_text(code.text)
-    calls = code.calls("viscopade_{}" + FORMS[code.form].suffix)
-    (directory / "driver.cu").write_text(c_driver(code, '#include "viscopade.cuh"', calls))
-    built(directory, tool("nvcc"), "-arch=sm_75", "-Werror", "all-warnings", "driver.cu", "-o", "driver")
-    return computed([str(directory / "driver")], code)
+def of_nvcc(_: Path, code: Code) -> Compute:
+    flags = ("-x", "cu", "-arch=sm_75", "-Werror", "all-warnings", "-shared", "-Xcompiler", "-fPIC")
+    return called(c_library([code.text], [tool("nvcc"), *flags]), code, FORMS[code.form].suffix)
 
 
-POLICY = """
-#include "viscopade_policy.hpp"
-struct Now {{ static {type} beta; static {type} Beta() {{ return beta; }} }};
-{type} Now::beta;
-"""
+def of_calls(code: Code, text: str, calls: Sequence[str], standard: str, flags: Sequence[str] = ()) -> Compute:
+    """Run functions of C++ by the text of their calls."""
+    made = [(function, code.form, code.arity, call) for function, call in zip(code.functions, calls, strict=True)]
+    return called(library((code.text,), text + entries(made), c_command(standard, flags)), code)
 
 
-def of_policy(directory: Path, code: Code, standard: str = "c++14") -> Compute:
+POLICY = "struct Now {{ static {type} beta; static {type} Beta() {{ return beta; }} }};\n{type} Now::beta;\n"
+
+
+def of_policy(_: Path, code: Code, standard: str = "c++14") -> Compute:
     """Run a policy class of two arguments, or the functions of one."""
-    (directory / "viscopade_policy.hpp").write_text(code.text)
-    include, calls = '#include "viscopade_policy.hpp"', code.calls("viscopade::{}")
-    if code.arity == 2:
-        include, calls = POLICY.format(type=code.form), []
-        for function in code.functions:
-            of, _, kernel = function.partition("_")
-            calls.append(
-                f"(Now::beta = y, viscopade::Policy<Now, viscopade::{kernel}, {code.form}>::{OF_POLICY[of]}(x))"
-            )
-    return computed(c_program(directory, standard, c_driver(code, include, calls)), code)
+    if code.arity == 1:
+        return of_calls(code, "", code.calls("viscopade::{}"), standard)
+    calls = []
+    for function in code.functions:
+        of, _, kernel = function.partition("_")
+        calls.append(f"(Now::beta = y, viscopade::Policy<Now, viscopade::{kernel}, {code.form}>::{OF_POLICY[of]}(x))")
+    return of_calls(code, POLICY.format(type=code.form), calls, standard)
 
 
 def of_policy_17(directory: Path, code: Code) -> Compute:
@@ -403,18 +423,18 @@ static inline float select(float a, float b, bool c) { return c ? b : a; }
 SHIM_FLAGS = ("-Wno-unused-function", "-Wno-conversion")
 
 
-def translated(directory: Path, code: Code, text: str) -> Compute:
+def translated(code: Code, text: str) -> Compute:
     """Run a shader's text that was translated to C++."""
-    source = c_driver(code, SHIMS + text, code.calls("viscopade_{}"))
-    return computed(c_program(directory, "c++17", source, SHIM_FLAGS), code)
+    translated = replace(code, text=SHIMS + text)
+    return of_calls(translated, "", code.calls("viscopade_{}"), "c++17", SHIM_FLAGS)
 
 
-def of_glsl_translated(directory: Path, code: Code) -> Compute:
+def of_glsl_translated(_: Path, code: Code) -> Compute:
     text = re.sub(r"\b(\d+\.\d*(?:e[+-]?\d+)?)(?![\w.])", r"\1f", re.sub(r"//.*", "", code.text))
-    return translated(directory, code, re.sub(r"^(float|vec2) ", r"static inline \1 ", text, flags=re.MULTILINE))
+    return translated(code, re.sub(r"^(float|vec2) ", r"static inline \1 ", text, flags=re.MULTILINE))
 
 
-def of_wgsl_translated(directory: Path, code: Code) -> Compute:
+def of_wgsl_translated(_: Path, code: Code) -> Compute:
     text = re.sub(r"//.*", "", code.text).replace("vec2<f32>", "vec2")
     text = re.sub(r"^fn (\w+)\((.*)\) -> (\w+) {", r"static inline \3 \1(\2) {", text, flags=re.M)
     text = re.sub(r"(\w+): f32([,)])", r"f32 \1\2", text)
@@ -422,7 +442,7 @@ def of_wgsl_translated(directory: Path, code: Code) -> Compute:
     text = re.sub(r"\b(\d+\.\d+)(?![\w.])", r"\1f", text)
     assert "fn " not in text
     assert "let " not in text
-    return translated(directory, code, f"typedef float f32;\n{text}")
+    return translated(code, f"typedef float f32;\n{text}")
 
 
 def on_device(code: Code, shader: str | bytes) -> Compute:

@@ -1,26 +1,61 @@
-"""Every ready kernel, in every target that writes it: the code runs, and its results are within the proven bounds.
+"""Every ready kernel, in every target that writes it: what a file says, what its code returns, and what is refused.
 
-The bounds are those of the test vectors, whose exact values come from the equation of motion (test_vectors.py).
+Arguments are those of the test vectors, and random ones, others every day; exact values and bounds come from the module
+that makes the vectors (test_vectors.py compares it with the equation of motion).
 """
 
+import inspect
 import json
 import math
+import random
 import re
-from functools import cache
+import subprocess
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache, partial
+from itertools import product
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 
-from tests.kernels.languages import FORMS, LANGUAGES, TYPES, Code
+import viscopade as vp
+from tests import compiled, daily
+from tests.closed_forms import nu_1
+from tests.kernels import languages
+from tests.kernels.languages import (
+    FORMS,
+    LANGUAGES,
+    TYPES,
+    Code,
+    c_command,
+    c_library,
+    called,
+)
+from tests.kernels.speed_headers import machine_flags, named_compiler
+from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import FLOAT
-from viscopade.kernels import requests
+from viscopade.arrays import double
+from viscopade.generated import MARKER
+from viscopade.kernels import requests, truth
 from viscopade.kernels.forms.kernel import law_name
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.names import TIERS
 from viscopade.kernels.requests import KINDS, Request
-from viscopade.kernels.targets import quotients
+from viscopade.kernels.targets import quotients, vectors
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
+from viscopade.kernels.targets.table_free import name_of, names_of
+from viscopade.kernels.targets.wording import end_condition
+from viscopade.theory.law import VISCOELASTIC, law_of
 
+OTHERS = {
+    "half-line-relative": Request(accuracy=("1e-3",), measure="relative"),
+    "minimax-relative": Request(minimax=((2, 3),), v_star_min="0.5", v_star_max="3", measure="relative"),
+    "inverse-interval": Request(inverse=("1e-3",), epsilon_min="0.3"),
+}
+"""Their results are tested in C, and those of Python against C."""
 REQUESTS = {
     "pade": requests.PAPER,
     "minimax": requests.RECOMMENDED,
@@ -33,6 +68,7 @@ REQUESTS = {
     "linear-inverse-interval": Request(law="linear", inverse=("1e-4",), epsilon_min="0.1"),
     "linear-in-float": Request(law="linear", accuracy=("1e-5",), kappa_max="inf"),
     "hunt-crossley-inverse-in-float": Request(law="hunt-crossley", inverse=("1e-5",)),
+    **OTHERS,
 }
 COMPACT = {target.name for target in targets() if target.compact}
 SHADERS = {target.name for target in targets() if target.place == "shader"}
@@ -41,6 +77,7 @@ SHADERS = {target.name for target in targets() if target.place == "shader"}
 UNWRITTEN = {
     "minimax": SHADERS,
     "inverse": COMPACT,
+    "inverse-interval": COMPACT,
     **{name: SHADERS for name in REQUESTS if name.endswith(("-forward", "-inverse"))},
 }
 
@@ -53,9 +90,14 @@ CASES = [
     (name, language)
     for name, request in REQUESTS.items()
     for language, how in LANGUAGES.items()
-    if how.target in set(kind(request).targets) - UNWRITTEN.get(name, set())
+    if how.target in set(kind(request).targets) - UNWRITTEN.get(name, set()) and (name not in OTHERS or language == "C")
 ]
 OF_SHADERS = 4e-6  # what quotients and roots on a device may add, of the result: the files say less
+
+
+def written(name):
+    """Return the targets of a request."""
+    return [target for target in kind(REQUESTS[name]).targets if target not in UNWRITTEN.get(name, ())]
 
 
 @cache
@@ -64,15 +106,58 @@ def text(name, target):
     return REQUESTS[name].render(target)
 
 
-@cache
-def vectors(name):
+def read(lines):
     """Return rows of arguments and least and greatest result by function and type."""
     found = {}
-    for function, form, x, y, _, _, _, least, most, _ in json.loads(text(name, "vectors"))["vectors"]:
+    for function, form, x, y, _, _, _, least, most, _ in lines:
         if least != "-":
             row = [float.fromhex(word) for word in (x, y, least, most) if word != "-"]
             found.setdefault((function, form), []).append(row)
     return {key: np.array(rows) for key, rows in found.items()}
+
+
+@cache
+def rows_of(name):
+    """Return the rows of the test vectors, and some at random arguments."""
+    return read([*json.loads(text(name, "vectors"))["vectors"], *random_lines(name, 6)])
+
+
+def random_lines(name, number):
+    """Return vectors at random arguments, where anything is stated of the result."""
+    generator = random.Random(f"{name} {daily.DAY}")
+    with working(truth.BITS), np.errstate(all="ignore"):
+        lines = [
+            vectors._line(function, given)
+            for kernel in REQUESTS[name].prove()
+            for function in vectors._functions(kernel)
+            for given in arguments(function.name, function.form.name, number, generator)
+        ]
+    return [json.loads(line) for line in lines if line is not None]
+
+
+WHOLE = {"double": (-1074, 1023), "float": (-149, 127)}  # exponents of all numbers
+OF_V_STAR = ("epsilon_", "one_minus_epsilon_")
+OF_EPSILON = ("v_star_", "beta_")
+
+
+def arguments(function, form, number, generator):
+    """Return random arguments, numbers of the type: portions of any size, and speeds of usual size or any."""
+
+    def portion():
+        near_one = 1 - 10 ** -generator.uniform(1, 6)
+        return generator.choice([generator.random(), 2.0 ** generator.uniform(WHOLE[form][0], 0), near_one])
+
+    def size(least=-14, most=14):
+        return 2.0 ** generator.uniform(*generator.choice([(least, most), (least, most), WHOLE[form]]))
+
+    for _ in range(number):
+        if function.startswith(OF_V_STAR):
+            given = [generator.choice([size(), generator.uniform(0.5, 3)])]
+        elif function.startswith(OF_EPSILON):
+            given = [portion(), *[size()] * function.startswith("beta")]
+        else:
+            given = [size(-90, 60), size(-6, 6)]
+        yield tuple(float(TYPES[form](x)) for x in given)
 
 
 @cache
@@ -81,7 +166,7 @@ def domains(name):
     request = REQUESTS[name]
     of = {"quotient": quotients._of_v_star, "root": quotients._of_epsilon}.get(kind(request).id)
     found = {}
-    for kernel in request.prove() if of is not None and name != "half-line" else ():
+    for kernel in request.prove() if of is not None and not name.startswith("half-line") else ():
         for form in FORMS.values():
             try:
                 functions = of(kernel, form)
@@ -91,31 +176,19 @@ def domains(name):
     return found
 
 
-@pytest.mark.parametrize("name", UNWRITTEN)
-def test_what_cannot_be_written_is_refused(name):
-    for target in UNWRITTEN[name]:
-        with pytest.raises(ValueError, match=f"cannot be written in {target}: .*|accepted for {target} are kernels"):
-            REQUESTS[name].render(target)
+@cache
+def ending(name):
+    """Return the names of kernels with an interval, a pole or a zero, beyond which Python refuses arguments."""
+    found = [kernel for kernel in REQUESTS[name].prove() if isinstance(kernel, Quotient)]
+    return tuple(kernel.name for kernel in found if kernel.end or kernel.interval)
 
 
-@pytest.mark.parametrize(("name", "language"), CASES, ids=lambda word: word.replace(", ", "-").replace(" ", "-"))
-def test_results_are_within_the_proven_bounds(tmp_path, name, language):
-    how = LANGUAGES[language]
-    written = text(name, how.target)
-    checked = 0
-    for form in how.forms:
-        for arity in (1, 2):
-            functions = {
-                function: rows
-                for (function, of_form), rows in vectors(name).items()
-                if of_form == form and rows.shape[1] == arity + 2 and has(how, written, function, form)
-            }
-            if functions:
-                directory = tmp_path / f"{form}{arity}"
-                directory.mkdir()
-                check(how, language, name, Code(written, tuple(functions), form, arity), functions, directory)
-                checked += len(functions)
-    assert checked
+@cache
+def lasting(name):
+    """Return the names that last by those of today."""
+    kernels = [kernel for kernel in REQUESTS[name].prove() if kernel is not None]
+    kernels += [names_of(kernel) for kernel in kernels if isinstance(kernel, HalfLineKernel)]
+    return {kernel.name: kernel.lasting_name for kernel in kernels if kernel.lasting_name != kernel.name}
 
 
 def has(how, written, function, form):
@@ -125,32 +198,192 @@ def has(how, written, function, form):
     return re.search(rf"\b(viscopade_)?({names})({suffix})?\b", written) is not None
 
 
-def check(how, language, name, code, functions, directory):
-    """Compare the results of all functions, each with its own rows."""
-    compute = how.run(directory, code)
-    everything = np.concatenate([rows[:, : code.arity] for rows in functions.values()])
-    found = compute(*everything.T.astype(TYPES[code.form]))
-    smallest = np.finfo(TYPES[code.form]).tiny
+@cache
+def functions_of(name, language, form, arity):
+    """Return the functions of a file that have vectors, each with the other name of it that lasts, or None."""
+    how, found = LANGUAGES[language], {}
+    for (function, of_form), rows in rows_of(name).items():
+        if of_form == form and rows.shape[1] == arity + 2 and has(how, text(name, how.target), function, form):
+            stay = [
+                function.removesuffix(now) + stays for now, stays in lasting(name).items() if function.endswith(now)
+            ]
+            found[function] = stay[0] if stay else None
+    return found
+
+
+def code_of(name, language, form, arity):
+    """Return a file and all functions of a type that take so many arguments, under all names."""
+    functions = functions_of(name, language, form, arity)
+    names = (*functions, *filter(None, functions.values()))
+    return Code(text(name, LANGUAGES[language].target), names, form, arity)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Return a function from a request, a language, a type and a number of arguments to the results of its file."""
+
+    @cache
+    def ready(name, language, form, arity):
+        return LANGUAGES[language].run(tmp_path_factory.mktemp("language"), code_of(name, language, form, arity))
+
+    return ready
+
+
+# --- texts ------------------------------------------------------------------------------------------------------------
+
+FILES = [(name, target) for name in REQUESTS for target in written(name)]
+JSON = {"json", "certificates", "vectors"}
+CODE = {how.target for how in LANGUAGES.values()}
+NUMBER = re.compile(r"(?<![\w.])-?(?:0x1(?:\.[0-9a-f]+)?p[+-]\d+|\d+\.\d+(?:[ef]-?\d+)?)")
+IS_TABLE = ("full", "speed")  # kinds whose coefficients are rows of a table
+
+
+def words_of(written):
+    """Return a text without marks of comments and breaks of lines."""
+    return " ".join(" ".join(re.sub(r'^[ *#%!/"]+', "", line) for line in written.splitlines()).split())
+
+
+@pytest.mark.parametrize("name", UNWRITTEN)
+def test_what_cannot_be_written_is_refused(name):
+    for target in UNWRITTEN[name]:
+        with pytest.raises(ValueError, match=f"cannot be written in {target}: .*|accepted for {target} are kernels"):
+            REQUESTS[name].render(target)
+
+
+@pytest.mark.parametrize(("name", "target"), FILES)
+def test_a_file_says_what_it_is(name, target):
+    of, found = REQUESTS[name], text(name, target)
+    kernels = [kernel for kernel in of.prove() if kernel is not None]
+    lines, words = found.splitlines(), words_of(found)
+    assert re.search(rf"{MARKER} {re.escape(vp.__version__)}", found[:1000])
+    assert of.command(target) in found[:1000]
+    law = law_of(of.law)
+    assert end_condition(law) in words
+    if law != VISCOELASTIC and target not in {*JSON, "csv", "latex"}:
+        assert f"a = {law.elastic}, b = {law.damping}," in words
+        assert f"kappa = {law.kappa_text}" in words
+    assert found.isascii()
+    assert found.endswith("\n")
+    assert not found.endswith("\n\n")
+    assert "\r" not in found
+    assert not [line for line in lines if line != line.rstrip()]
+    if target in ("c", "cuda") and kind(of).id not in IS_TABLE:
+        assert "\n\n\n" not in found
+    if law == VISCOELASTIC and name not in OTHERS and kind(of).id not in IS_TABLE and target not in JSON:
+        assert max(map(len, lines)) <= (120 if target == "c" else 132)
+    for kernel in kernels:
+        if name.startswith("half-line") and target in CODE and target_of(target).compact:
+            stated = [v.certificate.bound for v in kernel.variants if v.form.name in target_of(target).formats]
+            assert all(part in words for part in (name_of(kernel), "domain: 2^-", "proven:", "assumed:"))
+            assert stated or f"{name_of(kernel)} is left out" in words
+            assert all(f"<= {bound}" in words or f"and {bound}" in words for bound in stated)
+            continue
+        assert kernel.name in found or getattr(kernel, "label", kernel.name) in found
+        if target not in JSON and kind(of).id not in IS_TABLE:
+            assert kernel.proven
+            assert all(fact in words for fact in kernel.facts)
+
+
+CONSTANT = re.compile(r"VISCOPADE_CONSTANT\((-?0x[^,]+), ([^)]+)\)")
+
+
+def numbers_in(written, form):
+    """Return the sizes of all numbers in a text, rounded to a type."""
+    words = (word.lstrip("-") for word in NUMBER.findall(written))
+    exact = (Fraction(float.fromhex(w) if "0x" in w else w.removesuffix("f").replace("f", "e")) for w in words)
+    return {float(form.rounded(number)) for number in exact}
+
+
+@pytest.mark.parametrize(
+    ("name", "target"), [(n, t) for n, t in FILES if t in CODE and kind(REQUESTS[n]).id not in IS_TABLE]
+)
+def test_coefficients_read_back(name, target):
+    """Every coefficient is in the text of its type to the last bit; the hexadecimal of a pair is the decimal's."""
+    found, checked = text(name, target), 0
+    for form in map(FORMS.get, target_of(target).formats):
+        numbers = numbers_in(found, form)
+        for kernel in REQUESTS[name].prove():
+            if isinstance(kernel, PadeKernel):
+                coefficients = [form.nearest(c) for values in kernel.reduced for c in values]
+            else:
+                coefficients = [c for v in kernel.variants if v.form == form for c in (*v.a, *v.b)]
+            assert {abs(c) for c in coefficients} - {0.0, 1.0} <= numbers
+            checked += len(coefficients)
+    assert checked
+    for pair in CONSTANT.findall(found):
+        form = FORMS["float" if pair[1].endswith("f") else "double"]
+        hexadecimal, decimal = (literal.removesuffix("f") for literal in pair)
+        assert float.fromhex(hexadecimal) == form.nearest(Fraction(decimal))
+
+
+# --- results ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "language"), CASES, ids=lambda word: word.replace(", ", "-").replace(" ", "-"))
+def test_results_are_within_the_proven_bounds(run, name, language):
+    """Under the names that last, too."""
+    checked = 0
+    for form in LANGUAGES[language].forms:
+        for arity in (1, 2):
+            if functions_of(name, language, form, arity):
+                checked += check(run(name, language, form, arity), language, name, form, arity)
+    assert checked
+
+
+def check(compute, language, name, form, arity, of=None):
+    """Compare the results of all functions, each with its own rows; return how many there are."""
+    how, functions, of = LANGUAGES[language], functions_of(name, language, form, arity), of or rows_of(name)
+    everything = np.concatenate([of[function, form] for function in functions])
+    found = compute(*everything.T[:arity].astype(TYPES[form]))
+    smallest = np.finfo(TYPES[form]).tiny
     start = 0
-    for function, rows in functions.items():
+    for function, stays in functions.items():
+        rows = of[function, form]
+        if stays:
+            np.testing.assert_array_equal(found[function], found[stays])
         result = np.float64(found[function][start : start + len(rows)])
         start += len(rows)
         *arguments, least, most = rows.T
         good = np.where(np.isnan(least), np.isnan(result), (least <= result) & (result <= most))
-        low, high = domains(name).get((function, code.form), (0.0, math.inf))
+        low, high = domains(name).get((function, form), (0.0, math.inf))
         inside = (arguments[0] >= low) & (arguments[0] <= high)
-        if target_of(how.target).functions is not None and (function, code.form) in domains(name):
+        if target_of(how.target).functions is not None and (function, form) in domains(name):
             # Functions of one variable in compact languages: NaN outside the domain, or in shaders nothing.
             good = np.where(inside, good, how.is_shader | np.isnan(result))
         elif language == "Python":
-            good |= np.isnan(result) & (~inside | np.isinf(arguments).any(axis=0))
+            ends = function.endswith(ending(name))
+            good |= np.isnan(result) & (~inside | (ends & np.isinf(arguments).any(axis=0)))
         if language in ("GLSL", "WGSL"):
             good |= inside & (abs(result - least) <= most - least + OF_SHADERS * abs(least))
         if how.is_shader:  # NaN is not promised
             good |= np.isnan(least)
         if how.is_shader or language == "JAX":
             good |= (np.abs([*arguments, least]) < smallest).any(axis=0)
-        assert good.all(), (function, code.form, rows[~good][:5], result[~good][:5])
+        assert good.all(), (function, form, rows[~good][:5], result[~good][:5])
+    return len(functions)
+
+
+@pytest.mark.parametrize(
+    ("name", "function", "most"),
+    [("hunt-crossley-interval", "epsilon_", 2), ("hunt-crossley-inverse-in-float", "v_star_inverse", 1)],
+)
+def test_vectors_of_a_law_are_exact(name, function, most):
+    """Those of a law are from the exact function; here they are compared with the closed form."""
+    data = json.loads(text(name, "vectors"))
+    rows = [dict(zip(data["columns"], row, strict=True)) for row in data["vectors"]]
+    assert not [row for row in rows if row["function"].startswith(("beta", "restitution"))]
+    checked = 0
+    for row in rows:
+        x = float.fromhex(row["x"])
+        if row["function"].startswith(function) and 1e-6 < x <= most and row["exact"] not in ("-", "0"):
+            with mp.workdps(80):
+                found, kappa = (row["exact"], x) if most == 2 else (x, row["exact"])
+                assert abs(nu_1(mpf(kappa)) / mpf(found) - 1) < 1e-18
+            if row["bits"] != "-":
+                least, greatest, bits = (float.fromhex(row[key]) for key in ("least", "most", "bits"))
+                assert least <= bits <= greatest
+            checked += 1
+    assert checked > 10
 
 
 def test_the_float_of_a_law_is_of_type_float():
@@ -158,3 +391,269 @@ def test_the_float_of_a_law_is_of_type_float():
     kernels = [kernel for name in REQUESTS if "-" in name and "speed" not in name for kernel in REQUESTS[name].prove()]
     assert len({law_name(kernel.law) for kernel in kernels}) == 4
     assert any(variant.form == FLOAT for kernel in kernels for variant in kernel.variants)
+
+
+# --- C and C++ --------------------------------------------------------------------------------------------------------
+
+IN_C = [name for name in REQUESTS if "c" in written(name)]
+OLD = ("c++98", "c++14")  # headers with tables take C99 or C++17
+BUILDS = {
+    **{standard: (standard, ("-O0",)) for standard in compiled.STANDARDS},
+    "clang": ("c99", ("-O0",)),
+    "clang++": ("c++17", ("-O0",)),
+    "fused": ("c99", ("-O3", "-ffp-contract=fast", *machine_flags())),
+}
+
+
+def command_of(build):
+    """Return the command of a build, or skip the test."""
+    standard, flags = BUILDS[build]
+    command = c_command(standard, flags)
+    if "clang" in build:
+        return (*named_compiler("clang", standard), *command[len(compiled.compiler(standard)) :])
+    return command
+
+
+def headers_for(build):
+    """Return the headers of a standard by request and language."""
+    old = BUILDS[build][0] in OLD
+    languages = [(name, "C") for name in IN_C if not old or kind(REQUESTS[name]).id not in IS_TABLE]
+    languages.append(("half-line", "CUDA, host"))
+    return {(name, language): text(name, LANGUAGES[language].target) for name, language in languages}
+
+
+@pytest.mark.parametrize("build", [build for build in BUILDS if build != "fused"])
+def test_every_header_alone_compiles_without_warnings(tmp_path, build):
+    files = []
+    for i, header in enumerate(headers_for(build).values()):
+        files.append(tmp_path / f"{i}.src")
+        files[-1].write_text(header)
+    languages.built(tmp_path, *command_of(build), "-Wno-unused-function", "-fsyntax-only", *map(str, files))
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_all_headers_in_one_program(run, build):
+    """Each twice, in one order and in the other; by every standard with the same bits, and fused within the bounds."""
+    command, found = command_of(build), headers_for(build)
+    headers = [*found.values(), Request(pade=((3, 6),)).render("c")]
+    headers = headers[::-1] if "++" in build else headers
+    library = c_library(headers * 2, command)
+    for name, language in found:
+        for form, arity in product(FORMS, (1, 2)):
+            if not functions_of(name, language, form, arity):
+                continue
+            code = code_of(name, language, form, arity)
+            compute = called(library, code, FORMS[form].suffix)
+            if build == "fused":
+                check(compute, language, name, form, arity)
+                continue
+            rows = np.concatenate(
+                [rows_of(name)[function, form] for function in functions_of(name, language, form, arity)]
+            )
+            given = rows.T[:arity].astype(TYPES[form])
+            for function, same in run(name, language, form, arity)(*given).items():
+                np.testing.assert_array_equal(compute(*given)[function], same)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", IN_C)
+def test_many_random_arguments(name):
+    rows, builds = read(random_lines(name, 100)), (("-O2",), BUILDS["fused"][1])
+    for flags, form, arity in product(builds, FORMS, (1, 2)):
+        if functions_of(name, "C", form, arity):
+            code = code_of(name, "C", form, arity)
+            check(LANGUAGES["C"].run(None, code, flags=flags), "C", name, form, arity, rows)
+
+
+def claims(kernel, form):
+    """Return what is stated of eps: ends, bound and measure, and the rounding of eps and of 1 - eps."""
+    if isinstance(kernel, HalfLineKernel):
+        variant = kernel.variant(form)
+        return [(variant.certificate, {kind_: variant.rounding(kind_) for kind_ in kernel.checked})]
+    if isinstance(kernel, PadeKernel):
+        return [(bound, {"epsilon": dict(kernel.rounding)[form.name]}) for bound in kernel.bounds]
+    variant = kernel.variant(form)
+    return [(variant.certificate, {"epsilon": variant.rounding})]
+
+
+@pytest.mark.parametrize("name", ["pade", "minimax", "minimax-relative", "half-line", "half-line-relative"])
+@pytest.mark.parametrize("form", FORMS)
+def test_many_points_against_double(run, name, form):
+    """The error is nearly as large as the bound says, and no larger but for rounding, with FMA contraction or without.
+
+    `double` is within one unit in the last place.
+    """
+    fused = called(c_library([text(name, "c")], command_of("fused")), code_of(name, "C", form, 1), FORMS[form].suffix)
+    for kernel in REQUESTS[name].prove():
+        if f"epsilon_{kernel.name}" not in functions_of(name, "C", form, 1):
+            continue
+        for proven, rounding in claims(kernel, FORMS[form]):
+            low, high, bound = float(proven.low), float(proven.high or 10**8), float(proven.bound)
+            points = [np.linspace(low, min(high, 10), 10_001), np.geomspace(max(low, 1e-15), high, 10_001)]
+            v_star = np.concatenate(points).astype(TYPES[form]).astype(float)
+            v_star = v_star[(v_star >= low) & (v_star <= high)]
+            eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
+            measure, far = np.minimum(eps, loss) if proven.measure == "both" else eps, v_star > 0.01
+            for compute in (run(name, "C", form, 1), fused):
+                found, reached = compute(v_star), 0.0
+                for function, size in rounding.items():
+                    true = eps if function == "epsilon" else loss
+                    error = np.abs(found[f"{function}_{kernel.name}"].astype(float) - true)
+                    allowed = bound * measure * (1 + 1e-9) + (float(size) + 3e-16) * true
+                    assert (error <= allowed).all(), (function, v_star[error > allowed])
+                    reached = max(reached, (error[far] / measure[far]).max())
+                assert reached > 0.97 * bound
+
+
+PATTERNS = """
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+static int usual[NUMBER], infinite[NUMBER];
+static void judge(int i, double x, double found)
+{
+    usual[i] += found >= 0.0 && found < INFINITY;
+    infinite[i] += isfinite(x) && isinf(found);
+}
+int main(void)
+{
+    uint64_t z = 1;
+    for (long n = 0; n < 40000; n++) {
+        z = z * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        uint64_t bits = n < 4096 ? (uint64_t)n << 52 : n < 8192 ? ((uint64_t)(n - 4096) << 52) - 1 : z;
+        uint32_t bitsf = (uint32_t)(n < 8192 ? (uint64_t)n << 20 : z >> 32);
+        double x, y = (double)(z >> 40);
+        float xf, yf = (float)(z >> 40);
+        memcpy(&x, &bits, sizeof bits);
+        memcpy(&xf, &bitsf, sizeof bitsf);
+        CALLS
+    }
+    for (int i = 0; i < NUMBER; i++) printf("%d %d\\n", usual[i], infinite[i]);
+    return 0;
+}
+"""
+SANITIZERS = ["-fsanitize=undefined,address,float-divide-by-zero", "-fno-sanitize-recover=all"]
+
+
+def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path):
+    """No finite input gives an infinity, nor a division by 0 (of which the sanitizer would tell).
+
+    Headers with tables have tests of their own (test_speed_kernels.py, test_last_place.py).
+    """
+    headers = headers_for("c++98")
+    functions = [
+        (form, arity, function)
+        for form, arity in product(FORMS, (1, 2))
+        for name, language in headers
+        for function in functions_of(name, language, form, arity)
+    ]
+    calls = []
+    for i, (form, arity, function) in enumerate(functions):
+        end = FORMS[form].suffix
+        given = ", ".join(f"{x}{end}" for x in "xy"[:arity])
+        calls.append(f"judge({i}, (double)x{end}, (double)viscopade_{function}{end}({given}));")
+    source, program = tmp_path / "patterns.c", tmp_path / "patterns"
+    body = PATTERNS.replace("CALLS", "\n".join(calls)).replace("NUMBER", str(len(calls)))
+    source.write_text("\n".join([*headers.values(), body]))
+    command = [*compiled.compiler("c99"), "-O1", *SANITIZERS, "-o", str(program), str(source), "-lm"]
+    if subprocess.run(command, capture_output=True, text=True).returncode:
+        pytest.skip("the compiler has no sanitizers")
+    done = subprocess.run([str(program)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert len(functions) > 100
+    for (_, _, function), line in zip(functions, done.stdout.splitlines(), strict=True):
+        usual, infinite = map(int, line.split())
+        # Half of all numbers are positive, and half of these are below 1. Intervals of eps are short, some formulas
+        # have a zero, and v* of Hunt and Crossley is about 1/eps, which has no number of the type if eps is subnormal.
+        least = 0.3 if function.startswith((*OF_V_STAR, "restitution", "rebound", "dissipation")) else 0.2
+        least = 0.09 if re.search("pade_2_5|derivative|_relative", function) else least
+        assert 0.6 * 40_000 > usual >= (0 if "_e0p" in function else least * 40_000), function
+        assert not infinite or ("v_star" in function and "_a" in function), function
+
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def module(name):
+    """Return the names of a module."""
+    made = {"__name__": "generated"}
+    exec(text(name, "python"), made)
+    return made
+
+
+def with_one(call, number, i, x):
+    """Return a result with one argument x, the others being 1/2."""
+    return call(*(x if j == i else 0.5 for j in range(number)))
+
+
+IN_PYTHON = [name for name in REQUESTS if "python" in written(name)]
+
+
+@pytest.mark.parametrize("name", IN_PYTHON)
+def test_python_takes_real_numbers_and_refuses_others(name):
+    """Integers, fractions, decimals, NumPy's numbers; NaN gives NaN, and what is not in the domain has a message."""
+    for function in (f for arity in (1, 2) for f in functions_of(name, "Python", "double", arity)):
+        call = module(name)[function]
+        parameters = [*inspect.signature(call).parameters]
+        least = REQUESTS[name].epsilon_min
+        ends = dict.fromkeys(("epsilon", "one_minus_epsilon"), "0 <" if least == "0" else f"{least} <=")
+        for i, parameter in enumerate(parameters):
+            at = partial(with_one, call, len(parameters), i)
+            expected = at(0.5)
+            assert type(expected) is float
+            for x in (Fraction(1, 2), Decimal("0.5"), np.float32(0.5), np.float64(0.5)):
+                assert at(x) == expected
+                assert type(at(x)) is float
+            if parameter != "one_minus_epsilon":
+                assert at(1) == at(1.0)
+            assert math.isnan(at(math.nan))
+            for x in ("1", None, 1j, [1.0], b"1"):
+                with pytest.raises(TypeError, match=r"must be (a )?real number"):
+                    at(x)
+            if parameter in ends:
+                for x in (0.0 if parameter == "epsilon" else 1.0, 1.5):
+                    with pytest.raises(
+                        ValueError, match=f"^{parameter} is {x}: accepted is {ends[parameter]} eps <= 1$"
+                    ):
+                        at(x)
+            for x in (-1, -5e-324, -math.inf):
+                with pytest.raises(ValueError, match=rf"^{parameter} (must (not be negative|be positive), but )?is -"):
+                    at(x)
+
+
+@pytest.mark.parametrize("name", IN_PYTHON)
+def test_python_is_c_to_the_last_bit(run, name):
+    generator = random.Random(f"{name} {daily.DAY}")
+    for arity in (1, 2):
+        functions = functions_of(name, "Python", "double", arity)
+        points = [given for f in functions for given in arguments(f, "double", 200, generator)]
+        if points:
+            here, there = (run(name, language, "double", arity)(*np.array(points).T) for language in ("Python", "C"))
+            for f in functions:
+                assert ((here[f] == there[f]) | np.isnan(here[f])).all(), f
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+CHOSEN = [(name, target) for name in ("pade", "half-line", "inverse", "linear-inverse") for target in written(name)]
+
+
+@pytest.mark.parametrize(
+    ("name", "target"), [(n, t) for n, t in CHOSEN if t in CODE or (n == "pade" and t not in JSON)]
+)
+def test_bad_lists_of_kernels_and_commands_are_refused(name, target):
+    of, kernels = kind(REQUESTS[name]), REQUESTS[name].prove()
+    render = of.tables.get(target) or target_of(target).renderers.get(of.id) or partial(of.compact, target_of(target))
+    given = (REQUESTS[name].command(target), *["viscopade"] * (isinstance(render, partial)))
+    with pytest.raises(ValueError, match="no kernel is asked for"):
+        render([], *given)
+    with pytest.raises(ValueError, match="is asked for twice"):
+        render([*kernels, kernels[0]], *given)
+    for command in ("two\nlines", "", "a */ b", "\x1b[0m"):
+        with pytest.raises(ValueError, match="command must be one printable line"):
+            render(kernels, command, *given[1:])
+    with pytest.raises(TypeError):
+        render(kernels, None, *given[1:])
+    assert render(kernels, *given) == text(name, target)

@@ -137,13 +137,3 @@ def test_every_language_has_names_that_last_and_the_version(name):
     assert re.search(rf"viscopade_version_number\b.*\b{number}\b", text, re.IGNORECASE)
     if not name.endswith(SHADERS):
         assert re.search(rf'viscopade_version\b.*"{version("viscopade")}"', text, re.IGNORECASE)
-
-
-@pytest.mark.parametrize("name", OF_V_STAR)
-def test_modules_of_python_have_one_function_under_both_names(name):
-    made = {"__name__": name}
-    exec(CODE[name], made)
-    pairs = re.findall(r"^([a-z]\w*) = (\w+)$", CODE[name], re.MULTILINE)
-    assert bool(pairs) == bool(OF_V_STAR[name])
-    for lasting, today in pairs:
-        assert made[lasting] is made[today]

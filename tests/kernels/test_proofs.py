@@ -1,4 +1,4 @@
-"""Kernels with their proofs, and the compiled code against the exact function: what a header says is true."""
+"""Kernels with their proofs: bounds, rounding, names, and what is left out with a reason."""
 
 import json
 import math
@@ -7,23 +7,16 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
-import numpy as np
 import pytest
 
 from certificate_checker import Checker
-from tests.compiled import build
 from viscopade.approximation import minimax
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.arrays import double
-from viscopade.collision import exact
 from viscopade.kernels import prove_rational
 from viscopade.kernels.certificate import prove
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
-from viscopade.kernels.forms.kernel import span
 from viscopade.kernels.targets import c, python
 from viscopade.theory.pade import pade
-
-TYPES = {"": ("double", np.float64), "f": ("float", np.float32)}
 
 
 @cache
@@ -39,90 +32,6 @@ def kernels():
         small(),
         prove_rational.of_minimax(2, 5, 2, Fraction(1, 10), "relative"),
     ]
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    return build(tmp_path_factory.mktemp("proofs"), [c.render(kernels(), "test")])
-
-
-@pytest.fixture(scope="module")
-def contracted(tmp_path_factory):
-    return build(
-        tmp_path_factory.mktemp("contracted"), [c.render(kernels(), "test")], flags=("-ffp-contract=fast", "-O3")
-    )
-
-
-# --- what the header says is true -------------------------------------------------------------------------------------
-
-
-def speeds(low, high, kind, number=2000):
-    """Return numbers of the format within the interval: evenly, towards 0, and the ends."""
-    draw = np.random.default_rng(5)
-    even = draw.uniform(float(low), float(high), number)
-    small = np.exp(draw.uniform(np.log(max(float(low), 1e-30)), np.log(float(high)), number // 4))
-    values = np.concatenate([even, small, [float(low), float(high)]]).astype(kind)
-    return [v for v in values.tolist() if low <= Fraction(v) <= high]
-
-
-def claims(kernel, form):
-    """Return (interval, bound, measure, rounding) for each certificate of what is computed in a type."""
-    rounding_of = dict(getattr(kernel, "rounding", ())) or {v.form.name: v.rounding for v in kernel.variants}
-    for bound in kernel.bounds:
-        yield bound, Fraction(rounding_of[form])
-
-
-@pytest.mark.parametrize("index", range(4))
-@pytest.mark.parametrize("suffix", TYPES)
-@pytest.mark.parametrize("built", ["library", "contracted"])
-def test_compiled_functions_are_within_the_bounds_of_their_header(request, built, index, suffix):
-    """|computed - eps| <= bound min(eps, 1 - eps) + rounding eps, with eps from `double`."""
-    functions, kernel = request.getfixturevalue(built), kernels()[index]
-    name, kind = TYPES[suffix]
-    function = functions[f"epsilon_{kernel.name}{suffix}"]
-    for bound, size in claims(kernel, name):
-        v_star = speeds(bound.low, bound.high, kind)
-        found = np.array([function(v) for v in v_star])
-        eps, loss = double.epsilon(np.array(v_star)), double.one_minus_epsilon(np.array(v_star))
-        allowed = float(bound.bound) * (np.minimum(eps, loss) if bound.measure == "both" else eps) + float(size) * eps
-        # `double` is within one unit in the last place, and so is the difference.
-        assert np.all(np.abs(found - eps) <= allowed * (1 + 1e-9) + 3e-16 * eps)
-
-
-@pytest.mark.parametrize("suffix", TYPES)
-def test_compiled_functions_against_exact(library, suffix):
-    """At a few points with nothing but exact arithmetic between the function and the claim."""
-    kernel, (name, kind) = small(), TYPES[suffix]
-    for bound, size in claims(kernel, name):
-        for v in speeds(bound.low, bound.high, kind, 12):
-            truth = exact.collision(Fraction(v), 25).decimals()
-            eps, loss = Fraction(truth["epsilon"]), Fraction(truth["one_minus_epsilon"])
-            error = abs(Fraction(library[f"epsilon_{kernel.name}{suffix}"](v)) - eps)
-            assert error <= Fraction(bound.bound) * min(eps, loss) + size * eps
-
-
-def test_the_bounds_are_nearly_attained(library):
-    kernel = small()
-    (bound,) = kernel.bounds
-    v_star = np.array([v for v in speeds(bound.low, bound.high, np.float64) if v > 1e-3])
-    found = np.array([library[f"epsilon_{kernel.name}"](v) for v in v_star])
-    eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-    worst = np.max(np.abs(found - eps) / np.minimum(eps, loss))
-    assert worst > 0.97 * float(bound.bound)
-
-
-@pytest.mark.parametrize("index", range(4))
-def test_generated_code_states_what_is_proven(index):
-    kernel = kernels()[index]
-    # Lines are wrapped, and begin with "*" or "#".
-    header, module = (re.sub(r"[\s*#]+", "", r([kernel], "test")) for r in (c.render, python.render))
-    for bound in kernel.bounds:
-        words = re.sub(r"[\s*#]+", "", f"{bound.bound} for {span(bound.low, bound.high)}")
-        assert words in header
-        assert words in module
-    sizes = dict(getattr(kernel, "rounding", ())) or {v.form.name: v.rounding for v in kernel.variants}
-    for name, size in sizes.items():
-        assert f"{size}epsintype{name}" in header
 
 
 # --- Padé -------------------------------------------------------------------------------------------------------------

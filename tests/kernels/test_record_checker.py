@@ -2,10 +2,12 @@
 
 import copy
 import json
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import interval_checker
 import record_checker
 from record_checker import CHECKS, Sample, Wrong, check
 from tests import daily
@@ -16,7 +18,7 @@ CERTIFICATES = {
     **dict.fromkeys(("minimax_certificates.json", "pade_certificates.json"), "certificate_checker"),
     **dict.fromkeys(("half_line_certificates.json", "inverse_certificates.json"), "interval_checker"),
 }
-"""Files in exports/ with certificates, and what checks them (test_exported_certificates.py)."""
+"""Files in exports/ with certificates, and what checks them."""
 EVERY = 503
 
 
@@ -42,6 +44,22 @@ def test_whole_records(path):
     check(read(path), Sample())
 
 
+@pytest.mark.parametrize("every", [1009, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("name", "checker"), CERTIFICATES.items())
+def test_exported_certificates(name, checker, every):
+    """The programs read the files; the records that these are made from have a larger sample, another one every day."""
+    sample = (every,) if checker == "interval_checker" else ()
+    lines = import_module(checker).check_file(ROOT / "exports" / name, *sample)
+    assert len(lines) == len(read(ROOT / "exports" / name)["certificates"]) >= 4
+
+
+@pytest.mark.parametrize("name", [name for name, checker in CERTIFICATES.items() if checker == "interval_checker"])
+def test_a_certificate_with_another_error_of_the_reference_is_refused(name):
+    entry = read(ROOT / "exports" / name)["certificates"][0] | {"reference_error": (2.0**-70).hex()}
+    with pytest.raises(Wrong):
+        interval_checker.Checker(entry).check(10**6)
+
+
 def test_a_record_of_an_unknown_kind_is_refused():
     with pytest.raises(Wrong, match="no check knows a record of 'of_nothing'"):
         check({"key": ["of_nothing", 1], "value": 1}, Sample())
@@ -63,6 +81,14 @@ def set_at(value, place, change):
     value[last] = change(value[last])
 
 
+CERTIFICATE = ("variants", 0, "certificate")
+IN_POWERS = [  # of a root
+    (("variants", 0, "a", -1), lambda x: (float.fromhex(x) * 1.002).hex()),
+    ((*CERTIFICATE, "bound"), lambda x: smaller(x, 0.98)),
+    ((*CERTIFICATE, "measure"), lambda x: "none"),
+    ((*CERTIFICATE, "parts"), lambda x: [*x[:40], *x[41:]]),
+    ((*CERTIFICATE, "parts", 3, 1), lambda x: 0),
+]
 WRONG = {
     "of_pade": [
         (("bounds", 0, "bound"), smaller),
@@ -76,11 +102,13 @@ WRONG = {
         (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
     ],
     "of_half_line": [
+        *IN_POWERS,
         (("variants", 0, "a", 1), lambda x: "0x1p-1"),
         (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
         (("variants", 0, "sizes", 0, 1, "relative"), lambda x: smaller(x, 0.01)),
     ],
     "of_inverse": [
+        *IN_POWERS,
         (("variants", 0, "a", 1), lambda x: "0x1p-1"),
         (("variants", 0, "sizes", 1, 1, "relative"), lambda x: smaller(x, 0.01)),
     ],
@@ -105,21 +133,18 @@ def test_a_wrong_record_is_refused(kind, place, change):
         check(record, Sample(1 if kind in ("of_pade", "accurate", "ulp_bounds") else 100, 0))
 
 
-@pytest.mark.parametrize("place", [("certificate", "bound"), ("a", 1), ("rounding",)])
-def test_a_wrong_kernel_of_a_law_is_refused(place):
-    """By closed forms of eps."""
-    record = copy.deepcopy(next(read(path) for path in RECORDS if "-elastic-" in path.name))
-    change = (lambda _: "0x1p-2") if place[0] == "a" else (lambda x: smaller(x, 0.01))
-    set_at(record, ("value", "variants", 0, *place), change)
-    with pytest.raises(Wrong):
-        check(record, Sample())
+OF_LAWS = [
+    (beginning, place)
+    for beginning, rounding in (("accurate", ("rounding",)), ("of_inverse", ("sizes", 0, 1, "relative")))
+    for place in (("certificate", "bound"), ("a", 1), rounding)
+]
 
 
-@pytest.mark.parametrize("place", [("certificate", "bound"), ("a", 1), ("sizes", 0, 1, "relative")])
-def test_a_wrong_inverse_of_a_law_is_refused(place):
+@pytest.mark.parametrize(("beginning", "place"), OF_LAWS)
+def test_a_wrong_kernel_of_a_law_is_refused(beginning, place):
     """By closed forms of eps."""
-    of_law = (path for path in RECORDS if path.name.startswith("of_inverse") and len(read(path)["key"]) > 2)
-    record = copy.deepcopy(read(next(of_law)))
+    of_law = (path for path in RECORDS if path.name.startswith(beginning) and "-elastic-" in path.name)
+    record = read(next(of_law))
     change = (lambda _: "0x1p-2") if place[0] == "a" else (lambda x: smaller(x, 0.01))
     set_at(record, ("value", "variants", 0, *place), change)
     with pytest.raises(Wrong):

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from tests import daily
-from tests.compiled import WARNINGS
 from tests.kernels.speed_headers import (
     FORMS,
     FUNCTIONS,
@@ -22,7 +21,6 @@ from tests.kernels.speed_headers import (
     Functions,
     Header,
     Truth,
-    compilers,
     header,
     in_table,
     machine_flags,
@@ -187,15 +185,6 @@ def same(found, expected):
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("standard", STANDARDS)
-@each_tier
-def test_header_compiles_without_warnings(tmp_path, tier, standard):
-    source = tmp_path / "source.c"
-    source.write_text(header(tier).text)
-    for command in compilers(standard).values():
-        subprocess.run([*command, *WARNINGS, "-Wno-unused-function", "-fsyntax-only", str(source)], check=True)
 
 
 # --- errors -----------------------------------------------------------------------------------------------------------
