@@ -301,7 +301,9 @@ def shares_of_results(header: Header, machine: Machine, speed: Fraction, beta: F
     dissipation = max(abs(found.dissipation / end - 1) for end in at.dissipation())
     bounds = header.bounds
     if header.full:
-        of_epsilon = (bounds["ulp"] + bounds["ulp_of_w"]) * ulp(at.epsilon[0], 53)
+        # The first part is in units of eps at the rounded w, which may be beyond a power of two.
+        at_rounded_w = ulp(at.epsilon[1] * (1 + bounds["relative_of_w"]), 53)
+        of_epsilon = bounds["ulp"] * at_rounded_w + bounds["ulp_of_w"] * ulp(at.epsilon[0], 53)
         of_rebound = of_dissipation = bounds["relative"] + bounds["relative_of_w"]
     else:
         relative = bounds["error"] + bounds[machine.kind]

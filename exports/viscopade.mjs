@@ -7,9 +7,9 @@
 // the compression x returns to 0.
 //
 // domain: 2^-1022 <= w <= 2^900 in type double, w = beta^5 speed = v*^10 (1.8e-31 <= v* <= 1.2e27),
-// where beta^2, beta^4 and beta^5 are normal numbers, too. Below, eps is 1 but for less than the type
-// can tell. Above, w is cut off, so that eps stays positive. rebound is proven where it is a normal
-// number.
+// where beta^2, beta^4, beta^5 and w are normal numbers as computed. Below, eps is 1 but for less than
+// the type can tell. Above, w is cut off, so that eps stays positive. rebound is proven where it is a
+// normal number.
 //
 // compact_2p09em4
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these

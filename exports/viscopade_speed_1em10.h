@@ -10,8 +10,8 @@
  *
  * lookup_5_16_3p79em12
  *     formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 5 in m, 16 rows of
- *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 98,304 bytes; elsewhere
- *         viscopade_full.h of v* = sqrt(beta) pow(speed, 0.1)
+ *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 98,304 bytes; elsewhere, and
+ *         where beta^5 is no normal number, viscopade_full.h of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.79e-12 in the table, that of viscopade_full.h
  *         elsewhere
  *     rounding of restitution: adds at most 1.5e-15 min(eps, 1 - eps) in type double, and half a unit

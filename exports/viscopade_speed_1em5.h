@@ -10,8 +10,8 @@
  *
  * lookup_1_64_6p69em6
  *     formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 1 in m, 64 rows of
- *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere
- *         halfline_3p4em6 of v* = sqrt(beta) pow(speed, 0.1)
+ *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere, and
+ *         where beta^5 is no normal number, halfline_3p4em6 of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table, 3.36e-6 elsewhere
  *     rounding of restitution: adds at most 3.3e-16 min(eps, 1 - eps) in type double and 1.8e-7
  *         min(eps, 1 - eps) in type float, and half a unit in the last place of eps (proven; in the

@@ -10,8 +10,8 @@
  *
  * lookup_3_16_2p79em8
  *     formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 3 in m, 16 rows of
- *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere
- *         halfline_2p79em8 of v* = sqrt(beta) pow(speed, 0.1)
+ *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere, and
+ *         where beta^5 is no normal number, halfline_2p79em8 of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 1.6e-8 in the table, 2.79e-8 elsewhere
  *     rounding of restitution: adds at most 6.5e-16 min(eps, 1 - eps) in type double, and half a unit
  *         in the last place of eps (proven; in the table, beta^5 speed included); elsewhere 5.04e-15

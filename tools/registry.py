@@ -31,7 +31,7 @@ _SIMPLE = ("+", "-", "*")  # operations that `Entry` counts
 # In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
 _SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
 _FROM_TABLE = 6  # three units, as the headers state for dissipation
-_FROM_EPSILON = 4  # (1 - eps) (1 + eps), or loss (2 - loss)
+_FROM_EPSILON = 4  # loss (2 - loss), or (1 - eps) (1 + eps) with the roundings of its quotients, which `inside` has
 _SECOND_ORDER = 1 + Fraction(1, 1 << 10)
 MACHINES = {
     (HOST, DOUBLE): LIBRARY[DOUBLE.name],

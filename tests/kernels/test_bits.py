@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
-from viscopade.kernels.expressions import Call, Literal, Name, Run, Select, Word, both, equal, evaluate, operations
+from viscopade.kernels.expressions import (
+    Call,
+    Literal,
+    Name,
+    Negation,
+    Run,
+    Select,
+    Statement,
+    Word,
+    both,
+    equal,
+    evaluate,
+    operations,
+)
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import power_of_two
 from viscopade.kernels.forms.rounding_bounds import rounding_of_w
@@ -110,6 +123,10 @@ COUNT = Word(3, pattern=False)
         ((x - COUNT) // COUNT, "(x - 3) / 3"),
         (x + Select(yes, -n, n), "x + (yes ? -n : n)"),
         (-(x + n), "-(x + n)"),
+        (Negation("-", -x), "-(-x)"),
+        (-Literal("-1.5"), "-(-1.5f)"),
+        (equal(x & n, yes), "(x & n) == yes"),
+        (Select(Select(x, yes, n), x, yes), "(x ? yes : n) ? x : yes"),
         (Select(equal(yes, n < x), x, n), "yes == (n < x) ? x : n"),
         (both(both(x < n, x >= n), yes), "x < n && x >= n && yes"),
         (Call("f", (Select(yes, x, Literal("1.0")),)), "f(yes ? x : 1.0f)".replace("f(", "ff(")),
@@ -126,3 +143,8 @@ def test_conditions_of_arrays_are_in_parentheses():
 def test_of_a_choice_the_costlier_part_counts():
     expression = x + Select(yes, n * n * n, n - x)
     assert operations((), expression) == {"+": 1, "*": 2}
+    # A variable that both parts need counts in either.
+    program = (Statement("p", x * x * x),)
+    assert operations(program, Select(yes, Name("p"), Name("p") - x)) == {"*": 2, "-": 1}
+    assert operations(program, Select(yes, Name("p"), Name("p") - x) + Name("p")) == {"*": 2, "-": 1, "+": 1}
+    assert operations(program, Select(yes, Name("p"), x) + Name("p")) == {"*": 4, "+": 1}

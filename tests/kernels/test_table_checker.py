@@ -81,6 +81,16 @@ def test_results_of_machine_arithmetic_are_within_the_bounds(tier):
                 assert max(shares) <= 1, (kind, fused, float(value).hex(), float(beta).hex())
 
 
+def test_results_beyond_a_power_of_two_have_the_larger_unit():
+    """The rounding of w lifts eps across 2^-10; eps of the exact w is below."""
+    speed, beta = (Fraction(float.fromhex(word)) for word in ("0x1.1541d56f95b7dp31", "0x1.00aed821bbca0p0"))
+    at = truth(beta**5 * speed)
+    assert at.epsilon[1] < Fraction(1, 2**10)
+    for fused in (False, True):
+        shares = shares_of_results(header_of("full"), Machine("double", fused), speed, beta, at)
+        assert 0.7 < max(shares) <= 1
+
+
 @pytest.mark.parametrize("tier", ["1e-5", "full"])
 def test_a_changed_table_is_refused(tier):
     header = header_of(tier)

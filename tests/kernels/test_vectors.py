@@ -8,14 +8,16 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from tests import compiled, daily
 from tests.patience import HANGS
-from viscopade.arithmetic.formats import FORMATS
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.collision import exact
-from viscopade.kernels import requests
+from viscopade.kernels import requests, truth
 from viscopade.kernels.targets import vectors
 from viscopade.kernels.targets.vectors import COLUMNS, hard_arguments, hexadecimal
 
@@ -266,3 +268,45 @@ def test_numbers_of_a_type(form):
 def test_the_command_line_takes_other_kernels():
     text = vectors.render(requests.Request(pade=[(2, 3)]).quotients(), "viscopade export vectors --pade 2/3")
     assert {row[0] for row in json.loads(text)["vectors"]} == {"epsilon_pade_2_3", "restitution_pade_2_3"}
+
+
+# --- where rounding decides -------------------------------------------------------------------------------------------
+
+BESIDE = {
+    "a power of two": (
+        (float.fromhex("0x1.1541d56f95b7dp31"), float.fromhex("0x1.00aed821bbca0p0")),
+        (float.fromhex("0x1.196d68f35283bp37"), float.fromhex("0x1.00cccb4c21621p0")),
+        (float.fromhex("0x1.1d8e6201de2ffp61"), float.fromhex("0x1.006f215405c76p0")),
+    ),
+    "the table's end": ((float.fromhex("0x1.f82291e73dcf2p63"), float.fromhex("0x1.00cb384b5b4dfp0")),),
+    "the least normal beta^5": ((float.fromhex("0x1.3bfd1d2622c48p1022"), float.fromhex("0x1.42650651a0072p-210")),),
+}
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+def test_limits_hold_where_a_rounding_of_w_decides(tmp_path, beside):
+    """Eps of the rounded w is beyond a power of two, where units are larger; or code reads no row for the exact w."""
+    kernel = requests.Request(from_speed=("full",)).prove()[0]
+    built = compiled.build(tmp_path, [(EXPORTS / "viscopade_speed_full.h").read_text()])
+    (function,) = (f for f in vectors._functions(kernel) if f.name == "restitution_lookup_full" and f.form == DOUBLE)
+    with working(truth.BITS), np.errstate(all="ignore"):
+        lines = [json.loads(vectors._line(function, given)) for given in BESIDE[beside]]
+    for given, line in zip(BESIDE[beside], lines, strict=True):
+        row = dict(zip(COLUMNS, line, strict=True))
+        least, most = (float.fromhex(row[name]) for name in ("least", "most"))
+        found = built["restitution_lookup_full"](*given)
+        assert least <= found <= most
+        assert (row["bits"] == "-") == (beside != "a power of two")
+        assert row["bits"] in ("-", hexadecimal(found))
+
+
+def test_nothing_is_stated_of_compact_kernels_where_the_computed_w_is_subnormal():
+    """The exact w is normal; shaders set the computed one to 0."""
+    kernel = requests.Request(accuracy=("1e-3",)).prove()[0]
+    speed, beta = float.fromhex("0x1.f32a2ep-122"), float.fromhex("0x1.014d9ep-1")
+    assert Fraction(beta) ** 5 * Fraction(speed) > FLOAT.least
+    for function in vectors._compact(kernel):
+        if function.form == FLOAT:
+            with working(truth.BITS):
+                assert function.answer(speed, beta) is None
+                assert function.answer(speed * 2, beta) is not None

@@ -5,8 +5,8 @@ results. `Run` and `evaluate` read a program with numbers of any kind: balls of 
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
 `targets.syntax` writes it in a language, and `operations` counts. Nothing here needs FLINT.
 
-Besides numbers there are words, which are the bits of numbers, and conditions. Words are added, shifted and masked as
-code does, modulo 2^32 or 2^64.
+Besides numbers there are words, which are the bits of numbers, and conditions. Code adds, shifts and masks words modulo
+2^32 or 2^64, and so does `machine`.
 """
 
 from __future__ import annotations
@@ -284,21 +284,27 @@ def operations(program: Program, *results: Expression) -> Counter[str]:
     """Return how often each operation and function occurs in what the results need, by symbol or name."""
     assigned = {s.name: s.expression for s in program}
 
-    def count(expression: Expression) -> Counter[str]:
+    def count(expression: Expression, counted: set[str]) -> Counter[str]:
+        """Count, and add the names of variables that are counted."""
         match bare(expression):
-            case Name(name) if name in assigned:
-                return count(assigned.pop(name))
+            case Name(name) if name in assigned and name not in counted:
+                counted.add(name)
+                return count(assigned[name], counted)
             case Operation(symbol, left, right):
-                return Counter({symbol: 1}) + count(left) + count(right)
+                return Counter({symbol: 1}) + count(left, counted) + count(right, counted)
             case Negation(_, operand):
-                return count(operand)
+                return count(operand, counted)
             case Select(condition, met, otherwise):
-                return count(condition) + max(count(met), count(otherwise), key=Counter.total)
+                total, known = count(condition, counted), set(counted)
+                parts = count(met, counted), count(otherwise, known)
+                counted &= known
+                return total + max(parts, key=Counter.total)
             case Call(function, arguments):
-                return sum(map(count, arguments), Counter({function: 1}))
+                return sum((count(part, counted) for part in arguments), Counter({function: 1}))
         return Counter()
 
-    return sum(map(count, results), Counter())
+    every: set[str] = set()
+    return sum((count(result, every) for result in results), Counter())
 
 
 # --- powers and lacunary polynomials ----------------------------------------------------------------------------------

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
+from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.forms.rounding_bounds import ULPS, of_factor
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_factor
 from viscopade.store import recorded
 
 _DECADES = 30
@@ -30,7 +31,9 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
     """
     of_ln_v_star = of_factor(Fraction(1, 10), form, largest, roundings=2)  # sqrt, and the product with it
     # The slope of the rows is that of eps but for their errors.
-    change = of_ln_v_star * panel_proof.steepest() * (1 + Fraction(1, 2**20))
+    slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
+    with working(BITS):
+        change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
     return change + 4 * Fraction(panel_proof.proven_error())
 
 

@@ -1,4 +1,7 @@
-"""Bits of numbers as words in expressions: 2^e m, 1 <= m < 2, is e and the leading bits of m, which lead to a row."""
+"""Bits of numbers as words in expressions.
+
+The bits of 2^e m, 1 <= m < 2, are those of e and of m; the leading ones are the number of a table's row.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ def count(number: int) -> Word:
 
 
 def cut_to(number: Expression, last: int) -> Expression:
-    """Return a positive double without its last bits."""
+    """Return a positive double whose last bits, as many as `last`, are set to 0."""
     return from_bits(DOUBLE, bits(DOUBLE, number) & ~mask(last))
 
 

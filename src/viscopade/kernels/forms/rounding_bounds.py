@@ -239,7 +239,7 @@ def of_factor(power: Fraction, kind: Format, largest: Fraction | None, roundings
 
 
 def rounding_of_w(form: Format) -> Fraction:
-    """Return a bound of the relative error of w = beta^5 speed, where all products are normal numbers of a type."""
+    """Return a bound of the relative error of w = beta^5 speed, where all products as computed are normal numbers."""
     with working(BITS):
         normal = Rounded(arb(1).union(arb(2)), form)
         w = of_branch(CodeBranch(None, formulas.w_program(), {}), ["w"], {"beta": normal, "speed": normal}, form)["w"]

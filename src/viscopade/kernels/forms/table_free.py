@@ -197,7 +197,7 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
 
 @recorded
 def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
-    """Bound each function's rounding error where beta^2, beta^4, beta^5 and w are normal numbers, w up to the cut.
+    """Bound each function's rounding error where beta^2, beta^4, beta^5, w as computed are normal, w up to the cut.
 
     That of rebound holds where it is a normal number.
 

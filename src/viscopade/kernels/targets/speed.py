@@ -191,8 +191,8 @@ def _formula(given: SpeedKernel) -> str:
     return (
         f"formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree {table.degree} in m, "
         f"{1 << table.split} rows of coefficients for each e from {table.first} to {table.first + OCTAVES - 1} "
-        f"({low} <= v* < {high}): {table.bytes:,} bytes; elsewhere {_slow_name(given)} of "
-        "v* = sqrt(beta) pow(speed, 0.1)"
+        f"({low} <= v* < {high}): {table.bytes:,} bytes; elsewhere, and where beta^5 is no normal number, "
+        f"{_slow_name(given)} of v* = sqrt(beta) pow(speed, 0.1)"
     )
 
 
@@ -229,12 +229,12 @@ _UNDERFLOW = (
 
 def _full_bounds(table: LastPlaceTable) -> list[str]:
     bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
-    of_eps = last_place.largest_ulp(DOUBLE)
+    of_eps = last_place.largest_ulp(DOUBLE)  # of eps at the rounded v*: twice, if a power of two is between
     return [
         f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
         f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
-        f"elsewhere: at most {at_most(of_eps + of_v_star(largest=USUAL) / unit)} ulp in all for {USUAL_TEXT} and "
-        f"{at_most(of_eps + of_v_star() / unit)} ulp for every other speed, nearly all of which is pow's (proven)",
+        f"elsewhere: at most {at_most(2 * of_eps + of_v_star(largest=USUAL) / unit)} ulp in all for {USUAL_TEXT} and "
+        f"{at_most(2 * of_eps + of_v_star() / unit)} ulp for every other speed, nearly all of which is pow's (proven)",
         f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
         f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
         _CONVERTED,

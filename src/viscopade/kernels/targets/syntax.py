@@ -50,15 +50,14 @@ def of_c(form: Format) -> Syntax:
     )
 
 
-_SUM, _PRODUCT = 4, 5
+_COMPARISON, _BITS, _SUM, _PRODUCT = 2, 3, 4, 5
 _BINDING = {
     AND: 1,
-    **dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), 2),
-    **dict.fromkeys(("&", "|", "^", "<<", ">>"), 3),
+    **dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), _COMPARISON),
+    **dict.fromkeys(("&", "|", "^", "<<", ">>"), _BITS),
     **dict.fromkeys("+-", _SUM),
     **dict.fromkeys(("*", "/", "//"), _PRODUCT),
 }
-_BITS = _BINDING["&"]
 
 
 def text(expression: Expression, syntax: Syntax) -> str:
@@ -77,7 +76,8 @@ def text(expression: Expression, syntax: Syntax) -> str:
         case Negation(symbol, operand):
             return f"{symbol}{_in_parentheses(operand, syntax)}"
         case Select(condition, met, otherwise):
-            return f"{text(condition, syntax)} ? {text(met, syntax)} : {text(otherwise, syntax)}"
+            chosen = _in_parentheses(condition, syntax) if isinstance(condition, Select) else text(condition, syntax)
+            return f"{chosen} ? {text(met, syntax)} : {text(otherwise, syntax)}"
         case TableRow(table, index):
             return f"{table}[{text(index, syntax)}]"
         case Operation(symbol, left, right):
@@ -91,16 +91,19 @@ def _operand(expression: Expression, symbol: str, side: int, syntax: Syntax) -> 
     if not isinstance(own, Operation):
         return _in_parentheses(expression, syntax) if isinstance(own, Select) else text(expression, syntax)
     # A sum within a sum is in parentheses on either side: some languages let compilers reorder what is in none.
-    # Operations on bits have all of theirs in parentheses: compilers warn of what is in none.
+    # Operations on bits have all of theirs in parentheses, and comparisons those on bits and other comparisons:
+    # languages differ in which of them bind more tightly.
     binding, outer = _BINDING[own.symbol], _BINDING[symbol]
-    loose = outer == _BITS or (symbol, syntax.both) == (AND, "&") or binding < outer + (side or binding == _SUM)
+    loose = outer == _BITS or (symbol, syntax.both) == (AND, "&") or (outer == _COMPARISON and binding <= _BITS)
+    loose = loose or binding < outer + (side or binding == _SUM)
     return _in_parentheses(expression, syntax) if loose else text(expression, syntax)
 
 
 def _in_parentheses(expression: Expression, syntax: Syntax) -> str:
     """Return the text of an operand, in parentheses if it has operands of its own."""
     written = text(expression, syntax)
-    return f"({written})" if isinstance(bare(expression), Operation | Select) else written
+    own = isinstance(bare(expression), Operation | Select | Negation) or written.startswith("-")
+    return f"({written})" if own else written
 
 
 def shortest(value: float, form: Format) -> str:

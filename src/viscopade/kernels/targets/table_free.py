@@ -228,9 +228,9 @@ def _domain(target: Target) -> str:
     )
     reached = ", ".join(_reach(number.form) for number in target.numbers)
     return (
-        f"domain: {ranges}, w = beta^5 speed = v*^10 ({reached}), where beta^2, beta^4 and beta^5 are normal "
-        "numbers, too. Below, eps is 1 but for less than the type can tell. Above, w is cut off, so that eps stays "
-        "positive. rebound is proven where it is a normal number."
+        f"domain: {ranges}, w = beta^5 speed = v*^10 ({reached}), where beta^2, beta^4, beta^5 and w are normal "
+        "numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut off, so that eps "
+        "stays positive. rebound is proven where it is a normal number."
     )
 
 

@@ -40,19 +40,19 @@ def csv_table(kernels: Sequence[Quotient], command: str) -> str:
 def json_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return one object; its "approximants" hold the numbers as decimal strings."""
     approximants = [kernel.record() for kernel in distinct(kernels)]
-    source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
+    source = "; ".join(dict.fromkeys(kernel.source for kernel in distinct(kernels)))
     return _json(command, source, {"error": bound_text(kernels), "approximants": approximants}, kernels[0].law)
 
 
 def certificates(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
-    entries = [entry for kernel in kernels for entry in kernel.certificates()]
+    entries = [entry for kernel in distinct(kernels) for entry in kernel.certificates()]
     return _json(command, CERTIFICATE_SOURCE, {"certificates": entries}, kernels[0].law)
 
 
 def records(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "approximants" hold the records of lacunary kernels."""
-    source = "; ".join(dict.fromkeys(kernel.source for kernel in kernels))
+    source = "; ".join(dict.fromkeys(kernel.source for kernel in distinct(kernels)))
     rest: dict[str, object] = {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]}
     return _json(command, source, rest, kernels[0].law)
 

@@ -29,7 +29,7 @@ from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
 from viscopade.generated import generated_by, one_line
 from viscopade.kernels import truth
-from viscopade.kernels.expressions import CodeBranch, Run, evaluate
+from viscopade.kernels.expressions import CodeBranch, Name, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant
 from viscopade.kernels.forms.minimax import MinimaxKernel
@@ -41,7 +41,7 @@ from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
-from viscopade.kernels.targets.wording import end_condition
+from viscopade.kernels.targets.wording import at_least_one, end_condition
 from viscopade.kernels.truth import Portions
 from viscopade.kernels.v_star import USUAL, of_v_star
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -107,10 +107,16 @@ def render(kernels: Sequence[Any], command: str) -> str:
     Parameters
     ----------
     kernels : sequence of kernels
-        None stands for those of full accuracy.
+        At least one; None stands for those of full accuracy.
     command : str
         The command line that makes the file.
+
+    Raises
+    ------
+    ValueError
+        If there is no kernel, or `command` is not one line.
     """
+    at_least_one(kernels)
     head = {
         "generated_by": generated_by(),
         "command": one_line("command", command),
@@ -417,16 +423,20 @@ def _quotient_bits(
 # --- powers of a root -------------------------------------------------------------------------------------------------
 
 
+def _of_formula(variant: LacunaryVariant) -> Callable[[Portions], Fraction]:
+    """Return the bound of the error of eps by a half-line kernel's formula."""
+    size = _smaller if variant.certificate.measure == "both" else lambda p: _above(p.epsilon)
+    return lambda p: variant.error * size(p)
+
+
 def _stated_in_powers(variant: LacunaryVariant, kind: str) -> Callable[[Fraction, Portions], Fraction]:
     """Return what is stated of eps or 1 - eps of a half-line kernel."""
     rounding = Fraction(variant.rounding(kind))
     underflow = max(Fraction(size.underflow) for _, size in variant.sizes) * variant.form.smallest
-    bound = variant.error
-    both = variant.certificate.measure == "both"
+    formula = _of_formula(variant)
 
     def stated(_: Fraction, p: Portions) -> Fraction:
-        size = _smaller(p) if both else _above(p.epsilon)
-        return bound * size + rounding * _above(_value(p, kind)) + underflow
+        return formula(p) + rounding * _above(_value(p, kind)) + underflow
 
     return stated
 
@@ -528,19 +538,21 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
 def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float, p: Portions) -> Fraction:
     """Return what a header says of a result, in its table or elsewhere."""
     table, unit = kernel.table, Fraction(1, 1 << DOUBLE.precision)
-    low, high = table.ends
-    within = low <= _w(speed, beta) < high
-    converted = form == FLOAT and not (within and FLOAT in kernel.formats)
-    inner = DOUBLE if converted else form
+    inner, _, within = _row_of_speed(kernel, form, speed, beta)
+    inner, converted = inner if within else DOUBLE, form == FLOAT and not (within and FLOAT in kernel.formats)
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
     value = _above(_value(p, kind)) * factor
-    last = inner.ulp(value)
+    # Units in the last place are those of the result, which may be beyond a power of two that the exact value is below.
+    last = inner.ulp(value * (1 + of_w(inner)))
     formula, of_epsilon, of_loss, underflow = _stated_elsewhere(kernel.slow)
     if within and isinstance(table, LastPlaceTable):
-        ulps = table.proven.ulp + ulp_of_w()
-        error = ulps * last if kind == "restitution" else (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
+        if kind == "restitution":
+            error = table.proven.ulp * last + ulp_of_w() * inner.ulp(value)
+        else:
+            error = (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
     elif within:
         relative = cast(Table, table).proven.error + rounding_of(cast(Table, table), inner)
+        last = inner.ulp(value * (1 + relative))
         error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + 3 * last
     elif kind == "restitution":
         error = (formula + of_v_star()) * _smaller(p) + of_epsilon * value
@@ -565,16 +577,24 @@ def _stated_elsewhere(slow: HalfLineKernel | None) -> tuple[Fraction, Fraction, 
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
-    """Return what the code gives where w is in the table; None elsewhere."""
-    table = kernel.table
-    inner = form if form in kernel.formats else DOUBLE
-    by, branch = machine_arithmetic(inner), table.branch(inner)
-    values = {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
-    given = {name: TYPES[inner.name](value) for name, value in values.items()}
-    if not evaluate(table.holds(inner), Run(branch.program, given, by), by):
+    """Return what the code gives where it reads the table; None elsewhere."""
+    inner, given, within = _row_of_speed(kernel, form, speed, beta)
+    if not within:
         return None
-    found = computed_on_row(branch, kind, table.names, {**given, TABLE: rows_of(table, inner)}, by)
+    table, by = kernel.table, machine_arithmetic(inner)
+    found = computed_on_row(table.branch(inner), kind, table.names, {**given, TABLE: rows_of(table, inner)}, by)
     return float(TYPES[form.name](found))
+
+
+def _row_of_speed(
+    kernel: SpeedKernel, form: Format, speed: float, beta: float
+) -> tuple[Format, Mapping[str, Any], bool]:
+    """Return the type that code computes in, its inputs in that type, and whether it reads the table, by its own w."""
+    inner = form if form in kernel.formats else DOUBLE
+    by, values = machine_arithmetic(inner), {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
+    given = {name: TYPES[inner.name](value) for name, value in values.items()}
+    program = kernel.table.row_program(inner)
+    return inner, given, bool(evaluate(kernel.table.holds(inner), Run(program, given, by), by))
 
 
 # --- without tables ---------------------------------------------------------------------------------------------------
@@ -591,22 +611,31 @@ def _compact(kernel: HalfLineKernel) -> Iterator[Function]:
         yield Function(f"{kind}_{name_of(kernel)}", form, answer, None, _pairs(form, *speeds))
 
 
+def _products(form: Format, speed: float, beta: float) -> list[float]:
+    """Return beta^2, beta^4, beta^5 and w as code computes them."""
+    kind, by, square = TYPES[form.name], machine_arithmetic(form), Name("square")
+    run = Run(formulas.w_program(), {"speed": kind(speed), "beta": kind(beta)}, by)
+    products = (square, square * square, formulas.fifth_power("square"), Name("w"))
+    return [float(evaluate(product, run, by)) for product in products]
+
+
 def _of_compact(
     kernel: HalfLineKernel, variant: LacunaryVariant, kind: str, low: Fraction, high: Fraction
 ) -> Callable[[float, float], Answer]:
     """Return the answer of a function of speed and beta that is stated for low <= w <= high."""
     library = table_free.LIBRARY[variant.form.name]
     found = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, library)[kind]
-    bound = variant.error
+    bound, formula = variant.error, _of_formula(variant)
     rounding = Fraction(found.everywhere) * (1 + bound)
 
     def stated(x: float, y: float, p: Portions) -> Fraction | None:
-        if not low <= _w(x, y) <= high or Fraction(y) ** 5 < low:
+        if not (_w(x, y) <= high and all(low <= product < _INF for product in _products(variant.form, x, y))):
             return None
         if kind == "dissipation":
-            return (bound * (1 + bound / 2) + rounding) * _above(_value(p, kind))
+            both = variant.certificate.measure == "both"
+            return (bound * (1 + bound / 2) + rounding) * _above(_value(p, kind)) if both else None
         factor = Fraction(x) if kind == "rebound" else Fraction(1)
-        return (bound * _smaller(p) + rounding * _above(p.epsilon)) * factor
+        return (formula(p) + rounding * _above(p.epsilon)) * factor
 
     within = _of_pairs(kind, variant.form, stated)
     # At infinity, the result is that at the cut-off, which is another number than eps.

@@ -30,11 +30,16 @@ _OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", 
 AnyKernel = TypeVar("AnyKernel", bound=Kernel)
 
 
+def at_least_one(kernels: Sequence[object]) -> None:
+    """Refuse an empty sequence."""
+    if not kernels:
+        raise ValueError("no kernel is asked for: accepted is at least one")
+
+
 def distinct(kernels: Sequence[AnyKernel]) -> tuple[AnyKernel, ...]:
     """Return the kernels as a tuple; refuse an empty sequence and repeated names."""
+    at_least_one(kernels)
     names = [kernel.name for kernel in kernels]
-    if not names:
-        raise ValueError("no kernel is asked for: accepted is at least one")
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"the kernel {name} is asked for twice: accepted is each kernel once")
