@@ -43,7 +43,7 @@ from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, TIERS
 from viscopade.kernels.prove_lacunary import speed_kernel
-from viscopade.kernels.targets.speed import rounding_of
+from viscopade.kernels.targets.speed import rounding_of, ulps_elsewhere
 from viscopade.kernels.v_star import of_v_star
 
 _UNIT = Fraction(1, 1 << DOUBLE.precision)
@@ -163,9 +163,7 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[ProvenNumber]:
         bounds = table.proven
         yield ProvenNumber(name, double, "ulps", "", at_most(bounds.ulp))
         yield ProvenNumber(name, double, "ulps of w", "", at_most(ulp_of_w()))
-        yield ProvenNumber(
-            name, double, "ulps elsewhere", "", at_most(last_place.largest_ulp(DOUBLE) + of_v_star() / _UNIT)
-        )
+        yield ProvenNumber(name, double, "ulps elsewhere", "", at_most(ulps_elsewhere()))
         yield ProvenNumber(name, double, "relative", "", at_most(bounds.relative + 4 * _UNIT, 2))
         yield ProvenNumber(name, double, "relative of w", "", at_most(of_w(DOUBLE), 2))
         return

@@ -6,17 +6,18 @@ on the site. The modules beside this one hold what differs: `pages`, `files`, `f
 
 import os
 import sys
-import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 os.environ["VISCOPADE_BACKEND"] = "numpy"  # whose `restitution` has a source; the pages do not depend on a compiler
 
+from viscopade import __version__  # noqa: E402 - from this checkout
+
 project = "viscopade"
 author = "viscopade developers"
 copyright = author
-version = release = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+version = release = __version__
 
 extensions = [
     "myst_parser",

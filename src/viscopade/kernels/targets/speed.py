@@ -229,16 +229,23 @@ _UNDERFLOW = (
 
 def _full_bounds(table: LastPlaceTable) -> list[str]:
     bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
-    of_eps = last_place.largest_ulp(DOUBLE)  # of eps at the rounded v*: twice, if a power of two is between
     return [
         f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
         f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
-        f"elsewhere: at most {at_most(2 * of_eps + of_v_star(largest=USUAL) / unit)} ulp in all for {USUAL_TEXT} and "
-        f"{at_most(2 * of_eps + of_v_star() / unit)} ulp for every other speed, nearly all of which is pow's (proven)",
+        f"elsewhere: at most {at_most(ulps_elsewhere(USUAL))} ulp in all for {USUAL_TEXT} and "
+        f"{at_most(ulps_elsewhere())} ulp for every other speed, nearly all of which is pow's (proven)",
         f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
         f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
         _CONVERTED,
     ]
+
+
+def ulps_elsewhere(largest: Fraction | None = None) -> Fraction:
+    """Return the bound in ulp of the full table's eps where it is not read, for speeds as of `of_v_star`.
+
+    The kernel of v* has its error in ulp of eps at the rounded v*: twice those of eps, if a power of two is between.
+    """
+    return 2 * last_place.largest_ulp(DOUBLE) + of_v_star(largest=largest) * (1 << DOUBLE.precision)
 
 
 def _slow_name(given: SpeedKernel) -> str:
