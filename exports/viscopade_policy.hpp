@@ -89,6 +89,10 @@
 //
 // With -ffast-math the bounds are not promised.
 
+#if __cplusplus < 201402L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201402L)
+#error "viscopade: this file needs C++14 or later"
+#else
+
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "1.0.0"
 #define VISCOPADE_VERSION_NUMBER 10000 /* 10000 major + 100 minor + patch */
@@ -476,5 +480,7 @@ template <class Material, class Kernel = compact_2p79em8, typename Number = doub
 };
 
 } // namespace viscopade
+
+#endif
 
 #endif

@@ -1,5 +1,6 @@
 """Records: what comes back is what was made, once; and neither a broken cache nor other runs do harm."""
 
+import hashlib
 import json
 import os
 import re
@@ -71,9 +72,24 @@ def test_defaults_and_names_of_arguments_make_no_difference(cache):
     assert len(calls) == 2
 
 
+def of_another_form(good):
+    """Return a file with a right checksum whose value lacks a field."""
+    text = good.partition(b"\n")[2].replace(b'"error"', b'"mistake"')
+    return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
+
+
 @pytest.mark.parametrize(
     "spoil",
-    [b"", b"{", b"[]", b"\xff\xfebroken", b"[" * 10**5, b"0" * 64 + b"\n{}", lambda text: text.replace(b"2/3", b"0/0")],
+    [
+        of_another_form,
+        b"",
+        b"{",
+        b"[]",
+        b"\xff\xfebroken",
+        b"[" * 10**5,
+        b"0" * 64 + b"\n{}",
+        lambda text: text.replace(b"2/3", b"0/0"),
+    ],
 )
 def test_a_broken_file_is_made_again(cache, spoil):
     counted()[0](Fraction(2), DOUBLE)

@@ -1,6 +1,7 @@
 """Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
 
-So are the kernels for all kappa, and for all eps, by laws of contact with nu = 1 and nu = 2.
+So are the small tables of speed, and the kernels for all kappa, and for all eps, by laws of contact with nu = 1 and
+nu = 2.
 
 python -m tools.kernel_records
 """
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from viscopade import store
 from viscopade.kernels import requests
+from viscopade.kernels.forms.speed_kernel import TABLES
 
 CURVES = "curve_tables-"  # with which fits begin: nothing that exports read
 TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
@@ -22,6 +24,8 @@ def main() -> None:
         requests.files()
         for request in requests.READY_LAWS:
             request.prove()
+        for tier, size in TABLES:
+            requests.Request(from_speed=(tier,), size=size).render("c")
     TARGET.mkdir(exist_ok=True)
     for old in TARGET.glob("*.json"):
         old.unlink()

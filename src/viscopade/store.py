@@ -35,7 +35,7 @@ VARIABLE = "VISCOPADE_CACHE"
 MOST_BYTES = 64 << 20
 """Of all records in the user's cache; the ones unused for longest are deleted first."""
 
-_OURS = re.compile(r"[0-9a-f]{32}\.json")
+_OURS = re.compile(r"[0-9a-f]{32}\.json|record-\w+\.new")  # the latter of runs that were killed
 _INNERMOST = re.compile(r"\[[^][{}]*\]")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -70,7 +70,8 @@ def _found(make: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
     key = [make.__name__.strip("_"), *_converter().unstructure(arguments)]
     known = _read(key) if _anew is None else None
     if known is not None:
-        return _converter().structure(known["value"], get_type_hints(make)["return"])
+        with suppress(LookupError, TypeError, ValueError):  # a record of another form is none
+            return _converter().structure(known["value"], get_type_hints(make)["return"])
     made = make(*arguments)
     record = _text({"key": key, "value": _converter().unstructure(made)})
     if _anew is None:
@@ -196,7 +197,7 @@ def _keep(key: list[Any], record: str) -> None:
         return
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, new = tempfile.mkstemp(dir=path.parent, suffix=".new")
+        handle, new = tempfile.mkstemp(dir=path.parent, prefix="record-", suffix=".new")
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(f"{_digest(record)}\n{record}".encode())

@@ -424,6 +424,15 @@ def test_a_policy_knows_beta_when_compiled_or_when_started(tmp_path, standard):
     assert float(eps) == pytest.approx(float(vp.restitution(2.0, 1.307)), rel=3e-8)
 
 
+@pytest.mark.parametrize("standard", ["c++98", "c++11"])
+def test_a_policy_says_which_standard_it_needs(tmp_path, standard):
+    (tmp_path / "policy.cpp").write_text(made("cpp-policy"))
+    words = [*compiled.compiler(standard), "-fsyntax-only", "policy.cpp"]
+    ran = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode
+    assert re.findall(r"error: (.*)", ran.stderr) == ['#error "viscopade: this file needs C++14 or later"']
+
+
 LAUNCHES = """
 #include "viscopade.cuh"
 #define FOR(NAME, T, BETA) \\
