@@ -16,9 +16,10 @@ import numpy as np
 
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
-from viscopade.kernels.forms import formulas, last_place, speed_table_last_place
+from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.forms.rounding_bounds import ULPS
+from viscopade.kernels.forms.speed_table_last_place import restitution
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats
@@ -260,7 +261,7 @@ def _of_speed() -> int:
     sizes = np.concatenate([all_sizes(DOUBLE, 0)[::37], [0.0, -0.0, 5e-324, np.inf, *REFUSED]])
     speed, beta = (part.ravel() for part in np.meshgrid(sizes, sizes))
     with np.errstate(all="ignore"):
-        found = speed_table_last_place.restitution(speed, beta)
+        found = restitution(speed, beta)
     refused = ~((speed >= 0) & (beta >= 0)) | ((speed == 0) & np.isinf(beta)) | ((beta == 0) & np.isinf(speed))
     elastic = ~refused & ((speed == 0) | (beta == 0))
     lost = ~refused & (np.isinf(speed) | np.isinf(beta))
