@@ -181,7 +181,7 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
 
 def _facts(given: SpeedKernel) -> list[str]:
     table = given.table
-    bounds = _full_bounds(table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
+    bounds = _full_bounds(given, table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
     return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
 
 
@@ -230,14 +230,17 @@ _UNDERFLOW = (
 )
 
 
-def _full_bounds(table: LastPlaceTable) -> list[str]:
+def _full_bounds(given: SpeedKernel, table: LastPlaceTable) -> list[str]:
+    rest = given.beyond.of_epsilon + given.beyond.of_loss + LAST_ULPS * Fraction(DOUBLE.epsilon)
+    usual, every = (at_most(of_v_star(largest=end) + rest, 2) for end in (USUAL, None))
     return [
         f"proven: in the table, eps is off by at most {at_most(table.proven.ulp)} units in the last place (ulp) of "
         f"eps(w), and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
         f"elsewhere: at most {at_most(ulps_elsewhere(USUAL))} ulp in all for {USUAL_TEXT} and "
         f"{at_most(ulps_elsewhere())} ulp for every other speed, nearly all of which is pow's (proven)",
         f"dissipation and rebound: relative errors of at most {at_most(table.of_products, 2)} in the table, "
-        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
+        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)}; elsewhere of at most {usual} for "
+        f"{USUAL_TEXT} and {every} for every other speed (proven)",
         _CONVERTED,
     ]
 
