@@ -120,7 +120,7 @@ def _part(width: int) -> int:
 
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
-        return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
+        return "\n\n".join([c.render_functions([]).rstrip(), full_text.render_double().rstrip()])
     return c.render_functions([given.slow]).rstrip()
 
 
