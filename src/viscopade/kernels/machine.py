@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
@@ -19,7 +20,13 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 @cache
 def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
     """Return how arrays of numbers of a format are computed with, and words as long as numbers of that or another."""
-    functions: dict[str, Any] = {"cbrt": np.cbrt, "sqrt": np.sqrt, "double": np.float64, "index": np.asarray}
+    functions: dict[str, Any] = {
+        "cbrt": np.cbrt,
+        "sqrt": np.sqrt,
+        "pow": _power,
+        "double": np.float64,
+        "index": np.asarray,
+    }
     for name, word in _WORDS.items():
         size = 8 * FORMATS[name].bytes
         functions |= {
@@ -29,6 +36,11 @@ def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
         }
     word = _WORDS[(words or form).name]
     return Arithmetic(TYPES[form.name], functions, word=word, choose=np.where, row=_rows_at)
+
+
+def _power(x: Any, p: Any) -> Any:
+    """Return x^p of doubles by the C library, from whose results NumPy's own differ in the last bit; NaN for x < 0."""
+    return np.array([math.pow(one, p) if one >= 0 else math.nan for one in x.tolist()])
 
 
 def _rows_at(table: Any, index: Any) -> Any:

@@ -10,14 +10,12 @@ error of the first sum (which `Fast2Sum` gives exactly), p alone makes 1 - eps^2
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-import numpy as np
 from flint import arb, arb_poly, fmpq_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
@@ -27,6 +25,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, of_w
+from viscopade.kernels.machine import computed
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -145,15 +144,13 @@ def _worst(found: Sequence[FullBounds]) -> FullBounds:
 
 
 def restitution(speed: FloatArray, beta: FloatArray) -> FloatArray:
-    """Return eps as the code computes it without FMA contraction, for arrays of one shape.
-
-    Where w is not in the table, eps is that of v*. Its power is the C library's: NumPy's own differs in the last bit.
-    """
+    """Return eps as the code computes it without FMA contraction, for arrays of one shape."""
     result: FloatArray
     result, within = _EXPORTED.evaluated_in(DOUBLE, "restitution", speed, beta)
     if not within.all():
-        power = np.array([math.pow(v, 0.1) if v >= 0 else math.nan for v in speed[~within].tolist()])
-        result[~within] = last_place.evaluated_in(DOUBLE, "epsilon", np.sqrt(beta[~within]) * power)
+        given = {"speed": speed[~within], "beta": beta[~within]}
+        v_star = computed(formulas.v_star_branch(), "v_star", given, DOUBLE)
+        result[~within] = last_place.evaluated_in(DOUBLE, "epsilon", v_star)
     return result
 
 
