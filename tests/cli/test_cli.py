@@ -519,6 +519,14 @@ BAD = [
     (["export", "c", "--accuracy", "abc", "--v-star-max", "5"], "accepted is a number from 1e-15 to 0.99"),
     (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "accepted are other degrees"),
+    (
+        ["export", "rust", "--law", "4,1/3", "--accuracy", "1e-3", "--kappa-max", "2"],
+        "the law 4,1/3 needs a degree of at least 11, as v* = kappa^(1/11), which no [m/n] tried for an accuracy has",
+    ),
+    (
+        ["export", "c", "--law", "4,0", "--accuracy", "1e-3", "--kappa-max", "inf"],
+        "accepted is a finite end of the interval",
+    ),
     (["export", "python", "--full"], "accepted for kernels of full accuracy is c"),
     (["export", "python", "--from-speed", "1e-3"], "accepted for kernels of speed is c"),
     (["export", "c", "--from-speed", "1e-6"], "'1e-6' is not one of '1e-3', '1e-5', '1e-7', '1e-10', 'full'"),
