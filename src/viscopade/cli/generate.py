@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
@@ -97,7 +98,8 @@ if TYPE_CHECKING:
 )
 @NO_CACHE
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
-def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
+@click.pass_context
+def export(context: click.Context, target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
@@ -108,7 +110,10 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     """
     from viscopade.kernels import requests
 
-    if target.startswith("series-"):
+    of_series = target.startswith("series-")
+    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
+    _refuse_unused(context, target, used | {"target", "output", "no_cache"})
+    if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits)
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
@@ -119,6 +124,15 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
         click.echo(text, nl=False)
     else:
         write(output, text)
+
+
+def _refuse_unused(context: click.Context, target: str, used: set[str]) -> None:
+    """Refuse options that are given and would change nothing in a target's file."""
+    flags = {str(option.name): option.opts[-1] for option in context.command.params}
+    for name, flag in flags.items():
+        if name not in used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            others = ", ".join(flags[other] for other in flags if other in used - {"target"})
+            raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it are {others}")
 
 
 @click.command("scene")

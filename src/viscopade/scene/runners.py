@@ -57,7 +57,7 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
         if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
             return Tool(words, known)
     if named:
-        raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: accepted is the name of a compiler")
+        raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: accepted is a compiler's name")
     return None
 
 
