@@ -98,6 +98,7 @@
  *     one is 0, the other +infinity                           NaN           NaN         NaN
  *     one is negative or NaN                                  NaN           NaN         NaN
  *     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+ *     beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
  *
  * Comparing results of host and device: in type float they differ by up to the sum of their bounds. The
  * floating-point exceptions are those of log2 and exp2. With -use_fast_math results below 2^-126 are set

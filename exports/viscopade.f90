@@ -80,6 +80,7 @@
 !     one is 0, the other +infinity                           NaN           NaN         NaN
 !     one is negative or NaN                                  NaN           NaN         NaN
 !     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+!     beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
 !
 ! A compiler must respect parentheses, as the standard says; with -ffast-math the bounds are not promised.
 

@@ -81,6 +81,7 @@
 //     one is 0, the other +infinity                           NaN           NaN         NaN
 //     one is negative or NaN                                  NaN           NaN         NaN
 //     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+//     beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
 
 pub const VISCOPADE_VERSION: &str = "1.0.0";
 /// 10000 major + 100 minor + patch

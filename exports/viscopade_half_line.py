@@ -70,8 +70,8 @@ NAME is halfline_B for a kernel for all v* >= 0, B being the proven bound of its
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
-infinite). They raise ValueError where an argument is outside its range, and TypeError where one is not a
-real number.
+infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
+argument is not a real number.
 """
 
 import math
@@ -96,8 +96,16 @@ def _not_negative(name: str, value: float) -> float:
     return number
 
 
+def _v_star(speed: float, beta: float) -> float:
+    """Return beta^(1/2) speed^(1/10)."""
+    beta = _not_negative("beta", beta)
+    speed = _not_negative("speed", speed)
+    return math.sqrt(beta) * math.pow(speed, 0.1)
+
+
 def _portion_halfline_2p09em4(v_star: float, loss: bool) -> float:
     """Return eps or 1 - eps."""
+    v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     a0 = 1.1532089438172344
@@ -130,22 +138,22 @@ def _portion_halfline_2p09em4(v_star: float, loss: bool) -> float:
 
 def epsilon_halfline_2p09em4(v_star: float) -> float:
     """Return eps(v*), for all v* >= 0."""
-    return _portion_halfline_2p09em4(_not_negative("v_star", v_star), False)
+    return _portion_halfline_2p09em4(v_star, False)
 
 
 def one_minus_epsilon_halfline_2p09em4(v_star: float) -> float:
     """Return 1 - eps(v*), for all v* >= 0."""
-    return _portion_halfline_2p09em4(_not_negative("v_star", v_star), True)
+    return _portion_halfline_2p09em4(v_star, True)
 
 
 def restitution_halfline_2p09em4(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    root = math.sqrt(_not_negative("beta", beta))
-    return epsilon_halfline_2p09em4(root * math.pow(_not_negative("speed", speed), 0.1))
+    return epsilon_halfline_2p09em4(_v_star(speed, beta))
 
 
 def _portion_halfline_3p4em6(v_star: float, loss: bool) -> float:
     """Return eps or 1 - eps."""
+    v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     a0 = 1.153451614780895
@@ -181,22 +189,22 @@ def _portion_halfline_3p4em6(v_star: float, loss: bool) -> float:
 
 def epsilon_halfline_3p4em6(v_star: float) -> float:
     """Return eps(v*), for all v* >= 0."""
-    return _portion_halfline_3p4em6(_not_negative("v_star", v_star), False)
+    return _portion_halfline_3p4em6(v_star, False)
 
 
 def one_minus_epsilon_halfline_3p4em6(v_star: float) -> float:
     """Return 1 - eps(v*), for all v* >= 0."""
-    return _portion_halfline_3p4em6(_not_negative("v_star", v_star), True)
+    return _portion_halfline_3p4em6(v_star, True)
 
 
 def restitution_halfline_3p4em6(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    root = math.sqrt(_not_negative("beta", beta))
-    return epsilon_halfline_3p4em6(root * math.pow(_not_negative("speed", speed), 0.1))
+    return epsilon_halfline_3p4em6(_v_star(speed, beta))
 
 
 def _portion_halfline_2p79em8(v_star: float, loss: bool) -> float:
     """Return eps or 1 - eps."""
+    v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     a0 = 1.153448873291078
@@ -220,7 +228,8 @@ def _portion_halfline_2p79em8(v_star: float, loss: bool) -> float:
         y8 = y4 * y4
         y12 = y6 * y6
         elastic = b0 + y6 * (b6 + y2 * (b8 + y * (b9 + y * (b10 + y12 * b22))))
-        lost = v_star * v_star * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * a26))))))
+        lost = v_star * v_star * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y \
+            * (a18 + y8 * a26))))))
         return lost / (elastic + lost) if loss else elastic / (elastic + lost)
     w = 1.0 / v_star
     u = math.cbrt(w)
@@ -229,25 +238,26 @@ def _portion_halfline_2p79em8(v_star: float, loss: bool) -> float:
     u6 = u4 * u2
     u8 = u4 * u4
     u12 = u6 * u6
-    elastic = w * w * w * u * (b22 + u12 * (b10 + u * (b9 + u * (b8 + u2 * (b6 + u6 * b0)))))
-    lost = a26 + u8 * (a18 + u * (a17 + u4 * (a13 + u * (a12 + u6 * (a6 + u6 * a0)))))
+    elastic = w * w * w * u * (b22 + u12 * (b10 + u * (b9 + u * (b8 + u2 * (b6 + u6 * \
+            b0)))))
+    lost = a26 + u8 * (a18 + u * (a17 + u4 * (a13 + u * (a12 + u6 * (a6 + u6 * \
+            a0)))))
     return lost / (elastic + lost) if loss else elastic / (elastic + lost)
 
 
 def epsilon_halfline_2p79em8(v_star: float) -> float:
     """Return eps(v*), for all v* >= 0."""
-    return _portion_halfline_2p79em8(_not_negative("v_star", v_star), False)
+    return _portion_halfline_2p79em8(v_star, False)
 
 
 def one_minus_epsilon_halfline_2p79em8(v_star: float) -> float:
     """Return 1 - eps(v*), for all v* >= 0."""
-    return _portion_halfline_2p79em8(_not_negative("v_star", v_star), True)
+    return _portion_halfline_2p79em8(v_star, True)
 
 
 def restitution_halfline_2p79em8(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    root = math.sqrt(_not_negative("beta", beta))
-    return epsilon_halfline_2p79em8(root * math.pow(_not_negative("speed", speed), 0.1))
+    return epsilon_halfline_2p79em8(_v_star(speed, beta))
 
 
 epsilon_halfline_1em3 = epsilon_halfline_2p09em4

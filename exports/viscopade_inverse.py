@@ -36,7 +36,7 @@
 #
 # NAME may also be inverse_1em3 (now inverse_5p77em4), inverse_1em5 (now inverse_3p55em6): a name that
 # stays when a better kernel takes the place of today's.
-"""Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.11 or newer.
+"""Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
     v_star_NAME(epsilon)                        v* at which eps is epsilon
     v_star_from_loss_NAME(one_minus_epsilon)    the same, which loses no digits where eps is near 1
@@ -47,8 +47,8 @@ NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= e
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
-infinite). They raise ValueError where an argument is outside its range, and TypeError where one is not a
-real number.
+infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
+argument is not a real number.
 """
 
 import math
@@ -63,14 +63,6 @@ def _number(name: str, value: float) -> float:
         return math.ldexp(value, 0)  # unlike float(), does not read text
     except TypeError:
         raise TypeError(f"{name} must be a real number, but is {value!r}") from None
-
-
-def _not_negative(name: str, value: float) -> float:
-    """Return the value as a float, NaN too; refuse negative numbers."""
-    number = _number(name, value)
-    if number < 0.0:
-        raise ValueError(f"{name} must not be negative, but is {number!r}")
-    return number
 
 
 def _of_both_inverse_5p77em4(epsilon: float, loss: float) -> float:
@@ -104,32 +96,32 @@ def _of_both_inverse_5p77em4(epsilon: float, loss: float) -> float:
 
 
 def v_star_inverse_5p77em4(epsilon: float) -> float:
-    """Return v* for 0 < eps <= 1."""
-    value = _number("epsilon", epsilon)
-    if math.isnan(value):
-        return value
-    if not 0.0 < value <= 1.0:
-        raise ValueError(f"epsilon is {value!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_5p77em4(value, 1.0 - value)
+    """Return v*, given eps, for 0 < eps <= 1."""
+    epsilon = _number("epsilon", epsilon)
+    if math.isnan(epsilon):
+        return epsilon
+    if not (epsilon > 0.0 and epsilon <= 1.0):
+        raise ValueError(f"epsilon is {epsilon!r}: accepted is 0 < eps <= 1")
+    return _of_both_inverse_5p77em4(epsilon, 1.0 - epsilon)
 
 
 def v_star_from_loss_inverse_5p77em4(one_minus_epsilon: float) -> float:
     """Return v*, given 1 - eps, for 0 < eps <= 1."""
-    value = _number("one_minus_epsilon", one_minus_epsilon)
-    if math.isnan(value):
-        return value
-    if not 0.0 <= value < 1.0:
-        raise ValueError(f"one_minus_epsilon is {value!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_5p77em4(1.0 - value, value)
+    one_minus_epsilon = _number("one_minus_epsilon", one_minus_epsilon)
+    if math.isnan(one_minus_epsilon):
+        return one_minus_epsilon
+    if not (one_minus_epsilon >= 0.0 and one_minus_epsilon < 1.0):
+        raise ValueError(f"one_minus_epsilon is {one_minus_epsilon!r}: accepted is 0 < eps <= 1")
+    return _of_both_inverse_5p77em4(1.0 - one_minus_epsilon, one_minus_epsilon)
 
 
 def beta_inverse_5p77em4(epsilon: float, speed: float) -> float:
     """Return beta = v*^2/speed^(1/5)."""
-    value = _number("speed", speed)
-    if value <= 0.0:
-        raise ValueError(f"speed must be positive, but is {value!r}")
+    speed = _number("speed", speed)
+    if speed <= 0.0:
+        raise ValueError(f"speed must be positive, but is {speed!r}")
     v_star = v_star_inverse_5p77em4(epsilon)
-    return v_star * v_star / math.pow(value, 0.2)
+    return v_star * v_star / math.pow(speed, 0.2)
 
 
 def _of_both_inverse_3p55em6(epsilon: float, loss: float) -> float:
@@ -169,32 +161,32 @@ def _of_both_inverse_3p55em6(epsilon: float, loss: float) -> float:
 
 
 def v_star_inverse_3p55em6(epsilon: float) -> float:
-    """Return v* for 0 < eps <= 1."""
-    value = _number("epsilon", epsilon)
-    if math.isnan(value):
-        return value
-    if not 0.0 < value <= 1.0:
-        raise ValueError(f"epsilon is {value!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_3p55em6(value, 1.0 - value)
+    """Return v*, given eps, for 0 < eps <= 1."""
+    epsilon = _number("epsilon", epsilon)
+    if math.isnan(epsilon):
+        return epsilon
+    if not (epsilon > 0.0 and epsilon <= 1.0):
+        raise ValueError(f"epsilon is {epsilon!r}: accepted is 0 < eps <= 1")
+    return _of_both_inverse_3p55em6(epsilon, 1.0 - epsilon)
 
 
 def v_star_from_loss_inverse_3p55em6(one_minus_epsilon: float) -> float:
     """Return v*, given 1 - eps, for 0 < eps <= 1."""
-    value = _number("one_minus_epsilon", one_minus_epsilon)
-    if math.isnan(value):
-        return value
-    if not 0.0 <= value < 1.0:
-        raise ValueError(f"one_minus_epsilon is {value!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_3p55em6(1.0 - value, value)
+    one_minus_epsilon = _number("one_minus_epsilon", one_minus_epsilon)
+    if math.isnan(one_minus_epsilon):
+        return one_minus_epsilon
+    if not (one_minus_epsilon >= 0.0 and one_minus_epsilon < 1.0):
+        raise ValueError(f"one_minus_epsilon is {one_minus_epsilon!r}: accepted is 0 < eps <= 1")
+    return _of_both_inverse_3p55em6(1.0 - one_minus_epsilon, one_minus_epsilon)
 
 
 def beta_inverse_3p55em6(epsilon: float, speed: float) -> float:
     """Return beta = v*^2/speed^(1/5)."""
-    value = _number("speed", speed)
-    if value <= 0.0:
-        raise ValueError(f"speed must be positive, but is {value!r}")
+    speed = _number("speed", speed)
+    if speed <= 0.0:
+        raise ValueError(f"speed must be positive, but is {speed!r}")
     v_star = v_star_inverse_3p55em6(epsilon)
-    return v_star * v_star / math.pow(value, 0.2)
+    return v_star * v_star / math.pow(speed, 0.2)
 
 
 v_star_inverse_1em3 = v_star_inverse_5p77em4

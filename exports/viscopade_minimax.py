@@ -50,17 +50,18 @@
 # better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
-For each approximant there are two functions:
+    epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
+    epsilon_derivative_NAME(v_star)   d eps/d v_star
+    restitution_NAME(speed, beta)     eps at the v* of this speed and material
 
-    epsilon_NAME(v_star)             eps at v_star = sqrt(beta) speed^(1/10)
-    restitution_NAME(speed, beta)    the same at the v* of this speed and material
-    epsilon_derivative_NAME(v_star)  d eps/d v_star
-
+NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its
+error (p stands for the decimal point, m for the minus of an exponent).
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
-At 0 the functions return 1, at infinity the formula's limit, and NaN where an argument is NaN or v* is
-undefined (one of speed and beta 0, the other infinite). They raise ValueError where an argument is
-negative or v* is outside the formula's domain, and TypeError where one is not a real number.
+At v* = 0 eps is 1, and at infinity, where that is in the domain, it is the formula's limit.
+The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
+infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
+argument is not a real number.
 """
 
 import math
@@ -68,100 +69,18 @@ import math
 VISCOPADE_VERSION = "1.0.0"
 VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
-A_MINIMAX_1_4_V5_9P87EM4 = (
-    1.0,
-    0.1913101265049235,
-)
 
-B_MINIMAX_1_4_V5_9P87EM4 = (
-    1.0,
-    0.1913101265049235,
-    1.1523123463788583,
-    0.24750753817275653,
-    0.430550304301936,
-)
-
-T_MINIMAX_1_4_V5_9P87EM4 = (
-    -2.3046246927577165,
-    -0.9629716352771942,
-    -1.8169026140852487,
-    -0.24710589954821005,
-)
-
-A_MINIMAX_3_7_V5_2P84EM6 = (
-    1.0,
-    0.9529644182971035,
-    0.7500894584405768,
-    0.18289687473013888,
-)
-
-B_MINIMAX_3_7_V5_2P84EM6 = (
-    1.0,
-    0.9529644182971035,
-    1.9035350470277284,
-    1.2823734670480216,
-    1.393585561072178,
-    0.47008323648777484,
-    0.31690988335383063,
-    0.00656652290549904,
-)
-
-T_MINIMAX_3_7_V5_2P84EM6 = (
-    -2.306891177174303,
-    -4.397622381318963,
-    -7.669866386747697,
-    -6.948272751478002,
-    -5.783977369756627,
-    -2.8686807581793983,
-    -1.1603425368358915,
-    -0.19851287975964255,
-    -0.004803986069038583,
-)
-
-A_MINIMAX_6_9_V5_3P06EM9 = (
-    1.0,
-    0.99348800416877,
-    1.3422959428435561,
-    0.9572960382949409,
-    0.5669253948015498,
-    0.16772950350900787,
-    0.0035699248819250095,
-)
-
-B_MINIMAX_6_9_V5_3P06EM9 = (
-    1.0,
-    0.99348800416877,
-    2.4957447974216906,
-    2.1032343538919926,
-    2.647349474328874,
-    1.5342610861718107,
-    1.3209825951696474,
-    0.4127155261684556,
-    0.2501046122460647,
-    0.014178292218607814,
-)
-
-T_MINIMAX_6_9_V5_3P06EM9 = (
-    -2.306897709156269,
-    -4.58375254723674,
-    -10.598648258235372,
-    -13.467283346008186,
-    -17.612257668656294,
-    -15.69756448927333,
-    -13.749899481833518,
-    -8.833830044108584,
-    -5.1862333773778495,
-    -2.248368317008959,
-    -0.7870487025705104,
-    -0.1675133003062915,
-    -0.011298181014413738,
-    -0.00015184631452323536,
-)
+def _number(name: str, value: float) -> float:
+    """Return the value as a float; refuse what is not a number."""
+    try:
+        return math.ldexp(value, 0)  # unlike float(), does not read text
+    except TypeError:
+        raise TypeError(f"{name} must be a real number, but is {value!r}") from None
 
 
 def _not_negative(name: str, value: float) -> float:
-    """Return the value as a float, NaN too; refuse negative numbers, and what is not a number."""
-    number = math.ldexp(value, 0)  # unlike float(), does not read text
+    """Return the value as a float, NaN too; refuse negative numbers."""
+    number = _number(name, value)
     if number < 0.0:
         raise ValueError(f"{name} must not be negative, but is {number!r}")
     return number
@@ -169,94 +88,192 @@ def _not_negative(name: str, value: float) -> float:
 
 def _v_star(speed: float, beta: float) -> float:
     """Return beta^(1/2) speed^(1/10)."""
-    return math.sqrt(_not_negative("beta", beta)) * math.pow(_not_negative("speed", speed), 0.1)
-
-
-def _horner(coefficients: tuple[float, ...], variable: float) -> float:
-    """Return the polynomial with these ascending coefficients."""
-    value = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = coefficient + variable * value
-    return value
-
-
-def _ratio(a: tuple[float, ...], b: tuple[float, ...], threshold: float, v_star: float) -> float:
-    """Return the quotient of two polynomials, in powers of 1/v* where powers of v* might overflow."""
-    if math.isnan(v_star):
-        return v_star
-    far = v_star > threshold
-    u = 1.0 / v_star if far else v_star
-    numerator = _horner(a[::-1] if far else a, u)
-    denominator = _horner(b[::-1] if far else b, u)
-    if denominator <= 0.0:
-        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
-    value = numerator / denominator
-    if far:
-        for _ in range(abs(len(a) - len(b))):
-            value *= v_star if len(a) > len(b) else u
-    return value
+    beta = _not_negative("beta", beta)
+    speed = _not_negative("speed", speed)
+    return math.sqrt(beta) * math.pow(speed, 0.1)
 
 
 def epsilon_minimax_1_4_v5_9p87em4(v_star: float) -> float:
     """Return [1/4](v*), for 0 <= v* <= 5."""
-    value = _not_negative("v_star", v_star)
-    if value < 0.0 or value > 5.0:
-        raise ValueError(f"v_star = {value!r} is outside [0.0, 5.0], the interval of minimax_1_4_v5_9p87em4")
-    return _ratio(A_MINIMAX_1_4_V5_9P87EM4, B_MINIMAX_1_4_V5_9P87EM4, 2.0**254, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_1_4_v5_9p87em4")
+    a0 = 1.0
+    a1 = 0.1913101265049235
+    b0 = 1.0
+    b1 = 0.1913101265049235
+    b2 = 1.1523123463788583
+    b3 = 0.24750753817275653
+    b4 = 0.430550304301936
+    numerator = a0 + v_star * a1
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)))
+    return numerator / denominator
 
 
 def epsilon_derivative_minimax_1_4_v5_9p87em4(v_star: float) -> float:
     """Return d [1/4]/d v*, for 0 <= v* <= 5."""
-    epsilon_minimax_1_4_v5_9p87em4(v_star)
-    value = float(v_star)
-    denominator = _horner(B_MINIMAX_1_4_V5_9P87EM4, value)
-    return value * _horner(T_MINIMAX_1_4_V5_9P87EM4, value) / (denominator * denominator)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_1_4_v5_9p87em4")
+    t0 = -2.3046246927577165
+    t1 = -0.9629716352771942
+    t2 = -1.8169026140852487
+    t3 = -0.24710589954821005
+    b0 = 1.0
+    b1 = 0.1913101265049235
+    b2 = 1.1523123463788583
+    b3 = 0.24750753817275653
+    b4 = 0.430550304301936
+    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * t3))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)))
+    return v_star * numerator / (denominator * denominator)
 
 
 def restitution_minimax_1_4_v5_9p87em4(speed: float, beta: float) -> float:
-    """Return [1/4](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_1_4_v5_9p87em4(_v_star(speed, beta))
 
 
 def epsilon_minimax_3_7_v5_2p84em6(v_star: float) -> float:
     """Return [3/7](v*), for 0 <= v* <= 5."""
-    value = _not_negative("v_star", v_star)
-    if value < 0.0 or value > 5.0:
-        raise ValueError(f"v_star = {value!r} is outside [0.0, 5.0], the interval of minimax_3_7_v5_2p84em6")
-    return _ratio(A_MINIMAX_3_7_V5_2P84EM6, B_MINIMAX_3_7_V5_2P84EM6, 2.0**146, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_3_7_v5_2p84em6")
+    a0 = 1.0
+    a1 = 0.9529644182971035
+    a2 = 0.7500894584405768
+    a3 = 0.18289687473013888
+    b0 = 1.0
+    b1 = 0.9529644182971035
+    b2 = 1.9035350470277284
+    b3 = 1.2823734670480216
+    b4 = 1.393585561072178
+    b5 = 0.47008323648777484
+    b6 = 0.31690988335383063
+    b7 = 0.00656652290549904
+    numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * a3))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * b7))))))
+    return numerator / denominator
 
 
 def epsilon_derivative_minimax_3_7_v5_2p84em6(v_star: float) -> float:
     """Return d [3/7]/d v*, for 0 <= v* <= 5."""
-    epsilon_minimax_3_7_v5_2p84em6(v_star)
-    value = float(v_star)
-    denominator = _horner(B_MINIMAX_3_7_V5_2P84EM6, value)
-    return value * _horner(T_MINIMAX_3_7_V5_2P84EM6, value) / (denominator * denominator)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_3_7_v5_2p84em6")
+    t0 = -2.306891177174303
+    t1 = -4.397622381318963
+    t2 = -7.669866386747697
+    t3 = -6.948272751478002
+    t4 = -5.783977369756627
+    t5 = -2.8686807581793983
+    t6 = -1.1603425368358915
+    t7 = -0.19851287975964255
+    t8 = -0.004803986069038583
+    b0 = 1.0
+    b1 = 0.9529644182971035
+    b2 = 1.9035350470277284
+    b3 = 1.2823734670480216
+    b4 = 1.393585561072178
+    b5 = 0.47008323648777484
+    b6 = 0.31690988335383063
+    b7 = 0.00656652290549904
+    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 + \
+        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * t8)))))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * b7))))))
+    return v_star * numerator / (denominator * denominator)
 
 
 def restitution_minimax_3_7_v5_2p84em6(speed: float, beta: float) -> float:
-    """Return [3/7](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_3_7_v5_2p84em6(_v_star(speed, beta))
 
 
 def epsilon_minimax_6_9_v5_3p06em9(v_star: float) -> float:
     """Return [6/9](v*), for 0 <= v* <= 5."""
-    value = _not_negative("v_star", v_star)
-    if value < 0.0 or value > 5.0:
-        raise ValueError(f"v_star = {value!r} is outside [0.0, 5.0], the interval of minimax_6_9_v5_3p06em9")
-    return _ratio(A_MINIMAX_6_9_V5_3P06EM9, B_MINIMAX_6_9_V5_3P06EM9, 2.0**113, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_6_9_v5_3p06em9")
+    a0 = 1.0
+    a1 = 0.99348800416877
+    a2 = 1.3422959428435561
+    a3 = 0.9572960382949409
+    a4 = 0.5669253948015498
+    a5 = 0.16772950350900787
+    a6 = 0.0035699248819250095
+    b0 = 1.0
+    b1 = 0.99348800416877
+    b2 = 2.4957447974216906
+    b3 = 2.1032343538919926
+    b4 = 2.647349474328874
+    b5 = 1.5342610861718107
+    b6 = 1.3209825951696474
+    b7 = 0.4127155261684556
+    b8 = 0.2501046122460647
+    b9 = 0.014178292218607814
+    numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * (a3 + v_star * (a4 + \
+        v_star * (a5 + v_star * a6)))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star * \
+        b9))))))))
+    return numerator / denominator
 
 
 def epsilon_derivative_minimax_6_9_v5_3p06em9(v_star: float) -> float:
     """Return d [6/9]/d v*, for 0 <= v* <= 5."""
-    epsilon_minimax_6_9_v5_3p06em9(v_star)
-    value = float(v_star)
-    denominator = _horner(B_MINIMAX_6_9_V5_3P06EM9, value)
-    return value * _horner(T_MINIMAX_6_9_V5_3P06EM9, value) / (denominator * denominator)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star < 0.0 or v_star > 5.0:
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_6_9_v5_3p06em9")
+    t0 = -2.306897709156269
+    t1 = -4.58375254723674
+    t2 = -10.598648258235372
+    t3 = -13.467283346008186
+    t4 = -17.612257668656294
+    t5 = -15.69756448927333
+    t6 = -13.749899481833518
+    t7 = -8.833830044108584
+    t8 = -5.1862333773778495
+    t9 = -2.248368317008959
+    t10 = -0.7870487025705104
+    t11 = -0.1675133003062915
+    t12 = -0.011298181014413738
+    t13 = -0.00015184631452323536
+    b0 = 1.0
+    b1 = 0.99348800416877
+    b2 = 2.4957447974216906
+    b3 = 2.1032343538919926
+    b4 = 2.647349474328874
+    b5 = 1.5342610861718107
+    b6 = 1.3209825951696474
+    b7 = 0.4127155261684556
+    b8 = 0.2501046122460647
+    b9 = 0.014178292218607814
+    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 + \
+        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * (t8 + v_star * \
+        (t9 + v_star * (t10 + v_star * (t11 + v_star * (t12 + v_star * \
+        t13))))))))))))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star * \
+        b9))))))))
+    return v_star * numerator / (denominator * denominator)
 
 
 def restitution_minimax_6_9_v5_3p06em9(speed: float, beta: float) -> float:
-    """Return [6/9](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_6_9_v5_3p06em9(_v_star(speed, beta))
 
 

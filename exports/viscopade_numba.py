@@ -69,7 +69,8 @@
     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
 
 These are for numbers, in compiled code and outside, in type double; names that end in _f32 are those of type
-float, where there are such. restitution_array_NAME and so on are universal functions of NumPy, for arrays.
+float, where there are such. restitution_array_NAME and so on are universal functions of NumPy, for arrays; they
+compute in type double for arrays of float32, too, and those that end in _f32 in type float.
 For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
     from viscopade_numba import restitution_compact_2p79em8
@@ -82,6 +83,7 @@ What they return beyond the domain; eps is always in (0, 1]:
     one is 0, the other +infinity                           NaN           NaN         NaN
     one is negative or NaN                                  NaN           NaN         NaN
     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+    beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
 
 With fastmath=True in code that calls them, the bounds are not promised.
 """

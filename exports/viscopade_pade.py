@@ -54,16 +54,16 @@
 # last place (the largest errors known of glibc's are not larger).
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
-For each approximant there are two functions:
+    epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
+    restitution_NAME(speed, beta)     eps at the v* of this speed and material
 
-    epsilon_NAME(v_star)             eps at v_star = sqrt(beta) speed^(1/10)
-    restitution_NAME(speed, beta)    the same at the v* of this speed and material
-
+NAME is pade_M_N for the Pade approximant [M/N].
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
-At 0 the functions return 1, at infinity the formula's limit, and NaN where an argument is NaN or v* is
-undefined (one of speed and beta 0, the other infinite). They raise ValueError where an argument is
-negative or v* is outside the formula's domain, and TypeError where one is not a real number.
+At v* = 0 eps is 1, and at infinity, where that is in the domain, it is the formula's limit.
+The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
+infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
+argument is not a real number.
 """
 
 import math
@@ -71,65 +71,18 @@ import math
 VISCOPADE_VERSION = "1.0.0"
 VISCOPADE_VERSION_NUMBER = 10000  # 10000 major + 100 minor + patch
 
-A_PADE_0_3 = (
-    1.0,
-)
 
-B_PADE_0_3 = (
-    1.0,
-    0.0,
-    1.1534488580952889,
-)
-
-A_PADE_1_4 = (
-    1.0,
-    0.5010857520156882,
-)
-
-B_PADE_1_4 = (
-    1.0,
-    0.5010857520156882,
-    1.1534488580952889,
-    0.5779767884703146,
-    0.5321777072965302,
-)
-
-A_PADE_2_5 = (
-    1.0,
-    0.5535275551267409,
-    -0.1284445679045587,
-)
-
-B_PADE_2_5 = (
-    1.0,
-    0.5535275551267409,
-    1.0250042901907301,
-    0.6384657263852164,
-    0.38402346711847424,
-    0.027908358546136082,
-)
-
-A_PADE_3_6 = (
-    1.0,
-    1.07232309455224,
-    0.5741979778526823,
-    0.14155209344287065,
-)
-
-B_PADE_3_6 = (
-    1.0,
-    1.07232309455224,
-    1.727646835947971,
-    1.3784219423633581,
-    1.1944857091713306,
-    0.46727287981594157,
-    0.23558522186995282,
-)
+def _number(name: str, value: float) -> float:
+    """Return the value as a float; refuse what is not a number."""
+    try:
+        return math.ldexp(value, 0)  # unlike float(), does not read text
+    except TypeError:
+        raise TypeError(f"{name} must be a real number, but is {value!r}") from None
 
 
 def _not_negative(name: str, value: float) -> float:
-    """Return the value as a float, NaN too; refuse negative numbers, and what is not a number."""
-    number = math.ldexp(value, 0)  # unlike float(), does not read text
+    """Return the value as a float, NaN too; refuse negative numbers."""
+    number = _number(name, value)
     if number < 0.0:
         raise ValueError(f"{name} must not be negative, but is {number!r}")
     return number
@@ -137,75 +90,129 @@ def _not_negative(name: str, value: float) -> float:
 
 def _v_star(speed: float, beta: float) -> float:
     """Return beta^(1/2) speed^(1/10)."""
-    return math.sqrt(_not_negative("beta", beta)) * math.pow(_not_negative("speed", speed), 0.1)
-
-
-def _horner(coefficients: tuple[float, ...], variable: float) -> float:
-    """Return the polynomial with these ascending coefficients."""
-    value = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = coefficient + variable * value
-    return value
-
-
-def _ratio(a: tuple[float, ...], b: tuple[float, ...], threshold: float, v_star: float) -> float:
-    """Return the quotient of two polynomials, in powers of 1/v* where powers of v* might overflow."""
-    if math.isnan(v_star):
-        return v_star
-    far = v_star > threshold
-    u = 1.0 / v_star if far else v_star
-    numerator = _horner(a[::-1] if far else a, u)
-    denominator = _horner(b[::-1] if far else b, u)
-    if denominator <= 0.0:
-        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
-    value = numerator / denominator
-    if far:
-        for _ in range(abs(len(a) - len(b))):
-            value *= v_star if len(a) > len(b) else u
-    return value
+    beta = _not_negative("beta", beta)
+    speed = _not_negative("speed", speed)
+    return math.sqrt(beta) * math.pow(speed, 0.1)
 
 
 def epsilon_pade_0_3(v_star: float) -> float:
     """Return [0/3](v*), for all v* >= 0 (no positive pole and no positive zero)."""
-    value = _not_negative("v_star", v_star)
-    return _ratio(A_PADE_0_3, B_PADE_0_3, 2.0**507, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    a0 = 1.0
+    b0 = 1.0
+    b2 = 1.1534488580952889
+    if v_star > 4.189939978107062e+152:
+        u = 1.0 / v_star
+        numerator = a0
+        denominator = b2 + u * (u * b0)
+        if denominator <= 0.0:
+            raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+        return numerator / denominator * u * u
+    numerator = a0
+    denominator = b0 + v_star * (v_star * b2)
+    if denominator <= 0.0:
+        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+    return numerator / denominator
 
 
 def restitution_pade_0_3(speed: float, beta: float) -> float:
-    """Return [0/3](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_pade_0_3(_v_star(speed, beta))
 
 
 def epsilon_pade_1_4(v_star: float) -> float:
     """Return [1/4](v*), for all v* >= 0 (no positive pole and no positive zero)."""
-    value = _not_negative("v_star", v_star)
-    return _ratio(A_PADE_1_4, B_PADE_1_4, 2.0**253, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    a0 = 1.0
+    a1 = 0.5010857520156882
+    b0 = 1.0
+    b1 = 0.5010857520156882
+    b2 = 1.1534488580952889
+    b3 = 0.5779767884703146
+    b4 = 0.5321777072965302
+    if v_star > 1.4474011154664524e+76:
+        u = 1.0 / v_star
+        numerator = a1 + u * a0
+        denominator = b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)))
+        if denominator <= 0.0:
+            raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+        return numerator / denominator * u * u * u
+    numerator = a0 + v_star * a1
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)))
+    if denominator <= 0.0:
+        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+    return numerator / denominator
 
 
 def restitution_pade_1_4(speed: float, beta: float) -> float:
-    """Return [1/4](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_pade_1_4(_v_star(speed, beta))
 
 
 def epsilon_pade_2_5(v_star: float) -> float:
     """Return [2/5](v*), for 0 <= v* < 5.680117583 (there the formula has a zero)."""
-    value = _not_negative("v_star", v_star)
-    if value >= 5.6801175833240505:
-        raise ValueError(f"v_star = {value!r} is beyond 5.6801175833240505, a zero of [2/5]")
-    return _ratio(A_PADE_2_5, B_PADE_2_5, 2.0**204, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    if v_star >= 5.6801175833240505:
+        raise ValueError(f"v_star = {v_star!r} is beyond 5.6801175833240505, a zero of [2/5]")
+    a0 = 1.0
+    a1 = 0.5535275551267409
+    a2 = -0.1284445679045587
+    b0 = 1.0
+    b1 = 0.5535275551267409
+    b2 = 1.0250042901907301
+    b3 = 0.6384657263852164
+    b4 = 0.38402346711847424
+    b5 = 0.027908358546136082
+    numerator = a0 + v_star * (a1 + v_star * a2)
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * b5))))
+    if denominator <= 0.0:
+        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+    return numerator / denominator
 
 
 def restitution_pade_2_5(speed: float, beta: float) -> float:
-    """Return [2/5](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_pade_2_5(_v_star(speed, beta))
 
 
 def epsilon_pade_3_6(v_star: float) -> float:
     """Return [3/6](v*), for all v* >= 0 (no positive pole and no positive zero)."""
-    value = _not_negative("v_star", v_star)
-    return _ratio(A_PADE_3_6, B_PADE_3_6, 2.0**169, value)
+    v_star = _not_negative("v_star", v_star)
+    if math.isnan(v_star):
+        return v_star
+    a0 = 1.0
+    a1 = 1.07232309455224
+    a2 = 0.5741979778526823
+    a3 = 0.14155209344287065
+    b0 = 1.0
+    b1 = 1.07232309455224
+    b2 = 1.727646835947971
+    b3 = 1.3784219423633581
+    b4 = 1.1944857091713306
+    b5 = 0.46727287981594157
+    b6 = 0.23558522186995282
+    if v_star > 7.482888383134223e+50:
+        u = 1.0 / v_star
+        numerator = a3 + u * (a2 + u * (a1 + u * a0))
+        denominator = b6 + u * (b5 + u * (b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)))))
+        if denominator <= 0.0:
+            raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+        return numerator / denominator * u * u * u
+    numerator = a0 + v_star * (a1 + v_star * (a2 + v_star * a3))
+    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
+        v_star * (b5 + v_star * b6)))))
+    if denominator <= 0.0:
+        raise ValueError(f"v_star = {v_star!r} is too close to a pole of the formula")
+    return numerator / denominator
 
 
 def restitution_pade_3_6(speed: float, beta: float) -> float:
-    """Return [3/6](v*) at v* = sqrt(beta) speed^(1/10)."""
+    """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_pade_3_6(_v_star(speed, beta))

@@ -86,6 +86,7 @@
 //     one is 0, the other +infinity                           NaN           NaN         NaN
 //     one is negative or NaN                                  NaN           NaN         NaN
 //     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
+//     beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
 //
 // With -ffast-math the bounds are not promised.
 

@@ -13,14 +13,13 @@ from viscopade.kernels.expressions import Expression, Name, Program
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table import OCTAVES, of_w
+from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
 from viscopade.kernels.targets.last_place import table_bytes
-from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.v_star import of_v_star
 
@@ -30,7 +29,7 @@ _ROW = 6  # operations that find the row of a table: shifts, masks, a comparison
 _SIMPLE = ("+", "-", "*")  # operations that `Entry` counts
 # In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
 _SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
-_FROM_TABLE = 6  # three units, as the headers state for dissipation
+_FROM_TABLE = 2 * LAST_ULPS
 _FROM_EPSILON = 4  # loss (2 - loss), or (1 - eps) (1 + eps) with the roundings of its quotients, which `inside` has
 _SECOND_ORDER = 1 + Fraction(1, 1 << 10)
 MACHINES = {
@@ -109,11 +108,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     sums = table.sums(table.names)
     operations = _ROW + _simple(formulas.w_program(), Name("w")) + _simple(sums.program, sums.results["restitution"])
     for form in (DOUBLE, FLOAT):
-        own = form if form in given.formats else DOUBLE
-        if isinstance(table, LastPlaceTable):
-            inside = table.proven.relative + of_w(DOUBLE) + 4 * _ulp(DOUBLE)
-        else:
-            inside = table.proven.error + rounding_of(table, own)
+        inside = table.inside(given.computed_in(form))
         yield Entry(
             "speed",
             tier,

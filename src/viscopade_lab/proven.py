@@ -43,7 +43,7 @@ from viscopade.kernels.forms.speed_table import OCTAVES, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, TIERS
 from viscopade.kernels.prove_lacunary import speed_kernel
-from viscopade.kernels.targets.speed import rounding_of, ulps_elsewhere
+from viscopade.kernels.targets.speed import ulps_elsewhere
 from viscopade.kernels.v_star import of_v_star
 
 _UNIT = Fraction(1, 1 << DOUBLE.precision)
@@ -171,4 +171,4 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[ProvenNumber]:
     yield ProvenNumber(name, double, "of v*", "", at_most(of_v_star()))
     for form in kernel.formats:
         yield ProvenNumber(name, form.name, "formula", "", at_most(table.proven.error))
-        yield ProvenNumber(name, form.name, "rounding", "", at_most(rounding_of(table, form), 2))
+        yield ProvenNumber(name, form.name, "rounding", "", at_most(table.rounding(form), 2))

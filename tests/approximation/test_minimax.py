@@ -313,7 +313,7 @@ def test_accuracies_that_degrees_do_not_reach():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((1, 1, 2), r"the degrees are \[1/1\]: accepted are degrees of which the larger one is at least 2"),
+        ((1, 1, 2), r"the degrees are \[1/1\]: accepted is at least 2 for one of them"),
         ((0, 0, 2), r"the degrees are \[0/0\]: accepted"),
         ((-1, 4, 2), "m is -1: accepted is an integer from 0 to 12"),
         ((3, 16, 2), "n is 16: accepted is an integer from 0 to 15"),

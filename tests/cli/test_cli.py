@@ -512,7 +512,7 @@ BAD = [
     (["export", "c", "--minimax", "1/4", "--v-star-min", "3", "--v-star-max", "2"], "greater than v_star_min = 3"),
     (
         ["export", "c", "--minimax", "1/1", "--v-star-max", "1"],
-        "accepted are degrees of which the larger one is at least",
+        "accepted is at least",
     ),
     (["export", "c", "--minimax", "1/40", "--v-star-max", "1"], "n is 40: accepted is an integer from 0 to 15"),
     (["export", "c", "--minimax", "2/0", "--v-star-max", "1000"], "100 % is 1): accepted are degrees and intervals"),
@@ -541,7 +541,7 @@ BAD = [
     (["export", "c", "--from-speed", "1e-3", "--full"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--full", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--accuracy", "1e-3", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
-    (["export", "latex", "--accuracy", "1e-3"], "accepted for kernels in powers of a root is c, python, cuda, glsl"),
+    (["export", "latex", "--accuracy", "1e-3"], "accepted for half-line and inverse kernels is c, python, cuda, glsl"),
     (["export", "c", "--accuracy", "1e-9"], "accepted is a number >"),
     (["export", "c", "--inverse", "1e-14"], "accepted is a number >"),
     (["export", "c", "--inverse", "1e-5", "--epsilon-min", "2"], "accepted is 0, or a number from 2e-4 to 0.99"),

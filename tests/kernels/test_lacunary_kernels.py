@@ -9,6 +9,7 @@ import re
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,7 +23,19 @@ from viscopade.approximation.lacunary import Powers, full_powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import expressions, prove_lacunary
-from viscopade.kernels.expressions import Arithmetic, Literal, Name, Run, by_horner, by_powers, chain, in_pairs, powers
+from viscopade.kernels.expressions import (
+    Arithmetic,
+    Literal,
+    Name,
+    Run,
+    Select,
+    both,
+    by_horner,
+    by_powers,
+    chain,
+    in_pairs,
+    powers,
+)
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.rounding import Rounded, of_branch
@@ -115,6 +128,19 @@ def test_text_keeps_the_order_of_evaluation():
         value = expressions.evaluate(made, names, Arithmetic(float))
         assert eval(text(made, MATH_MODULE), dict(names)) == value
         assert eval(text(made, of_c(DOUBLE)), dict(names)) == value
+
+
+@pytest.mark.parametrize("parts", [*product((False, True), repeat=3)], ids=str)
+def test_choices_in_python_within_each_other(parts):
+    one, two, three, four = map(Literal, "1234")
+    x, y, z = (Name(name) for name in "xyz")
+    given = dict(zip("xyz", parts, strict=True))
+    for made in (
+        Select(x, Select(y, one, two), Select(z, three, four)),
+        Select(Select(x, y, z), one, two) + three,
+        Select(both(both(x, y), z), one, two),
+    ):
+        assert eval(text(made, MATH_MODULE), dict(given)) == expressions.evaluate(made, given, Arithmetic(float))
 
 
 def test_horner_with_gaps():

@@ -491,6 +491,13 @@ def test_python_refuses_what_is_outside_the_domain(module: SimpleNamespace) -> N
         module.epsilon_pade_2_5(5.7)
 
 
+def test_python_computes_in_powers_of_u_where_the_domain_reaches_so_far() -> None:
+    """The zero at 1e200 is beyond the threshold, at which v*^4 might overflow."""
+    assert execute(kernel("1 0 0 1 -1e-200", "1 0 0 0 1")).epsilon_pade_4_4(1e100) == pytest.approx(1e-100, rel=1e-15)
+    for sample in PAPER:
+        assert ("u = 1.0 / v_star" in python.render([sample], COMMAND)) == (sample.end is None)
+
+
 def test_python_refuses_a_denominator_lost_to_rounding() -> None:
     epsilon = execute(kernel("1", "1 -3 3 -1")).epsilon_pade_0_3
     lost = 0

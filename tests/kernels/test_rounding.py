@@ -1,5 +1,6 @@
 """The bound of rounding errors: never exceeded by exact emulations of the code, with FMA or without; not vacuous."""
 
+import math
 import random
 from fractions import Fraction
 from functools import cache
@@ -12,7 +13,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import derivative_rounding, quotient_rounding
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, _of_beta, derivative_rounding, quotient_rounding
 from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
@@ -258,3 +259,16 @@ def test_more_operations_and_fewer_bits_make_it_larger():
     assert short < quotient_rounding(A, (*B, *B), FLOAT, low, high)
     ratio = float(quotient_rounding(A, B, FLOAT, low, high) / quotient_rounding(A, B, DOUBLE, low, high))
     assert ratio == pytest.approx(2.0**29, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_bound_of_beta_is_that_of_its_operations(name):
+    """v* twice, a product, a quotient, and pow with its exponent 0.2, which is no binary number."""
+    form, _ = FORMS[name]
+    unit, largest = 2.0**-form.precision, (form.largest + form.precision) * math.log(2)
+    of_exponent = float(abs(Fraction(form.nearest(Fraction(1, 5))) - Fraction(1, 5)))
+    for of_v_star in (0.0, 10 * unit, 1000 * unit):
+        by_hand = 2 * of_v_star + 2 * unit + 2 * ULPS * unit + of_exponent * largest
+        with working(BITS):
+            found = float(_of_beta(arb(of_v_star), form))
+        assert by_hand < found < by_hand * (1 + 2000 * unit)

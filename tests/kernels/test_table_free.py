@@ -218,7 +218,7 @@ def test_requests_that_are_refused():
         render("cobol", kernels(), COMMAND)
     with pytest.raises(ValueError, match="inverse"):
         render("cuda", [prove_lacunary.inverse_kernel("1e-3")], COMMAND)
-    with pytest.raises(ValueError, match="have type double only"):
+    with pytest.raises(ValueError, match="no type float for"):
         render("glsl", kernels()[2:], COMMAND)
 
 

@@ -183,8 +183,8 @@ def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law, interval: Interval)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
     if max(m, n) < law.d:
         raise ValueError(
-            f"the degrees are [{m}/{n}]: accepted are degrees of which the larger one is at least {law.d} "
-            f"(else a_i = b_i for i < {law.d} leaves only N/D = 1)"
+            f"the degrees are [{m}/{n}]: accepted is at least {law.d} for one of them (as a_i = b_i for "
+            f"i < {law.d}, smaller ones leave only N/D = 1)"
         )
     if interval[1] is None and n - m != law.whole_decay:
         raise ValueError(f"the degrees are [{m}/{n}]: accepted up to infinity is n = m + {law.whole_decay}")

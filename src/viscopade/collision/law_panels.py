@@ -248,5 +248,5 @@ def _work(branch: ParametricBranch, of: ParametricEnds) -> tuple[arb_poly, arb_p
     with working(branch.bits + 64):
         first, size = total[0], abs(total[0].mid())
         if not abs(first - first.mid()) < size * WANTED:
-            raise ArithmeticError("the error of the work is not small")
+            raise ArithmeticError("the work of the contact force is enclosed too widely")
         return total, branch.scale.poly() * 2

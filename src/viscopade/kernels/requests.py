@@ -247,7 +247,7 @@ KINDS = (
     ),
     Kind(
         "root",
-        "kernels in powers of a root",
+        "half-line and inverse kernels",
         lambda asked: asked.inverse or (asked.accuracy and not asked.bounded),
         Request.in_powers_of_a_root,
         {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},

@@ -23,6 +23,7 @@ from viscopade.kernels import expressions, prove_rational, registry, registry_ar
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.rounding_bounds import BITS, of_factor
+from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.languages import targets
 from viscopade.scene.cost import Operations, id_of
@@ -40,7 +41,6 @@ TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is 
 SAMPLES = 4001
 PARTS = 1024  # of the range of v*, on each of which a quotient's steepness is enclosed
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
-ULPS_OF_DISSIPATION = 3  # that the last sums and products of 1 - eps^2 add
 
 
 @dataclass(frozen=True)
@@ -430,7 +430,7 @@ def in_format(encounter: Impacts, code: Code) -> tuple[Interval, Interval]:
 
 def _of_product(code: Code) -> Fraction:
     """Return what the last roundings of 1 - eps^2 add, relatively."""
-    return 2 * ULPS_OF_DISSIPATION * Fraction(2) ** -FORMATS[code.format].precision
+    return 2 * LAST_ULPS * Fraction(2) ** -FORMATS[code.format].precision
 
 
 def _of_v_star(code: Code) -> Fraction:

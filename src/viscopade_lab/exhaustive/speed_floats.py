@@ -56,14 +56,10 @@ def bounds_of(kernel: speed_kernel.SpeedKernel) -> FloatBounds:
     """Return the bounds of a kernel, by its proofs."""
     table = kernel.table
     form = FLOAT if FLOAT in kernel.formats else DOUBLE
-    if isinstance(table, speed_table.Table):
-        inside = table.proven.error + speed.rounding_of(table, form)
-    else:
-        inside = table.proven.relative + speed_table.of_w(DOUBLE)
     # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
     outside = Fraction(kernel.bound) + Fraction(1, 10**13)
     ends = table.first, table.first + speed_table.OCTAVES
-    return FloatBounds(*ends, float(inside), float(outside), 3.5 if form == FLOAT else 0.5)
+    return FloatBounds(*ends, float(table.inside(form)), float(outside), 3.5 if form == FLOAT else 0.5)
 
 
 def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:

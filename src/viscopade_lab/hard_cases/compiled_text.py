@@ -26,6 +26,7 @@ from viscopade_lab.hard_cases.finding import Cell, Chart, Check, ResultTable, cu
 
 NO_CONTRACTION = "-ffp-contract=off"  # without it a compiler may fuse products and sums, which Python does not
 _DEFINITION = re.compile(r"^static inline (double|float) (viscopade_\w+)\((?:double|float) \w+\)$", re.MULTILINE)
+_COEFFICIENT = re.compile(r"^    ([ab])(\d+) = (\S+)$", re.MULTILINE)
 _NUMPY = {"double": np.float64, "float": np.float32}
 _CHARTED = "pade_3_6"
 
@@ -175,13 +176,14 @@ def same(function: Function, reference: Callable[[float], float], x: Array) -> t
 
 def compare_quotients(request: Request, generator: np.random.Generator, number: int, into: TextComparison) -> None:
     """Compile and run the quotients of a request, and compare them with each other and with exact values."""
-    module = python(request.render("python"))
+    text = request.render("python")
+    module = python(text)
     records = json.loads(request.render("json"))["approximants"]
     functions = _compiled_or_not(request.render("c"), into)
     for kernel, record in zip(request.quotients(), records, strict=True):
         name = f"epsilon_{kernel.name}"
         given = tuple(tuple(map(Fraction, part)) for part in _coefficients(record))
-        _compare_coefficients(given, module, kernel.name.upper(), into)
+        _compare_coefficients(given, text, name, into)
         if name in functions:
             compared, different = same(functions[name], module[name], v_star_samples(generator, number, DOUBLE))
             into.compared += compared
@@ -235,14 +237,14 @@ def _coefficients(record: Mapping[str, Any], form: Format = DOUBLE) -> tuple[lis
 
 
 def _compare_coefficients(
-    given: tuple[tuple[Fraction, ...], ...], module: Mapping[str, Any], tag: str, into: TextComparison
+    given: tuple[tuple[Fraction, ...], ...], module: str, function: str, into: TextComparison
 ) -> None:
-    for letter, part in zip("AB", given, strict=True):
-        held = module[f"{letter}_{tag}"]
-        nearest = [float(c) for c in part]
-        padded = [*held, *[0.0] * (len(nearest) - len(held))]  # leading zeros are left out
-        into.coefficients += len(nearest)
-        into.changed += sum(x != y for x, y in zip(padded, nearest, strict=True))
+    """Compare coefficients a and b with those in the text of a module's function, which leaves out zeros."""
+    body = module.split(f"def {function}(")[1].split("\ndef ")[0]
+    held = {letter + exponent: float(value) for letter, exponent, value in _COEFFICIENT.findall(body)}
+    wanted = {f"{letter}{i}": float(c) for letter, part in zip("ab", given, strict=True) for i, c in enumerate(part)}
+    into.coefficients += len(wanted)
+    into.changed += sum(held.get(name, 0.0) != wanted.get(name, 0.0) for name in held.keys() | wanted.keys())
 
 
 def _stated(record: Mapping[str, Any], form: Format) -> tuple[float, float]:

@@ -376,13 +376,14 @@ def test_an_export_that_gives_no_number_is_seen(value):
 
 
 def test_a_changed_coefficient_in_a_table_is_seen():
-    module, found = {"A_K": (1.0, 0.5), "B_K": (1.0,)}, compiled_text.TextComparison()
-    compiled_text._compare_coefficients(((Fraction(1), Fraction(1, 2)), (Fraction(1), Fraction(0))), module, "K", found)
+    text = "def epsilon_k(v_star: float) -> float:\n    a0 = 1.0\n    a1 = 0.5\n    b0 = 1.0\n    return a0\n"
+    module, found = f"{text}\n\n{text.replace('_k', '_j').replace('0.5', '0.25')}", compiled_text.TextComparison()
+    compare = compiled_text._compare_coefficients
+    compare(((Fraction(1), Fraction(1, 2)), (Fraction(1), Fraction(0))), module, "epsilon_k", found)
     assert (found.coefficients, found.changed) == (4, 0)
-    compiled_text._compare_coefficients(
-        ((Fraction(1), Fraction("0.50000000000001")), (Fraction(1),)), module, "K", found
-    )
-    assert found.changed == 1
+    for a in ((Fraction(1), Fraction("0.50000000000001")), (Fraction(1),)):
+        compare((a, (Fraction(1),)), module, "epsilon_k", found)
+    assert found.changed == 2
 
 
 def test_without_a_compiler_it_is_said(monkeypatch):

@@ -4,6 +4,8 @@ Quotients of polynomials in v*, with u = 1/v* where powers of v* might overflow:
 
     eps = N(v*)/D(v*),    d eps/d v* = v* T(v*)/D(v*)^2.
 
+Of a speed and a damping, v* = beta^(1/2) speed^(1/10), and beta = v*^2/speed^(1/5).
+
 Half-line kernels, with y = v*^(1/3), w = 1/v*, u = 1/y and mirrored polynomials N^(u) = u^deg N(1/u):
 
     v* <= 1:    eps = D(y)/(D(y) + v*^2 N(y)),           1 - eps = v*^2 N(y)/(…)
@@ -74,6 +76,22 @@ def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[st
 def within(name: str, low: Expression, high: Expression) -> Expression:
     """Return the condition that a number is in an interval, and not NaN."""
     return both(Name(name) >= low, Name(name) <= high)
+
+
+# --- v*, the speed and beta -------------------------------------------------------------------------------------------
+
+
+def v_star_branch() -> CodeBranch:
+    """Return v* of the speed and beta; of a negative speed there is none, though pow(-infinity, 0.1) is +infinity."""
+    speed = Name("speed")
+    v_star = Call("sqrt", (Name("beta"),)) * Call("pow", (speed, Literal("0.1")))
+    return CodeBranch(speed >= ZERO, (), {"v_star": v_star})
+
+
+def beta_branch() -> CodeBranch:
+    """Return beta of v* and a positive speed."""
+    speed, v_star = Name("speed"), Name("v_star")
+    return CodeBranch(speed > ZERO, (), {"beta": v_star * v_star / Call("pow", (speed, Literal("0.2")))})
 
 
 # --- quotients of polynomials in v* -----------------------------------------------------------------------------------

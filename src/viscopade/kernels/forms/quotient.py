@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from viscopade import arguments
 from viscopade.approximation.measure import RELATIVE_TO
@@ -23,6 +23,8 @@ from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms.kernel import Kernel, law_name, law_pattern, law_record, span
 from viscopade.theory.law import VISCOELASTIC, Law
+
+QUOTIENT = "quotient"
 
 # How far, in powers of two, sums in Horner's rule stay below the largest number: it leaves room for rounding,
 # and keeps the quotient of two such sums a normal number.
@@ -46,6 +48,7 @@ class Quotient(Kernel):
 
     m: int
     n: int
+    kind: ClassVar[str] = QUOTIENT
 
     @property
     def label(self) -> str:

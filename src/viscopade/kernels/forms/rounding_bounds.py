@@ -22,11 +22,11 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import Format
 from viscopade.collision.panel_proof import END
-from viscopade.kernels.expressions import CodeBranch
+from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.reference import speeds
-from viscopade.kernels.rounding import Rounded, of_branch
+from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
 
 ULPS = 4
 """Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
@@ -210,8 +210,21 @@ def inverse_sizes(
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
             relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
-        of_beta = (1 + relative) ** 2 * (1 + unit) / (1 - unit) * _of_pow(Fraction(1, 5), kind).exp() - 1
-        return {name: Size(rounded_up(size, DIGITS), "0") for name, size in (("v_star", relative), ("beta", of_beta))}
+        sizes = {"v_star": relative, "beta": _of_beta(relative, kind)}
+        return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
+
+
+def _of_beta(of_v_star: arb, kind: Format) -> arb:
+    """Bound the relative error of beta by that of v*, where all numbers are normal."""
+
+    def power(_: Rounded, exponent: Fraction) -> Rounded:
+        return Rounded(normal, kind, _of_pow(exponent, kind).exp() - 1)
+
+    normal = arb(1).union(arb(2))
+    given = {"v_star": Rounded(normal, kind, of_v_star), "speed": Rounded(normal, kind)}
+    exact_exponents = arithmetic(kind, pow=power)._replace(literal=Fraction)
+    beta: Rounded = read(formulas.beta_branch(), ["beta"], given, exact_exponents)["beta"]
+    return beta.relative
 
 
 def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction:

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from types import MappingProxyType
+from typing import NamedTuple
 
 from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.kernel import scientific
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel
 from viscopade.kernels.forms.speed_table import Table
@@ -32,6 +34,18 @@ TABLES = MappingProxyType(
 
 HALF_LINE = ("1e-3", "1e-5", "1e-7")
 """Accuracies for which there are half-line kernels; beyond the table of another one, that of full accuracy is used."""
+
+
+class Beyond(NamedTuple):
+    """What is stated of eps and 1 - eps outside a table, besides what v*'s rounding does."""
+
+    formula: Fraction
+    """Error relative to the smaller of eps and 1 - eps."""
+    of_epsilon: Fraction
+    of_loss: Fraction
+    """Relative rounding errors of eps and of 1 - eps."""
+    underflow: Fraction
+    """Error besides, in the smallest numbers."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +94,20 @@ class SpeedKernel:
     def file(self) -> str:
         """Name of the header in exports/."""
         return file_of(self.tier)
+
+    @cached_property
+    def beyond(self) -> Beyond:
+        """What is stated where w is not in the table."""
+        if self.slow is None:
+            eps, loss = (last_place.largest_ulp(DOUBLE, of) for of in last_place.FUNCTIONS)
+            return Beyond(Fraction(0), eps * Fraction(DOUBLE.epsilon), loss * Fraction(DOUBLE.epsilon), Fraction(1))
+        variant = self.slow.variant(DOUBLE)
+        eps, loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)
+        return Beyond(variant.error, eps, loss, max(Fraction(size.underflow) for _, size in variant.sizes))
+
+    def computed_in(self, form: Format) -> Format:
+        """Return the type in which the sums of the functions of a type are computed."""
+        return form if form in self.formats else DOUBLE
 
     @property
     def formats(self) -> tuple[Format, ...]:

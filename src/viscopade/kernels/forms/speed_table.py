@@ -53,6 +53,9 @@ SWITCH = -3
 MOST_SPLIT = 8
 MOST_DEGREE = 15
 
+LAST_ULPS = 3
+"""Units in the last place of what the last operations add to the relative errors of rebound and dissipation."""
+
 TABLE, SMALLEST, REST = "table", "smallest", "rest_of_base"
 """Names in programs: all rows, the smallest normal number, and 1 - base."""
 
@@ -151,6 +154,13 @@ class Layout(ABC):
     def names(self) -> tuple[str, ...]:
         """The names of a row's numbers."""
         return tuple(f"c{n}" for n in range(len(self.rows[0])))
+
+    @abstractmethod
+    def inside(self, form: Format) -> Fraction:
+        """Return a bound of the computed p's error, w's rounding included, relative to the smaller of eps and 1 - eps.
+
+        Rebound and dissipation have it, too, relative to themselves; those of `Table` `LAST_ULPS` besides.
+        """
 
     @abstractmethod
     def sums(self, names: Sequence[str], rest: str = REST) -> CodeBranch:
@@ -318,8 +328,13 @@ class Table(Layout):
         return (after - before) / min(abs(before), 1 - abs(before))
 
     def rounding(self, form: Format) -> Fraction:
-        """Return a bound of the rounding error of p for exact w, relative to the smaller of eps and 1 - eps."""
-        return dict(self.proven.rounding)[form.name]
+        """Return a bound of the rounding error of p, w's included, relative to the smaller of eps and 1 - eps."""
+        change = (1 + dict(self.proven.rounding)[form.name]) * (1 + of_w(form)) - 1
+        return change * (1 + self.proven.error)
+
+    def inside(self, form: Format) -> Fraction:
+        """Return a bound of the computed p's error: of the formula, and of rounding."""
+        return self.proven.error + self.rounding(form)
 
 
 @recorded

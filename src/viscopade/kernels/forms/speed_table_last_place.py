@@ -112,6 +112,15 @@ class LastPlaceTable(Layout):
         """Bounds for the whole table."""
         return last_place_bounds(self)
 
+    @property
+    def of_products(self) -> Fraction:
+        """Bound of the relative errors of rebound and dissipation, w being exact."""
+        return self.proven.relative + 4 * _U
+
+    def inside(self, form: Format) -> Fraction:
+        """Return a bound of the relative error of p, and of rebound and dissipation."""
+        return self.of_products + of_w(form)
+
 
 @recorded
 def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:

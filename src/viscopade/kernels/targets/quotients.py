@@ -152,7 +152,7 @@ def _usage(
         f"For {types}; a type is left out where its coefficients would make the error too large. {written.outside}"
     ]
     if ends:
-        notes.append(f"Here the domain ends where sums might overflow: at {', '.join(ends)}.")
+        notes.append(f"In these functions the domain ends where sums might overflow: at {', '.join(ends)}.")
     if target.place == "shader":
         notes.append(in_shaders)
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]

@@ -13,7 +13,7 @@ from viscopade.kernels.expressions import Expression
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table import OCTAVES, SWITCH, Layout, Table, of_w
+from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Layout, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
@@ -120,7 +120,7 @@ def _part(width: int) -> int:
 
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
-        return "\n\n".join([template(__name__, "common.h.jinja").render().rstrip(), full_text.render_double().rstrip()])
+        return "\n\n".join([c.render_functions([]).rstrip(), full_text.render_double().rstrip()])
     return c.render_functions([given.slow]).rstrip()
 
 
@@ -181,7 +181,7 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
 
 def _facts(given: SpeedKernel) -> list[str]:
     table = given.table
-    bounds = _full_bounds(table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
+    bounds = _full_bounds(given, table) if isinstance(table, LastPlaceTable) else _bounds(given, table)
     return [_formula(given), *bounds, _UNDERFLOW, f"where w is not in the table, {assumed('cbrt and pow')}"]
 
 
@@ -198,7 +198,7 @@ def _formula(given: SpeedKernel) -> str:
 
 def _bounds(given: SpeedKernel, table: Table) -> list[str]:
     smaller = "min(eps, 1 - eps)"
-    forms = ((at_most(rounding_of(table, form), 2), form.name) for form in given.formats)
+    forms = ((at_most(table.rounding(form), 2), form.name) for form in given.formats)
     rounding = " and ".join(f"{size} {smaller} in type {name}" for size, name in forms)
     elsewhere = "that of viscopade_full.h" if given.slow is None else given.slow.variant(DOUBLE).certificate.bound
     return [
@@ -206,13 +206,16 @@ def _bounds(given: SpeedKernel, table: Table) -> list[str]:
         f"rounding of restitution: adds at most {rounding}, and half a unit in the last place of eps (proven; in the "
         f"table, beta^5 speed included); elsewhere {at_most(of_v_star(largest=USUAL))} {smaller} for {USUAL_TEXT} and "
         f"{at_most(of_v_star())} {smaller} for every other speed, besides that of {_slow_name(given)}",
-        "rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three units in the "
-        f"last place; elsewhere, for dissipation, the sum of what {_slow_name(given)} states for epsilon and "
-        "one_minus_epsilon",
+        f"rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and "
+        f"{_WORDS[LAST_ULPS]} units in the last place; elsewhere, for dissipation, the sum of what "
+        f"{_slow_name(given)} states for epsilon and one_minus_epsilon",
         f"monotonic: eps falls with speed within each row; from one row to the next it rises by at most "
         f"{_rise(table)} {smaller} (proven, rounding apart)",
         _BEYOND if FLOAT in given.formats else _CONVERTED,
     ]
+
+
+_WORDS = ("no", "one", "two", "three", "four")
 
 
 def _rise(table: Table) -> str:
@@ -227,15 +230,17 @@ _UNDERFLOW = (
 )
 
 
-def _full_bounds(table: LastPlaceTable) -> list[str]:
-    bounds, unit = table.proven, Fraction(1, 1 << DOUBLE.precision)
+def _full_bounds(given: SpeedKernel, table: LastPlaceTable) -> list[str]:
+    rest = given.beyond.of_epsilon + given.beyond.of_loss + LAST_ULPS * Fraction(DOUBLE.epsilon)
+    usual, every = (at_most(of_v_star(largest=end) + rest, 2) for end in (USUAL, None))
     return [
-        f"proven: in the table, eps is off by at most {at_most(bounds.ulp)} units in the last place (ulp) of eps(w), "
-        f"and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
+        f"proven: in the table, eps is off by at most {at_most(table.proven.ulp)} units in the last place (ulp) of "
+        f"eps(w), and what the rounding of w = beta^5 speed does is at most {at_most(ulp_of_w())} ulp",
         f"elsewhere: at most {at_most(ulps_elsewhere(USUAL))} ulp in all for {USUAL_TEXT} and "
         f"{at_most(ulps_elsewhere())} ulp for every other speed, nearly all of which is pow's (proven)",
-        f"dissipation and rebound: relative errors of at most {at_most(bounds.relative + 4 * unit, 2)} in the table, "
-        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)} (proven)",
+        f"dissipation and rebound: relative errors of at most {at_most(table.of_products, 2)} in the table, "
+        f"besides what the rounding of w does, at most {at_most(of_w(DOUBLE), 2)}; elsewhere of at most {usual} for "
+        f"{USUAL_TEXT} and {every} for every other speed (proven)",
         _CONVERTED,
     ]
 
@@ -250,12 +255,6 @@ def ulps_elsewhere(largest: Fraction | None = None) -> Fraction:
 
 def _slow_name(given: SpeedKernel) -> str:
     return "viscopade_full.h" if given.slow is None else given.slow.name
-
-
-def rounding_of(table: Table, form: Format) -> Fraction:
-    """Return a bound of the rounding error of p in a type, w's included, relative to min(eps, 1 - eps)."""
-    change = (1 + table.rounding(form)) * (1 + of_w(form)) - 1
-    return change * (1 + table.proven.error)
 
 
 def main() -> None:

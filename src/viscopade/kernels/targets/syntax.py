@@ -28,17 +28,21 @@ def _as_it_is(text: str) -> str:
 
 
 class Syntax(NamedTuple):
-    """Syntax of a language: its functions and literals, and x^p if pow is no function: a pattern of {base} and {p}."""
+    """Syntax of a language: its functions and literals, and patterns.
+
+    `power` is x^p if pow is no function, of {base} and {p}; `select` is of {condition}, {met} and {otherwise}.
+    """
 
     function: Callable[[str], str] = _as_it_is
     literal: Callable[[str], str] = _as_it_is
     power: str = ""
     word: Callable[[int], str] = hex
     both: str = "&&"  # "&" stands between conditions in parentheses
+    select: str = "{condition} ? {met} : {otherwise}"
 
 
-MATH_MODULE = Syntax(lambda name: f"math.{name}")
-"""Functions of a module `math`, and literals as they are."""
+MATH_MODULE = Syntax(lambda name: f"math.{name}", both="and", select="{met} if {condition} else {otherwise}")
+"""The syntax of Python, with the functions of its module `math`."""
 
 
 def of_c(form: Format) -> Syntax:
@@ -76,8 +80,11 @@ def text(expression: Expression, syntax: Syntax) -> str:
         case Negation(symbol, operand):
             return f"{symbol}{_in_parentheses(operand, syntax)}"
         case Select(condition, met, otherwise):
-            chosen = _in_parentheses(condition, syntax) if isinstance(condition, Select) else text(condition, syntax)
-            return f"{chosen} ? {text(met, syntax)} : {text(otherwise, syntax)}"
+            chosen, if_met = (
+                _in_parentheses(part, syntax) if isinstance(part, Select) else text(part, syntax)
+                for part in (condition, met)
+            )
+            return syntax.select.format(condition=chosen, met=if_met, otherwise=text(otherwise, syntax))
         case TableRow(table, index):
             return f"{table}[{text(index, syntax)}]"
         case Operation(symbol, left, right):

@@ -73,8 +73,8 @@ def render(
     written = [kernel for kernel in chosen if any(variant.form.name in target.formats for variant in kernel.variants)]
     if not written:
         raise ValueError(
-            f"{', '.join(map(name_of, chosen))} have type double only: accepted for {target.name} are kernels of type "
-            "float"
+            f"there is no type double in {target.name}, and no type float for {', '.join(map(name_of, chosen))}: "
+            "accepted is a larger error (--accuracy 1e-5)"
         )
     left_out = [kernel for kernel in chosen if kernel not in written]
     head = _head(target, written, left_out, command)
@@ -102,6 +102,7 @@ SPECIAL = (
     "one is 0, the other +infinity                           NaN           NaN         NaN",
     "one is negative or NaN                                  NaN           NaN         NaN",
     "one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed",
+    "beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error",
 )
 
 

@@ -35,11 +35,10 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
-from viscopade.kernels.forms.speed_table import SMALLEST, TABLE, Table, of_w
+from viscopade.kernels.forms.speed_table import LAST_ULPS, SMALLEST, TABLE, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_arithmetic, rows_of
 from viscopade.kernels.names import FULL
-from viscopade.kernels.targets.speed import rounding_of
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.targets.wording import at_least_one, end_condition
 from viscopade.kernels.truth import Portions
@@ -537,43 +536,30 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
 
 def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float, p: Portions) -> Fraction:
     """Return what a header says of a result, in its table or elsewhere."""
-    table, unit = kernel.table, Fraction(1, 1 << DOUBLE.precision)
+    table, beyond = kernel.table, kernel.beyond
     inner, _, within = _row_of_speed(kernel, form, speed, beta)
     inner, converted = inner if within else DOUBLE, form == FLOAT and not (within and FLOAT in kernel.formats)
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
     value = _above(_value(p, kind)) * factor
     # Units in the last place are those of the result, which may be beyond a power of two that the exact value is below.
     last = inner.ulp(value * (1 + of_w(inner)))
-    formula, of_epsilon, of_loss, underflow = _stated_elsewhere(kernel.slow)
     if within and isinstance(table, LastPlaceTable):
         if kind == "restitution":
             error = table.proven.ulp * last + ulp_of_w() * inner.ulp(value)
         else:
-            error = (table.proven.relative + 4 * unit + of_w(DOUBLE)) * value
+            error = table.inside(inner) * value
     elif within:
-        relative = cast(Table, table).proven.error + rounding_of(cast(Table, table), inner)
+        relative = table.inside(inner)
         last = inner.ulp(value * (1 + relative))
-        error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + 3 * last
+        error = relative * _smaller(p) + last / 2 if kind == "restitution" else relative * value + LAST_ULPS * last
     elif kind == "restitution":
-        error = (formula + of_v_star()) * _smaller(p) + of_epsilon * value
+        error = (beyond.formula + of_v_star()) * _smaller(p) + beyond.of_epsilon * value
     else:
-        error = (formula + of_v_star() + of_epsilon + (of_loss if kind == "dissipation" else 0)) * value + 3 * last
+        of_both = beyond.of_epsilon + (beyond.of_loss if kind == "dissipation" else 0)
+        error = (beyond.formula + of_v_star() + of_both) * value + LAST_ULPS * last
     if converted:
         error += form.ulp(value + error) / 2
-    return error + form.smallest / 2 + underflow * DOUBLE.smallest * factor
-
-
-def _stated_elsewhere(slow: HalfLineKernel | None) -> tuple[Fraction, Fraction, Fraction, Fraction]:
-    """Return what is stated beyond a table: the formula's error, roundings of eps and of 1 - eps, and underflow."""
-    if slow is None:
-        of_epsilon, of_loss = (
-            last_place.largest_ulp(DOUBLE, of) * Fraction(DOUBLE.epsilon) for of in last_place.FUNCTIONS
-        )
-        return Fraction(0), of_epsilon, of_loss, Fraction(1)
-    variant = slow.variant(DOUBLE)
-    of_epsilon, of_loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)
-    underflow = max((Fraction(size.underflow) for _, size in variant.sizes), default=Fraction(1))
-    return variant.error, of_epsilon, of_loss, underflow
+    return error + form.smallest / 2 + beyond.underflow * DOUBLE.smallest * factor
 
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
@@ -590,7 +576,7 @@ def _row_of_speed(
     kernel: SpeedKernel, form: Format, speed: float, beta: float
 ) -> tuple[Format, Mapping[str, Any], bool]:
     """Return the type that code computes in, its inputs in that type, and whether it reads the table, by its own w."""
-    inner = form if form in kernel.formats else DOUBLE
+    inner = kernel.computed_in(form)
     by, values = machine_arithmetic(inner), {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
     given = {name: TYPES[inner.name](value) for name, value in values.items()}
     program = kernel.table.row_program(inner)

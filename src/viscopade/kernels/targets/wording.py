@@ -24,6 +24,18 @@ PROVEN = (
 
 OF_EXPONENTS = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
 
+_PADE = "for the Pade approximant [M/N]"
+_MINIMAX = "for the best approximant [M/N] up to v* = V, with the proven bound B of its error"
+_LETTERS = "(p stands for the decimal point, m for the minus of an exponent)"
+_QUOTIENTS = {
+    "pade_M_N": f"{_PADE}.",
+    "pade_M_N_aA_bB": f"{_PADE} {OF_EXPONENTS}.",
+    "minimax_M_N_vV_B": f"{_MINIMAX} {_LETTERS}.",
+    "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_LETTERS}, {OF_EXPONENTS}.",
+    "minimax_M_N_aA_bB_all_B": f"{_MINIMAX.replace('up to v* = V', 'for all v*')} {_LETTERS}, {OF_EXPONENTS}.",
+}
+"""By the form of the functions' names, what they stand for."""
+
 _OF_V_STAR = ("The coefficient of normal restitution eps", ", as a rational function of", ":")
 _OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", ". Here", ".")
 
@@ -51,21 +63,26 @@ def comment(lines: Iterable[str], mark: str) -> str:
     return "\n".join(f"{mark} {line}".rstrip() for line in lines)
 
 
-def head_of(
-    kernels: Sequence[Quotient | LacunaryKernel], command: str, forms: Sequence[Format]
-) -> tuple[str, dict[str, Any]]:
-    """Return the kind of a file in C or Python, and what its template needs for its head.
-
-    `forms` are the types of the file's functions.
-    """
-    words: dict[str, Any] = {"of_speed": kernels[0].of_speed, "variable": variable(kernels[0].law)}
+def head_of(kernels: Sequence[Quotient | LacunaryKernel], command: str, forms: Sequence[Format]) -> dict[str, Any]:
+    """Return what the templates of C and Python need for a file's head; `forms` are the types of its functions."""
     quotients = [kernel for kernel in kernels if isinstance(kernel, Quotient)]
     if quotients:
-        lines = [*preamble(quotients, command), *speed_note(quotients, forms), *lasting_lines(quotients)]
-        return "quotient", words | {"lines": lines}
-    others = [kernel for kernel in kernels if isinstance(kernel, LacunaryKernel)]
-    words |= {"kinds": kinds(others), "names": lacunary_names(others)}
-    return "lacunary", words | {"lines": [*lacunary_preamble(others, command, forms), *lasting_lines(others)]}
+        lines, names = [*preamble(quotients, command), *speed_note(quotients, forms)], quotient_names(quotients)
+    else:
+        others = [kernel for kernel in kernels if isinstance(kernel, LacunaryKernel)]
+        lines, names = lacunary_preamble(others, command, forms), lacunary_names(others)
+    return {
+        "lines": [*lines, *lasting_lines(kernels)],
+        "kinds": kinds(kernels),
+        "names": names,
+        "of_speed": kernels[0].of_speed,
+        "variable": variable(kernels[0].law),
+    }
+
+
+def kinds(kernels: Sequence[Quotient | LacunaryKernel]) -> Mapping[str, str]:
+    """Return the last name of each kind of kernels."""
+    return {kernel.kind: kernel.name for kernel in kernels}
 
 
 def kernel_lines(name: str, facts: Iterable[str]) -> list[str]:
@@ -108,6 +125,13 @@ def speed_note(kernels: Sequence[Quotient], forms: Sequence[Format]) -> list[str
     return ["", *wrap(stated(forms), WIDTH), "", *wrap(f"{assumed('pow')}.", WIDTH)]
 
 
+def quotient_names(kernels: Sequence[Quotient]) -> list[str]:
+    """Return the lines that explain the names of quotients."""
+    patterns = {kernel.pattern for kernel in kernels}
+    lines = (wrap(f"NAME is {form} {what}", WIDTH) for form, what in _QUOTIENTS.items() if form in patterns)
+    return [line for part in lines for line in part]
+
+
 def bound_text(kernels: Sequence[Quotient]) -> str:
     """Return the sentence on the error bounds."""
     return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
@@ -139,11 +163,6 @@ def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Se
         *(["", *wrap(stated(forms), WIDTH)] if HALF_LINE in kinds(kernels) else []),
         *(["", *wrap(f"{assumed('cbrt and pow')}.", WIDTH)] if calls else []),
     ]
-
-
-def kinds(kernels: Sequence[LacunaryKernel]) -> Mapping[str, str]:
-    """Return the last name of each kind of lacunary kernels."""
-    return {kernel.kind: kernel.name for kernel in kernels}
 
 
 def lacunary_names(kernels: Sequence[LacunaryKernel]) -> list[str]:
