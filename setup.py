@@ -1,4 +1,4 @@
-"""Build the extension `viscopade.arrays._native`, if there is a C compiler; put headers and scenes into the package.
+"""Build the extension `viscopade.kernels._native`, if there is a C compiler; put headers and scenes into the package.
 
 All else is in pyproject.toml.
 """
@@ -58,8 +58,8 @@ class BuildPackage(build_py):
 setup(
     ext_modules=[
         Extension(
-            "viscopade.arrays._native",
-            sources=["src/viscopade/arrays/_native.c"],
+            "viscopade.kernels._native",
+            sources=["src/viscopade/kernels/_native.c"],
             depends=["exports/viscopade_speed_full.h"],
             include_dirs=["exports", numpy.get_include()],
             optional=True,  # without it NumPy computes the same

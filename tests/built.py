@@ -57,7 +57,7 @@ def wheel(source, directory, **environment):
         archive.extractall(directory / "installed")
     return [
         path.name
-        for path in (directory / "installed" / "viscopade" / "arrays").glob("_native.*")
+        for path in (directory / "installed" / "viscopade" / "kernels").glob("_native.*")
         if path.suffix != ".pyi"
     ]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.built import FILES, FOLDERS, ROOT, run_installed, unpacked_source, wheel
-from viscopade.arrays import native
 from viscopade.generated import __version__
+from viscopade.kernels import native
 
 PACKAGE = ROOT / "src" / "viscopade"
 
@@ -50,7 +50,7 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
     cmake = {f"share/cmake/viscopade/{file.name}" for file in (ROOT / "cmake").glob("*.cmake")}
     shipped = {*headers, *scenes, *cmake, "share/pkgconfig/viscopade.pc"}
     assert min(map(len, (headers, scenes, cmake))) > 0
-    assert files_in(tmp_path / "installed" / "viscopade") == (files_in(PACKAGE) - {"arrays/_native.c"}) | shipped
+    assert files_in(tmp_path / "installed" / "viscopade") == (files_in(PACKAGE) - {"kernels/_native.c"}) | shipped
     assert files_in(tmp_path / "installed" / "viscopade_lab") == files_in(ROOT / "src" / "viscopade_lab")
     if shutil.which("cc") is None:
         pytest.skip("no C compiler")
@@ -80,7 +80,7 @@ def test_the_users_flags_do_not_change_results(source, tmp_path):
     assert shown(tmp_path) == "compiled"
     code = """
 import numpy as np
-from viscopade.arrays import native
+from viscopade.kernels import native
 from viscopade.generated import __version__
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
 assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from viscopade.arrays import native
+from viscopade.kernels import native
 
 SOURCE = Path(__file__).parents[1] / "src"
 MODULES = [

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from viscopade.arrays import double
     from viscopade.arrays.double import epsilon, one_minus_epsilon
-    from viscopade.arrays.native import backend, restitution
     from viscopade.collision import exact
     from viscopade.collision.curve import curve
     from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution
     from viscopade.fitting.damping import fit
     from viscopade.fitting.points import Points
     from viscopade.generated import __version__
+    from viscopade.kernels.native import backend, restitution
     from viscopade.shipped import get_include
     from viscopade.theory.law import Law
     from viscopade.theory.pade import pade
@@ -54,7 +54,7 @@ _MODULES = {"double": "viscopade.arrays.double", "exact": "viscopade.collision.e
 _HOME = {
     **dict.fromkeys(("Pair", "Sphere", "beta_from_restitution"), "viscopade.collision.spheres"),
     **dict.fromkeys(("epsilon", "one_minus_epsilon"), "viscopade.arrays.double"),
-    **dict.fromkeys(("backend", "restitution"), "viscopade.arrays.native"),
+    **dict.fromkeys(("backend", "restitution"), "viscopade.kernels.native"),
     "Law": "viscopade.theory.law",
     "__version__": "viscopade.generated",
     "Points": "viscopade.fitting.points",

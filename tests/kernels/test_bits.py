@@ -7,7 +7,9 @@ import pytest
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.kernels.expressions import (
+    Arithmetic,
     Call,
+    CodeBranch,
     Literal,
     Name,
     Negation,
@@ -19,6 +21,8 @@ from viscopade.kernels.expressions import (
     equal,
     evaluate,
     operations,
+    prepared,
+    read,
 )
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.forms.bits import power_of_two
@@ -66,6 +70,18 @@ def test_numbers_outside_of_a_table_are_known(table, form):
     for scale, inside in ((smallest, True), (np.nextafter(smallest, kind(0)), False)):
         given = {"w": np.array([low, 1], kind), "scale": scale, SMALLEST: smallest}
         assert (evaluate(table.holds(form), Run(table.branch(form).program, given, by), by) == inside).all()
+
+
+@pytest.mark.parametrize(("table", "form"), TABLES_AND_TYPES, ids=str)
+def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(table, form):
+    speed = (2.0 ** np.array([[-110, -20, -1], [0.5, 20, 110]])).astype(TYPES[form.name])
+    values, within = table.evaluated_in(form, "restitution", speed, 1.5)
+    assert within.tolist() == [[False, True, True], [True, True, False]]
+    for place in np.argwhere(within):
+        found, inside = table.evaluated_in(form, "restitution", speed[tuple(place)], 1.5)
+        assert inside
+        assert found.dtype == values.dtype == speed.dtype
+        assert found == values[tuple(place)]
 
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
@@ -138,6 +154,20 @@ def test_text_of_words_and_conditions(expression, written):
 
 def test_conditions_of_arrays_are_in_parentheses():
     assert text(both(x >= n, x <= yes), Syntax(both="&")) == "(x >= n) & (x <= yes)"
+
+
+def test_a_prepared_branch_is_read_like_the_branch():
+    """Of a choice, one part is computed: the other would divide by 0."""
+    chosen, exactly = Select(x <= n, x * n, n / (x - n)), Arithmetic(Fraction)
+    branch = CodeBranch(
+        x < n, (Statement("y", chosen), Statement("unused", n / (x - x))), {"z": Name("y") + Literal("0.5")}
+    )
+    ready = prepared(branch, exactly)
+    for value, y in ((0, 0), (2, 4), (3, 2)):
+        given = {"x": Fraction(value), "n": Fraction(2)}
+        for form in (branch, ready):
+            assert read(form, ["y", "z"], given, exactly) == {"y": y, "z": y + Fraction(1, 2)}
+            assert evaluate(form.guard, given, exactly) == (value < 2)
 
 
 def test_of_a_choice_the_costlier_part_counts():

@@ -13,7 +13,7 @@ from typing import Any
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-from viscopade.arrays.ufunc import Ufunc
+from viscopade.kernels.ufunc import Ufunc
 
 FENCE = "`" * 8
 # Pages whose neighbours stand below them in the contents.

@@ -3,7 +3,5 @@
 __all__ = [
     "checked",
     "double",
-    "fallback",
-    "native",
     "panels",
 ]

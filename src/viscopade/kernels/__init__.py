@@ -5,6 +5,7 @@ __all__ = [
     "enclosure",
     "expressions",
     "names",
+    "native",
     "prove_lacunary",
     "prove_rational",
     "registry",

@@ -3,7 +3,8 @@
 A program is a sequence of assignments; a branch is a program for a part of the arguments, with expressions for its
 results. `Run` and `evaluate` read a program with numbers of any kind: balls of power series for the proof
 (`certificate`), numbers that bound their rounding errors (`rounding`), machine numbers (`machine`), fractions;
-`targets.syntax` writes it in a language, and `operations` counts. Nothing here needs FLINT.
+`targets.syntax` writes it in a language, and `operations` counts. What is read many times is `prepared`. Nothing here
+needs FLINT.
 
 Besides numbers there are words, which are the bits of numbers, and conditions. Code adds, shifts and masks words modulo
 2^32 or 2^64, and so does `machine`.
@@ -21,6 +22,9 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 # --- expressions ------------------------------------------------------------------------------------------------------
+
+Function = Callable[[Mapping[str, Any]], Any]
+"""Of the values of names."""
 
 
 def _operator(symbol: str) -> Callable[[Expression, Expression], Operation]:
@@ -132,6 +136,13 @@ class Polynomial(Expression):
     summed: Expression
 
 
+@dataclass(frozen=True)
+class Prepared(Expression):
+    """An expression that is prepared to be read with one arithmetic, many times."""
+
+    function: Function
+
+
 class Statement(NamedTuple):
     """An assignment."""
 
@@ -191,6 +202,8 @@ class Arithmetic(NamedTuple):
         From a whole number to a word.
     choose : callable or None
         From a condition and two values to the one that it chooses; None: only the chosen one is computed.
+    row : callable
+        From a table and an index to a row.
     """
 
     literal: Callable[[str], Any]
@@ -200,6 +213,7 @@ class Arithmetic(NamedTuple):
     exactly: Mapping[str, Callable[[Any, Any], Any]] = {}
     word: Callable[[int], Any] = int
     choose: Callable[[Any, Any, Any], Any] | None = None
+    row: Callable[[Any, Any], Any] = op.getitem
 
 
 class Run(dict[str, Any]):
@@ -243,35 +257,76 @@ equal, unequal, both = map(_operator, ("==", "!=", AND))
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
     """Return the value of an expression, given those of its names."""
+    if isinstance(expression, Prepared):
+        return expression.function(values)
+    return function_of(expression, arithmetic)(values)
+
+
+def function_of(expression: Expression, arithmetic: Arithmetic) -> Function:
+    """Return an expression as a function of the values of its names."""
     match expression:
-        case Name(name):
-            return values[name]
-        case Literal(number):
-            return arithmetic.literal(number)
-        case Call(function, arguments):
-            return arithmetic.functions[function](*(evaluate(part, values, arithmetic) for part in arguments))
-        case Polynomial(variable, terms, summed):
-            if arithmetic.polynomial is None:
-                return evaluate(summed, values, arithmetic)
-            return arithmetic.polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
-        case Word(value):
-            return arithmetic.word(value)
-        case Negation(symbol, operand):
-            return _NEGATIONS[symbol](evaluate(operand, values, arithmetic))
-        case Select(condition, met, otherwise):
-            holds = evaluate(condition, values, arithmetic)
-            if arithmetic.choose is None:
-                return evaluate(met if holds else otherwise, values, arithmetic)
-            return arithmetic.choose(holds, *(evaluate(part, values, arithmetic) for part in (met, otherwise)))
-        case TableRow(table, index):
-            return values[table][evaluate(index, values, arithmetic)]
-        case Exact(Operation(symbol, left, right)):
-            operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
         case Operation(symbol, left, right):
             operate = arithmetic.operations.get(symbol, _OPERATIONS[symbol])
-        case _:
-            raise TypeError(f"{expression!r} is no expression")
-    return operate(evaluate(left, values, arithmetic), evaluate(right, values, arithmetic))
+            return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))
+        case Name(name):
+            return op.itemgetter(name)
+        case Literal(number):
+            return _constant(arithmetic.literal(number))
+        case Word(number):
+            return _constant(arithmetic.word(number))
+        case Call(function, arguments):
+            parts = (function_of(part, arithmetic) for part in arguments)
+            return _applied(arithmetic.functions[function], *parts)
+        case Exact(Operation(symbol, left, right)):
+            operate = arithmetic.exactly.get(symbol) or arithmetic.operations.get(symbol, _OPERATIONS[symbol])
+            return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))
+        case Polynomial(variable, terms, summed):
+            if arithmetic.polynomial is None:
+                return function_of(summed, arithmetic)
+            return _summed(arithmetic.polynomial, terms, variable)
+        case Negation(symbol, operand):
+            return _applied(_NEGATIONS[symbol], function_of(operand, arithmetic))
+        case Select(condition, met, otherwise):
+            parts = (function_of(part, arithmetic) for part in (condition, met, otherwise))
+            return _chosen(*parts) if arithmetic.choose is None else _applied(arithmetic.choose, *parts)
+        case TableRow(table, index):
+            return _applied(arithmetic.row, op.itemgetter(table), function_of(index, arithmetic))
+    raise TypeError(f"{expression!r} is no expression")
+
+
+def _constant(value: Any) -> Function:
+    return lambda values: value
+
+
+def _applied(operate: Callable[..., Any], first: Function, *others: Function) -> Function:
+    """Return an operation on values of functions."""
+    match others:
+        case ():
+            return lambda values: operate(first(values))
+        case (second,):
+            return lambda values: operate(first(values), second(values))
+    return lambda values: operate(first(values), *[part(values) for part in others])
+
+
+def _chosen(condition: Function, met: Function, otherwise: Function) -> Function:
+    return lambda values: (met if condition(values) else otherwise)(values)
+
+
+def _summed(polynomial: Callable[[Any, Any], Any], terms: Terms, variable: str) -> Function:
+    return lambda values: polynomial([(exponent, values[name]) for exponent, name in terms], values[variable])
+
+
+def prepared(branch: CodeBranch, arithmetic: Arithmetic) -> CodeBranch:
+    """Return a branch to be read with this arithmetic many times: what is to be done is found once."""
+
+    def of(expression: Expression) -> Prepared:
+        return Prepared(function_of(expression, arithmetic))
+
+    return CodeBranch(
+        branch.guard and of(branch.guard),
+        tuple(Statement(name, of(expression)) for name, expression in branch.program),
+        {name: of(expression) for name, expression in branch.results.items()},
+    )
 
 
 def read(branch: CodeBranch, names: Iterable[str], given: Mapping[str, Any], arithmetic: Arithmetic) -> dict[str, Any]:

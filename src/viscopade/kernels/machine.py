@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate, read
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, read
 
 TYPES: Mapping[str, Any] = {DOUBLE.name: np.float64, FLOAT.name: np.float32}
 """NumPy's type of numbers by the name of a format."""
@@ -28,7 +28,12 @@ def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
             f"from_bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, word).view(kind),
         }
     word = _WORDS[(words or form).name]
-    return Arithmetic(TYPES[form.name], functions, word=word, choose=np.where)
+    return Arithmetic(TYPES[form.name], functions, word=word, choose=np.where, row=_rows_at)
+
+
+def _rows_at(table: Any, index: Any) -> Any:
+    """Return rows of a table; an index beyond the last one leads to it. Faster than `table[index]`."""
+    return table.take(index, axis=0, mode="clip")
 
 
 def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Format) -> Any:
@@ -36,13 +41,11 @@ def computed(branch: CodeBranch, result: str, given: Mapping[str, Any], form: Fo
     return read(branch, [result], given, machine_arithmetic(form))[result]
 
 
-def computed_on_row(
-    branch: CodeBranch, result: str, names: Sequence[str], given: Mapping[str, Any], by: Arithmetic
-) -> Any:
-    """Return a result of a branch that assigns a row of a table to "row", given the names of the row's numbers."""
+def run_on_row(branch: CodeBranch, names: Sequence[str], given: Mapping[str, Any], by: Arithmetic) -> Run:
+    """Return the values of a branch that assigns a row of a table to "row", given the names of the row's numbers."""
     run = Run(branch.program, given, by)
-    run.update(zip(names, np.moveaxis(run["row"], -1, 0), strict=True))
-    return evaluate(branch.results[result], run, by)
+    run.update({name: run["row"][..., n] for n, name in enumerate(names)})
+    return run
 
 
 @lru_cache(maxsize=32)

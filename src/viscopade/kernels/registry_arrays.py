@@ -11,11 +11,11 @@ from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import prove_lacunary
-from viscopade.kernels.expressions import CodeBranch, Run, evaluate, read
+from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
-from viscopade.kernels.forms.speed_table import TABLE, Table
-from viscopade.kernels.machine import computed_on_row, machine_arithmetic, rows_of
+from viscopade.kernels.forms.speed_table import Table
+from viscopade.kernels.machine import machine_arithmetic
 from viscopade.kernels.registry import Entry
 
 
@@ -55,9 +55,6 @@ def half_line_values(
 
 def _of_table(table: Table, v_star: FloatArray, beyond: FloatArray) -> FloatArray:
     """Return base + p of the row of w = v*^10; `beyond` where w is not in the table."""
-    by, branch = machine_arithmetic(DOUBLE), table.branch(DOUBLE)
     with np.errstate(over="ignore"):
-        given = {"w": v_star**10, TABLE: rows_of(table, DOUBLE)}
-        inside = evaluate(table.within(DOUBLE), Run(branch.program, given, by), by)
-        given["w"] = np.where(inside, given["w"], 1.0)
-        return np.where(inside, computed_on_row(branch, "restitution", table.names, given, by), beyond)
+        found, inside = table.evaluated_in(DOUBLE, "restitution", v_star**10, 1.0)
+    return np.where(inside, found, beyond)

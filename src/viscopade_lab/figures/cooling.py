@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from viscopade.arrays import native
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
-from viscopade.kernels import registry_arrays
+from viscopade.kernels import native, registry_arrays
 from viscopade.kernels.registry import entries
 from viscopade.plots.sheet import BLACK, label_axes, new_sheet
 from viscopade.simulators import gas

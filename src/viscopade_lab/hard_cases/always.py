@@ -23,10 +23,11 @@ import numpy.typing as npt
 from flint import acb, arb
 
 from viscopade.arithmetic.balls import ball_of, working
-from viscopade.arrays import double, native
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import ULP
 from viscopade.collision import exact, spheres
+from viscopade.kernels import native
 from viscopade.theory.pade import DegenerateError, Pade, Root, pade
 from viscopade.theory.series import series
 from viscopade_lab.hard_cases.double_trips import change_of_portion, log_uniform, v_star_of_all_sizes

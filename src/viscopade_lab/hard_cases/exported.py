@@ -21,7 +21,6 @@ from viscopade.approximation.inverse import WHOLE_FORM
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arrays.fallback import restitution as native_restitution
 from viscopade.kernels import names, prove_rational, rounding, truth
 from viscopade.kernels.expressions import (
     Arithmetic,
@@ -35,7 +34,7 @@ from viscopade.kernels.forms import exact_formulas, formulas, last_place, roundi
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.forms.rounding_bounds import ULPS, Size
 from viscopade.kernels.forms.speed_table import REST, Table
-from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, restitution
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases.machine import Array, Contracted, moved, type_of
@@ -518,7 +517,7 @@ class FullFunction:
     def computed(self, x: Array, steps: Array | int = 0, contracted: bool = False) -> Array:
         """Return what the code returns without fused multiplications; there is no root to be moved by steps."""
         if self.power > 1:
-            return native_restitution(x, np.ones_like(x))
+            return restitution(x, np.ones_like(x))
         return np.asarray(last_place.evaluated_in(self.form, self.name, x))
 
     def exact(self, x: float) -> arb:

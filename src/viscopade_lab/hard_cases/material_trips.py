@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from viscopade.arrays import native
 from viscopade.collision import spheres
 from viscopade.collision.spheres import Pair, Sphere
+from viscopade.kernels import native
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.registry import entries
 from viscopade.quantity import DIMENSIONS, quantity

@@ -16,10 +16,10 @@ import numpy as np
 
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
-from viscopade.arrays.fallback import restitution
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.forms.rounding_bounds import ULPS
+from viscopade.kernels.forms.speed_table_last_place import restitution
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases.exported import BITS, ExportedFunction, formats

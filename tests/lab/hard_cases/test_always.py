@@ -19,8 +19,9 @@ from tests.lab.hard_cases.hard_case import (
     assert_same_checks,
 )
 from viscopade.arithmetic.balls import working
-from viscopade.arrays import double, native
+from viscopade.arrays import double
 from viscopade.collision import exact
+from viscopade.kernels import native
 from viscopade.theory.pade import pade
 from viscopade_lab.hard_cases import always
 

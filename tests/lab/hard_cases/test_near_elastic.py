@@ -13,9 +13,8 @@ import pytest
 import viscopade as vp
 from tests.lab.hard_cases.hard_case import assert_passes, assert_readable
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.arrays import fallback
 from viscopade.kernels import registry
-from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms import last_place, speed_table_last_place
 from viscopade.theory.paper import TABLE
 from viscopade_lab.hard_cases import exported
 from viscopade_lab.hard_cases import near_elastic as case
@@ -127,7 +126,7 @@ def test_the_functions_are_the_exported_ones(ways):
     assert ways["full", DOUBLE].of(v_star) == last_place.evaluated_in(DOUBLE, "one_minus_epsilon", v_star)
     # eps of the table's kernel at speed 1: where it is no longer 1, 1 - eps^2 is that of it.
     beta = np.array([1e-4])
-    eps = float(fallback.restitution(np.ones(1), beta)[0])
+    eps = float(speed_table_last_place.restitution(np.ones(1), beta)[0])
     assert ways["table full", DOUBLE].of(1e-4) == pytest.approx(1 - eps**2, rel=1e-10, abs=0)
 
 

@@ -148,7 +148,7 @@ def test_a_kernel_that_leaves_the_range_fails(kernels):
 
 
 def test_wrong_results_of_full_accuracy_are_counted(monkeypatch):
-    assert case._full() == 0
+    assert case._full() == case._of_speed() == 0
     true = last_place.evaluated_in
 
     def wrong(form, name, x):
@@ -156,7 +156,7 @@ def test_wrong_results_of_full_accuracy_are_counted(monkeypatch):
 
     monkeypatch.setattr(last_place, "evaluated_in", wrong)
     assert case._full() == 4
-    assert case._of_speed() == 0
+    assert case._of_speed() > 0  # beyond its table, eps is that of v*
     monkeypatch.setattr(case, "restitution", lambda speed, beta: np.where(speed >= 0, 0.5, np.nan))
     assert case._of_speed() > 100
 

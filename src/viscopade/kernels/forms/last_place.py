@@ -47,10 +47,11 @@ from viscopade.kernels.expressions import (
     TableRow,
     Word,
     evaluate,
+    prepared,
 )
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.bits import bits, count, cut_to, folded, from_bits, mask, power_of_two, smaller_word
-from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_arithmetic
+from viscopade.kernels.machine import TYPES, computed, machine_arithmetic, run_on_row
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -314,30 +315,36 @@ def near_branch(form: Format) -> CodeBranch:
 def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
     """Return the results of one of `FUNCTIONS` in this type without FMA contraction; v* are numbers of that type."""
     loss, kind = function == "one_minus_epsilon", TYPES[form.name]
-    by, table = machine_arithmetic(DOUBLE, words=form), _numbers_of_rows(form)
+    by, (start, branch) = machine_arithmetic(DOUBLE, words=form), _prepared(form, function)
     names = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES
-
-    def on_panel(word: Any) -> Any:
-        given = {"bits": word, "loss": loss, TABLE[form]: table}
-        return computed_on_row(panel_branch(form), "result", names, given, by)
-
     with np.errstate(all="ignore"):
         x = np.abs(np.asarray(v_star, kind))
-        word = evaluate(bits(form, Name("x")), {"x": x}, by)
-        least = by.word(near_bits(form).value)
-        near = (word < least) & (loss or form == FLOAT)
-        word = evaluate(smaller_word(Name("bits"), largest_bits(form, function)), {"bits": word}, by)
-        word = np.where(near, least, word)
-        if loss:
-            result = on_panel(word)
-        else:
-            fold = Run(fold_program(form), {"bits": word}, by)
-            result = on_panel(fold["folded"]) * fold["scale"]
-        of_near = computed(
-            near_branch(form), "result", {"v_star": x, "t": np.float64(x), **near_constants(form)}, DOUBLE
-        )
-        result = np.where(near, of_near if loss else 1.0 - of_near, result)
+        first = Run(start.program, {"x": x}, by)
+        given = {"bits": first["folded"], "loss": loss, TABLE[form]: _numbers_of_rows(form)}
+        result = evaluate(branch.results["result"], run_on_row(branch, names, given, by), by) * first["scale"]
+        if first["near"].any():
+            given = {"v_star": x, "t": np.float64(x), **near_constants(form)}
+            of_near = computed(near_branch(form), "result", given, DOUBLE)
+            result = np.where(first["near"], of_near if loss else 1.0 - of_near, result)
         return np.where(np.asarray(v_star) >= 0, result, math.nan).astype(kind)[()]
+
+
+@cache
+def _prepared(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
+    """Return the programs from v* to bits of a panel, and from there to the result, prepared for machine numbers.
+
+    1 - eps of v* <= 2^FOLD is not divided, as `folded` leaves these as they are.
+    """
+    by, word, near = machine_arithmetic(DOUBLE, words=form), Name("word"), Name("near")
+    # eps of type double has the table's first row near 0.
+    least = count(0) if (form, function) == (DOUBLE, "epsilon") else near_bits(form)
+    start = (
+        Statement("word", bits(form, Name("x"))),
+        Statement("near", word < least),
+        Statement("bits", Select(near, least, smaller_word(word, largest_bits(form, function)))),
+        *fold_program(form),
+    )
+    return prepared(CodeBranch(None, start, {}), by), prepared(panel_branch(form), by)
 
 
 @cache

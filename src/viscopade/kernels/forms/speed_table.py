@@ -26,8 +26,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
+import numpy as np
 from flint import arb, arb_series, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
@@ -37,9 +38,21 @@ from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import truth
 from viscopade.kernels.enclosure import polynomial
-from viscopade.kernels.expressions import CodeBranch, Expression, Name, Program, Statement, TableRow, Word, both
+from viscopade.kernels.expressions import (
+    CodeBranch,
+    Expression,
+    Name,
+    Program,
+    Statement,
+    TableRow,
+    Word,
+    both,
+    evaluate,
+    prepared,
+)
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.bits import bits, count, from_bits, mask, octaves, power_of_two
+from viscopade.kernels.machine import TYPES, machine_arithmetic, rows_of, run_on_row
 from viscopade.kernels.rounding import Rounded, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -150,7 +163,7 @@ class Layout(ABC):
     def rows(self) -> tuple[tuple[float, ...], ...]:
         """The numbers c_0, c_1, … of every row."""
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of a row's numbers."""
         return tuple(f"c{n}" for n in range(len(self.rows[0])))
@@ -197,6 +210,18 @@ class Layout(ABC):
             Statement("base", from_bits(form, Name("bits_of_base"))),
             Statement(REST, from_bits(form, bits(form, Name("base")) ^ one)),
         )
+
+    def evaluated_in(self, form: Format, result: str, speed: Any, beta: Any) -> tuple[Any, Any]:
+        """Return a result of the code of a type without FMA contraction, and whether the code takes it from this table.
+
+        Elsewhere the first one means nothing. Speeds and betas are numbers of that type.
+        """
+        by, branch, kind = machine_arithmetic(form), _prepared(self, form), TYPES[form.name]
+        given = {"speed": np.asarray(speed, kind), "beta": np.asarray(beta, kind)}
+        given |= {TABLE: rows_of(self, form), SMALLEST: kind(2.0 ** (1 - form.largest))}
+        with np.errstate(all="ignore"):
+            run = run_on_row(branch, self.names, given, by)
+            return evaluate(branch.results[result], run, by), evaluate(cast(Expression, branch.guard), run, by)
 
     def holds(self, form: Format, smallest: str = SMALLEST) -> Expression:
         """Return the condition that w is in the table, and beta^5, the `scale` of the speed, a normal number."""
@@ -364,6 +389,12 @@ def of_w(form: Format) -> Fraction:
     """
     change = rounding_bounds.rounding_of_w(form)
     return change * (1 + change) * panel_proof.steepest() / 10 + 4 * Fraction(panel_proof.proven_error())
+
+
+@lru_cache(maxsize=32)
+def _prepared(table: Layout, form: Format) -> CodeBranch:
+    """Return a table's branch, prepared to be read with machine numbers."""
+    return prepared(table.branch(form), machine_arithmetic(form))
 
 
 def _worst(found: Sequence[RowBounds]) -> RowBounds:

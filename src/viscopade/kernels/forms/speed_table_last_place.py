@@ -10,19 +10,22 @@ error of the first sum (which `Fast2Sum` gives exactly), p alone makes 1 - eps^2
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
+import numpy as np
 from flint import arb, arb_poly, fmpq_poly
 
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, Format
+from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.expressions import CodeBranch
-from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, of_w
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
@@ -122,6 +125,9 @@ class LastPlaceTable(Layout):
         return self.of_products + of_w(form)
 
 
+_EXPORTED = LastPlaceTable()
+
+
 @recorded
 def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:
     """Return all rows of a table."""
@@ -136,6 +142,19 @@ def last_place_bounds(table: LastPlaceTable) -> FullBounds:
 
 def _worst(found: Sequence[FullBounds]) -> FullBounds:
     return FullBounds(*map(max, zip(*found, strict=True)))
+
+
+def restitution(speed: FloatArray, beta: FloatArray) -> FloatArray:
+    """Return eps as the code computes it without FMA contraction, for arrays of one shape.
+
+    Where w is not in the table, eps is that of v*. Its power is the C library's: NumPy's own differs in the last bit.
+    """
+    result: FloatArray
+    result, within = _EXPORTED.evaluated_in(DOUBLE, "restitution", speed, beta)
+    if not within.all():
+        power = np.array([math.pow(v, 0.1) if v >= 0 else math.nan for v in speed[~within].tolist()])
+        result[~within] = last_place.evaluated_in(DOUBLE, "epsilon", np.sqrt(beta[~within]) * power)
+    return result
 
 
 def ulp_of_w() -> Fraction:

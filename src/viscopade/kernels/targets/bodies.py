@@ -1,4 +1,4 @@
-"""The bodies of functions in C and Python: the texts that their templates need, read from the programs of `formulas`."""
+"""The bodies of functions in C and Python: what their templates need, read from the programs of `formulas`."""
 
 from __future__ import annotations
 

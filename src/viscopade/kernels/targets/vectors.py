@@ -35,9 +35,9 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
-from viscopade.kernels.forms.speed_table import LAST_ULPS, SMALLEST, TABLE, of_w
+from viscopade.kernels.forms.speed_table import LAST_ULPS, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
-from viscopade.kernels.machine import TYPES, computed, computed_on_row, machine_arithmetic, rows_of
+from viscopade.kernels.machine import TYPES, computed, machine_arithmetic
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.table_free import name_of
@@ -561,8 +561,8 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
 
 def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float, p: Portions) -> Fraction:
     """Return what a header says of a result, in its table or elsewhere."""
-    table, beyond = kernel.table, kernel.beyond
-    inner, _, within = _row_of_speed(kernel, form, speed, beta)
+    table, beyond, inner = kernel.table, kernel.beyond, kernel.computed_in(form)
+    _, within = table.evaluated_in(inner, kind, speed, beta)
     inner, converted = inner if within else DOUBLE, form == FLOAT and not (within and FLOAT in kernel.formats)
     factor = Fraction(speed) if kind == "rebound" else Fraction(1)
     value = _above(_value(p, kind)) * factor
@@ -589,23 +589,8 @@ def _stated_of_speed(kernel: SpeedKernel, kind: str, form: Format, speed: float,
 
 def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta: float) -> float | None:
     """Return what the code gives where it reads the table; None elsewhere."""
-    inner, given, within = _row_of_speed(kernel, form, speed, beta)
-    if not within:
-        return None
-    table, by = kernel.table, machine_arithmetic(inner)
-    found = computed_on_row(table.branch(inner), kind, table.names, {**given, TABLE: rows_of(table, inner)}, by)
-    return float(TYPES[form.name](found))
-
-
-def _row_of_speed(
-    kernel: SpeedKernel, form: Format, speed: float, beta: float
-) -> tuple[Format, Mapping[str, Any], bool]:
-    """Return the type that code computes in, its inputs in that type, and whether it reads the table, by its own w."""
-    inner = kernel.computed_in(form)
-    by, values = machine_arithmetic(inner), {"speed": speed, "beta": beta, SMALLEST: 2.0 ** (1 - inner.largest)}
-    given = {name: TYPES[inner.name](value) for name, value in values.items()}
-    program = kernel.table.row_program(inner)
-    return inner, given, bool(evaluate(kernel.table.holds(inner), Run(program, given, by), by))
+    found, within = kernel.table.evaluated_in(kernel.computed_in(form), kind, speed, beta)
+    return float(TYPES[form.name](found)) if within else None
 
 
 # --- without tables ---------------------------------------------------------------------------------------------------

@@ -2,8 +2,8 @@
  * restitution(speed, beta) as a NumPy ufunc: the exported kernel itself, on arrays.
  *
  * The loops below only bring the data to the kernel: contiguous arrays as they are, all others in blocks that stay in
- * the cache. They are compiled with -ffp-contract=off, so that every instruction set, and NumPy (`viscopade.arrays.fallback`),
- * gives the same bits.
+ * the cache. They are compiled with -ffp-contract=off, so that every instruction set, and NumPy
+ * (`viscopade.kernels.native`), gives the same bits.
  */
 #define PY_SSIZE_T_CLEAN
 #define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
@@ -284,8 +284,8 @@ static PyModuleDef_Slot SLOTS[] = {
 };
 
 static PyModuleDef DEFINITION = {
-    PyModuleDef_HEAD_INIT, "viscopade._native", "The exported kernel as a NumPy ufunc.", 0, METHODS, SLOTS, NULL, NULL,
-    NULL,
+    PyModuleDef_HEAD_INIT, "viscopade.kernels._native", "The exported kernel as a NumPy ufunc.", 0, METHODS, SLOTS,
+    NULL, NULL, NULL,
 };
 
 PyMODINIT_FUNC PyInit__native(void)

@@ -148,7 +148,8 @@ class Ufunc:
             x1, x2 = x1[mask], x2[mask]
         with np.errstate(all="ignore"):
             values = self._kernel(x1, x2)
-        invalid = bool(np.any(np.isnan(values) & ~np.isnan(x1) & ~np.isnan(x2)))
+        nan = np.isnan(values)
+        invalid = bool(nan.any() and np.any(nan & ~np.isnan(x1) & ~np.isnan(x2)))
         if mask is None:
             out[...] = values
         else:

@@ -1,4 +1,4 @@
-"""`restitution(speed, beta)` on NumPy arrays: the exported kernel, compiled, or the same operations in NumPy.
+"""`restitution(speed, beta)` on NumPy arrays: the exported kernel, compiled, or its program evaluated by NumPy.
 
 The extension `_native` is built at installation if there is a C compiler. Results do not depend on it, to the last bit.
 The environment variable VISCOPADE_BACKEND, read once, asks for one of the two.
@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from viscopade.arrays import fallback
-from viscopade.arrays.ufunc import Ufunc
+from viscopade.kernels.ufunc import Array, Ufunc
 
 BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
@@ -56,7 +55,15 @@ Examples
 
 def numpy_restitution() -> Ufunc:
     """Return the `restitution` that NumPy computes."""
-    return Ufunc("restitution", DOC, fallback.restitution)
+    return Ufunc("restitution", DOC, _by_numpy)
+
+
+def _by_numpy(speed: Array, beta: Array) -> Array:
+    """Return eps of two arrays of one type; float is computed in double and rounded."""
+    from viscopade.kernels.forms.speed_table_last_place import restitution  # loads FLINT
+
+    result: Array = restitution(speed.astype(np.float64, copy=False), beta.astype(np.float64, copy=False))
+    return result.astype(speed.dtype, copy=False)
 
 
 def compiled_restitution(instructions: str | None = None) -> np.ufunc:
@@ -69,7 +76,7 @@ def compiled_restitution(instructions: str | None = None) -> np.ufunc:
     ValueError
         If the processor does not have these instructions.
     """
-    from viscopade.arrays import _native
+    from viscopade.kernels import _native
 
     return _native.ufunc(instructions or _native.instruction_sets()[-1], DOC)
 

@@ -21,15 +21,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import viscopade as vp
-from tools import restitution_table
-from viscopade.arrays import fallback, native
 from viscopade.collision import exact
+from viscopade.kernels import native
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 
 try:
-    from viscopade.arrays import _native
+    from viscopade.kernels import _native
 except ImportError:
     _native = None
 
+FULL = LastPlaceTable()
 HEADER = Path(__file__).parents[2] / "exports" / "viscopade_speed_full.h"
 NUMPY = native.numpy_restitution()
 COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
@@ -73,8 +75,7 @@ def samples(dtype, number, seed):
 
 def edges(dtype):
     """Return numbers next to where the code branches, and the special ones."""
-    table = fallback._tables()
-    ends = 2.0 ** np.array([table.first, table.first + 128, table.first + table.switch / 2**table.split, 0, 1])
+    ends = np.array([*FULL.ends, FULL.ends[0] * 2.0 ** (FULL.switch >> FULL.split), 1, 2])
     form = np.finfo(dtype)
     numbers = [*ends, form.tiny, form.smallest_subnormal, form.max, form.eps, 1.5, 1e-30, 1e30, 0.0, np.inf, np.nan]
     with np.errstate(all="ignore"):
@@ -593,8 +594,8 @@ def test_a_bad_environment_is_refused():
 
 
 def test_without_the_extension(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viscopade.arrays._native", None)
-    monkeypatch.delattr("viscopade.arrays._native", raising=False)
+    monkeypatch.setitem(sys.modules, "viscopade.kernels._native", None)
+    monkeypatch.delattr("viscopade.kernels._native", raising=False)
     for wanted in (None, "", "numpy"):
         name, restitution = native.chosen_backend(wanted)
         assert (name, type(restitution)) == ("numpy", type(NUMPY))
@@ -620,12 +621,19 @@ def test_a_compiler_was_used_if_there_is_one():
     assert COMPILED, "the extension was not built: pip install --verbose says why"
 
 
-def test_tables_are_read_when_needed():
-    code = (
-        "import sys, viscopade; from viscopade.arrays import fallback; print(fallback._tables.cache_info().currsize, "
-        "'viscopade.kernels.forms.speed_table' in sys.modules)"
-    )
-    assert python(code, VISCOPADE_BACKEND="numpy").stdout.split() == ["0", "False"]
+def test_programs_are_loaded_when_numpy_needs_them():
+    code = """
+import sys, viscopade
+def loaded():
+    return bool({"flint", "viscopade.kernels.forms.speed_table"} & {*sys.modules})
+viscopade.restitution
+before = loaded()
+viscopade.restitution(1.0, 1.0)
+print(viscopade.backend(), before, loaded())
+"""
+    assert python(code, VISCOPADE_BACKEND="numpy").stdout.split() == ["numpy", "False", "True"]
+    if COMPILED:
+        assert python(code).stdout.split() == ["compiled", "False", "False"]
 
 
 def test_tables_are_those_of_the_header():
@@ -635,11 +643,5 @@ def test_tables_are_those_of_the_header():
         rows = [re.findall(r"-?0x[0-9a-f.]+p[+-]\d+|\b-?0\.0\b", line) for line in body.splitlines()]
         tables[name] = np.array([[float.fromhex(number) for number in row] for row in rows])
     assert set(tables) == {"viscopade_table_lookup_full", "viscopade_full_table"}
-    read = fallback._tables()
-    assert np.array_equal(tables["viscopade_table_lookup_full"], read.columns.T)
-    assert np.array_equal(tables["viscopade_full_table"], read.full.T)
-
-
-def test_the_data_file_is_what_the_module_writes():
-    path = Path(native.__file__).parents[1] / "data" / "restitution.txt"
-    assert restitution_table.text() == path.read_text()
+    assert np.array_equal(tables["viscopade_table_lookup_full"], FULL.rows)
+    assert np.array_equal(tables["viscopade_full_table"], [row.numbers for row in last_place.double_rows()])
