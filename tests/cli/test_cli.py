@@ -522,7 +522,7 @@ BAD = [
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "accepted are other degrees"),
     (
         ["export", "rust", "--law", "4,1/3", "--accuracy", "1e-3", "--kappa-max", "2"],
-        "the law 4,1/3 needs a degree of at least 11, as v* = kappa^(1/11), which no [m/n] tried for accuracy has",
+        "the law 4,1/3 needs a degree of at least 11, which no [m/n] tried for an accuracy has: accepted is a law with",
     ),
     (
         ["export", "c", "--law", "4,0", "--accuracy", "1e-3", "--kappa-max", "inf"],

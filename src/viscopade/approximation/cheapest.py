@@ -61,9 +61,11 @@ def cheapest_fit(
         needed, instead = (
             (f"n = m + {law.whole_decay} on the half-line", "a finite end of the interval")
             if interval[1] is None
-            else (f"a degree of at least {law.d}, as v* = kappa^(1/{law.d})", "pade (--pade)")
+            else (f"a degree of at least {law.d}", f"a law with v* = kappa^(1/d), d = 1 to {MAX_N}")
         )
-        raise ValueError(f"the law {law} needs {needed}, which no [m/n] tried for accuracy has: accepted is {instead}")
+        raise ValueError(
+            f"the law {law} needs {needed}, which no [m/n] tried for an accuracy has: accepted is {instead}"
+        )
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
