@@ -169,6 +169,13 @@ def test_what_is_no_scene_is_refused(tmp_path, small):
     assert "is not JSON" in refused("scene", small, "--costs", small)
 
 
+def test_a_c_compiler_that_would_not_be_used_is_refused(small, tmp_path):
+    in_rust = tmp_path / "rust.toml"
+    in_rust.write_text(SMALL + '[code]\nlanguage = "rust"\n')
+    for words in ([small, "--no-check"], [in_rust]):
+        assert "accepted is --cc with the check of code in C" in refused("scene", *words, "--cc", "cc")
+
+
 @pytest.mark.parametrize(
     ("words", "environment"), [(["--cc", "no-such-compiler"], {}), ([], {"CC": "no-such-compiler"})], ids=["cc", "CC"]
 )

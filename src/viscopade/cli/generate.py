@@ -98,8 +98,7 @@ if TYPE_CHECKING:
 )
 @NO_CACHE
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
-@click.pass_context
-def export(context: click.Context, target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
+def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
 
     A kernel is a fast formula for eps, or for v*(eps), with a proven error bound. Without options, c, python, csv,
@@ -112,7 +111,7 @@ def export(context: click.Context, target: str, order: int, digits: int, output:
 
     of_series = target.startswith("series-")
     used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
-    _refuse_unused(context, target, used | {"target", "output", "no_cache"})
+    _refuse_unused(target, used | {"target", "output", "no_cache"})
     if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits)
     elif target == "version-header":
@@ -126,8 +125,9 @@ def export(context: click.Context, target: str, order: int, digits: int, output:
         write(output, text)
 
 
-def _refuse_unused(context: click.Context, target: str, used: set[str]) -> None:
+def _refuse_unused(target: str, used: set[str]) -> None:
     """Refuse options that are given and would change nothing in a target's file."""
+    context = click.get_current_context()
     flags = {str(option.name): option.opts[-1] for option in context.command.params}
     for name, flag in flags.items():
         if name not in used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -182,6 +182,8 @@ def scene_command(
         raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
     words, source = ("", file) if file is not None else ("--example ", _example(str(example)))
     scene = read_scene(source)
+    if cc is not None and not (checking and scene.code.target.runner.variable == "CC"):
+        raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     by = cost.Costs()
