@@ -51,8 +51,12 @@ int main(int count, char **words)
     long all = 0, passed = 0;
     FILE *file = count > 1 ? fopen(words[1], "r") : NULL;
 
-    if (file == NULL) {
+    if (count < 2) {
         fprintf(stderr, "usage: %s VECTORS.json [bits]\n", words[0]);
+        return 2;
+    }
+    if (file == NULL) {
+        fprintf(stderr, "cannot read %s\n", words[1]);
         return 2;
     }
     while (fgets(line, sizeof line, file) != NULL) {

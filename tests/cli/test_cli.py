@@ -328,7 +328,8 @@ def test_progress_is_shown_on_a_terminal_only(arguments, shown_words):
 
 
 def test_a_home_that_cannot_be_written_to_is_not_mentioned(tmp_path):
-    nowhere = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/proc/nowhere")
+    (tmp_path / "file").write_text("")
+    nowhere = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), str(tmp_path / "file" / "home"))
     result = started(
         "figures", "--out", tmp_path / "new", "--only", "localSlope", environment=nowhere | {"MPLCONFIGDIR": ""}
     )
@@ -500,7 +501,7 @@ BAD = [
     (["export", "c", "--minimax", "1/4"], "minimax is given without an interval: accepted is minimax with v_star_max"),
     (
         ["export", "c", "--v-star-max", "5"],
-        "accepted is an interval with minimax or accuracy",
+        "v_star_max is given without minimax or accuracy: accepted is v_star_max with minimax or accuracy (--minimax, ",
     ),
     (["export", "c", "--minimax", "1/4", "--v-star-max", "-3"], "accepted is a number greater than v_star_min = 0"),
     (["export", "c", "--minimax", "1/4", "--v-star-max", "nan"], "accepted is a number greater than v_star_min = 0"),
@@ -519,6 +520,14 @@ BAD = [
     (["export", "c", "--accuracy", "abc", "--v-star-max", "5"], "accepted is a number from 1e-15 to 0.99"),
     (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "accepted are other degrees"),
+    (
+        ["export", "rust", "--law", "4,1/3", "--accuracy", "1e-3", "--kappa-max", "2"],
+        "the law 4,1/3 needs a degree of at least 11, which no [m/n] tried for an accuracy has: accepted is a law with",
+    ),
+    (
+        ["export", "c", "--law", "4,0", "--accuracy", "1e-3", "--kappa-max", "inf"],
+        "accepted is a finite end of the interval",
+    ),
     (["export", "python", "--full"], "accepted for kernels of full accuracy is c"),
     (["export", "python", "--from-speed", "1e-3"], "accepted for kernels of speed is c"),
     (["export", "c", "--from-speed", "1e-6"], "'1e-6' is not one of '1e-3', '1e-5', '1e-7', '1e-10', 'full'"),
@@ -528,7 +537,7 @@ BAD = [
     ),
     (["export", "c", "--from-speed", "1e-3", "--size", "small"], "asked for is 1e-3 (small): accepted are 1e-3 (fast)"),
     (["export", "c", "--from-speed", "full", "--size", "small"], "asked for is full (small): accepted are"),
-    (["export", "c", "--size", "small"], "size is that of a speed table: accepted is size with from_speed"),
+    (["export", "c", "--size", "small"], "size is given without from_speed: accepted is size with from_speed"),
     (["export", "c", "--from-speed", "1e-3", "--full"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--full", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--accuracy", "1e-3", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
@@ -540,6 +549,22 @@ BAD = [
     (
         ["export", "c", "--accuracy", "1e-3", "--v-star-min", "1"],
         "accepted is an interval with both ends (--v-star-max)",
+    ),
+    *(
+        (["export", "c", *kind, "--measure", "relative"], "measure is given without minimax or accuracy: accepted is")
+        for kind in ([], ["--pade", "3/6"], ["--inverse", "1e-3"], ["--full"], ["--from-speed", "1e-3"])
+    ),
+    *(
+        (["export", target, *words], f"{words[0]} changes nothing in {target}: accepted with it are {accepted}")
+        for target, words, accepted in (
+            ("version-header", ["--accuracy", "1e-3"], "--no-cache, --output"),
+            ("version-header", ["--from-speed", "1e-3"], "--no-cache, --output"),
+            ("version-header", ["--digits", "50"], "--no-cache, --output"),
+            ("series-json", ["--accuracy", "1e-3"], "--order, --digits, --no-cache, --output"),
+            ("series-csv", ["--full"], "--order, --digits, --no-cache, --output"),
+            ("c", ["--digits", "40"], "--pade, --minimax, --accuracy"),
+            ("vectors", ["--order", "40"], "--pade, --minimax, --accuracy"),
+        )
     ),
     (["scene"], "accepted is a scene: either FILE, or --example NAME"),
     (["scene", "x.toml", "--example", "ice_rings"], "accepted is a scene: either FILE, or --example NAME"),
@@ -590,7 +615,7 @@ def test_a_file_that_is_not_ours_is_left_alone(tmp_path):
 
 def test_where_nothing_can_be_written(tmp_path):
     (tmp_path / "file").write_text("")
-    for target in (tmp_path, tmp_path / "missing" / "x.h", tmp_path / "file" / "x.h", "/proc/nowhere/x.h"):
+    for target in (tmp_path, tmp_path / "missing" / "x.h", tmp_path / "file" / "x.h", tmp_path / "file" / "y" / "x.h"):
         result = called("export", "c", "-o", target)
         assert result.returncode == 2
         assert result.stderr.count("\n") == 1

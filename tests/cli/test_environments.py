@@ -39,7 +39,8 @@ for words in {commands!r}:
         print("exit", end.code, flush=True)
 """
 SHADOWS = ("math", "numpy", "flint", "click", "string", "decimal")  # modules, of which a directory has files so named
-NOWHERE = "/proc/viscopade/nowhere"
+NOWHERE = f"{__file__}/nowhere"
+"""A place that cannot be made, not even by root: its parent is a file."""
 ESCAPE = re.compile(rb"\\u[0-9a-f]{4}|\\x[0-9a-f]{2}")
 NUMBER = re.compile(rb"\d[\d.]*(?:[eE][-+]?\d+)?")
 

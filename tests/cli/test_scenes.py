@@ -169,10 +169,19 @@ def test_what_is_no_scene_is_refused(tmp_path, small):
     assert "is not JSON" in refused("scene", small, "--costs", small)
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
-def test_without_a_compiler_it_says_how_to_go_on(small, tmp_path):
-    result = called("scene", small, "--out", tmp_path / "new", "--cc", "no-such-compiler")
-    assert result.returncode != 0
+def test_a_c_compiler_that_would_not_be_used_is_refused(small, tmp_path):
+    in_rust = tmp_path / "rust.toml"
+    in_rust.write_text(SMALL + '[code]\nlanguage = "rust"\n')
+    for words in ([small, "--no-check"], [in_rust]):
+        assert "accepted is --cc with the check of code in C" in refused("scene", *words, "--cc", "cc")
+
+
+@pytest.mark.parametrize(
+    ("words", "environment"), [(["--cc", "no-such-compiler"], {}), ([], {"CC": "no-such-compiler"})], ids=["cc", "CC"]
+)
+def test_without_the_compiler_that_is_named_it_says_how_to_go_on(small, tmp_path, words, environment):
+    result = called("scene", small, "--out", tmp_path / "new", *words, environment=environment)
+    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1)
     assert "no-such-compiler" in result.stderr
     assert not (tmp_path / "new").exists()
     assert good("scene", small, "--out", tmp_path / "new", "--no-check")

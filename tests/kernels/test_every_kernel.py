@@ -119,7 +119,8 @@ def read(lines):
 @cache
 def rows_of(name):
     """Return the rows of the test vectors, and some at random arguments."""
-    return read([*json.loads(text(name, "vectors"))["vectors"], *random_lines(name, 6)])
+    found = json.loads(text(name, "vectors"))
+    return read([*found["vectors"], *found.get("beyond", []), *random_lines(name, 6)])
 
 
 def random_lines(name, number):

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 
 from tests.closed_forms import nu_1, nu_2
 from tests.kernels.languages import COMPACT, TYPES, Code
-from viscopade.approximation import cheapest, inverse, minimax
+from viscopade.approximation import cheapest, inverse, minimax, target
 from viscopade.approximation.lacunary import LacunaryQuotient, Powers, full_powers
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact
@@ -238,6 +238,15 @@ def test_roots_of_a_higher_order_in_every_language(tmp_path, language):
                 for epsilon, result in zip((mpf(float(x)), 1 - mpf(float(x))), results, strict=True):
                     if of.epsilon_low <= float(epsilon) < 1:
                         assert abs(mpf(float(result)) / inverted(of, form, epsilon, 1 - epsilon) - 1) <= bound
+
+
+@pytest.mark.parametrize("name", ["linear", "tsuji", "10,9/2", "hunt-crossley"])
+def test_the_target_reaches_as_far_as_inverses_of_all_eps_are_fitted(name):
+    """By section 2.9: eps -> (b+1)^((a-b)/(b+1)) kappa^(-nu)."""
+    law = law_of(name)
+    q = inverse._Y_MAX_OF_LAWS ** int(1 / inverse.inverse_form(law, whole=True).root)
+    b = float(law.damping)
+    assert q < target.LARGEST**law.nu / (b + 1) ** ((float(law.elastic) - b) / (b + 1))
 
 
 def test_an_inverse_formula_with_another_limit_has_no_proof():

@@ -33,7 +33,14 @@ _DEFINITION = re.compile(
 
 @cache
 def rows(name):
-    return [dict(zip(COLUMNS, row, strict=True)) for row in json.loads((EXPORTS / name).read_text())["vectors"]]
+    """Return all vectors, those beyond the domain that functions have in some languages last."""
+    return [dict(zip(COLUMNS, row, strict=True)) for found in lists((EXPORTS / name).read_text()) for row in found]
+
+
+def lists(text):
+    """Return the vectors of a file, and those beyond the domain."""
+    found = json.loads(text)
+    return found["vectors"], found.get("beyond", [])
 
 
 def tool(name):
@@ -104,20 +111,74 @@ def test_javascript_passes():
     assert found == passing(COMPACT, True, ["double"])
 
 
-def in_rust(folder, module):
+def in_rust(folder, module, runner=None, file=EXPORTS / COMPACT):
     """Compile the runner beside a copy of the module, and run it."""
     for path, text in (
         (folder / "exports" / "viscopade.rs", module),
-        (folder / "examples" / "vectors" / "check.rs", (RUNNERS / "check.rs").read_text()),
+        (folder / "examples" / "vectors" / "check.rs", runner or (RUNNERS / "check.rs").read_text()),
     ):
         path.parent.mkdir(parents=True)
         path.write_text(text)
     run(tool("rustc"), "-O", folder / "examples" / "vectors" / "check.rs", "-o", folder / "check")
-    return run(folder / "check", EXPORTS / COMPACT)
+    return run(folder / "check", file)
 
 
 def test_rust_passes(tmp_path):
     assert in_rust(tmp_path, (EXPORTS / "viscopade.rs").read_text()) == passing(COMPACT, True)
+
+
+# --- functions with an earlier end in other languages than C ----------------------------------------------------------
+
+LAW = "hunt-crossley:1"
+ENDING = {
+    "quotient": requests.Request(law=LAW, accuracy=("1e-5",), kappa_max="inf"),
+    "inverse": requests.Request(law=LAW, inverse=("1e-5",)),
+    "pade": requests.Request(pade=[(3, 6)]),
+}
+
+
+def adapted(functions):
+    """Return the runner in Rust with a list of functions of one number, as porting.md says."""
+    calls = {"double": "viscopade::{}(x)", "float": "viscopade::{}_f32(x as f32).into()"}
+    lines = [f'    ("{name}", "{kind}", |x, _| {calls[kind].format(name)}),\n' for name, kind in functions]
+    text = (RUNNERS / "check.rs").read_text()
+    start = text.index("&[\n", text.index("const FUNCTIONS")) + 3
+    return text[:start] + "".join(lines) + text[text.index("];\n", start) :]
+
+
+@pytest.mark.parametrize("asked", ENDING)
+def test_ports_pass_the_vectors_within_their_domain(tmp_path, asked):
+    """Those beyond it they fail: they return NaN, and the header in C a number."""
+    text = ENDING[asked].render("vectors")
+    inside, beyond = ([row for row in found if not row[0].startswith("restitution")] for found in lists(text))
+    files = {
+        "inside": text,
+        "all": json.dumps({"vectors": inside + beyond}).replace("[[", "[\n[").replace("], ", "],\n"),
+    }
+    for name, content in files.items():
+        (tmp_path / f"{name}.json").write_text(content)
+    module = tmp_path / "module.mjs"
+    module.write_text(ENDING[asked].render("javascript"))
+    runner = adapted(sorted({(row[0], row[1]) for row in inside}))
+    for types, check in (
+        (["double"], lambda file: run(tool("node"), RUNNERS / "check.mjs", file, module)),
+        (["double", "float"], lambda file: in_rust(tmp_path / file.stem, ENDING[asked].render("rust"), runner, file)),
+    ):
+        number, missed = (sum(row[1] in types for row in found) for found in (inside, beyond))
+        assert check(tmp_path / "inside.json") == (0, f"{number} of {number} pass\n")
+        status, printed = check(tmp_path / "all.json")
+        assert (status, printed.count("NaN: ")) == (1, missed)
+        assert printed.endswith(f"\n{number} of {number + missed} pass\n")
+
+
+def test_a_file_that_is_missing_is_named(tmp_path):
+    compiler = compiled.compiler("c99")[0]
+    run(compiler, "-std=c99", f"-I{EXPORTS}", RUNNERS / "check.c", "-lm", "-o", tmp_path / "in_c")
+    run(tool("rustc"), RUNNERS / "check.rs", "-o", tmp_path / "in_rust")
+    for words in ([tmp_path / "in_c"], [tmp_path / "in_rust"], [tool("node"), RUNNERS / "check.mjs"]):
+        done = subprocess.run([*words, tmp_path / "none.json"], capture_output=True, text=True, timeout=HANGS)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert re.fullmatch(rf"cannot read {tmp_path}/none.json\b.*\n", done.stderr)
 
 
 # --- wrong code does not ----------------------------------------------------------------------------------------------

@@ -388,8 +388,13 @@ def test_the_fastest_of_some_runs_counts():
 
 def test_without_a_compiler_there_is_one_clear_line(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'no-such-compiler': accepted is"):
+    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'no-such-compiler': accepted is") as named:
         toolchain.find_compiler()
+    monkeypatch.delenv("CC")
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(ToolchainError, match=r"^there is no C compiler 'cc': accepted is") as unnamed:
+        toolchain.find_compiler()
+    assert [isinstance(error.value, ValueError) for error in (named, unnamed)] == [True, False]  # bad input, or not
 
 
 @needs_compiler
@@ -646,7 +651,7 @@ def test_no_number_is_cut_on_a_terminal(quick, width, monkeypatch):
         (["--only", "nothing"], 2, "viscopade: there is no kernel 'nothing': accepted are"),
         (["--speed-min", "10", "--speed-max", "1"], 2, "viscopade: speed_min is 10.0"),
         (["--beta", "x"], 2, "beta is 'x'"),
-        (["--cc", "no-such-compiler"], 1, "viscopade: there is no C compiler 'no-such-compiler'"),
+        (["--cc", "no-such-compiler"], 2, "viscopade: there is no C compiler 'no-such-compiler'"),
     ],
 )
 def test_bad_options_get_one_line(words, status, line):

@@ -11,7 +11,7 @@ import pytest
 
 from tests.scene.test_render import COMMAND, EACH, choice, chosen, scene, text
 from viscopade.kernels.targets.languages import target, targets
-from viscopade.kernels.toolchain import ToolchainError
+from viscopade.kernels.toolchain import NoSuchToolError, ToolchainError
 from viscopade.scene import check as checks
 from viscopade.scene import read, runners, shaders
 from viscopade.scene.check import SceneCheck, check_code
@@ -155,7 +155,8 @@ def test_the_environment_names_the_tool(few, monkeypatch):
     monkeypatch.setenv("FC", "gfortran -O1")
     assert check_code(choice("fortran"), text("fortran")).collisions
     monkeypatch.setenv("FC", "no-such-compiler")
-    assert check_code(choice("fortran"), text("fortran")).reason == "not run: there is no no-such-compiler"
+    with pytest.raises(NoSuchToolError, match=r"^FC is 'no-such-compiler', which does not start: accepted"):
+        check_code(choice("fortran"), text("fortran"))
 
 
 def test_a_tool_that_does_not_start_is_not_there(tmp_path, monkeypatch):
@@ -168,7 +169,7 @@ def test_a_tool_that_does_not_start_is_not_there(tmp_path, monkeypatch):
 
 
 def test_a_c_compiler_that_is_asked_for_must_be_there():
-    with pytest.raises(ToolchainError, match="there is no C compiler 'no-such-compiler'"):
+    with pytest.raises(NoSuchToolError, match="there is no C compiler 'no-such-compiler'"):
         check_code(choice("c"), text("c"), "no-such-compiler")
 
 

@@ -1,5 +1,6 @@
 """Padé approximants: order conditions, independent routes, degenerate cases, poles and zeros, refusals."""
 
+import re
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
@@ -277,10 +278,18 @@ def test_zero_three_has_exact_zeros():
     assert all(not pole.real and pole.decimals(5)[0] == "0" for pole in p.poles)
 
 
-@pytest.mark.parametrize(("m", "n"), [(1, 1), (1, 3), (3, 1)])
-def test_approximants_that_do_not_exist_are_named(m, n):
-    with pytest.raises(DegenerateError, match=rf"\[{m}/{n}\] does not exist"):
-        pade(m, n, 20)
+@pytest.mark.parametrize(
+    ("m", "n", "law"),
+    [(1, 1, "viscoelastic"), (1, 3, "viscoelastic"), (3, 1, "viscoelastic"), (2, 5, "4,1/3"), (2, 5, "5/2,1/2")],
+)
+def test_approximants_that_do_not_exist_are_named_and_a_larger_one_that_does(m, n, law):
+    with pytest.raises(DegenerateError, match=rf"\[{m}/{n}\] does not exist") as refused:
+        pade(m, n, 20, law)
+    larger = int(re.search(rf"accepted is for instance \[{m}/(\d+)\]$", str(refused.value))[1])
+    assert pade(m, larger, 20, law).n == larger > n
+    for k in range(n + 1, larger):
+        with pytest.raises(DegenerateError, match="does not exist"):
+            pade(m, k, 20, law)
 
 
 def test_contact_order_can_exceed_m_plus_n():

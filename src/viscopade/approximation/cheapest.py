@@ -53,10 +53,19 @@ def cheapest_fit(
     Raises
     ------
     TypeError, ValueError
-        As for `fit`; or if no degrees up to [6/9] are accurate enough: one line that says what would do.
+        As for `fit`; or if no degrees up to [6/9] suit the law, or are accurate enough: one line says what would do.
     """
     interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
     candidates = _candidates(interval, law)
+    if not candidates:
+        needed, instead = (
+            (f"n = m + {law.whole_decay} on the half-line", "a finite end of the interval")
+            if interval[1] is None
+            else (f"a degree of at least {law.d}", f"a law with v* = kappa^(1/d), d = 1 to {MAX_N}")
+        )
+        raise ValueError(
+            f"the law {law} needs {needed}, which no [m/n] tried for an accuracy has: accepted is {instead}"
+        )
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))

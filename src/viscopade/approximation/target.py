@@ -37,7 +37,7 @@ FAR = 40  # v* from which limits are looked at
 STEP = 5  # panels are made for multiples of so many digits
 GUARD_DIGITS = 3
 MAX_ATTEMPTS = 6
-LARGEST = Fraction(10) ** 6  # v* for more digits than the table has
+LARGEST = Fraction(10) ** 7  # v* for more digits than the table has
 
 
 class TargetValues(NamedTuple):
@@ -153,7 +153,7 @@ def _made_panel(v_star: float, digits: int, law: Law) -> _ExactPanel:
         if v_star <= end:
             return _series_panel(end, rounded, law)
     if v_star > LARGEST:
-        raise ValueError(f"v_star is {v_star!r}: accepted for more than {TABLE_DIGITS} digits is at most 10^6")
+        raise ValueError(f"v_star is {v_star!r}: accepted where there is no table is at most {float(LARGEST):g}")
     return _octave_panel(math.ceil(math.log2(v_star)), rounded, law)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
@@ -108,7 +109,10 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     """
     from viscopade.kernels import requests
 
-    if target.startswith("series-"):
+    of_series = target.startswith("series-")
+    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
+    _refuse_unused(target, used | {"target", "output", "no_cache"})
+    if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits)
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
@@ -119,6 +123,16 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
         click.echo(text, nl=False)
     else:
         write(output, text)
+
+
+def _refuse_unused(target: str, used: set[str]) -> None:
+    """Refuse options that are given and would change nothing in a target's file."""
+    context = click.get_current_context()
+    flags = {str(option.name): option.opts[-1] for option in context.command.params}
+    for name, flag in flags.items():
+        if name not in used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            others = ", ".join(flags[other] for other in flags if other in used - {"target"})
+            raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it are {others}")
 
 
 @click.command("scene")
@@ -168,6 +182,8 @@ def scene_command(
         raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
     words, source = ("", file) if file is not None else ("--example ", _example(str(example)))
     scene = read_scene(source)
+    if cc is not None and not (checking and scene.code.target.runner.variable == "CC"):
+        raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
     by = cost.Costs()

@@ -31,6 +31,14 @@ MODULE = "viscopade"
 
 Degrees = Sequence[tuple[int, int]]
 
+_OF_FITS = ("minimax", "accuracy")
+_NEEDED = {
+    **dict.fromkeys(("v_star_min", "v_star_max", "measure", "kappa_max"), _OF_FITS),
+    "epsilon_min": ("inverse",),
+    "size": ("from_speed",),
+}
+"""Options that need one of others, without which they would change nothing."""
+
 
 @dataclass(frozen=True)
 class Request:
@@ -90,11 +98,10 @@ class Request:
                 "minimax is given without an interval: accepted is minimax with v_star_max or kappa_max (--v-star-max, "
                 "--kappa-max)"
             )
-        if not (self.minimax or self.accuracy) and (self.bounded or self.v_star_min != "0"):
-            raise ValueError(
-                "an interval bounds a best approximant: accepted is an interval with minimax or accuracy "
-                "(--minimax, --accuracy)"
-            )
+        for name, needed in _NEEDED.items():
+            if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
+                others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
+                raise ValueError(f"{name} is given without {others}: accepted is {name} with {others} ({flags})")
         asked = self.pade or self.minimax or self.inverse or self.accuracy
         if of != VISCOELASTIC and (not asked or (self.accuracy and not self.bounded)):
             raise ValueError(
@@ -109,10 +116,6 @@ class Request:
             raise ValueError(
                 "v_star_min is given without v_star_max: accepted is an interval with both ends (--v-star-max)"
             )
-        if not self.inverse and self.epsilon_min != "0":
-            raise ValueError("epsilon_min bounds an inverse kernel: accepted is epsilon_min with inverse (--inverse)")
-        if self.size != FAST and not self.from_speed:
-            raise ValueError("size is that of a speed table: accepted is size with from_speed (--from-speed)")
         if len(self.from_speed) > 1:
             raise ValueError(
                 f"from_speed is {', '.join(self.from_speed)}: accepted is one accuracy, as a file holds one kernel"

@@ -33,6 +33,10 @@ class ToolchainError(RuntimeError):
     """Error: a compiler or interpreter is missing or fails, or its program fails; the message is one line."""
 
 
+class NoSuchToolError(ToolchainError, ValueError):
+    """Error: there is no compiler of the name that the user gave."""
+
+
 @dataclass(frozen=True)
 class Compiler:
     """A compiler and its flags.
@@ -62,16 +66,20 @@ def find_compiler(command: str | None = None) -> Compiler:
 
     Raises
     ------
+    NoSuchToolError
+        If there is none of the name given.
     ToolchainError
-        If there is none, or it does not compile an empty file.
+        If there is no cc, or the compiler does not compile an empty file.
     """
-    asked = command or os.environ.get("CC") or _DEFAULT
+    named = command or os.environ.get("CC")
+    asked = named or _DEFAULT
     try:
         words = tuple(shlex.split(asked))
     except ValueError:
         words = ()
     if not words or shutil.which(words[0]) is None:
-        raise ToolchainError(f"there is no C compiler {asked!r}: accepted is the name of one (--cc, or CC)")
+        kind = NoSuchToolError if named else ToolchainError
+        raise kind(f"there is no C compiler {asked!r}: accepted is the name of one (--cc, or CC)")
     version = _version(words)
     with TemporaryDirectory() as directory:
         Path(directory, "empty.c").write_text("int viscopade_empty;\n")

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 from viscopade.kernels import toolchain
 from viscopade.kernels.targets.language import DRIVER, EXECUTABLE, FILE, PROGRAM, START, TOOL, Runner
-from viscopade.kernels.toolchain import ToolchainError
+from viscopade.kernels.toolchain import NoSuchToolError, ToolchainError
 
 INPUT, OUTPUT = "in.bin", "out.bin"  # a driver reads the one and writes the other
 _STEM = EXECUTABLE.partition(".")[0]  # of the driver
@@ -38,8 +38,10 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
 
     Raises
     ------
+    NoSuchToolError
+        If the tool that `command` or the environment names cannot be started.
     ToolchainError
-        If the C compiler that is asked for cannot be used.
+        If the C compiler that is asked for does not work.
     """
     if not runner.tools:
         return _interpreter(runner.package)
@@ -54,6 +56,8 @@ def find_tool(runner: Runner, command: str | None = None) -> Tool | None:
             continue
         if words and shutil.which(words[0]) is not None and (known := _version(words)) is not None:
             return Tool(words, known)
+    if named:
+        raise NoSuchToolError(f"{runner.variable} is {named!r}, which does not start: accepted is a compiler's name")
     return None
 
 
@@ -68,10 +72,7 @@ def _interpreter(package: str | None) -> Tool | None:
 
 def missing(runner: Runner) -> str:
     """Return the names of the tools in the search, for a message."""
-    if not runner.tools:
-        return f"Python package {runner.package}"
-    named = os.environ.get(runner.variable) if runner.variable else None
-    return named or " or ".join(runner.tools)
+    return " or ".join(runner.tools) or f"Python package {runner.package}"
 
 
 def _version(words: Sequence[str]) -> str | None:

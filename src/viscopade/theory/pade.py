@@ -520,13 +520,24 @@ def _is_real(value: acb, values: Sequence[acb]) -> bool:
 
 
 def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
-    """Raise `DegenerateError` if the system for b is singular identically in lambda_1, lambda_3, … .
+    """Raise `DegenerateError` if the system for b is singular; the next n with a regular one is named."""
+    if not _singular(m, n, law):
+        return
+    larger = next((k for k in range(n + 1, LARGEST_DECIDED - m + 1) if not _singular(m, k, law)), None)
+    raise DegenerateError(
+        f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0"
+        + ("" if larger is None else f"; accepted is for instance [{m}/{larger}]")
+    )
+
+
+def _singular(m: int, n: int, law: Law) -> bool:
+    """Whether the system for b is singular identically in lambda_1, lambda_3, … ; False if it is too large to decide.
 
     The h_k being exact polynomials in the lambda's (section 2.4), that is a question of algebra: a determinant that is
-    not 0 for some numbers in their place is not identically 0. Larger systems are not decided.
+    not 0 for some numbers in their place is not identically 0.
     """
     if m + n > LARGEST_DECIDED:
-        return
+        return False
     import sympy
 
     from viscopade.theory.symbolic import h_polynomial  # SymPy: loaded only for a system that looks singular
@@ -538,8 +549,5 @@ def _refuse_if_degenerate(m: int, n: int, law: Law) -> None:
         exact = [sympy.Rational(h_k.subs(values)) for h_k in h]
         entries, _ = order_system([fmpq(int(c.p), int(c.q)) for c in exact], m, n, fmpq(0))
         if fmpq_mat(n, n, entries).det() != 0:
-            return
-    raise DegenerateError(
-        f"[{m}/{n}] does not exist: the order conditions contradict each other, because some h_k are 0. "
-        "Accepted are for instance the neighbours with another m or n, such as [0/3], [2/5] or [1/4]"
-    )
+            return False
+    return True

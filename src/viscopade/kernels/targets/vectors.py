@@ -39,6 +39,7 @@ from viscopade.kernels.forms.speed_table import LAST_ULPS, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.machine import TYPES, computed, machine_arithmetic
 from viscopade.kernels.names import FULL
+from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.table_free import name_of
 from viscopade.kernels.targets.wording import at_least_one, end_condition
 from viscopade.kernels.truth import Portions
@@ -56,6 +57,11 @@ SOURCE = (
     "the exact value plus and minus the proven error (that of the formula and that of rounding to nearest, with or "
     "without FMA contraction), in numbers of the type. bits is what the operations give if no products and sums are "
     "fused, where nothing but +, -, *, / and sqrt is called; '-' stands for what is not stated"
+)
+
+BEYOND = (
+    "vectors of the C header alone, at arguments beyond the domain that functions have in other languages: there these "
+    "give NaN, in shaders the result at the nearer end of the domain, and in Python some refuse the argument"
 )
 
 Bits = Callable[..., float] | None
@@ -91,6 +97,8 @@ class Function:
     bits : callable or None
         From arguments to what the code gives without FMA contraction; None where libm is called.
     points : iterable of arguments
+    domain : pair of float or None
+        Ends of the argument in languages other than C, if they have the function.
     """
 
     name: str
@@ -98,10 +106,20 @@ class Function:
     answer: Callable[..., Answer]
     bits: Bits
     points: Iterable[Arguments]
+    domain: tuple[float, float] | None = None
+
+    def is_beyond(self, given: Arguments) -> bool:
+        """Whether the C header gives a number at an argument beyond the domain."""
+        if self.domain is None or self.domain[0] <= given[0] <= self.domain[1]:
+            return False
+        found = self.answer(*given)
+        return found is None or not arb(found[0]).is_nan()
 
 
 def render(kernels: Sequence[Any], command: str) -> str:
     """Return one object; its "vectors" hold a list for each vector, on a line of its own, in the order of "columns".
+
+    So does "beyond", if there are arguments beyond the domain that functions have in some languages.
 
     Parameters
     ----------
@@ -125,8 +143,12 @@ def render(kernels: Sequence[Any], command: str) -> str:
     }
     with working(truth.BITS), np.errstate(all="ignore"):
         lines = [line for kernel in kernels for function in _functions(kernel) for line in _lines(function)]
+    everywhere, beyond = ([line for is_beyond, line in lines if is_beyond == which] for which in (False, True))
     start = dumps(head | {"vectors": []}, indent=1, ensure_ascii=False).removesuffix("]\n}")
-    return start + "\n" + ",\n".join(lines) + "\n]}\n"
+    text = start + "\n" + ",\n".join(everywhere) + "\n]"
+    if beyond:
+        text += f',\n "beyond_source": {dumps(BEYOND)},\n "beyond": [\n' + ",\n".join(beyond) + "\n]"
+    return text + "}\n"
 
 
 def _functions(kernel: Any) -> Iterator[Function]:
@@ -142,11 +164,12 @@ def _functions(kernel: Any) -> Iterator[Function]:
 # --- lines ------------------------------------------------------------------------------------------------------------
 
 
-def _lines(function: Function) -> Iterator[str]:
-    """Yield the lines of a function's vectors, each of them once."""
+def _lines(function: Function) -> Iterator[tuple[bool, str]]:
+    """Yield the lines of a function's vectors, each of them once, and whether they are beyond its domain."""
     points = (*function.points, *hard_arguments().get((function.name, function.form.name), ()))
-    lines = (_line(function, tuple(float(TYPES[function.form.name](x)) for x in point)) for point in points)
-    yield from dict.fromkeys(line for line in lines if line is not None)
+    given = (tuple(float(TYPES[function.form.name](x)) for x in point) for point in points)
+    lines = {line: function.is_beyond(point) for point in given if (line := _line(function, point)) is not None}
+    yield from ((is_beyond, line) for line, is_beyond in lines.items())
 
 
 def _line(function: Function, given: Arguments) -> str | None:
@@ -373,7 +396,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
     high = bounds[-1][0] if bounds else Fraction(0)
     answer = _of_v_star(form, "epsilon", stated, limit, kernel.law, high)
-    yield Function(f"epsilon_{name}", form, answer, bits, points)
+    yield Function(f"epsilon_{name}", form, answer, bits, points, quotients._domain(kernel, form))
     if not kernel.of_speed:
         return
     yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, float(form.smallest)))
@@ -485,8 +508,10 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
     # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
     inside = [low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63))]
     losses = [*(1 - x for x in inside), 2.0**-60, 2.0**-120]
+    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients._of_epsilon(kernel, form)}
     for function, answer, among in (("v_star", of_epsilon, inside), ("v_star_from_loss", of_loss, losses)):
-        yield Function(f"{function}_{name}", form, answer, None, [(x,) for x in (*_extremes(form), 2.0, *among)])
+        points = [(x,) for x in (*_extremes(form), 2.0, *among)]
+        yield Function(f"{function}_{name}", form, answer, None, points, ends.get(function))
     if kernel.of_speed:
         yield Function(f"beta_{name}", form, beta, None, _OF_BETA)
 
