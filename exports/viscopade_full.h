@@ -47,6 +47,10 @@
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
 #error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
 #else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
+#endif
 
 #ifndef VISCOPADE_FULL_DOUBLE
 #define VISCOPADE_FULL_DOUBLE
@@ -1128,4 +1132,7 @@ static inline float viscopade_one_minus_epsilon_fullf(float v_star)
 
 #endif
 
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic pop
+#endif
 #endif

@@ -66,6 +66,10 @@
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
 #error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
 #else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
+#endif
 
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "1.0.0"
@@ -237,6 +241,14 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #ifndef VISCOPADE_OPAQUE
 #define VISCOPADE_OPAQUE(index) __asm__("" : "+r"(index))
 #endif
+/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
+#ifndef VISCOPADE_OPAQUE_OF_TWO
+#if defined(__AVX512BF16__)
+#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
+#else
+#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)
+#endif
+#endif
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
@@ -244,6 +256,7 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #define VISCOPADE_SELDOM static
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
+#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
 #define VISCOPADE_READ_SOON(address) ((void)(address))
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
@@ -259,6 +272,15 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #else
 #define VISCOPADE_IN_MEMORY(array) ((void)0)
 #define VISCOPADE_INDEPENDENT
+#endif
+
+/* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
+#ifndef VISCOPADE_VECTORS
+#if defined(__AVX512F__) && (defined(__znver3__) || defined(__znver4__)) && defined(__GNUC__) && !defined(__clang__)
+#define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
+#else
+#define VISCOPADE_VECTORS
+#endif
 #endif
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
@@ -1442,7 +1464,7 @@ VISCOPADE_INLINE void viscopade_block_lookup_1_8_4p08em4(const double *speed, co
     for (i = 0; i < 32; ++i) {
         uint64_t index = place[i] >> 49;
 
-        VISCOPADE_OPAQUE(index);
+        VISCOPADE_OPAQUE_OF_TWO(index);
         memcpy(c0[i], viscopade_table_lookup_1_8_4p08em4[index] + 0, sizeof c0[i]);
     }
     VISCOPADE_IN_MEMORY(place);
@@ -1472,7 +1494,7 @@ VISCOPADE_INLINE void viscopade_many_lookup_1_8_4p08em4(size_t n, const double *
         for (i = 0; pair != NULL && i < 32; ++i) {
             int at = pair[start + i];
 
-            VISCOPADE_OPAQUE(at);
+            VISCOPADE_OPAQUE_OF_TWO(at);
             of_pair[i] = beta[at];
         }
         viscopade_block_lookup_1_8_4p08em4(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
@@ -1671,7 +1693,7 @@ VISCOPADE_INLINE void viscopade_block_lookup_1_8_4p08em4f(const float *speed, co
     for (i = 0; i < 32; ++i) {
         uint32_t index = place[i] >> 20;
 
-        VISCOPADE_OPAQUE(index);
+        VISCOPADE_OPAQUE_OF_TWO(index);
         memcpy(c0[i], viscopade_table_lookup_1_8_4p08em4[index] + 0, sizeof c0[i]);
     }
     VISCOPADE_IN_MEMORY(place);
@@ -1701,7 +1723,7 @@ VISCOPADE_INLINE void viscopade_many_lookup_1_8_4p08em4f(size_t n, const float *
         for (i = 0; pair != NULL && i < 32; ++i) {
             int at = pair[start + i];
 
-            VISCOPADE_OPAQUE(at);
+            VISCOPADE_OPAQUE_OF_TWO(at);
             of_pair[i] = beta[at];
         }
         viscopade_block_lookup_1_8_4p08em4f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
@@ -1789,4 +1811,7 @@ static inline void viscopade_dissipation_each_lookup_1_8_4p08em4f(size_t n, cons
 #define viscopade_dissipation_by_pair_1em3f viscopade_dissipation_by_pair_lookup_1_8_4p08em4f
 #define viscopade_dissipation_each_1em3f viscopade_dissipation_each_lookup_1_8_4p08em4f
 
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic pop
+#endif
 #endif

@@ -63,6 +63,10 @@
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
 #error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
 #else
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
+#endif
 
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "1.0.0"
@@ -658,6 +662,14 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #ifndef VISCOPADE_OPAQUE
 #define VISCOPADE_OPAQUE(index) __asm__("" : "+r"(index))
 #endif
+/* Rows of two numbers are gathered on processors with AVX-512 BF16 (Sapphire Rapids, Zen 4, and later): faster there. */
+#ifndef VISCOPADE_OPAQUE_OF_TWO
+#if defined(__AVX512BF16__)
+#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
+#else
+#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)
+#endif
+#endif
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
@@ -665,6 +677,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #define VISCOPADE_SELDOM static
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
+#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
 #define VISCOPADE_READ_SOON(address) ((void)(address))
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
@@ -680,6 +693,15 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #else
 #define VISCOPADE_IN_MEMORY(array) ((void)0)
 #define VISCOPADE_INDEPENDENT
+#endif
+
+/* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
+#ifndef VISCOPADE_VECTORS
+#if defined(__AVX512F__) && (defined(__znver3__) || defined(__znver4__)) && defined(__GNUC__) && !defined(__clang__)
+#define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
+#else
+#define VISCOPADE_VECTORS
+#endif
 #endif
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
@@ -1932,50 +1954,50 @@ VISCOPADE_INLINE void viscopade_many_lookup_full(size_t n, const double *speed, 
     }
 }
 
-static inline void viscopade_restitution_array_lookup_full(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_array_lookup_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_lookup_full(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_lookup_full(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_array_lookup_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_lookup_full(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_lookup_full(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_array_lookup_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_lookup_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_lookup_full(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_each_lookup_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_lookup_full(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
@@ -2024,50 +2046,50 @@ static inline float viscopade_dissipation_lookup_fullf(float speed, float beta)
     return (float)viscopade_one_lookup_full((double)speed, (double)beta, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_restitution_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_lookup_fullf(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_lookup_fullf(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_array_lookup_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_lookup_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_lookup_fullf(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_each_lookup_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_lookup_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
@@ -2100,4 +2122,7 @@ static inline void viscopade_dissipation_each_lookup_fullf(size_t n, const float
 #define viscopade_dissipation_by_pair_fullf viscopade_dissipation_by_pair_lookup_fullf
 #define viscopade_dissipation_each_fullf viscopade_dissipation_each_lookup_fullf
 
+#if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
+#pragma clang diagnostic pop
+#endif
 #endif

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import viscopade as vp
 from tests import compiled
+from tests.kernels.speed_headers import named_compiler
 from viscopade.arithmetic.decimals import power_of_ten
 from viscopade.kernels import requests
 
@@ -112,6 +113,13 @@ def test_an_old_standard_gets_one_line(name):
     assert run.returncode != 0
     (line,) = [line for line in run.stderr.splitlines() if " error: " in line]
     assert "accepted are C99, C++17, and the older C++ of GNU" in line
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("standard", ["c++98", "c++14", "c++17"])
+def test_clang_reads_the_tables_by_every_standard_without_warnings(name, standard):
+    run = checked(name, "int unused;", *named_compiler("clang", standard), "-Werror")
+    assert run.returncode == 0, run.stderr[:500]
 
 
 @pytest.mark.parametrize("name", TABLES)

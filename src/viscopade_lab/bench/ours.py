@@ -29,7 +29,8 @@ MINIMAX_END = 5.0
 
 _NAME = re.compile(r"\bdouble viscopade_restitution_(\w+)\(double speed, double beta\)")
 _LOOKUP = "lookup_"
-_GATHER = "#define VISCOPADE_OPAQUE(index) ((void)0)"  # what keeps compilers from gathers is taken away
+_GATHER = "#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)"  # what keeps compilers from gathers is taken away
+_LOADS = "#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)"
 # Half an ulp of float, and less than a thousandth of it for what double is off.
 _ROUNDED_TO_FLOAT = "0.501 ulp"
 
@@ -105,6 +106,7 @@ def _of_tier(tier: str, file: str, text: str, speeds: SpeedRange) -> list[Conten
     return [
         main,
         replace(arrays, id=f"{main.id}-gather", label=f"{label}, rows by gather instructions", before=_GATHER),
+        replace(arrays, id=f"{main.id}-loads", label=f"{label}, rows by single loads", before=_LOADS),
         replace(arrays, id=f"{main.id}-by-pair", label=f"{label}, beta of {PAIRS} pairs", array=pair, beta="pair"),
         replace(arrays, id=f"{main.id}-each", label=f"{label}, beta of each", array=each, beta="each"),
     ]
