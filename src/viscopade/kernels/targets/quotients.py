@@ -63,12 +63,12 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         If a kernel cannot be written in any of the language's types, or `command` is not one line.
     """
     chosen = distinct(kernels)
-    functions = _texts(target, chosen, _of_v_star)
+    functions = _texts(target, chosen, of_v_star)
     calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
     ends = [
-        f"v* = {_domain(kernel, number.form)[1]:.3g} in type {number.type}"
+        f"v* = {domain_in(kernel, number.form)[1]:.3g} in type {number.type}"
         for kernel in chosen
         for number in target.numbers
         if kernel.interval is None and kernel.end is None and _holds(partial(kernel.rounded, number.form))
@@ -88,7 +88,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
                 f"{kernel.name} takes a root of order {kernel.root.denominator}, and nothing is guaranteed of pow in "
                 f"{target.name}: accepted for it are laws with v* = kappa or kappa^(1/2)"
             )
-    functions = _texts(target, kernels, _of_epsilon)
+    functions = _texts(target, kernels, of_epsilon)
     calls = [
         (f"{function}_{kernel.name}", given, f"{variable(kernel.law)} at {what}")
         for kernel in kernels
@@ -158,7 +158,7 @@ def _usage(
     return [*names, "", *(line for note in notes for line in wrap(note, WIDTH))]
 
 
-class _Function(NamedTuple):
+class WrittenFunction(NamedTuple):
     """A function: the beginning of its name, its argument and the ends of that, its constants, program and result."""
 
     function: str
@@ -170,7 +170,7 @@ class _Function(NamedTuple):
 
 
 def _texts(
-    target: Target, kernels: Sequence[AnyKernel], functions: Callable[[AnyKernel, Format], list[_Function]]
+    target: Target, kernels: Sequence[AnyKernel], functions: Callable[[AnyKernel, Format], list[WrittenFunction]]
 ) -> list[str]:
     """Return the texts of all functions in each type, with those of lasting names; refuse a kernel without any."""
     found, stay = list[str](), {kernel.name for kernel in lasting_kernels(kernels)}
@@ -192,15 +192,18 @@ def _texts(
     return found
 
 
-def _of_v_star(kernel: Quotient, form: Format) -> list[_Function]:
+def of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]:
+    """Return eps of v*."""
     a, b = kernel.rounded(form)
     given = formulas.dense(a=a, b=b)
     branch, _ = formulas.epsilon_branches(given)
-    found = _Function("epsilon", "v_star", _domain(kernel, form), given, branch.program, branch.results["epsilon"])
+    found = WrittenFunction(
+        "epsilon", "v_star", domain_in(kernel, form), given, branch.program, branch.results["epsilon"]
+    )
     return [found]
 
 
-def _of_epsilon(kernel: InverseKernel, form: Format) -> list[_Function]:
+def of_epsilon(kernel: InverseKernel, form: Format) -> list[WrittenFunction]:
     """Return v* of eps, and of 1 - eps: no branch for small eps, so that eps ends before a sum may overflow."""
     variant = kernel.variant(form)
     given = formulas.constants(kernel.powers, variant.a, variant.b)
@@ -212,7 +215,7 @@ def _of_epsilon(kernel: InverseKernel, form: Format) -> list[_Function]:
         "v_star_from_loss": (loss, (Fraction(0), 1 - low), (Statement("epsilon", one - loss), Statement("loss", loss))),
     }
     return [
-        _Function(
+        WrittenFunction(
             function,
             argument.name,
             (form.nearest(least, math.ceil), min(form.nearest(most, math.floor), 1.0)),
@@ -230,7 +233,7 @@ def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
     return max(low, Fraction(2) ** (1 - form.largest))
 
 
-def _words(name: str, number: Number, function: _Function) -> dict[str, str]:
+def _words(name: str, number: Number, function: WrittenFunction) -> dict[str, str]:
     low, high = function.ends
     ends = {"low": number.coefficient(low) if low else number.constant(low), "high": number.coefficient(high)}
     guard = name if function.function == "epsilon" else f"{function.function}_{name}"
@@ -247,7 +250,7 @@ def _words(name: str, number: Number, function: _Function) -> dict[str, str]:
     }
 
 
-def _forward(target: Target, kernel: Kernel, number: Number, function: _Function) -> str:
+def _forward(target: Target, kernel: Kernel, number: Number, function: WrittenFunction) -> str:
     """Return the function with the name that lasts, which calls today's."""
     written, words = target.written, _words(kernel.lasting_name, number, function)
     argument = written.argument.format(given=function.given)
@@ -256,7 +259,7 @@ def _forward(target: Target, kernel: Kernel, number: Number, function: _Function
     return "\n".join(filter(None, (written.begin.format(**words), body, written.close.format(**words))))
 
 
-def _text(target: Target, name: str, number: Number, function: _Function) -> str:
+def _text(target: Target, name: str, number: Number, function: WrittenFunction) -> str:
     written, words = target.written, _words(name, number, function)
     syntax = number.syntax
     if written.mathematics:
@@ -280,7 +283,7 @@ def _text(target: Target, name: str, number: Number, function: _Function) -> str
     return "\n".join(filter(None, (written.begin.format(**words), body, written.close.format(**words))))
 
 
-def _domain(kernel: Quotient, form: Format) -> tuple[float, float]:
+def domain_in(kernel: Quotient, form: Format) -> tuple[float, float]:
     """Return the ends of the domain in a type, rounded inwards; where it has none, sums end before they overflow."""
     if kernel.interval is not None:
         low, high = kernel.interval

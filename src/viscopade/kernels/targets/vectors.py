@@ -396,7 +396,7 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
     high = bounds[-1][0] if bounds else Fraction(0)
     answer = _of_v_star(form, "epsilon", stated, limit, kernel.law, high)
-    yield Function(f"epsilon_{name}", form, answer, bits, points, quotients._domain(kernel, form))
+    yield Function(f"epsilon_{name}", form, answer, bits, points, quotients.domain_in(kernel, form))
     if not kernel.of_speed:
         return
     yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, float(form.smallest)))
@@ -508,7 +508,7 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
     # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
     inside = [low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63))]
     losses = [*(1 - x for x in inside), 2.0**-60, 2.0**-120]
-    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients._of_epsilon(kernel, form)}
+    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients.of_epsilon(kernel, form)}
     for function, answer, among in (("v_star", of_epsilon, inside), ("v_star_from_loss", of_loss, losses)):
         points = [(x,) for x in (*_extremes(form), 2.0, *among)]
         yield Function(f"{function}_{name}", form, answer, None, points, ends.get(function))
