@@ -165,7 +165,7 @@ def arguments(function, form, number, generator):
 def domains(name):
     """Return the ends of the domain of functions of one variable, by function and type."""
     request = REQUESTS[name]
-    of = {"quotient": quotients.of_v_star, "root": quotients.of_epsilon}.get(kind(request).id)
+    of = {"quotient": quotients.functions_of_v_star, "root": quotients.functions_of_epsilon}.get(kind(request).id)
     found = {}
     for kernel in request.prove() if of is not None and not name.startswith("half-line") else ():
         for form in FORMS.values():

@@ -63,7 +63,7 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         If a kernel cannot be written in any of the language's types, or `command` is not one line.
     """
     chosen = distinct(kernels)
-    functions = _texts(target, chosen, of_v_star)
+    functions = _texts(target, chosen, functions_of_v_star)
     calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
@@ -88,7 +88,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
                 f"{kernel.name} takes a root of order {kernel.root.denominator}, and nothing is guaranteed of pow in "
                 f"{target.name}: accepted for it are laws with v* = kappa or kappa^(1/2)"
             )
-    functions = _texts(target, kernels, of_epsilon)
+    functions = _texts(target, kernels, functions_of_epsilon)
     calls = [
         (f"{function}_{kernel.name}", given, f"{variable(kernel.law)} at {what}")
         for kernel in kernels
@@ -192,7 +192,7 @@ def _texts(
     return found
 
 
-def of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]:
+def functions_of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]:
     """Return eps of v*."""
     a, b = kernel.rounded(form)
     given = formulas.dense(a=a, b=b)
@@ -203,7 +203,7 @@ def of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]:
     return [found]
 
 
-def of_epsilon(kernel: InverseKernel, form: Format) -> list[WrittenFunction]:
+def functions_of_epsilon(kernel: InverseKernel, form: Format) -> list[WrittenFunction]:
     """Return v* of eps, and of 1 - eps: no branch for small eps, so that eps ends before a sum may overflow."""
     variant = kernel.variant(form)
     given = formulas.constants(kernel.powers, variant.a, variant.b)

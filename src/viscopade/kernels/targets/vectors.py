@@ -508,7 +508,7 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
     # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
     inside = [low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63))]
     losses = [*(1 - x for x in inside), 2.0**-60, 2.0**-120]
-    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients.of_epsilon(kernel, form)}
+    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients.functions_of_epsilon(kernel, form)}
     for function, answer, among in (("v_star", of_epsilon, inside), ("v_star_from_loss", of_loss, losses)):
         points = [(x,) for x in (*_extremes(form), 2.0, *among)]
         yield Function(f"{function}_{name}", form, answer, None, points, ends.get(function))
