@@ -13,7 +13,7 @@ from viscopade.kernels.forms.lacunary_kernels import LacunaryKernel
 from viscopade.kernels.forms.quotient import QUOTIENT, Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.bodies import Language
-from viscopade.kernels.targets.syntax import constant_of_c, of_c
+from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, constant_of_c, of_c
 from viscopade.kernels.targets.wording import comment, distinct, functions_of, head_of, lasting
 
 _LANGUAGES = [Language(form, of_c(form), partial(constant_of_c, form=form)) for form in (DOUBLE, FLOAT)]
@@ -47,6 +47,7 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
         head=comment(words["lines"], " *"),
         blocks=blocks,
         types=list(map(_type, _LANGUAGES)),
+        define_constant=DEFINE_CONSTANT,
         lasting=lasting((kernel, functions_of(kernel, of)) for kernel, of in zip(kernels, types, strict=True)),
         has_derivative=any(variant.get("derivative") for block in blocks for variant in block["variants"]),
         has_ends=kernels[0].of_speed or any(block["warning"] for block in blocks),
@@ -57,7 +58,7 @@ def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
     """Return the header's text after its first comment, without the names that last; v* alone without kernels."""
     blocks = list(map(_block, kernels))
     return template(__name__, "functions.h.jinja").render(
-        blocks=blocks, types=list(map(_type, _LANGUAGES)), of_speed=True, lasting=[]
+        blocks=blocks, types=list(map(_type, _LANGUAGES)), define_constant=DEFINE_CONSTANT, of_speed=True, lasting=[]
     )
 
 

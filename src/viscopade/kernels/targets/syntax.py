@@ -124,6 +124,16 @@ def shortest(value: float, form: Format) -> str:
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
 
 
+DEFINE_CONSTANT = """\
+/* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
+#if defined(__cplusplus) && __cplusplus < 201703L
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
+#else
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif"""
+"""What a header must define for `constant_of_c`."""
+
+
 def constant_of_c(value: float, form: Format) -> str:
     """Return a constant of C and C++, hexadecimal where the standard has such, else decimal."""
     return f"VISCOPADE_CONSTANT({form.hexadecimal(value)}, {form.decimal(value)})"

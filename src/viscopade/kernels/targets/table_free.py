@@ -33,7 +33,7 @@ from viscopade.kernels.forms.table_free import (
 )
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.language import Number, Target
-from viscopade.kernels.targets.syntax import Syntax, text
+from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines, lasting, lasting_lines
 
 COMPACT = "compact"
@@ -84,6 +84,7 @@ def render(
         kernels=[_block(target, kernel) | {"lasting": stay.get(name_of(kernel))} for kernel in written],
         example=name_of(written[-1]),
         module=module,
+        define_constant=DEFINE_CONSTANT,
         w=_statements(formulas.w_program(), target.numbers[0].syntax, target),
         types=[_type(number) for number in target.numbers],
         table=SPECIAL,

@@ -6,7 +6,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import DEVICE, LIBRARY, called, plain
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, FunctionText, Number, Runner, Target
-from viscopade.kernels.targets.syntax import Syntax, constant_of_c, of_c, shortest
+from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, constant_of_c, of_c, shortest
 
 _ASSUMED = (
     f"on the host log2, exp2, and those of type float, are within {ULPS} units in the last place of the result; on the "
@@ -14,7 +14,7 @@ _ASSUMED = (
     "CUDA programming guide says; +, -, *, / are those of IEEE 754"
 )
 
-_COMMON = """
+_COMMON = f"""
 #include <math.h>
 
 #ifndef VISCOPADE_FUNCTION
@@ -26,12 +26,7 @@ _COMMON = """
 #endif
 
 #ifndef VISCOPADE_CONSTANT
-/* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
-#if defined(__cplusplus) && __cplusplus < 201703L
-#define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
-#else
-#define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
-#endif
+{DEFINE_CONSTANT}
 #endif
 """
 
