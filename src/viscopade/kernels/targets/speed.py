@@ -10,7 +10,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Expression
-from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Layout, Table, of_w
@@ -29,7 +29,7 @@ CACHE_LINE = 64  # bytes
 _LASTING = [
     f"{function}{many}_{{}}{suffix}"
     for suffix in ("", "f")
-    for function in ("restitution", "rebound", "dissipation")
+    for function in table_free.FUNCTIONS
     for many in ("", "_array", "_by_pair", "_each")
 ]
 FUNCTIONS = (("restitution", "EPSILON"), ("rebound", "REBOUND"), ("dissipation", "DISSIPATION"))

@@ -541,8 +541,6 @@ def _stated_of_full(form: Format, kind: str) -> Callable[[Fraction, Portions], F
 
 # --- from the speed ---------------------------------------------------------------------------------------------------
 
-_OF_SPEED = ("restitution", "rebound", "dissipation")
-
 
 def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
     table = kernel.table
@@ -550,7 +548,7 @@ def _of_speed(kernel: SpeedKernel) -> Iterator[Function]:
     rows = (1, table.switch - 1, table.switch, table.size // 2, table.size - 1)
     borders = [float(table.interval(i)[1]) * 2.0 ** table.interval(i)[0] for i in rows]
     inside = [float(table.centre(i)) * 2.0 ** table.interval(i)[0] for i in rows]
-    for form, kind in product(FORMATS.values(), _OF_SPEED):
+    for form, kind in product(FORMATS.values(), table_free.FUNCTIONS):
         ends = [low, high, 2.0 ** (table.first - 20)] if form == FLOAT else [low, high, 2.0**-300, 2.0**300]
         speeds = [*inside, *(y for x in (*borders, *ends) for y in _beside(x, form))]
 
@@ -598,7 +596,7 @@ def _speed_bits(kernel: SpeedKernel, kind: str, form: Format, speed: float, beta
 
 def _compact(kernel: HalfLineKernel) -> Iterator[Function]:
     """Yield the functions of speed and beta in CUDA (on the host), Fortran, Rust, Julia, JavaScript."""
-    for variant, kind in product(kernel.variants, _OF_SPEED):
+    for variant, kind in product(kernel.variants, table_free.FUNCTIONS):
         form = variant.form
         low, high = (Fraction(2) ** power for power in (1 - form.largest, table_free.LARGEST[form.name]))
         borders = [y for x in (low, high) for y in _beside(float(x), form)]
