@@ -72,6 +72,7 @@ beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
 infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
 argument is not a real number.
+An integer beyond the largest double raises OverflowError.
 """
 
 import math

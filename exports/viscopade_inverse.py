@@ -46,9 +46,9 @@ NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= e
 1.57e-3: p stands for the decimal point, m for the minus of an exponent).
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
-The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
-infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
-argument is not a real number.
+The functions return NaN where an argument is NaN. They raise ValueError where one is outside its range, and
+TypeError where one is not a real number.
+An integer beyond the largest double raises OverflowError.
 """
 
 import math

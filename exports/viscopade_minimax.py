@@ -62,6 +62,7 @@ At v* = 0 eps is 1, and at infinity, where that is in the domain, it is the form
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
 infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
 argument is not a real number.
+An integer beyond the largest double raises OverflowError.
 """
 
 import math

@@ -257,14 +257,14 @@ equal, unequal, both = map(_operator, ("==", "!=", AND))
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
     """Return the value of an expression, given those of its names."""
-    if isinstance(expression, Prepared):
-        return expression.function(values)
     return function_of(expression, arithmetic)(values)
 
 
 def function_of(expression: Expression, arithmetic: Arithmetic) -> Function:
     """Return an expression as a function of the values of its names."""
     match expression:
+        case Prepared(function):
+            return function
         case Operation(symbol, left, right):
             operate = arithmetic.operations.get(symbol, _OPERATIONS[symbol])
             return _applied(operate, function_of(left, arithmetic), function_of(right, arithmetic))

@@ -140,8 +140,9 @@ and for n speeds at once, with restitution, rebound or dissipation for FUNCTION:
     viscopade_FUNCTION_each_NAME(n, speed, beta, out)             beta[i], one for each speed
 
 out may be speed; other overlaps are not allowed. There is no state: threads may call everything at once.
-The results for arrays are those of the single calls (bit for bit, if the compiler contracts products and
-sums alike). GCC and Clang make vector instructions of them at -O3, for the machine that -march names.
+The results for arrays are those of the single calls (bit for bit without -ffast-math, if the compiler
+contracts products and sums alike). GCC and Clang make vector instructions of them at -O3, for the machine
+that -march names.
 
 What they return:
 

@@ -60,8 +60,8 @@ SOURCE = (
 )
 
 BEYOND = (
-    "vectors of the C header alone, at arguments beyond the domain that functions have in other languages: there these "
-    "give NaN, in shaders the result at the nearer end of the domain, and in Python some refuse the argument"
+    "vectors of C, and of Python where it does not refuse the argument, at arguments beyond the domain that functions "
+    "have in the other languages: these give NaN, in shaders the result at the nearer end of the domain"
 )
 
 Bits = Callable[..., float] | None
