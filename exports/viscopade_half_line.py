@@ -72,7 +72,6 @@ beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
 infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
 argument is not a real number.
-An integer beyond the largest double raises OverflowError.
 """
 
 import math
@@ -87,6 +86,8 @@ def _number(name: str, value: float) -> float:
         return math.ldexp(value, 0)  # unlike float(), does not read text
     except TypeError:
         raise TypeError(f"{name} must be a real number, but is {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name} must not be an integer beyond the largest double") from None
 
 
 def _not_negative(name: str, value: float) -> float:

@@ -48,7 +48,6 @@ beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of
 
 The functions return NaN where an argument is NaN. They raise ValueError where one is outside its range, and
 TypeError where one is not a real number.
-An integer beyond the largest double raises OverflowError.
 """
 
 import math
@@ -63,6 +62,8 @@ def _number(name: str, value: float) -> float:
         return math.ldexp(value, 0)  # unlike float(), does not read text
     except TypeError:
         raise TypeError(f"{name} must be a real number, but is {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name} must not be an integer beyond the largest double") from None
 
 
 def _of_both_inverse_5p77em4(epsilon: float, loss: float) -> float:

@@ -62,7 +62,6 @@ At v* = 0 eps is 1, and at infinity, where that is in the domain, it is the form
 The functions return NaN where an argument is NaN or v* is undefined (one of speed and beta 0, the other
 infinite). They raise ValueError where an argument or v* is outside its range, and TypeError where an
 argument is not a real number.
-An integer beyond the largest double raises OverflowError.
 """
 
 import math
@@ -77,6 +76,8 @@ def _number(name: str, value: float) -> float:
         return math.ldexp(value, 0)  # unlike float(), does not read text
     except TypeError:
         raise TypeError(f"{name} must be a real number, but is {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name} must not be an integer beyond the largest double") from None
 
 
 def _not_negative(name: str, value: float) -> float:

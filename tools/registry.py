@@ -8,8 +8,8 @@ from fractions import Fraction
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import MARKER
-from viscopade.kernels import expressions, prove_lacunary
-from viscopade.kernels.expressions import Expression, Name, Program
+from viscopade.kernels import prove_lacunary
+from viscopade.kernels.expressions import Name, simple_operations
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
 from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
@@ -25,8 +25,6 @@ from viscopade.kernels.v_star import of_v_star
 
 COMMAND = "python -m tools.registry > src/viscopade/data/registry.csv"
 PLACES = 3
-_ROW = 6  # operations that find the row of a table: shifts, masks, a comparison, and the copy
-_SIMPLE = ("+", "-", "*")  # operations that `Entry` counts
 # In half units in the last place, what the last operations do; products of roundings are less than `_SECOND_ORDER`.
 _SUM_AND_QUOTIENT = 2  # elastic/(elastic + lost)
 _FROM_TABLE = 2 * LAST_ULPS
@@ -50,20 +48,17 @@ def computed() -> Iterator[Entry]:
     for accuracy in HALF_LINE:
         yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
     for form in (DOUBLE, FLOAT):
-        branch = last_place.sums(form)
-        operations = _ROW + _simple(branch.program, *branch.results.values())
-        taken = table_bytes(form)
-        yield _everywhere(
-            "full", FULL, "full", HOST, form, last_place.largest_ulp(form) * _ulp(form), operations, taken
-        )
+        error, taken = last_place.largest_ulp(form) * _ulp(form), table_bytes(form)
+        yield _everywhere("full", FULL, "full", HOST, form, error, _of_full(form), taken)
     for form in (DOUBLE, FLOAT):
         yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
 
 
-def _simple(program: Program, *results: Expression) -> int:
-    """Return the number of sums and products in what the results need."""
-    found = expressions.operations(program, *results)
-    return sum(found[symbol] for symbol in _SIMPLE)
+def _of_full(form: Format) -> int:
+    """Return the number of operations of eps to the last place."""
+    start, panel = last_place.branches(form, "epsilon")
+    of_panel = simple_operations(panel.program, panel.results["result"] * Name("scale"))
+    return simple_operations(start.program, *start.results.values()) + of_panel
 
 
 def _everywhere(
@@ -105,9 +100,9 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
     table = given.table
     # In v*, rounded inwards: w itself is rounded.
     low, high = (2.0 ** (e / 10) for e in (table.first, table.first + OCTAVES))
-    sums = table.sums(table.names)
-    operations = _ROW + _simple(formulas.w_program(), Name("w")) + _simple(sums.program, sums.results["restitution"])
     for form in (DOUBLE, FLOAT):
+        branch = table.branch(form)
+        operations = simple_operations(branch.program, table.holds(form), branch.results["restitution"])
         inside = table.inside(given.computed_in(form))
         yield Entry(
             "speed",
@@ -141,9 +136,9 @@ def _both(first: Fraction, second: Fraction) -> Fraction:
 
 def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
     near, _ = given.branches
-    operations = _simple(near.program, near.results["epsilon"])
+    operations = simple_operations(near.program, near.results["epsilon"])
     compact = table_free.table_free_program(given.powers)
-    of_speed = _simple((*formulas.w_program(), *compact.common), compact.results["restitution"])
+    of_speed = simple_operations((*formulas.w_program(), *compact.common), compact.results["restitution"])
     for variant in given.variants:
         error = variant.total(given.checked)
         yield _everywhere(

@@ -555,15 +555,15 @@ BAD = [
         for kind in ([], ["--pade", "3/6"], ["--inverse", "1e-3"], ["--full"], ["--from-speed", "1e-3"])
     ),
     *(
-        (["export", target, *words], f"{words[0]} changes nothing in {target}: accepted with it are {accepted}")
+        (["export", target, *words], f"{words[0]} changes nothing in {target}: accepted with it{accepted}")
         for target, words, accepted in (
-            ("version-header", ["--accuracy", "1e-3"], "--no-cache, --output"),
-            ("version-header", ["--from-speed", "1e-3"], "--no-cache, --output"),
-            ("version-header", ["--digits", "50"], "--no-cache, --output"),
-            ("series-json", ["--accuracy", "1e-3"], "--order, --digits, --no-cache, --output"),
-            ("series-csv", ["--full"], "--order, --digits, --no-cache, --output"),
-            ("c", ["--digits", "40"], "--pade, --minimax, --accuracy"),
-            ("vectors", ["--order", "40"], "--pade, --minimax, --accuracy"),
+            ("version-header", ["--accuracy", "1e-3"], ": --output"),
+            ("version-header", ["--from-speed", "1e-3"], ": --output"),
+            ("version-header", ["--digits", "50"], ": --output"),
+            ("series-json", ["--accuracy", "1e-3"], ": --order, --digits, --output"),
+            ("series-csv", ["--full"], ": --order, --digits, --output"),
+            ("c", ["--digits", "40"], ": --pade, --minimax, --accuracy"),
+            ("vectors", ["--order", "40"], ": --pade, --minimax, --accuracy"),
         )
     ),
     (["scene"], "accepted is a scene: either FILE, or --example NAME"),

@@ -613,6 +613,8 @@ def test_python_takes_real_numbers_and_refuses_others(name):
             for x in ("1", None, 1j, [1.0], b"1"):
                 with pytest.raises(TypeError, match=r"must be (a )?real number"):
                     at(x)
+            with pytest.raises(ValueError, match=f"^{parameter} must not be an integer beyond the largest double$"):
+                at(10**400)
             if parameter in ends:
                 for x in (0.0 if parameter == "epsilon" else 1.0, 1.5):
                     with pytest.raises(

@@ -112,7 +112,7 @@ def test_pade_kernels():
 def test_a_quotient_without_the_limit_is_refused():
     with pytest.raises(ValueError, match=r"the degrees are \[3/5\]: accepted up to infinity is n = m \+ 1"):
         minimax.fit(3, 5, "inf", law=law_of("hunt-crossley"))
-    with pytest.raises(ValueError, match=r"v_star_max is inf: accepted for the law 3/2,1/2 is a number"):
+    with pytest.raises(ValueError, match=r"the interval has no end \(inf\): accepted for the law 3/2,1/2 is a number"):
         cheapest.cheapest_fit("1e-3", "inf")
 
 
@@ -275,7 +275,10 @@ def test_an_inverse_formula_with_another_limit_has_no_proof():
             {"accuracy": (), "kappa_max": None, "inverse": ("1e-3",), "law": "kelvin-voigt:1"},
             "epsilon_min is 0: accepted for the law 2,1 is a number from 2e-4 to 0.99",
         ),
-        ({"law": "kelvin-voigt:1", "kappa_max": "inf"}, "v_star_max is inf: accepted for the law 2,1 is a number"),
+        (
+            {"law": "kelvin-voigt:1", "kappa_max": "inf"},
+            "the interval has no end (inf): accepted for the law 2,1 is a number",
+        ),
     ],
 )
 def test_requests_that_are_refused(given, message):

@@ -181,7 +181,7 @@ def test_refusals(more, message):
 
 
 def test_a_language_without_quotients_names_those_with():
-    with pytest.raises(ValueError, match="'rust': accepted for quotients of the law hunt-crossley is c, python"):
+    with pytest.raises(ValueError, match="'rust': accepted for quotients of the law hunt-crossley are c, python"):
         chosen(code='language = "rust"')
 
 

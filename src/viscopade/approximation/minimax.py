@@ -198,7 +198,8 @@ def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -
     if v_star_max == INFINITY:
         if law.whole_decay is None:
             raise ValueError(
-                f"v_star_max is inf: accepted for the law {law} is a number, as no quotient follows its eps to infinity"
+                f"the interval has no end (inf): accepted for the law {law} is a number for v_star_max or kappa_max, "
+                "as no quotient follows its eps to infinity"
             )
         return low, None
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"

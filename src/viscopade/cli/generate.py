@@ -110,8 +110,8 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     from viscopade.kernels import requests
 
     of_series = target.startswith("series-")
-    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
-    _refuse_unused(target, used | {"target", "output", "no_cache"})
+    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted, "no_cache"}
+    _refuse_unused(target, used | {"target", "output"})
     if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits)
     elif target == "version-header":
@@ -132,7 +132,7 @@ def _refuse_unused(target: str, used: set[str]) -> None:
     for name, flag in flags.items():
         if name not in used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             others = ", ".join(flags[other] for other in flags if other in used - {"target"})
-            raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it are {others}")
+            raise click.UsageError(f"{flag} changes nothing in {target}: accepted with it: {others}")
 
 
 @click.command("scene")

@@ -4,6 +4,7 @@ __all__ = [
     "certificate",
     "enclosure",
     "expressions",
+    "machine",
     "names",
     "native",
     "prove_lacunary",

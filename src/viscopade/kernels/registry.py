@@ -52,7 +52,7 @@ class Entry:
     bytes : int
         Size of the table.
     operations : int
-        Sums, products and steps that find the row of the table; without roots, powers and divisions.
+        Sums, products, and those on bits that find the row of the table; without roots, powers and divisions.
     v_star_min, v_star_max : str
         The range in which the error is at most `inside`.
     inside, outside : str

@@ -102,15 +102,15 @@ class Request:
             if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
                 others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
                 raise ValueError(f"{name} is given without {others}: accepted is {name} with {others} ({flags})")
+        if of.nu > 1 and not of.delayed:
+            raise ValueError(
+                f"the law is {self.law} with end {of.end!r}: accepted, as proofs need it, is the end 'force'"
+            )
         asked = self.pade or self.minimax or self.inverse or self.accuracy
         if of != VISCOELASTIC and (not asked or (self.accuracy and not self.bounded)):
             raise ValueError(
                 f"the law is {self.law} with end {of.end!r}: accepted with it is accuracy or minimax with kappa_max "
                 "(--accuracy, --minimax, --kappa-max), pade (--pade), or inverse (--inverse)"
-            )
-        if of.nu > 1 and not of.delayed:
-            raise ValueError(
-                f"the law is {self.law} with end {of.end!r}: accepted, as proofs need it, is the end 'force'"
             )
         if not self.bounded and self.v_star_min != "0":
             raise ValueError(

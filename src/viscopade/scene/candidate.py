@@ -17,9 +17,9 @@ from flint import arb, arb_poly
 from viscopade.approximation import cheapest, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
-from viscopade.kernels import expressions, prove_rational, registry, registry_arrays, requests
+from viscopade.kernels import expressions, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.rounding_bounds import BITS, of_factor
@@ -253,10 +253,15 @@ class BestApproximant(Candidate):
     @property
     def operations(self) -> Operations:
         """Operations: those of the formula, and v*."""
-        a, b = self.kernel.rounded(FORMATS[self.code.format])
-        near, _ = formulas.epsilon_branches(formulas.dense(a=a, b=b))
-        found = expressions.operations(near.program, near.results["epsilon"])
-        return Operations(found["+"] + found["*"], int(self.kernel.n > 0), int(self._by_pow))
+        near, _ = self._in_v_star(FORMATS[self.code.format])
+        simple = expressions.simple_operations(near.program, near.results["epsilon"])
+        return Operations(simple, int(self.kernel.n > 0), int(self._by_pow))
+
+    def _in_v_star(self, form: Format) -> tuple[expressions.CodeBranch, dict[str, float]]:
+        """Return the formula in powers of v*, and its coefficients."""
+        a, b = self.kernel.rounded(form)
+        given = formulas.dense(a=a, b=b)
+        return formulas.epsilon_branches(given)[0], given
 
     @cached_property
     def errors(self) -> Errors:
@@ -282,8 +287,8 @@ class BestApproximant(Candidate):
 
     def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
-        a, b = map(np.polynomial.Polynomial, self.kernel.rounded(DOUBLE))
-        return np.asarray(a(v_star) / b(v_star))
+        near, given = self._in_v_star(DOUBLE)
+        return np.asarray(machine.computed(near, "epsilon", {**given, "v_star": v_star}, DOUBLE))
 
     def request(self) -> requests.Request:
         """Return the request to `viscopade export` for this kernel."""
@@ -506,7 +511,7 @@ def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:
         accepted = [t.name for t in targets() if "polynomial" in t.kinds.get(code.argument, ())]
         if code.language in accepted:
             return None
-        return f"language is {code.language!r}: accepted for quotients of the law {scene.law} is {', '.join(accepted)}"
+        return f"language is {code.language!r}: accepted for quotients of the law {scene.law} are {', '.join(accepted)}"
     if not code.target.compact:
         return None
     low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))

@@ -27,7 +27,7 @@ class Operations:
     Attributes
     ----------
     simple : int
-        Sums, products, and steps that find the row of a table.
+        Sums, products, and those on bits that find the row of a table.
     divisions, powers, cube_roots : int
     """
 

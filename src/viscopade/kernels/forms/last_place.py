@@ -41,13 +41,13 @@ from viscopade.kernels.expressions import (
     Literal,
     Name,
     Program,
-    Run,
     Select,
     Statement,
     TableRow,
     Word,
     evaluate,
     prepared,
+    read,
 )
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.bits import bits, count, cut_to, folded, from_bits, mask, power_of_two, smaller_word
@@ -319,7 +319,7 @@ def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
     names = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES
     with np.errstate(all="ignore"):
         x = np.abs(np.asarray(v_star, kind))
-        first = Run(start.program, {"x": x}, by)
+        first = read(start, start.results, {"x": x}, by)
         given = {"bits": first["folded"], "loss": loss, TABLE[form]: _numbers_of_rows(form)}
         result = evaluate(branch.results["result"], run_on_row(branch, names, given, by), by) * first["scale"]
         if first["near"].any():
@@ -329,13 +329,12 @@ def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
         return np.where(np.asarray(v_star) >= 0, result, math.nan).astype(kind)[()]
 
 
-@cache
-def _prepared(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
-    """Return the programs from v* to bits of a panel, and from there to the result, prepared for machine numbers.
+def branches(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
+    """Return what the code of a type computes from x = v*, and from the bits of its panel, of one of `FUNCTIONS`.
 
     1 - eps of v* <= 2^FOLD is not divided, as `folded` leaves these as they are.
     """
-    by, word, near = machine_arithmetic(DOUBLE, words=form), Name("word"), Name("near")
+    word, near = Name("word"), Name("near")
     # eps of type double has the table's first row near 0.
     least = count(0) if (form, function) == (DOUBLE, "epsilon") else near_bits(form)
     start = (
@@ -344,7 +343,15 @@ def _prepared(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
         Statement("bits", Select(near, least, smaller_word(word, largest_bits(form, function)))),
         *fold_program(form),
     )
-    return prepared(CodeBranch(None, start, {}), by), prepared(panel_branch(form), by)
+    return CodeBranch(None, start, {name: Name(name) for name in ("near", "folded", "scale")}), panel_branch(form)
+
+
+@cache
+def _prepared(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
+    """Return `branches`, prepared for machine numbers."""
+    by = machine_arithmetic(DOUBLE, words=form)
+    start, panel = branches(form, function)
+    return prepared(start, by), prepared(panel, by)
 
 
 @cache
