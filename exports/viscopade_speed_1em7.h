@@ -219,27 +219,83 @@ static inline double viscopade_restitution_halfline_2p79em8(double speed, double
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
 
-/* Loops whose passes do not depend on each other. */
+/* Loops whose passes do not depend on each other; BY_FOUR on numbers that were stored by four. */
 #if defined(__clang__)
-/* Keeps Clang from taking values over from the loop before, which would keep it from making vector instructions. */
-#define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
 #define VISCOPADE_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#define VISCOPADE_INDEPENDENT_BY_FOUR _Pragma("clang loop vectorize(assume_safety) vectorize_width(4)")
 #elif defined(__GNUC__)
-#define VISCOPADE_IN_MEMORY(array) ((void)0)
 #define VISCOPADE_INDEPENDENT _Pragma("GCC ivdep")
+#define VISCOPADE_INDEPENDENT_BY_FOUR VISCOPADE_INDEPENDENT
+#else
+#define VISCOPADE_INDEPENDENT
+#define VISCOPADE_INDEPENDENT_BY_FOUR
+#endif
+
+/* Keeps compilers from taking values over from the loop before: one by one out of vectors, or instead of vectors. */
+#if defined(__GNUC__)
+#define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
 #else
 #define VISCOPADE_IN_MEMORY(array) ((void)0)
-#define VISCOPADE_INDEPENDENT
+#endif
+
+/* AMD Zen 4, by Clang 14 and earlier taken for a Zen 3 with AVX-512. */
+#if defined(__AVX512F__) && (defined(__znver3__) || defined(__znver4__))
+#define VISCOPADE_ON_ZEN_4 1
+#else
+#define VISCOPADE_ON_ZEN_4 0
 #endif
 
 /* Of the array functions with rows of more than two numbers. GCC takes vectors of 512 bits, but 256 are faster on Zen 4. */
 #ifndef VISCOPADE_VECTORS
-#if defined(__AVX512F__) && (defined(__znver3__) || defined(__znver4__)) && defined(__GNUC__) && !defined(__clang__)
+#if VISCOPADE_ON_ZEN_4 && defined(__GNUC__) && !defined(__clang__)
 #define VISCOPADE_VECTORS __attribute__((target("prefer-vector-width=256")))
 #else
 #define VISCOPADE_VECTORS
 #endif
 #endif
+
+/* Whether arrays are asked for ahead of time with rows of four numbers or fewer: slower on Zen 4, which is quick to do so itself. */
+#ifndef VISCOPADE_AHEAD_WITH_FEW
+#define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
+#endif
+
+/* Two numbers of each of four rows, stored as parts of two columns; numbers that are read with others than they were stored with are slow. */
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define VISCOPADE_SHUFFLES
+#endif
+#endif
+
+VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
+    double *column1)
+{
+#if defined(VISCOPADE_SHUFFLES)
+    typedef double viscopade_two __attribute__((vector_size(16)));
+    typedef double viscopade_four __attribute__((vector_size(32)));
+    viscopade_two a, b, c, d;
+    viscopade_four even, odd, first, second;
+
+    memcpy(&a, row0, sizeof a);
+    memcpy(&b, row1, sizeof b);
+    memcpy(&c, row2, sizeof c);
+    memcpy(&d, row3, sizeof d);
+    even = __builtin_shufflevector(a, c, 0, 1, 2, 3);
+    odd = __builtin_shufflevector(b, d, 0, 1, 2, 3);
+    first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+    second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+    memcpy(column0, &first, sizeof first);
+    memcpy(column1, &second, sizeof second);
+#else
+    column0[0] = row0[0];
+    column0[1] = row1[0];
+    column0[2] = row2[0];
+    column0[3] = row3[0];
+    column1[0] = row0[1];
+    column1[1] = row1[1];
+    column1[2] = row2[1];
+    column1[3] = row3[1];
+#endif
+}
 
 enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
@@ -2425,7 +2481,7 @@ static inline double viscopade_dissipation_lookup_3_16_2p79em8(double speed, dou
 VISCOPADE_INLINE void viscopade_block_lookup_3_16_2p79em8(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
-    double c0[32][4];
+    double c[4][32];
     uint64_t beyond = 0;
     const double common = viscopade_scale_lookup_3_16_2p79em8(beta[0]);
     uint64_t usual = common >= DBL_MIN;
@@ -2444,19 +2500,22 @@ VISCOPADE_INLINE void viscopade_block_lookup_3_16_2p79em8(const double *speed, c
         }
         return;
     }
-    for (i = 0; i < 32; ++i) {
-        uint64_t index = place[i] >> 48;
-
-        VISCOPADE_OPAQUE(index);
-        memcpy(c0[i], viscopade_table_lookup_3_16_2p79em8[index] + 0, sizeof c0[i]);
-    }
     VISCOPADE_IN_MEMORY(place);
-    VISCOPADE_INDEPENDENT
+    for (i = 0; i < 32; i += 4) {
+        const double *row0 = viscopade_table_lookup_3_16_2p79em8[place[i] >> 48];
+        const double *row1 = viscopade_table_lookup_3_16_2p79em8[place[i + 1] >> 48];
+        const double *row2 = viscopade_table_lookup_3_16_2p79em8[place[i + 2] >> 48];
+        const double *row3 = viscopade_table_lookup_3_16_2p79em8[place[i + 3] >> 48];
+
+        viscopade_columns(row0, row1, row2, row3, c[0] + i, c[1] + i);
+        viscopade_columns(row0 + 2, row1 + 2, row2 + 2, row3 + 2, c[2] + i, c[3] + i);
+    }
+    VISCOPADE_INDEPENDENT_BY_FOUR
     for (i = 0; i < 32; ++i) {
         const double base = viscopade_base_lookup_3_16_2p79em8(place[i]);
         const double m = viscopade_mantissa_lookup_3_16_2p79em8(place[i]);
         const double mm = m * m;
-        const double p = (c0[i][0] + m * c0[i][1]) + mm * (c0[i][2] + m * c0[i][3]);
+        const double p = (c[0][i] + m * c[1][i]) + mm * (c[2][i] + m * c[3][i]);
 
         out[i] = viscopade_result_lookup_3_16_2p79em8(base, p, speed[i], what);
     }
@@ -2471,7 +2530,7 @@ VISCOPADE_INLINE void viscopade_many_lookup_3_16_2p79em8(size_t n, const double 
     size_t start, i;
 
     for (start = 0; start < whole; start += 32) {
-        for (i = 0; i < 32 && n - start >= 288; i += 8) {
+        for (i = 0; VISCOPADE_AHEAD_WITH_FEW && i < 32 && n - start >= 288; i += 8) {
             VISCOPADE_READ_SOON(speed + start + 256 + i);
             VISCOPADE_WRITE_SOON(out + start + 256 + i);
         }

@@ -71,8 +71,9 @@ def render(given: SpeedKernel, command: str) -> str:
         switch=SWITCH,
         octaves=OCTAVES,
         rows=[", ".join(table.form.hexadecimal(c) for c in row) for row in table.rows],
-        parts=[f"c{n}" for n in range(0, width, _part(width))],
-        part_width=_part(width),
+        by_four=_by_four(table),
+        first_number=_in_block(table, 0),
+        more=lambda n: f" + {n}" if n else "",
         types=[_type(given.name, table, form, width) for form in given.formats],
         functions=FUNCTIONS,
         block=BLOCK,
@@ -84,9 +85,9 @@ def render(given: SpeedKernel, command: str) -> str:
 def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
     smallest = "DBL_MIN" if form == DOUBLE else "FLT_MIN"
-    part, language, end = _part(width), of_c(form), octaves(form, OCTAVES)
+    language, end = of_c(form), octaves(form, OCTAVES)
     scalar = [f"c[{n}]" for n in range(width)]
-    array = [f"c{n - n % part}[i][{n % part}]" for n in range(width)]
+    array = [_in_block(table, n) for n in range(width)]
     rest = f"viscopade_rest_{name}{form.suffix}(base)"
     result = table.sums(scalar, rest)
 
@@ -113,9 +114,14 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
     }
 
 
-def _part(width: int) -> int:
-    """Return how many numbers of a row are copied together: what was fastest for arrays with GCC and with Clang."""
-    return 4 if width == 4 else 2
+def _by_four(table: Layout) -> bool:
+    """Return whether the rows of a block are stored as columns, four at a time; else each row is copied as it is."""
+    return table.form == DOUBLE
+
+
+def _in_block(table: Layout, n: int) -> str:
+    """Return the number n of the row of speed i of a block."""
+    return f"c[{n}][i]" if _by_four(table) else f"c[i][{n}]"
 
 
 def _slow_text(given: SpeedKernel) -> str:
