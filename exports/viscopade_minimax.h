@@ -14,7 +14,8 @@
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
- *     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+ *     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5
+ *         (proven)
  *     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
  *         1.2e-6 in type float (proven, where nothing is subnormal)
  * [3/7]
@@ -22,7 +23,8 @@
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
- *     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+ *     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5
+ *         (proven)
  *     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
  *         2e-6 in type float (proven, where nothing is subnormal)
  * [6/9]
@@ -30,7 +32,7 @@
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
- *     rounding: adds at most 2.5e-15 eps in type double (proven)
+ *     rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
  *     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
  *         (proven, where nothing is subnormal)
  *
@@ -119,7 +121,7 @@ static inline float viscopade_v_starf(float speed, float beta)
 /*
  * [1/4] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
- * rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+ * rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5 (proven)
  * derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
  * 1.2e-6 in type float (proven, where nothing is subnormal)
  *
@@ -255,7 +257,7 @@ static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, f
 /*
  * [3/7] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
- * rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+ * rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5 (proven)
  * derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
  * 2e-6 in type float (proven, where nothing is subnormal)
  *
@@ -429,7 +431,7 @@ static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, f
 /*
  * [6/9] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
- * rounding: adds at most 2.5e-15 eps in type double (proven)
+ * rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
  * derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
  * (proven, where nothing is subnormal)
  *

@@ -13,7 +13,8 @@
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
-#     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float (proven)
+#     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5
+#         (proven)
 #     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
 #         1.2e-6 in type float (proven, where nothing is subnormal)
 # [3/7]
@@ -21,7 +22,8 @@
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
-#     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float (proven)
+#     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5
+#         (proven)
 #     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
 #         2e-6 in type float (proven, where nothing is subnormal)
 # [6/9]
@@ -29,7 +31,7 @@
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
-#     rounding: adds at most 2.5e-15 eps in type double (proven)
+#     rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
 #     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
 #         (proven, where nothing is subnormal)
 #

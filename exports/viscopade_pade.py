@@ -15,7 +15,8 @@
 #     error: [0/3] = eps + 0.532178 v*^4 + ... as v* -> 0 (agreement to order v*^3)
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 0.0673 for v* <= 0.5, 0.179 for v* <= 1, 0.916
 #         for v* <= 2, 4.68 for v* <= 5
-#     rounding: adds at most 3.5e-15 eps in type double and 1.9e-6 eps in type float (proven)
+#     rounding: adds at most 3.5e-15 eps in type double and 1.9e-6 eps in type float for v* <= 5
+#         (proven)
 # [1/4]
 #     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
@@ -23,7 +24,8 @@
 #     error: [1/4] = eps + 0.0823398 v*^6 + ... as v* -> 0 (agreement to order v*^5)
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 0.00185 for v* <= 0.5, 0.0122 for v* <= 1, 0.0899
 #         for v* <= 2, 0.357 for v* <= 5
-#     rounding: adds at most 1.6e-15 eps in type double and 8.4e-7 eps in type float (proven)
+#     rounding: adds at most 1.6e-15 eps in type double and 8.4e-7 eps in type float for v* <= 5
+#         (proven)
 # [2/5]
 #     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
@@ -31,7 +33,8 @@
 #     error: [2/5] = eps - 0.0342101 v*^8 + ... as v* -> 0 (agreement to order v*^7)
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 1.47e-4 for v* <= 0.5, 0.00313 for v* <= 1,
 #         0.0665 for v* <= 2, 0.785 for v* <= 5
-#     rounding: adds at most 5.5e-15 eps in type double and 3e-6 eps in type float (proven)
+#     rounding: adds at most 5.5e-15 eps in type double and 3e-6 eps in type float for v* <= 5
+#         (proven)
 # [3/6]
 #     source: Pade approximant (eq:padeDef) of the exact series (eq:epsSeriesAdvanced), derived from
 #         the equation of motion; coefficients proven to 40 digits
@@ -39,7 +42,8 @@
 #     error: [3/6] = eps + 0.00674634 v*^10 + ... as v* -> 0 (agreement to order v*^9)
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 5.47e-6 for v* <= 0.5, 2.6e-4 for v* <= 1,
 #         0.00659 for v* <= 2, 0.064 for v* <= 5
-#     rounding: adds at most 2e-15 eps in type double and 1.1e-6 eps in type float (proven)
+#     rounding: adds at most 2e-15 eps in type double and 1.1e-6 eps in type float for v* <= 5
+#         (proven)
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 # rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -160,7 +164,7 @@ def epsilon_pade_2_5(v_star: float) -> float:
     v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
-    if v_star >= 5.6801175833240505:
+    if v_star > 5.6801175833240505:
         raise ValueError(f"v_star = {v_star!r} is beyond 5.6801175833240505, a zero of [2/5]")
     a0 = 1.0
     a1 = 0.5535275551267409

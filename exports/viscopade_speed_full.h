@@ -1991,7 +1991,7 @@ VISCOPADE_INLINE void viscopade_many_lookup_full(size_t n, const double *speed, 
     for (start = 0; start < whole; start += 32) {
         for (i = 0; i < 32 && n - start >= 288; i += 8) {
             VISCOPADE_READ_SOON(speed + start + 256 + i);
-            VISCOPADE_WRITE_SOON(out + start + 256 + i);
+            VISCOPADE_WRITE_SOON(out + start + 128 + i); /* not as far: the arrays may lie alike in the cache */
         }
         for (i = 0; pair != NULL && i < 32; ++i) {
             int at = pair[start + i];

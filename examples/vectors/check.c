@@ -46,12 +46,12 @@ static int same(double x, double y)
 
 int main(int count, char **words)
 {
-    char line[1024], function[100], type[10], text[8][60];
-    int exact_bits = count > 2 && strcmp(words[2], "bits") == 0;
+    char line[1024] = "", function[100], type[10], text[8][60];
+    int exact_bits = count == 3 && strcmp(words[2], "bits") == 0;
     long all = 0, passed = 0;
     FILE *file = count > 1 ? fopen(words[1], "r") : NULL;
 
-    if (count < 2) {
+    if (count != 2 + exact_bits) {
         fprintf(stderr, "usage: %s VECTORS.json [bits]\n", words[0]);
         return 2;
     }
@@ -87,6 +87,10 @@ int main(int count, char **words)
         }
     }
     fclose(file);
+    if (strstr(line, "]}") == NULL) {
+        fprintf(stderr, "cannot read %s: it does not end as vectors do\n", words[1]);
+        return 2;
+    }
     printf("%ld of %ld pass\n", passed, all);
     return passed == all && all > 0 ? 0 : 1;
 }

@@ -25,17 +25,20 @@ if (!vectors) {
     console.error("usage: node check.mjs VECTORS.json [MODULE.mjs]");
     process.exit(2);
 }
-let text;
-try {
-    text = readFileSync(vectors, "utf8");
-} catch (error) {
-    console.error(`cannot read ${vectors}: ${error.message}`);
-    process.exit(2);
+async function read(path, reader) {
+    try {
+        return await reader();
+    } catch (error) {
+        console.error(`cannot read ${path}: ${error.message}`);
+        process.exit(2);
+    }
 }
-const functions = await import(module ? pathToFileURL(module) : new URL("../../exports/viscopade.mjs", import.meta.url));
+const found = await read(vectors, () => JSON.parse(readFileSync(vectors, "utf8")).vectors.values());
+const code = module ? pathToFileURL(module) : new URL("../../exports/viscopade.mjs", import.meta.url);
+const functions = await read(module ?? code, () => import(code));
 let all = 0;
 let passed = 0;
-for (const vector of JSON.parse(text).vectors) {
+for (const vector of found) {
     const [name, type, x, y, , , , leastText, mostText, bits] = vector;
     if (type !== "double" || !(name in functions)) {
         continue;

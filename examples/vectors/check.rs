@@ -52,6 +52,10 @@ fn main() {
         eprintln!("cannot read {path}: {error}");
         std::process::exit(2);
     });
+    if !text.trim_end().ends_with("]}") {
+        eprintln!("cannot read {path}: it does not end as vectors do");
+        std::process::exit(2);
+    }
     let (mut all, mut passed) = (0, 0);
     for line in text.lines().take_while(|line| !line.starts_with(" \"beyond\"")) {
         // function, type, x, y, exact, nearest, error, least, most, bits; "-" where there is none

@@ -497,6 +497,7 @@ BAD = [
     (["export", "c", "--pade", "-3/6"], "accepted is M/N"),
     (["export", "c", "--pade", "300/1"], "accepted is M/N"),
     (["export", "c", "--pade", "1/1"], "[1/1] does not exist"),
+    (["export", "c", "--pade", "0/1"], "pade is 0/1: accepted is m + n >= 2"),
     (["export", "c", "--pade", "3/6", "--pade", "3/6"], "asked for twice"),
     (["export", "c", "--minimax", "1/4"], "minimax is given without an interval: accepted is minimax with v_star_max"),
     (

@@ -171,14 +171,23 @@ def test_ports_pass_the_vectors_within_their_domain(tmp_path, asked):
         assert printed.endswith(f"\n{number} of {number + missed} pass\n")
 
 
-def test_a_file_that_is_missing_is_named(tmp_path):
+def test_a_file_that_is_missing_or_cut_is_named(tmp_path):
     compiler = compiled.compiler("c99")[0]
+    (tmp_path / "cut.json").write_text((EXPORTS / COMPACT).read_text()[:60_000])
+    (tmp_path / "folder.json").mkdir()
     run(compiler, "-std=c99", f"-I{EXPORTS}", RUNNERS / "check.c", "-lm", "-o", tmp_path / "in_c")
     run(tool("rustc"), RUNNERS / "check.rs", "-o", tmp_path / "in_rust")
     for words in ([tmp_path / "in_c"], [tmp_path / "in_rust"], [tool("node"), RUNNERS / "check.mjs"]):
-        done = subprocess.run([*words, tmp_path / "none.json"], capture_output=True, text=True, timeout=HANGS)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert re.fullmatch(rf"cannot read {tmp_path}/none.json\b.*\n", done.stderr)
+        for name in ("none.json", "cut.json", "folder.json"):
+            done = subprocess.run([*words, tmp_path / name], capture_output=True, text=True, timeout=HANGS)
+            assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+            assert re.match(rf"cannot read {tmp_path}/{name}\b.*\n", done.stderr)
+    for words in (["bit"], ["bits", "bits"], []):
+        paths = [EXPORTS / COMPACT] * bool(words)
+        done = subprocess.run([tmp_path / "in_c", *paths, *words], capture_output=True, text=True, timeout=HANGS)
+        assert (done.returncode, done.stderr) == (2, f"usage: {tmp_path}/in_c VECTORS.json [bits]\n")
+    module = subprocess.run([tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, "none.mjs"], capture_output=True, text=True)
+    assert (module.returncode, module.stderr.count("\n")) == (2, 1)
 
 
 # --- wrong code does not ----------------------------------------------------------------------------------------------

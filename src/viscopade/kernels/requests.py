@@ -165,9 +165,12 @@ class Request:
         Raises
         ------
         ValueError
-            If an approximant does not exist, or cannot be as accurate as wanted.
+            If an approximant does not exist or is eps = 1, or cannot be as accurate as wanted.
         """
         law = law_of(self.law, self.end)
+        for m, n in self.pade:
+            if m + n < law.d:
+                raise ValueError(f"pade is {m}/{n}: accepted is m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
         ends = self._v_star_max(law), self.v_star_min, self.measure, law
         found: list[Quotient] = [prove_rational.of_pade(m, n, law) for m, n in self.pade]
         found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)

@@ -316,7 +316,7 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
     sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
     return (
         f"proven: |formula - eps| / {RELATIVE_TO[bounds[0].measure]} <= {errors}",
-        f"rounding: adds at most {sizes} (proven)",
+        f"rounding: adds at most {sizes} for {span(bounds[0].low, bounds[-1].high)} (proven)",
     )
 
 

@@ -48,7 +48,7 @@ def _block(kernel: Quotient | LacunaryKernel) -> dict[str, object]:
     high = math.inf
     if isinstance(kernel, Quotient) and kernel.end is not None:
         high = DOUBLE.nearest(Fraction(kernel.end[1]), math.floor)
-        end = kernel.end[0], high
+        end = kernel.end[0], high, ">=" if Fraction(high) == Fraction(kernel.end[1]) else ">"
     if isinstance(kernel, Quotient) and kernel.interval is not None:
         low, high = map(DOUBLE.nearest, kernel.interval, (math.ceil, math.floor))
         interval = low, high

@@ -68,7 +68,7 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
     ends = [
-        f"v* = {domain_in(kernel, number.form)[1]:.3g} in type {number.type}"
+        f"v* = {domain_in(kernel, number.form)[1]:.3g} in type {number.type} ({kernel.label})"
         for kernel in chosen
         for number in target.numbers
         if kernel.interval is None and kernel.end is None and _holds(partial(kernel.rounded, number.form))
@@ -101,7 +101,7 @@ def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: st
     added = f"{(2 * _QUOTIENT_ULPS + root) * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and quotients and roots may add {added} v*."
     ends = [
-        f"eps = {float(_least_epsilon(kernel, number.form)):.3g} in type {number.type}"
+        f"eps = {float(_least_epsilon(kernel, number.form)):.3g} in type {number.type} ({kernel.label})"
         for kernel in kernels
         for number in target.numbers
         if not kernel.epsilon_low and _holds(partial(kernel.variant, number.form))

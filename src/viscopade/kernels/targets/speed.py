@@ -24,7 +24,7 @@ from viscopade.kernels.targets.wording import lasting, lasting_lines
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
-AHEAD = 256  # elements by which memory is asked for in advance
+AHEAD = 256  # elements by which speeds are asked for in advance, and results by half as many
 CACHE_LINE = 64  # bytes
 _LASTING = [
     f"{function}{many}_{{}}{suffix}"

@@ -103,7 +103,8 @@ def _operand(expression: Expression, symbol: str, side: int, syntax: Syntax) -> 
     binding, outer = _BINDING[own.symbol], _BINDING[symbol]
     loose = outer == _BITS or (symbol, syntax.both) == (AND, "&") or (outer == _COMPARISON and binding <= _BITS)
     loose = loose or binding < outer + (side or binding == _SUM)
-    return _in_parentheses(expression, syntax) if loose else text(expression, syntax)
+    written = text(expression, syntax)  # no deeper than needed: polynomials may be of degree 200
+    return f"({written})" if loose else written
 
 
 def _in_parentheses(expression: Expression, syntax: Syntax) -> str:
