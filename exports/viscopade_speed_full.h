@@ -730,25 +730,49 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #endif
 #endif
 
+/* Whether vectors hold four numbers, or two. */
+#ifndef VISCOPADE_BY_FOUR
+#if defined(__AVX__)
+#define VISCOPADE_BY_FOUR 1
+#else
+#define VISCOPADE_BY_FOUR 0
+#endif
+#endif
+
 VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
 #if defined(VISCOPADE_SHUFFLES)
     typedef double viscopade_two __attribute__((vector_size(16)));
-    typedef double viscopade_four __attribute__((vector_size(32)));
     viscopade_two a, b, c, d;
+#if VISCOPADE_BY_FOUR
+    typedef double viscopade_four __attribute__((vector_size(32)));
     viscopade_four even, odd, first, second;
+#else
+    viscopade_two first, second, third, fourth;
+#endif
 
     memcpy(&a, row0, sizeof a);
     memcpy(&b, row1, sizeof b);
     memcpy(&c, row2, sizeof c);
     memcpy(&d, row3, sizeof d);
+#if VISCOPADE_BY_FOUR
     even = __builtin_shufflevector(a, c, 0, 1, 2, 3);
     odd = __builtin_shufflevector(b, d, 0, 1, 2, 3);
     first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
     second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
     memcpy(column0, &first, sizeof first);
     memcpy(column1, &second, sizeof second);
+#else
+    first = __builtin_shufflevector(a, b, 0, 2);
+    second = __builtin_shufflevector(a, b, 1, 3);
+    third = __builtin_shufflevector(c, d, 0, 2);
+    fourth = __builtin_shufflevector(c, d, 1, 3);
+    memcpy(column0, &first, sizeof first);
+    memcpy(column1, &second, sizeof second);
+    memcpy(column0 + 2, &third, sizeof third);
+    memcpy(column1 + 2, &fourth, sizeof fourth);
+#endif
 #else
     column0[0] = row0[0];
     column0[1] = row1[0];

@@ -281,11 +281,12 @@ def test_arrays_in_place(built, build, tier):
             assert same(changed, expected(functions, function, tier, values, of_each)), kind
 
 
-def test_arrays_without_shuffles(tmp_path):
-    """As by compilers that have no such function: the same bits."""
+@pytest.mark.parametrize("shuffles", ["#if 0", "#define VISCOPADE_BY_FOUR 0", "#define VISCOPADE_BY_FOUR 1"])
+def test_arrays_by_other_shuffles(tmp_path, shuffles):
+    """As by compilers that have none, and for machines with shorter and longer vectors: the same bits."""
     given, tier = header("1e-7"), "1e-7"
-    plain = changed(given, r"#define VISCOPADE_SHUFFLES\n", "")
-    functions = Functions(tmp_path, [plain], named_compiler("cc", "c99", ("-O2", *PLAIN)))
+    text = changed(given, "#if __has_builtin.*", shuffles).text if "if 0" in shuffles else f"{shuffles}\n{given.text}"
+    functions = Functions(tmp_path, [Header(text)], named_compiler("cc", "c99", ("-O2", *PLAIN)))
     for form, function in itertools.product(FORMS, FUNCTIONS):
         values, beta = batch(tier, form, np.random.default_rng(7), 1999, 0.01)
         assert same(functions("each", function, given, values, beta), expected(functions, function, tier, values, beta))

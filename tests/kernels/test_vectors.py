@@ -186,7 +186,9 @@ def test_a_file_that_is_missing_or_cut_is_named(tmp_path):
         paths = [EXPORTS / COMPACT] * bool(words)
         done = subprocess.run([tmp_path / "in_c", *paths, *words], capture_output=True, text=True, timeout=HANGS)
         assert (done.returncode, done.stderr) == (2, f"usage: {tmp_path}/in_c VECTORS.json [bits]\n")
-    module = subprocess.run([tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, "none.mjs"], capture_output=True, text=True)
+    module = subprocess.run(
+        [tool("node"), RUNNERS / "check.mjs", EXPORTS / COMPACT, "none.mjs"], capture_output=True, text=True
+    )
     assert (module.returncode, module.stderr.count("\n")) == (2, 1)
 
 

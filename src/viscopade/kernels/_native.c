@@ -19,17 +19,18 @@
 #include <numpy/arrayobject.h>
 #include <numpy/ufuncobject.h>
 
+#if (defined(__GNUC__) || defined(__clang__)) && (defined(__x86_64__) || defined(__i386__))
+#define WITH_TARGETS 1
+#define VISCOPADE_BY_FOUR 1 /* by the sets with AVX; without, functions for arrays would be slow, and are not called */
+#else
+#define WITH_TARGETS 0
+#endif
+
 #include "viscopade_speed_full.h"
 
 /* On the x87 unit results would be rounded twice. Without an extension, NumPy computes. */
 #if !defined(FLT_EVAL_METHOD) || FLT_EVAL_METHOD != 0
 #error "operations of type float and double must be rounded to their own type"
-#endif
-
-#if (defined(__GNUC__) || defined(__clang__)) && (defined(__x86_64__) || defined(__i386__))
-#define WITH_TARGETS 1
-#else
-#define WITH_TARGETS 0
 #endif
 
 enum { BLOCK = 1024 };
@@ -50,21 +51,27 @@ typedef struct {
 } instructions;
 
 /* All return whether there is a NaN among the results. `out` overlaps nothing. */
-#define KERNELS(SET, ATTRIBUTES) \
-    KERNELS_OF_TYPE(SET, ATTRIBUTES, double, d, ) \
-    KERNELS_OF_TYPE(SET, ATTRIBUTES, float, f, f) \
+#define KERNELS(SET, ATTRIBUTES, MANY) \
+    KERNELS_OF_TYPE(SET, ATTRIBUTES, MANY, double, d, ) \
+    KERNELS_OF_TYPE(SET, ATTRIBUTES, MANY, float, f, f) \
     static const instructions SET = {#SET, SET##_array_d, SET##_each_d, SET##_array_f, SET##_each_f};
 
-#define KERNELS_OF_TYPE(SET, ATTRIBUTES, T, LETTER, F) \
+#define KERNELS_OF_TYPE(SET, ATTRIBUTES, MANY, T, LETTER, F) \
     ATTRIBUTES static int SET##_array_##LETTER(size_t n, const T *speed, T beta, T *out) \
     { \
-        viscopade_restitution_array_lookup_full##F(n, speed, beta, out); \
+        MANY(array, F, beta) \
         NAN_AMONG(n, out) \
     } \
     ATTRIBUTES static int SET##_each_##LETTER(size_t n, const T *speed, const T *beta, T *out) \
     { \
-        viscopade_restitution_each_lookup_full##F(n, speed, beta, out); \
+        MANY(each, F, beta[i]) \
         NAN_AMONG(n, out) \
+    }
+
+#define AS_ARRAYS(KIND, F, ONE) viscopade_restitution_##KIND##_lookup_full##F(n, speed, beta, out);
+#define ONE_BY_ONE(KIND, F, ONE) \
+    for (size_t i = 0; i < n; i++) { \
+        out[i] = viscopade_restitution_lookup_full##F(speed[i], ONE); \
     }
 
 #define NAN_AMONG(n, out) \
@@ -74,10 +81,12 @@ typedef struct {
     } \
     return found;
 
-KERNELS(baseline, )
 #if WITH_TARGETS
-KERNELS(avx2, __attribute__((target("avx2"), flatten)))
-KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512bw,avx512dq"), flatten)))
+KERNELS(baseline, , ONE_BY_ONE)
+KERNELS(avx2, __attribute__((target("avx2"), flatten)), AS_ARRAYS)
+KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512bw,avx512dq"), flatten)), AS_ARRAYS)
+#else
+KERNELS(baseline, , AS_ARRAYS)
 #endif
 
 /* The best last. */
