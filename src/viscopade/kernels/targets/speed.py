@@ -13,7 +13,7 @@ from viscopade.kernels.expressions import Expression
 from viscopade.kernels.forms import last_place, table_free
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
-from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Layout, Table, of_w
+from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
@@ -82,7 +82,7 @@ def render(given: SpeedKernel, command: str) -> str:
     )
 
 
-def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, object]:
+def _type(name: str, table: Table | LastPlaceTable, form: Format, width: int) -> dict[str, object]:
     """Return the numbers and expressions of the functions of a type."""
     smallest = "DBL_MIN" if form == DOUBLE else "FLT_MIN"
     language, end = of_c(form), octaves(form, OCTAVES)
@@ -114,12 +114,12 @@ def _type(name: str, table: Layout, form: Format, width: int) -> dict[str, objec
     }
 
 
-def _by_four(table: Layout) -> bool:
+def _by_four(table: Table | LastPlaceTable) -> bool:
     """Return whether the rows of a block are stored as columns, four at a time; else each row is copied as it is."""
     return table.form == DOUBLE
 
 
-def _in_block(table: Layout, n: int) -> str:
+def _in_block(table: Table | LastPlaceTable, n: int) -> str:
     """Return the number n of the row of speed i of a block."""
     return f"c[{n}][i]" if _by_four(table) else f"c[i][{n}]"
 
