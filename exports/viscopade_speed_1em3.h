@@ -262,7 +262,7 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #define VISCOPADE_WRITE_SOON(address) ((void)(address))
 #endif
 
-/* Loops whose passes do not depend on each other; BY_FOUR on numbers that were stored by four. */
+/* Loops whose passes do not depend on each other; BY_FOUR reads numbers that were stored by four. */
 #if defined(__clang__)
 #define VISCOPADE_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #define VISCOPADE_INDEPENDENT_BY_FOUR _Pragma("clang loop vectorize(assume_safety) vectorize_width(4)")
@@ -274,14 +274,17 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #define VISCOPADE_INDEPENDENT_BY_FOUR
 #endif
 
-/* Keeps compilers from taking values over from the loop before: one by one out of vectors, or instead of vectors. */
+/*
+ * Makes compilers read an array again in the next loop. Values taken over from the loop before would come out of vectors one by one (GCC),
+ * or keep the loop from vector instructions (Clang).
+ */
 #if defined(__GNUC__)
 #define VISCOPADE_IN_MEMORY(array) __asm__("" : "+m"(array))
 #else
 #define VISCOPADE_IN_MEMORY(array) ((void)0)
 #endif
 
-/* AMD Zen 4, by Clang 14 and earlier taken for a Zen 3 with AVX-512. */
+/* AMD Zen 4, which Clang 14 and earlier take for a Zen 3 with AVX-512. */
 #if defined(__AVX512F__) && (defined(__znver3__) || defined(__znver4__))
 #define VISCOPADE_ON_ZEN_4 1
 #else
@@ -297,12 +300,11 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #endif
 #endif
 
-/* Whether arrays are asked for ahead of time with rows of four numbers or fewer: slower on Zen 4, which is quick to do so itself. */
+/* Whether arrays are prefetched with rows of four numbers or fewer. Zen 4 is faster by itself. */
 #ifndef VISCOPADE_AHEAD_WITH_FEW
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif
 
-/* Two numbers of each of four rows, stored as parts of two columns; numbers that are read with others than they were stored with are slow. */
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define VISCOPADE_SHUFFLES
@@ -318,6 +320,7 @@ static inline float viscopade_restitution_halfline_2p09em4f(float speed, float b
 #endif
 #endif
 
+/* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
 VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
