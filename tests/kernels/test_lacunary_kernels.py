@@ -533,10 +533,18 @@ def test_a_float_that_is_much_less_accurate_is_left_out():
             "measure is 'absolute': accepted is 'both' or 'relative'",
         ),
         (lambda: prove_lacunary.half_line_kernel(None), TypeError, "accuracy is None: accepted is a number from"),
-        (lambda: prove_lacunary.inverse_kernel("x"), ValueError, "accuracy is 'x': accepted is a number from"),
+        (
+            lambda: prove_lacunary.inverse_kernel("x"),
+            ValueError,
+            "accuracy of the inverse is 'x': accepted is a number from",
+        ),
         (lambda: prove_lacunary.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
         (lambda: prove_lacunary.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
-        (lambda: prove_lacunary.inverse_kernel(1e-12), ValueError, "accuracy is 1e-12: accepted is a number >="),
+        (
+            lambda: prove_lacunary.inverse_kernel(1e-12),
+            ValueError,
+            "accuracy of the inverse is 1e-12: accepted is a number >=",
+        ),
     ],
 )
 def test_bad_input(call, error, message):

@@ -30,6 +30,7 @@ from viscopade.kernels.reference import reference_of
 from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 
+INVERSE_ACCURACY = "accuracy of the inverse"  # in refusals
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
 FARTHEST = 2  # |m - n| of the degrees on [epsilon_min, 1] that are tried
 HOPELESS = 20  # of the degrees with one sum, the best is not better than the most equal ones by this factor (sampled)
@@ -91,7 +92,7 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
     TypeError, ValueError
         If an argument is not accepted, or no kernel is accurate enough.
     """
-    wanted = accuracy_of(accuracy)
+    wanted = accuracy_of(accuracy, INVERSE_ACCURACY)
     least, most = EPSILON_MIN
     low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or least <= e <= most
@@ -110,7 +111,7 @@ def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC, epsilon_min: Frac
         candidates = _on_interval(wanted, epsilon_min, law)
     else:
         candidates = _levelled(inverse.whole_powers(law), lambda powers: inverse.fit_whole(powers, law))
-    return _first(wanted, candidates, lambda powers: of_inverse(powers, law, epsilon_min))
+    return _first(wanted, candidates, lambda powers: of_inverse(powers, law, epsilon_min), INVERSE_ACCURACY)
 
 
 @recorded
@@ -134,6 +135,7 @@ def _first(
     wanted: Fraction,
     candidates: Iterable[tuple[float, Powers]],
     make: Callable[[Powers], HalfLineKernel | InverseKernel],
+    name: str = "accuracy",
 ) -> Powers:
     """Return the first powers whose kernel is proven to be accurate enough, rounding in type double included.
 
@@ -153,7 +155,7 @@ def _first(
             break
         best = min(best, _total(make, choice))
     raise ValueError(
-        f"accuracy is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
+        f"{name} is {float(wanted):g}: accepted is a number >= {at_most(best)}, which the best kernel known reaches"
     )
 
 

@@ -43,10 +43,10 @@ PADE_SOURCE = (
 Variant = TypeVar("Variant")
 
 
-def accuracy_of(accuracy: Exact) -> Fraction:
-    """Return an accuracy asked for; accepted is a number from 1e-15 to 0.99."""
+def accuracy_of(accuracy: Exact, name: str = "accuracy") -> Fraction:
+    """Return an accuracy asked for, by its name in a refusal; accepted is a number from 1e-15 to 0.99."""
     least, most = Fraction("1e-15"), Fraction("0.99")
-    return arguments.exact_number("accuracy", accuracy, "a number from 1e-15 to 0.99", lambda x: least <= x <= most)
+    return arguments.exact_number(name, accuracy, "a number from 1e-15 to 0.99", lambda x: least <= x <= most)
 
 
 def in_types(
