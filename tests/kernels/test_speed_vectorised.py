@@ -135,7 +135,10 @@ def shortcomings(given, report, target):
         every = loops(given, form)
         for name, (start, end) in (("first", every[0]), ("last", every[-1])):
             sizes = [vector_bytes(text, form) for line, text in messages if line == start and VECTOR.search(text)]
-            vectors = sum(size >= target.bytes for size in sizes)
+            # Clang is asked for vectors of four numbers where numbers were stored by four.
+            by_four = name == "last" and target.compiler == "clang" and given.native == ["double"]
+            least = min(target.bytes, 32) if by_four else target.bytes
+            vectors = sum(size >= least for size in sizes)
             unrolled = sum(start <= line <= end and bool(UNROLLED.search(text)) for line, text in messages)
             if vectors < wanted and not (name == "first" and vectors + unrolled >= wanted):
                 found.append(f"{form}: {name} loop in {vectors} of {wanted} functions")
