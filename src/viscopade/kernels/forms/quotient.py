@@ -314,9 +314,11 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
         return ()
     errors = ", ".join(f"{bound.bound} for {span(bound.low, bound.high)}" for bound in bounds)
     sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
+    low, high = bounds[0].low, bounds[-1].high
+    where = f"for {span(low, high)}" if high is not None else "where the result is a normal number"
     return (
         f"proven: |formula - eps| / {RELATIVE_TO[bounds[0].measure]} <= {errors}",
-        f"rounding: adds at most {sizes} for {span(bounds[0].low, bounds[-1].high)} (proven)",
+        f"rounding: adds at most {sizes} {where} (proven)",
     )
 
 

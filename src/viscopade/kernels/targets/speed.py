@@ -71,9 +71,7 @@ def render(given: SpeedKernel, command: str) -> str:
         switch=SWITCH,
         octaves=OCTAVES,
         rows=[", ".join(table.form.hexadecimal(c) for c in row) for row in table.rows],
-        by_four=_by_four(table),
-        first_number=_in_block(table, 0),
-        more=lambda n: f" + {n}" if n else "",
+        in_columns=_in_columns(table),
         types=[_type(given.name, table, form, width) for form in given.formats],
         functions=FUNCTIONS,
         block=BLOCK,
@@ -114,14 +112,14 @@ def _type(name: str, table: Table | LastPlaceTable, form: Format, width: int) ->
     }
 
 
-def _by_four(table: Table | LastPlaceTable) -> bool:
+def _in_columns(table: Table | LastPlaceTable) -> bool:
     """Return whether the rows of a block are stored as columns, four at a time; else each row is copied as it is."""
     return table.form == DOUBLE
 
 
 def _in_block(table: Table | LastPlaceTable, n: int) -> str:
     """Return the number n of the row of speed i of a block."""
-    return f"c[{n}][i]" if _by_four(table) else f"c[i][{n}]"
+    return f"c[{n}][i]" if _in_columns(table) else f"c[i][{n}]"
 
 
 def _slow_text(given: SpeedKernel) -> str:
