@@ -73,6 +73,10 @@ def constants(form: Powers, a: Sequence[Number], b: Sequence[Number]) -> dict[st
     return tops | {f"b{k}": c for k, c in zip(form.bottom, b, strict=True)}
 
 
+NOT_NEGATIVE = Name("v_star") >= ZERO
+"""The condition that there is a function of v*: it is not negative, and not NaN."""
+
+
 def within(name: str, low: Expression, high: Expression) -> Expression:
     """Return the condition that a number is in an interval, and not NaN."""
     return both(Name(name) >= low, Name(name) <= high)

@@ -38,6 +38,7 @@ from viscopade.collision.panel_proof import PanelRow
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
+    Expression,
     Literal,
     Name,
     Program,
@@ -312,6 +313,14 @@ def near_branch(form: Format) -> CodeBranch:
     return found._replace(program=(*start, *found.program), results={**found.results, "result": result})
 
 
+def assembled(function: str, near: Expression, panel: Expression) -> tuple[Expression, Expression]:
+    """Return one of `FUNCTIONS` below `NEAR` and beyond it, given the results of `near_branch` and `panel_branch`.
+
+    eps of type double needs the second alone, as the table's first row is for [0, `NEAR`].
+    """
+    return (near, panel) if function == "one_minus_epsilon" else (_ONE - near, panel * Name("scale"))
+
+
 def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
     """Return the results of one of `FUNCTIONS` in this type without FMA contraction; v* are numbers of that type."""
     loss, kind = function == "one_minus_epsilon", TYPES[form.name]
@@ -321,12 +330,15 @@ def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
         x = np.abs(np.asarray(v_star, kind))
         first = read(start, start.results, {"x": x}, by)
         given = {"bits": first["folded"], "loss": loss, TABLE[form]: _numbers_of_rows(form)}
-        result = evaluate(branch.results["result"], run_on_row(branch, names, given, by), by) * first["scale"]
+        panel = evaluate(branch.results["result"], run_on_row(branch, names, given, by), by)
+        below, beyond = assembled(function, Name("of_near"), Name("panel"))
+        result = evaluate(beyond, {"panel": panel, "scale": first["scale"]}, by)
         if first["near"].any():
             given = {"v_star": x, "t": np.float64(x), **near_constants(form)}
             of_near = computed(near_branch(form), "result", given, DOUBLE)
-            result = np.where(first["near"], of_near if loss else 1.0 - of_near, result)
-        return np.where(np.asarray(v_star) >= 0, result, math.nan).astype(kind)[()]
+            result = np.where(first["near"], evaluate(below, {"of_near": of_near}, by), result)
+        accepted = evaluate(formulas.NOT_NEGATIVE, {"v_star": np.asarray(v_star)}, by)
+        return np.where(accepted, result, math.nan).astype(kind)[()]
 
 
 def branches(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:

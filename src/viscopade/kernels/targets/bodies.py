@@ -56,7 +56,7 @@ def of_kernel(kernel: Quotient | LacunaryKernel, language: Language, high: float
         (branch, Select(Name("loss"), branch.results["one_minus_epsilon"], branch.results["epsilon"]))
         for branch in kernel.branches
     ]
-    return {"portion": _body(_NOT_NEGATIVE, given, parts, language, _LACUNARY)}
+    return {"portion": _body(formulas.NOT_NEGATIVE, given, parts, language, _LACUNARY)}
 
 
 def of_speed(language: Language) -> Texts:
@@ -75,7 +75,7 @@ def _of_quotient(kernel: Quotient, language: Language, high: float) -> Texts:
         if far is not None and high > 2.0**far:
             guard = Name("v_star") > Name(language.constant(2.0**far))
             parts.insert(0, (beyond._replace(guard=guard), beyond.results[result]))
-        return _body(_NOT_NEGATIVE, given, parts, language, _QUOTIENT)
+        return _body(formulas.NOT_NEGATIVE, given, parts, language, _QUOTIENT)
 
     a, b = kernel.rounded(language.form)
     given, derivative = formulas.dense(a=a, b=b), kernel.derivative(language.form)
@@ -120,7 +120,6 @@ class _Layout(NamedTuple):
     width: int
 
 
-_NOT_NEGATIVE = Name("v_star") >= formulas.ZERO
 _QUOTIENT, _LACUNARY = _Layout(12, 8, WIDTH - 32), _Layout(12, 12, WIDTH - 28)
 
 

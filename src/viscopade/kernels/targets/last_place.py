@@ -9,9 +9,9 @@ from textwrap import wrap
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.panels import FIRST, FOLD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import CodeBranch, Expression, Name
-from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.bits import smaller_word
+from viscopade.kernels.expressions import Call, CodeBranch, Expression, Name
+from viscopade.kernels.forms import formulas, last_place
+from viscopade.kernels.forms.bits import count, smaller_word
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
 
@@ -132,8 +132,19 @@ def _of_type(form: Format) -> dict[str, object]:
         "fold": {name: _text(expression, form) for name, expression in last_place.fold_program(form)},
         "panel": _lines(last_place.panel_branch(form), form),
         "near_sums": _lines(last_place.near_branch(form), form),
+        "accepted": text(formulas.NOT_NEGATIVE, of_c(form)),
+        **{name: _assembled(name, form) for name in last_place.FUNCTIONS},
         "largest_exponent": last_place.LARGEST[form],
     }
+
+
+def _assembled(function: str, form: Format) -> list[str]:
+    """Return what a function returns below NEAR, for type float by a function of its own, and beyond."""
+    largest = smaller_word(Name("bits"), Name("largest"))
+    word, loss = (largest, 1) if function == "one_minus_epsilon" else (dict(last_place.fold_program(form))["folded"], 0)
+    panel = Call(f"panel{8 * form.bytes}", (word, count(loss)))
+    near = Call("near", (Name("v_star"),)) if form == FLOAT else last_place.near_branch(form).results["result"]
+    return [_text(expression, form) for expression in last_place.assembled(function, near, panel)]
 
 
 def _constant(value: float) -> str:
@@ -150,6 +161,9 @@ def _text(expression: Expression, form: Format) -> str:
 
 
 _FUNCTIONS = {
+    "panel64": "viscopade_full_sum",
+    "panel32": "viscopade_full_panelf",
+    "near": "viscopade_full_nearf",
     "bits64": "viscopade_full_bits",
     "from_bits64": "viscopade_full_from_bits",
     "from_bits32": "viscopade_full_from_bitsf",
