@@ -20,17 +20,21 @@ from viscopade.collision import panel_proof
 from viscopade.kernels.certificate import Certificate, prove
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import (
+    Call,
     CodeBranch,
     Expression,
     Literal,
     Name,
     Program,
     Statement,
+    Word,
     by_powers,
+    equal,
     gaps,
     power,
     powers,
 )
+from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.formulas import constants, named
 from viscopade.kernels.forms.rounding_bounds import Values
 from viscopade.store import recorded
@@ -58,6 +62,39 @@ def _times_y(letter: str, exponents: tuple[int, ...]) -> Expression:
         return Literal("0.0")
     lowest, rest = exponents[1], named(letter, exponents[1:])
     return power("y", lowest) * by_powers("y", tuple((k - lowest, name) for k, name in rest))
+
+
+def along() -> dict[str, Expression]:
+    """Return d eps/d speed and d eps/d beta of the slope, by name; a product of 0 and infinity is its limit, 0."""
+    speed, beta, slope = Name("speed"), Name("beta"), Name("slope")
+    along_speed = -slope * beta * Call("pow", (speed, Literal("-0.8"))) / Literal("30.0")
+    along_beta = -slope * Call("pow", (speed, Literal("0.2"))) / Literal("6.0")
+    return {
+        "along_speed": _or_zero(_is_zero(beta) | _is_zero(slope), along_speed),
+        "along_beta": _or_zero(_is_zero(slope), along_beta),
+    }
+
+
+def _is_zero(number: Expression) -> Expression:
+    return equal(number, Word(0, pattern=False))
+
+
+def _or_zero(condition: Expression, value: Expression) -> Expression:
+    return Call("where", (condition, formulas.ZERO, value))
+
+
+def derivatives() -> dict[str, tuple[Expression, Expression]]:
+    """Return the derivatives of each function with respect to speed and beta, given those of eps.
+
+    As eps is a function of beta^5 speed, speed d eps/d speed = beta d eps/d beta/5, which is not infinity times 0.
+    """
+    eps, speed, beta, along_speed, along_beta = map(Name, ("eps", "speed", "beta", "along_speed", "along_beta"))
+    of_dissipation = -Literal("2.0") * eps
+    return {
+        "restitution": (along_speed, along_beta),
+        "rebound": (eps + _or_zero(_is_zero(along_beta), along_beta * beta / Literal("5.0")), speed * along_beta),
+        "dissipation": (of_dissipation * along_speed, of_dissipation * along_beta),
+    }
 
 
 def slope_constants(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float]:

@@ -89,6 +89,7 @@ def render(
         types=[_type(number) for number in target.numbers],
         table=SPECIAL,
         functions=MEANINGS.items(),
+        slopes=_slopes(target),
     )
 
 
@@ -172,6 +173,13 @@ def _variant(target: Target, kernel: HalfLineKernel, number: Number, variant: La
         "inverse": text(program.inverse.expression, syntax),
         "results": {name: text(expression, syntax) for name, expression in program.results.items()},
     }
+
+
+def _slopes(target: Target) -> dict[str, object]:
+    """Return the texts of the derivatives, by function, and by name of those of eps."""
+    syntax = target.numbers[0].syntax._replace(literal=str, power="{base}**{p}")
+    of_functions = {name: [text(e, syntax) for e in both] for name, both in slope.derivatives().items()}
+    return {name: text(e, syntax) for name, e in slope.along().items()} | of_functions
 
 
 def _statements(program: Program, syntax: Syntax, target: Target) -> list[tuple[str, str]]:
