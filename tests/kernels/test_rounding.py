@@ -13,7 +13,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, _of_beta, derivative_rounding, quotient_rounding
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_speed, quotient_rounding
 from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
@@ -270,5 +270,29 @@ def test_the_bound_of_beta_is_that_of_its_operations(name):
     for of_v_star in (0.0, 10 * unit, 1000 * unit):
         by_hand = 2 * of_v_star + 2 * unit + 2 * ULPS * unit + of_exponent * largest
         with working(BITS):
-            found = float(_of_beta(arb(of_v_star), form))
+            found = float(of_speed(formulas.beta_branch(), "beta", form, v_star=arb(of_v_star)))
         assert by_hand < found < by_hand * (1 + 2000 * unit)
+
+
+@pytest.mark.parametrize("name", FORMS)
+@pytest.mark.parametrize("largest", [Fraction(1), Fraction(10) ** 30, None])
+def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
+    """Half of beta's error, sqrt, a product, and pow with its exponent, within any speeds and those of the type."""
+    form, _ = FORMS[name]
+    unit, log = 2.0**-form.precision, (form.largest + form.precision) * math.log(2)
+    log = log if largest is None else math.log(largest)
+    for power, branch, of_beta in (
+        (Fraction(1, 10), formulas.v_star_branch(), 8 * unit),
+        (Fraction(-3, 7), formulas.factor_branch(Fraction(-3, 7)), 0.0),
+        (Fraction(1), formulas.factor_branch(Fraction(1)), 0.0),
+        (Fraction(0), formulas.factor_branch(Fraction(0)), 0.0),
+    ):
+        of_exponent = float(abs(Fraction(form.nearest(power)) - power))
+        of_pow = 0.0 if power in (0, 1) else 2 * ULPS * unit + of_exponent * log
+        roundings = 2 if power == Fraction(1, 10) else 1 if power else 0
+        by_hand = of_beta / 2 + of_pow + roundings * unit
+        given = {"beta": arb(of_beta)} if power == Fraction(1, 10) else {"factor": 0}
+        with working(BITS):
+            found = float(of_speed(branch, "v_star", form, largest, **given))
+        assert by_hand <= found * (1 + 1e-15)
+        assert found <= by_hand * (1 + 2000 * unit)

@@ -9,7 +9,9 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_factor
+from viscopade.kernels.expressions import CodeBranch
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_speed
 from viscopade.store import recorded
 
 _DECADES = 30
@@ -29,12 +31,18 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
-    of_ln_v_star = of_factor(Fraction(1, 10), form, largest, roundings=2)  # sqrt, and the product with it
+    of_ln_v_star = log_error(formulas.v_star_branch(), form, largest, beta=0)
     # The slope of the rows is that of eps but for their errors.
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
         change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
     return change + 4 * Fraction(panel_proof.proven_error())
+
+
+def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **errors: int) -> Fraction:
+    """Return a bound of the error of ln v*, as a branch computes it; arguments are those of `of_speed`."""
+    with working(BITS):
+        return exact_middle((-(1 - of_speed(branch, "v_star", form, largest, **errors)).log()).abs_upper())
 
 
 def stated(forms: Sequence[Format]) -> str:

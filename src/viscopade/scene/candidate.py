@@ -22,10 +22,11 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import expressions, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
-from viscopade.kernels.forms.rounding_bounds import BITS, of_factor
+from viscopade.kernels.forms.rounding_bounds import BITS
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.languages import targets
+from viscopade.kernels.v_star import log_error
 from viscopade.scene.cost import Operations, id_of
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Impacts, Interval
@@ -501,7 +502,8 @@ def _in_speed(scene: Scene, encounters: Sequence[Impacts]) -> Fraction:
     unit = Scale(*scene.scale).speed
     ends = (Fraction(v / unit) for encounter in encounters for v in encounter.speeds)
     largest = max(max(v, 1 / v) for v in ends) * (1 + WIDER)
-    return of_factor(scene.contact_law.power_of_speed, FORMATS[scene.code.format], largest)
+    branch = formulas.factor_branch(scene.contact_law.power_of_speed)
+    return log_error(branch, FORMATS[scene.code.format], largest, factor=0)
 
 
 def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:

@@ -11,6 +11,8 @@ from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.generated import WIDTH, marker_line, template
+from viscopade.kernels.forms import formulas
+from viscopade.kernels.targets.syntax import shortest, text
 from viscopade.kernels.targets.wording import end_condition, variable
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
@@ -101,13 +103,12 @@ def _power_words(scene: Scene) -> str:
 
 def _v_star_of_speed(scene: Scene) -> str | None:
     """Return v* of the speed and a factor in the language's words; None for the paper's law."""
-    power, number = scene.contact_law.power_of_speed, scene.code.target.number(scene.code.format)
     if damping_name(scene) == "beta":
         return None
-    if power in (0, 1):
-        return "factor" + " * speed" * int(power)
-    call = number.syntax.function("pow")
-    return f"factor * {call}(speed, {number.constant(number.form.nearest(power))})"
+    number = scene.code.target.number(scene.code.format)
+    form = number.form
+    branch = formulas.factor_branch(scene.contact_law.power_of_speed, lambda p: shortest(form.nearest(p), form))
+    return text(branch.results["v_star"], number.syntax)
 
 
 def _kind(candidate: Candidate) -> str:

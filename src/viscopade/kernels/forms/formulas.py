@@ -25,7 +25,7 @@ is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -90,6 +90,14 @@ def v_star_branch() -> CodeBranch:
     speed = Name("speed")
     v_star = Call("sqrt", (Name("beta"),)) * Call("pow", (speed, Literal("0.1")))
     return CodeBranch(speed >= ZERO, (), {"v_star": v_star})
+
+
+def factor_branch(power: Fraction, written: Callable[[Fraction], str] = str) -> CodeBranch:
+    """Return v* = factor speed^power of another law than the paper's; `written` is the literal of the power."""
+    factor, speed = Name("factor"), Name("speed")
+    if power in (0, 1):
+        return CodeBranch(None, (), {"v_star": factor * speed if power else factor})
+    return CodeBranch(None, (), {"v_star": factor * Call("pow", (speed, Literal(written(power))))})
 
 
 def beta_branch() -> CodeBranch:

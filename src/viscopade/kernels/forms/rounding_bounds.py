@@ -210,21 +210,41 @@ def inverse_sizes(
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
             relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
-        sizes = {"v_star": relative, "beta": _of_beta(relative, kind)}
+        sizes = {"v_star": relative, "beta": of_speed(formulas.beta_branch(), "beta", kind, v_star=relative)}
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
 
 
-def _of_beta(of_v_star: arb, kind: Format) -> arb:
-    """Bound the relative error of beta by that of v*, where all numbers are normal."""
+def of_speed(
+    branch: CodeBranch, result: str, kind: Format, largest: Fraction | None = None, **errors: arb | int
+) -> arb:
+    """Bound the relative error of a product of powers of the speed and other numbers, where all numbers are normal.
+
+    To be used within `balls.working`.
+
+    Parameters
+    ----------
+    branch : CodeBranch
+    result : str
+        Its name in the branch.
+    kind : Format
+    largest : Fraction or None
+        The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
+    **errors : arb or int
+        By name, the relative errors of the branch's inputs besides the speed.
+    """
+    log = None if largest is None else ball_of(largest).log()
 
     def power(_: Rounded, exponent: Fraction) -> Rounded:
-        return Rounded(normal, kind, _of_pow(exponent, kind).exp() - 1)
+        return Rounded(normal, kind, _of_pow(exponent, kind, log).exp() - 1)
+
+    def root(number: Rounded) -> Rounded:
+        return Rounded(normal, kind, ((1 + number.relative).sqrt() - 1)).with_error(arb(2) ** -kind.precision)
 
     normal = arb(1).union(arb(2))
-    given = {"v_star": Rounded(normal, kind, of_v_star), "speed": Rounded(normal, kind)}
-    exact_exponents = arithmetic(kind, pow=power)._replace(literal=Fraction)
-    beta: Rounded = read(formulas.beta_branch(), ["beta"], given, exact_exponents)["beta"]
-    return beta.relative
+    given = {name: Rounded(normal, kind, error) for name, error in ({"speed": 0} | errors).items()}
+    exact_exponents = arithmetic(kind, pow=power, sqrt=root)._replace(literal=Fraction)
+    found: Rounded = read(branch, [result], given, exact_exponents)[result]
+    return found.relative
 
 
 def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction:
@@ -237,18 +257,6 @@ def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction
     """
     top, bottom = ([Fraction(0)] * of.shift + [*map(Fraction, a)], [*map(Fraction, b)])
     return Fraction(2) ** threshold("N/D", top, bottom, kind)
-
-
-def of_factor(power: Fraction, kind: Format, largest: Fraction | None, roundings: int = 1) -> Fraction:
-    """Return a bound of the error of ln v*, v* = factor pow(speed, power) in a type.
-
-    It holds for 1/largest <= speed <= largest; if `largest` is None, for every positive speed of the type. There is no
-    pow if the power is 0 or 1. The factor and the product have so many `roundings`.
-    """
-    with working(BITS):
-        log = None if largest is None else ball_of(largest).log()
-        of_pow = arb(0) if power in (0, 1) else _of_pow(power, kind, log)
-        return exact_middle((of_pow + roundings * _log_error(arb(2) ** -kind.precision)).abs_upper())
 
 
 def rounding_of_w(form: Format) -> Fraction:

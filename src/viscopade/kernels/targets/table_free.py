@@ -178,8 +178,10 @@ def _variant(target: Target, kernel: HalfLineKernel, number: Number, variant: La
 def _slopes(target: Target) -> dict[str, object]:
     """Return the texts of the derivatives, by function, and by name of those of eps."""
     syntax = target.numbers[0].syntax._replace(literal=str, power="{base}**{p}")
-    of_functions = {name: [text(e, syntax) for e in both] for name, both in slope.derivatives().items()}
-    return {name: text(e, syntax) for name, e in slope.along().items()} | of_functions
+    return {
+        **{name: text(expression, syntax) for name, expression in slope.along().items()},
+        **{name: [text(expression, syntax) for expression in both] for name, both in slope.derivatives().items()},
+    }
 
 
 def _statements(program: Program, syntax: Syntax, target: Target) -> list[tuple[str, str]]:
