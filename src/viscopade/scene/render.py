@@ -10,8 +10,10 @@ from textwrap import wrap
 from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import WIDTH, marker_line, template
 from viscopade.kernels.forms import formulas
+from viscopade.kernels.machine import computed
 from viscopade.kernels.targets.syntax import shortest, text
 from viscopade.kernels.targets.wording import end_condition, variable
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
@@ -85,6 +87,7 @@ def layout(choice: Choice) -> dict[str, Any]:
         "v_star_of_speed": _v_star_of_speed(scene),
         "v_star_is": "sqrt(beta) speed^(1/10)" if damping == "beta" else variable(scene.contact_law)[5:],
         "values_are": "By pair, eps" if constant else f"By pair, {values}",
+        **_of_radii(scene),
         "number": number.type,
         "suffix": number.suffix,
     }
@@ -109,6 +112,14 @@ def _v_star_of_speed(scene: Scene) -> str | None:
     form = number.form
     branch = formulas.factor_branch(scene.contact_law.power_of_speed, lambda p: shortest(form.nearest(p), form))
     return text(branch.results["v_star"], number.syntax)
+
+
+def _of_radii(scene: Scene) -> dict[str, str]:
+    """Return the formula of beta of given radii in the language's words."""
+    target = scene.code.target
+    number, branch = target.number(scene.code.format), formulas.beta_of_radii_branch()
+    written = {**dict(branch.program), **branch.results}
+    return {f"{name}_of_radii": text(e, target.syntax(number)) for name, e in written.items()}
 
 
 def _kind(candidate: Candidate) -> str:
@@ -180,12 +191,12 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
         value = float(values[index]) if values else damping(scene, encounter)
         return found | {"value": _constant(scene, value)}
     pair = Scale(*scene.scale).pair(encounter.pair)
-    # beta = of_wall/R_1 [(1 + densities s^3)/sqrt(1 + s)]^(2/5), s = R_1/R_2, from eq:betadef; no power of a radius
-    # in it leaves the range of the format, whatever the units.
+    # No power of a radius in the formula leaves the range of the format, whatever the units.
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
     densities = first / second if second else 0.0
     ratio = pair.first.radius / pair.second.radius if second else 0.0
-    of_wall = pair.beta * pair.first.radius / ((1 + densities * ratio**3) / math.sqrt(1 + ratio)) ** 0.4
+    unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
+    of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
     value = float(values[index]) if values else pair.beta
     return found | {
         "value": _constant(scene, value),

@@ -92,6 +92,18 @@ def v_star_branch() -> CodeBranch:
     return CodeBranch(speed >= ZERO, (), {"v_star": v_star})
 
 
+def beta_of_radii_branch() -> CodeBranch:
+    """Return beta of two bodies with given radii, from eq:betadef.
+
+    Inputs are the first radius, `first`; its quotient with the second, `ratio`; that of the densities, `densities`; and
+    beta first if the second body were a wall, `of_wall`. Both quotients are 0 for a wall.
+    """
+    ratio, shape = Name("ratio"), Name("shape")
+    program = (Statement("shape", (ONE + Name("densities") * ratio * ratio * ratio) / Call("sqrt", (ONE + ratio,))),)
+    beta = Name("of_wall") / Name("first") * Call("pow", (shape, Literal("0.4")))
+    return CodeBranch(None, program, {"beta": beta})
+
+
 def factor_branch(power: Fraction, written: Callable[[Fraction], str] = str) -> CodeBranch:
     """Return v* = factor speed^power of another law than the paper's; `written` is the literal of the power."""
     factor, speed = Name("factor"), Name("speed")

@@ -99,6 +99,14 @@ class FunctionText:
     argument: str = "{given}"  # the name of the parameter
     apart: int = 0  # lines between functions, besides one
 
+    def syntax(self, number: Number) -> Syntax:
+        """Return the syntax of numbers, with the names of the mathematical library's functions and powers."""
+        power = self.power.format(base="{base}", p="{p}", type=number.type, suffix=number.suffix)
+        syntax = number.syntax._replace(power=power)
+        if not self.mathematics:
+            return syntax
+        return syntax._replace(function=lambda name: self.mathematics.format(name=name, suffix=number.suffix))
+
 
 Renderer = Callable[[Any, str], str]
 """From kernels of a kind, and the command line that makes the file, to the file's text."""
@@ -147,6 +155,12 @@ class Target:
     def number(self, form: str) -> Number:
         """Return the numbers of a format, by its name."""
         return next(number for number in self.numbers if number.form.name == form)
+
+    def syntax(self, number: Number) -> Syntax:
+        """Return the syntax of numbers in functions that call roots and powers."""
+        if self.functions is None:
+            return number.syntax
+        return self.functions.syntax(number)
 
     def template(self, part: str) -> str:
         """Return the template of "table_free" kernels, of a "scene", or of the program that "check"s it."""

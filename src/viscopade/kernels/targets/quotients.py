@@ -261,11 +261,7 @@ def _forward(target: Target, kernel: Kernel, number: Number, function: WrittenFu
 
 def _text(target: Target, name: str, number: Number, function: WrittenFunction) -> str:
     written, words = target.written, _words(name, number, function)
-    syntax = number.syntax
-    if written.mathematics:
-        syntax = syntax._replace(function=lambda name: written.mathematics.format(name=name, suffix=number.suffix))
-    power = written.power.format(base="{base}", p="{p}", type=number.type, suffix=number.suffix)
-    syntax = syntax._replace(power=power)
+    syntax = written.syntax(number)
     statements = [(name, text(expression, syntax)) for name, expression in function.program]
     lines = [
         *(

@@ -15,7 +15,8 @@ def _number(form: Format, kind: str) -> Number:
             return written
         return written.replace("e", "f") if "e" in written else f"{written}f0"
 
-    syntax = Syntax(literal=lambda text: text.removesuffix(".0"))
+    # Whole numbers take the type of the others.
+    syntax = Syntax(literal=lambda text: text[:-2] if text.endswith(".0") else constant(float(text)))
     return Number(form, kind, syntax, constant, machines=(("", LIBRARY[form.name]),))
 
 
