@@ -639,3 +639,23 @@ def test_pade_proves_its_error_up_to_a_v_star():
     bound = json_of(*words)["proven_error"]
     assert 1.8e-4 < float(bound) < 2e-4
     assert f"proven: |[2/3] - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= 1" in called(*words).stdout
+
+
+@pytest.mark.parametrize(
+    "words", [["export", "c"], ["simulators", "mujoco", *"--epsilon 0.5 --speed 1 --stiffness 1000 --mass 1".split()]]
+)
+def test_a_minus_is_the_standard_output(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = [called(*words, *more) for more in ([], ["--output", "-"], ["-o", "-"])]
+    assert {(ran.returncode, ran.stderr) for ran in found} == {(0, "")}
+    assert len({ran.stdout for ran in found}) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
+    target = tmp_path / "mine.h"
+    target.write_text("mine")
+    monkeypatch.setattr(requests.Request, "render", lambda *_: pytest.fail("it was made"))
+    ran = called("export", "c", "--pade", "100/100", "-o", target)
+    assert (ran.returncode, ran.stdout, ran.stderr.count("\n")) == (2, "", 1)
+    assert "mine.h" in ran.stderr

@@ -17,6 +17,7 @@ import click
 
 from viscopade import arguments, extras
 from viscopade.cli.latex import latex_cell
+from viscopade.cli.writer import check_targets, write
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 if TYPE_CHECKING:
@@ -152,6 +153,31 @@ def _leave_cache_alone(context: click.Context, _: click.Parameter, wanted: bool)
         from viscopade import store
 
         context.with_resource(store.without_cache())
+
+
+def _checked_output(_context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
+    """Refuse a file that cannot be written, before there is anything to write; a minus is no file."""
+    if path is None or str(path) == "-":
+        return None
+    check_targets([path])
+    return path
+
+
+OUTPUT = click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    callback=_checked_output,
+    help="File to write; default, or -: standard output.",
+)
+
+
+def deliver(text: str, output: Path | None) -> None:
+    """Write generated text to the file that `OUTPUT` names, or to the standard output."""
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write(output, text)
 
 
 NO_CACHE = click.option(

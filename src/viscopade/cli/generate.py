@@ -13,14 +13,16 @@ from viscopade.cli.console import (
     DIGITS,
     NO_CACHE,
     ORDER,
+    OUTPUT,
     STYLE,
     Degrees,
+    deliver,
     read_file,
     say,
     show,
     with_law,
 )
-from viscopade.cli.writer import check_targets, write, write_all
+from viscopade.cli.writer import check_targets, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
 from viscopade.shipped import example_scenes
 
@@ -97,7 +99,7 @@ if TYPE_CHECKING:
     help="Significant digits, for series-csv and series-json.",
 )
 @NO_CACHE
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+@OUTPUT
 def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
 
@@ -119,10 +121,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     else:
         request = requests.Request(**{**wanted, "end": wanted["end"] or "force"})
         text = (request if request != requests.Request() else requests.default(target)).render(target)
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        write(output, text)
+    deliver(text, output)
 
 
 def _refuse_unused(target: str, used: set[str]) -> None:

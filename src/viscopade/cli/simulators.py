@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import simulators
-from viscopade.cli.console import Quantity, Real, double, material, pair_of
+from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, material, pair_of
 from viscopade.cli.generate import read_scene
-from viscopade.cli.writer import check_targets, write, write_all
+from viscopade.cli.writer import write_all
 from viscopade.kernels.names import TIERS
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--seed", type=Real("seed"), help="Of the deck's velocities.  [default: 1]")
 @click.option("--collisions", type=Real("collisions"), help="Of the deck, mean collision times.  [default: 5]")
 @click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; default: standard output.")
+@OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
     """Print the contact parameters in a program's own words.
 
@@ -76,8 +76,6 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
-    if output is not None:
-        check_targets([output])
     words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
     deck = _deck(target, file, {name: options.pop(name) for name in ("deck", *_DECK)})
     soft = {name: options.pop(name) for name in _SOFT}
@@ -96,10 +94,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
         text = _deck_text(target, found, words, deck, tier)
     else:
         text = _soft_text(target, found, words, soft) if of_soft else _text(target, found, words, tier)
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        write(output, text)
+    deliver(text, output)
 
 
 @dataclass(frozen=True)

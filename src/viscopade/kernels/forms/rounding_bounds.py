@@ -27,6 +27,7 @@ from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
+from viscopade.progress import track
 
 ULPS = 4
 """Assumed of cbrt and pow, and of cbrtf and powf: the error in units in the last place of the result."""
@@ -128,10 +129,11 @@ def _of_quotient(
     with working(BITS):
         own = arb(2) ** -form.precision if rounded else 0
         given = {name: Rounded(ball_of(c), form, own) for name, c in exact.items()}
-        for parts in PARTS_OF_PANEL:
-            balls = (_relative(branch, result, given, form, v_star) for v_star in speeds(*ends, parts))
+        for number in PARTS_OF_PANEL:
+            parts = list(speeds(*ends, number))
+            steps = track(range(len(parts)), "rounding")
             with suppress(ArithmeticError):
-                return max(balls).abs_upper()
+                return max(_relative(branch, result, given, form, parts[i]) for i in steps).abs_upper()
     raise ArithmeticError(f"{result}: numerator or denominator may vanish within its rounding error")
 
 
