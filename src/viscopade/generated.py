@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -52,7 +53,13 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
     )
     major, minor, patch = map(int, re.findall(r"\d+", __version__)[:3])  # of "0.2.0rc1", too
     made.globals |= {"version": __version__, "version_number": 10000 * major + 100 * minor + patch}
+    made.filters["lines"] = _lines
     return made
+
+
+def _lines(values: Iterable[Any], pattern: str) -> str:
+    """Return a line for each value, or for each tuple of values, made by a pattern with braces."""
+    return "\n".join(pattern.format(*(value if isinstance(value, tuple) else (value,))).rstrip() for value in values)
 
 
 def template(module: str, name: str) -> Template:
