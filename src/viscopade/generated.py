@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,9 +57,15 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
     return made
 
 
-def _lines(values: Iterable[Any], pattern: str) -> str:
-    """Return a line for each value, or for each tuple of values, made by a pattern with braces."""
-    return "\n".join(pattern.format(*(value if isinstance(value, tuple) else (value,))).rstrip() for value in values)
+def _lines(values: Sequence[Any], pattern: str) -> str:
+    """Return a line for each value, tuple, or record with names, by a pattern with braces; no {comma} in the last."""
+
+    def line(number: int, value: Any) -> str:
+        named = value if isinstance(value, dict) else {}
+        placed = value if isinstance(value, tuple) else (value,)
+        return pattern.format(*placed, **named, comma="," * (number < len(values))).rstrip()
+
+    return "\n".join(line(number, value) for number, value in enumerate(values, 1))
 
 
 def template(module: str, name: str) -> Template:

@@ -184,6 +184,7 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     values = candidate.values if isinstance(candidate, PairConstant) else None
     found: dict[str, object] = {
         "name": name,
+        "capitals": name.upper(),
         "index": index + scene.code.target.first_index,
         "title": encounter.name,
     }
