@@ -142,7 +142,7 @@ def _restitution_slopes(eps, speed, beta, along_speed, along_beta):
 
 
 def _rebound_slopes(eps, speed, beta, along_speed, along_beta):
-    return eps + jnp.where(along_beta == 0, 0.0, along_beta * beta / 5.0), speed * along_beta
+    return eps + jnp.where(along_beta == 0, 0.0, along_beta * beta / 5.0), jnp.where(along_beta == 0, 0.0, speed * along_beta)
 
 
 def _dissipation_slopes(eps, speed, beta, along_speed, along_beta):

@@ -644,19 +644,24 @@ def test_pade_proves_its_error_up_to_a_v_star():
 SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "1"]
 
 
-@pytest.mark.parametrize("words", [["export", "c"], SOFT])
-def test_a_minus_is_the_standard_output(words, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("words", "flags"), [(["export", "c"], ("-o", "--output")), (SOFT, ("-o", "--output")), (["calculator"], ["--out"])]
+)
+def test_a_minus_is_the_standard_output(words, flags, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = [called(*words, *more) for more in ([], ["--output", "-"], ["-o", "-"])]
+    found = [called(*words, *more) for more in ([], *([flag, "-"] for flag in flags))]
     assert {(ran.returncode, ran.stderr) for ran in found} == {(0, "")}
     assert len({ran.stdout for ran in found}) == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_a_file_that_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
-    target = tmp_path / "mine.h"
-    target.write_text("mine")
+@pytest.mark.parametrize("name", ["mine.h", "locked/x.h"])
+def test_a_file_that_cannot_be_written_is_refused_before_the_work(name, tmp_path, monkeypatch):
+    (tmp_path / "mine.h").write_text("mine")
+    (tmp_path / "locked").mkdir()
+    may = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "locked" and may(path, mode))
     monkeypatch.setattr(requests.Request, "render", lambda *_: pytest.fail("it was made"))
-    ran = called("export", "c", "--pade", "100/100", "-o", target)
+    ran = called("export", "c", "--pade", "100/100", "-o", tmp_path / name)
     assert (ran.returncode, ran.stdout, ran.stderr.count("\n")) == (2, "", 1)
-    assert "mine.h" in ran.stderr
+    assert name in ran.stderr

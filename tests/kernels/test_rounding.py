@@ -13,7 +13,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_speed, quotient_rounding
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_powers, quotient_rounding
 from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
@@ -270,7 +270,7 @@ def test_the_bound_of_beta_is_that_of_its_operations(name):
     for of_v_star in (0.0, 10 * unit, 1000 * unit):
         by_hand = 2 * of_v_star + 2 * unit + 2 * ULPS * unit + of_exponent * largest
         with working(BITS):
-            found = float(of_speed(formulas.beta_branch(), "beta", form, v_star=arb(of_v_star)))
+            found = float(of_powers(formulas.beta_branch(), "beta", form, v_star=arb(of_v_star)))
         assert by_hand < found < by_hand * (1 + 2000 * unit)
 
 
@@ -283,9 +283,9 @@ def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
     log = log if largest is None else math.log(largest)
     for power, branch, of_beta in (
         (Fraction(1, 10), formulas.v_star_branch(), 8 * unit),
-        (Fraction(-3, 7), formulas.factor_branch(Fraction(-3, 7)), 0.0),
-        (Fraction(1), formulas.factor_branch(Fraction(1)), 0.0),
-        (Fraction(0), formulas.factor_branch(Fraction(0)), 0.0),
+        (Fraction(-3, 7), formulas.factor_branch(Fraction(-3, 7), str), 0.0),
+        (Fraction(1), formulas.factor_branch(Fraction(1), str), 0.0),
+        (Fraction(0), formulas.factor_branch(Fraction(0), str), 0.0),
     ):
         of_exponent = float(abs(Fraction(form.nearest(power)) - power))
         of_pow = 0.0 if power in (0, 1) else 2 * ULPS * unit + of_exponent * log
@@ -293,6 +293,14 @@ def test_the_bound_of_v_star_is_that_of_its_operations(name, largest):
         by_hand = of_beta / 2 + of_pow + roundings * unit
         given = {"beta": arb(of_beta)} if power == Fraction(1, 10) else {"factor": 0}
         with working(BITS):
-            found = float(of_speed(branch, "v_star", form, largest, **given))
+            found = float(of_powers(branch, "v_star", form, largest, **given))
         assert by_hand <= found * (1 + 1e-15)
         assert found <= by_hand * (1 + 2000 * unit)
+
+
+def test_a_root_loses_more_below_than_above():
+    with working(BITS):
+        found = of_powers(formulas.v_star_branch(), "v_star", DOUBLE, Fraction(1), beta=arb(0.5))
+        assert found > 1 - arb(0.5).sqrt()
+        with pytest.raises(ValueError, match="accepted is the speed"):
+            of_powers(formulas.beta_branch(), "beta", DOUBLE, v_star=0, speed=arb(2) ** -20)

@@ -163,17 +163,21 @@ def _checked_output(_context: click.Context, _: click.Parameter, path: Path | No
     return path
 
 
-OUTPUT = click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    callback=_checked_output,
-    help="File to write; default, or -: standard output.",
-)
+def to_file(*flags: str) -> Callable[..., Any]:
+    """Return the option, of these names, that says where `deliver` writes."""
+    return click.option(
+        *flags,
+        type=click.Path(path_type=Path),
+        callback=_checked_output,
+        help="File to write; default, or -: standard output.",
+    )
+
+
+OUTPUT = to_file("-o", "--output")
 
 
 def deliver(text: str, output: Path | None) -> None:
-    """Write generated text to the file that `OUTPUT` names, or to the standard output."""
+    """Write generated text to the file that an option names, or to the standard output."""
     if output is None:
         click.echo(text, nl=False)
     else:

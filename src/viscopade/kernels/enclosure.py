@@ -1,4 +1,4 @@
-"""Proof reading of formulas: expressions evaluated in ball arithmetic on power series, with exact coefficients."""
+"""Proof readings of formulas with exact coefficients: in balls on power series, and exactly on polynomials."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb, arb_poly, arb_series
+from flint import arb, arb_poly, arb_series, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Operation, Run, evaluate
+from viscopade.arithmetic.chebyshev import to_fmpq
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Operation, Run, evaluate, read
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +77,25 @@ class Formula:
         return Run(branch.program, {**exact, **given}, _SERIES)
 
 
+def exactly(
+    branch: CodeBranch, name: str, variables: Mapping[str, fmpq_poly], coefficients: Mapping[str, float]
+) -> fmpq_poly:
+    """Return a result or a variable of a branch without quotients as a polynomial, every operation being exact.
+
+    Parameters
+    ----------
+    branch : CodeBranch
+    name : str
+    variables : mapping
+        The inputs by name, as polynomials in one variable.
+    coefficients : mapping
+        Numbers by name.
+    """
+    constants = {name: fmpq_poly([to_fmpq(Fraction(c))]) for name, c in coefficients.items()}
+    found: fmpq_poly = read(branch, [name], {**constants, **variables}, _POLYNOMIALS)[name]
+    return found
+
+
 def polynomial(coefficients: Sequence[arb], z: arb_series) -> arb_series:
     """Return the polynomial of a series: shifted to z's constant term, by its middle first so that balls grow least."""
     constant, *rest = z.coeffs()
@@ -103,3 +123,4 @@ def _literal(text: str) -> arb_series:
 
 
 _SERIES = Arithmetic(_literal, polynomial=_of_series, operations={"/": quotient})
+_POLYNOMIALS = Arithmetic(lambda text: fmpq_poly([to_fmpq(Fraction(text))]))

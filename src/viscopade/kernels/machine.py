@@ -41,7 +41,7 @@ def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
 def _power(x: Any, p: Any) -> Any:
     """Return x^p of doubles by the C library, from whose results NumPy's own differ in the last bit; NaN for x < 0."""
     found = [math.pow(one, p) if one >= 0 else math.nan for one in np.ravel(x).tolist()]
-    return np.array(found).reshape(np.shape(x))
+    return np.array(found, np.asarray(x).dtype).reshape(np.shape(x))
 
 
 def _rows_at(table: Any, index: Any) -> Any:

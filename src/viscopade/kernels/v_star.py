@@ -11,7 +11,7 @@ from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_speed
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_powers
 from viscopade.store import recorded
 
 _DECADES = 30
@@ -40,9 +40,9 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
 
 
 def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **errors: int) -> Fraction:
-    """Return a bound of the error of ln v*, as a branch computes it; arguments are those of `of_speed`."""
+    """Return a bound of the error of ln v*, as a branch computes it; the other arguments are those of `of_powers`."""
     with working(BITS):
-        return exact_middle((-(1 - of_speed(branch, "v_star", form, largest, **errors)).log()).abs_upper())
+        return exact_middle((-(1 - of_powers(branch, "v_star", form, largest, **errors)).log()).abs_upper())
 
 
 def stated(forms: Sequence[Format]) -> str:

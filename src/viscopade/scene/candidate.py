@@ -502,7 +502,7 @@ def _in_speed(scene: Scene, encounters: Sequence[Impacts]) -> Fraction:
     unit = Scale(*scene.scale).speed
     ends = (Fraction(v / unit) for encounter in encounters for v in encounter.speeds)
     largest = max(max(v, 1 / v) for v in ends) * (1 + WIDER)
-    branch = formulas.factor_branch(scene.contact_law.power_of_speed)
+    branch = formulas.factor_branch(scene.contact_law.power_of_speed, str)
     return log_error(branch, FORMATS[scene.code.format], largest, factor=0)
 
 

@@ -95,8 +95,9 @@ def v_star_branch() -> CodeBranch:
 def beta_of_radii_branch() -> CodeBranch:
     """Return beta of two bodies with given radii, from eq:betadef.
 
-    Inputs are the first radius, `first`; its quotient with the second, `ratio`; that of the densities, `densities`; and
-    beta first if the second body were a wall, `of_wall`. Both quotients are 0 for a wall.
+    Inputs are the first radius, `first`; the quotient of the first and the second, `ratio`; that of the densities,
+    `densities`; and `of_wall`, which is beta times the first radius for a wall as the second body. Both quotients are 0
+    for a wall.
     """
     ratio, shape = Name("ratio"), Name("shape")
     program = (Statement("shape", (ONE + Name("densities") * ratio * ratio * ratio) / Call("sqrt", (ONE + ratio,))),)
@@ -104,8 +105,8 @@ def beta_of_radii_branch() -> CodeBranch:
     return CodeBranch(None, program, {"beta": beta})
 
 
-def factor_branch(power: Fraction, written: Callable[[Fraction], str] = str) -> CodeBranch:
-    """Return v* = factor speed^power of another law than the paper's; `written` is the literal of the power."""
+def factor_branch(power: Fraction, written: Callable[[Fraction], str]) -> CodeBranch:
+    """Return v* = factor speed^power of another law than the paper's; `written` gives the power's literal."""
     factor, speed = Name("factor"), Name("speed")
     if power in (0, 1):
         return CodeBranch(None, (), {"v_star": factor * speed if power else factor})

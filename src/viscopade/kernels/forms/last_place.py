@@ -31,10 +31,11 @@ from flint import arb, arb_poly, fmpq, fmpq_poly
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.arrays.panels import CENTRES, DATA, FIRST, FOLD, HALF_WIDTHS, PANELS
+from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
+from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
@@ -127,9 +128,13 @@ def switch() -> int:
 
 def _ratio() -> fmpq_poly:
     """Return (1 - eps)/v*^2 on [0, NEAR], a polynomial in z = v*/NEAR."""
-    loss = _polynomial("one_minus_epsilon", 0)
+    return _over_square(_polynomial("one_minus_epsilon", 0))
+
+
+def _over_square(loss: fmpq_poly) -> fmpq_poly:
+    """Return 1 - eps over v*^2, polynomials in z = v*/NEAR."""
     if loss[0] or loss[1]:
-        raise ValueError(f"{DATA}: 1 - eps is not quadratic at 0")
+        raise ValueError("1 - eps is not quadratic at 0")
     return fmpq_poly(loss.coeffs()[2:]) / to_fmpq(NEAR**2)
 
 
@@ -152,11 +157,6 @@ def _greatest_on_unit(p: fmpq_poly) -> arb:
 def _coefficients(p: fmpq_poly, half: Fraction, count: int) -> list[Fraction]:
     """Return the coefficients with respect to t = half z."""
     return [to_fraction(p[n]) / half**n for n in range(count)]
-
-
-def _scaled(coefficients: Sequence[float], half: Fraction) -> fmpq_poly:
-    """Return the polynomial in z whose coefficients with respect to t = half z are given."""
-    return fmpq_poly([to_fmpq(Fraction(c) * half**n) for n, c in enumerate(coefficients)])
 
 
 # --- tables of machine numbers ----------------------------------------------------------------------------------------
@@ -297,13 +297,17 @@ def panel_branch(form: Format) -> CodeBranch:
     return found._replace(program=(Statement("lead", word >> shift), *row, *found.program))
 
 
+def _near_sums(form: Format) -> CodeBranch:
+    names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
+    return formulas.full_near_branch(names) if form == DOUBLE else formulas.full_near_float_branch(names)
+
+
 def near_branch(form: Format) -> CodeBranch:
     """Return what the code of a type computes of 1 - eps below `NEAR`."""
-    names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
+    found = _near_sums(form)
     if form != DOUBLE:
-        return formulas.full_near_float_branch(names)
+        return found
     tiny, lift, lower = Name("tiny"), 2.0**LIFT, 2.0 ** (-2 * LIFT)
-    found = formulas.full_near_branch(names)
     start = (
         Statement("tiny", Name("v_star") < Literal(repr(2.0**TINY))),
         Statement("w", Name("v_star") * Select(tiny, Literal(repr(lift)), _ONE)),
@@ -461,7 +465,7 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     panel, row = smaller_panels()[index], double_rows()[1 + index]
     sign = -1 if panel.elastic else 1
     _check_head(panel, row)
-    machine = _scaled([row.a0_high, row.a1_high], panel.half) + _scaled([row.a0_low, row.a1_low, *row.a], panel.half)
+    machine = _exact_double(row, fmpq_poly([0, to_fmpq(panel.half)]))
     difference = greatest(machine * sign - panel.p)
 
     def errors(t: arb, values: arb) -> tuple[arb, arb]:
@@ -475,6 +479,12 @@ def _double_bound(index: int, loss: bool) -> Fraction:
     return _worst_part(panel, loss, DOUBLE, errors)
 
 
+def _exact_double(row: DoubleRow, t: fmpq_poly) -> fmpq_poly:
+    """Return what a row stands for, exactly; t_1 and t_2 only share t between them."""
+    given, numbers = {"t": t, "t1": t, "t2": fmpq_poly([])}, dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
+    return sum((exactly(sums(DOUBLE), name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+
+
 def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
     """Check that a0_high + a1_high t_1 and both its operations are exact: multiples of one unit below 2^53 of it."""
     high, slope, step = Fraction(row.a0_high), Fraction(row.a1_high), _step(panel)
@@ -486,7 +496,8 @@ def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
 
 def _float_bound(index: int, loss: bool) -> Fraction:
     panel, a = smaller_panels()[index], float_rows()[index]
-    difference = greatest(_scaled(a, panel.half) - panel.p)
+    t = fmpq_poly([0, to_fmpq(panel.half)])
+    difference = greatest(exactly(sums(FLOAT), "p", {"t": t}, dict(zip(FLOAT_NAMES, a, strict=True))) - panel.p)
 
     def errors(t: arb, values: arb) -> tuple[arb, arb]:
         p = of_branch(panel_branch(FLOAT), ["p"], _numbers(FLOAT_NAMES, a, t=t), DOUBLE)["p"]
@@ -505,10 +516,9 @@ def _near_bound(form: Format, loss: bool) -> Fraction:
     if form == DOUBLE and not loss:
         return _double_bound_near_one(given)
     constants = near_constants(form)
-    c = sum((Fraction(number) for name, number in constants.items() if name.startswith("c")), Fraction(0))
-    a = [number for name, number in constants.items() if name.startswith("a")]
-    machine = fmpq_poly([to_fmpq(c), 0, *(_scaled(a, NEAR) * to_fmpq(NEAR**2)).coeffs()])
-    given += _greatest_on_unit(machine - ratio)
+    x = fmpq_poly([0, to_fmpq(NEAR)])
+    machine = exactly(_near_sums(form), "result", dict.fromkeys(("v_star", "w", "high", "t"), x), constants)
+    given += _greatest_on_unit(_over_square(machine) - ratio)
     variable = {"v_star" if form == DOUBLE else "t": _between(Fraction(0), NEAR)}
     numbers = _numbers(list(constants), list(constants.values()), **variable)
     factor = of_branch(near_branch(form), ["factor"], numbers, DOUBLE)["factor"]
@@ -540,7 +550,8 @@ def _product_error(c_high: float, rest: Rounded) -> arb:
 def _double_bound_near_one(given: arb) -> Fraction:
     """Bound the error of eps on [0, NEAR], from the table's first row."""
     row = double_rows()[0]
-    given = (given + _greatest_on_unit(_scaled([-c for c in row.a], NEAR) - _ratio())) * ball_of(NEAR**2)
+    machine = -_exact_double(row, fmpq_poly([0, to_fmpq(NEAR)]))
+    given = (given + _greatest_on_unit(_over_square(machine) - _ratio())) * ball_of(NEAR**2)
     x = _between(Fraction(0), NEAR)
     rest = of_branch(panel_branch(DOUBLE), ["rest"], _numbers(DOUBLE_NAMES, row.numbers, t=x, t2=x), DOUBLE)["rest"]
     return _in_ulp(rest.absolute + given, 1 - _magnitude(rest.value) * 2, DOUBLE)

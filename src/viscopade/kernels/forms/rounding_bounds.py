@@ -212,16 +212,17 @@ def inverse_sizes(
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
             relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
-        sizes = {"v_star": relative, "beta": of_speed(formulas.beta_branch(), "beta", kind, v_star=relative)}
+        sizes = {"v_star": relative, "beta": of_powers(formulas.beta_branch(), "beta", kind, v_star=relative)}
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
 
 
-def of_speed(
+def of_powers(
     branch: CodeBranch, result: str, kind: Format, largest: Fraction | None = None, **errors: arb | int
 ) -> arb:
-    """Bound the relative error of a product of powers of the speed and other numbers, where all numbers are normal.
+    """Bound the relative error of a product of powers of the speed and of other numbers, whose results are normal.
 
-    To be used within `balls.working`.
+    Only the speed, which is exact, is given to pow; the exponents mean what their decimals say. To be used within
+    `balls.working`.
 
     Parameters
     ----------
@@ -236,11 +237,13 @@ def of_speed(
     """
     log = None if largest is None else ball_of(largest).log()
 
-    def power(_: Rounded, exponent: Fraction) -> Rounded:
+    def power(base: Rounded, exponent: Fraction) -> Rounded:
+        if base.relative != 0:
+            raise ValueError("pow is given a number with an error: accepted is the speed")
         return Rounded(normal, kind, _of_pow(exponent, kind, log).exp() - 1)
 
     def root(number: Rounded) -> Rounded:
-        return Rounded(normal, kind, ((1 + number.relative).sqrt() - 1)).with_error(arb(2) ** -kind.precision)
+        return Rounded(normal, kind, 1 - (1 - number.relative).sqrt()).with_error(arb(2) ** -kind.precision)
 
     normal = arb(1).union(arb(2))
     given = {name: Rounded(normal, kind, error) for name, error in ({"speed": 0} | errors).items()}

@@ -92,7 +92,10 @@ def derivatives() -> dict[str, tuple[Expression, Expression]]:
     of_dissipation = -Literal("2.0") * eps
     return {
         "restitution": (along_speed, along_beta),
-        "rebound": (eps + _or_zero(_is_zero(along_beta), along_beta * beta / Literal("5.0")), speed * along_beta),
+        "rebound": (
+            eps + _or_zero(_is_zero(along_beta), along_beta * beta / Literal("5.0")),
+            _or_zero(_is_zero(along_beta), speed * along_beta),
+        ),
         "dissipation": (of_dissipation * along_speed, of_dissipation * along_beta),
     }
 

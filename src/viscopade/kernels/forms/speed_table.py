@@ -37,7 +37,7 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS, PANELS
 from viscopade.collision import panel_proof
 from viscopade.kernels import truth
-from viscopade.kernels.enclosure import polynomial
+from viscopade.kernels.enclosure import exactly, polynomial
 from viscopade.kernels.expressions import (
     CodeBranch,
     Expression,
@@ -303,8 +303,11 @@ class Table(Layout):
 
     def machine(self, index: int, piece: MantissaPiece) -> fmpq_poly:
         """Return the row's polynomial in s, exactly."""
-        m = fmpq_poly([to_fmpq(piece.centre), to_fmpq(piece.half)])
-        return fmpq_poly([to_fmpq(Fraction(c)) for c in self.rows[index]])(m)
+        return self._p(index, fmpq_poly([to_fmpq(piece.centre), to_fmpq(piece.half)]))
+
+    def _p(self, index: int, m: fmpq_poly) -> fmpq_poly:
+        """Return a row's p, exactly."""
+        return exactly(self.sums(self.names), "p", {"m": m}, dict(zip(self.names, self.rows[index], strict=True)))
 
     def bounds(self, index: int) -> RowBounds:
         """Prove the bounds of a row.
@@ -348,8 +351,9 @@ class Table(Layout):
 
     def rise_after(self, index: int) -> Fraction:
         """Return the increase of eps, likewise, from a row to the next."""
-        before = value(self.rows[index], self.interval(index)[2])
-        after = value(self.rows[index + 1], self.interval(index + 1)[1]) + self.base(index + 1) - self.base(index)
+        ends = (index, self.interval(index)[2]), (index + 1, self.interval(index + 1)[1])
+        before, after = (to_fraction(self._p(i, fmpq_poly([to_fmpq(m)]))[0]) for i, m in ends)
+        after += self.base(index + 1) - self.base(index)
         return (after - before) / min(abs(before), 1 - abs(before))
 
     def rounding(self, form: Format) -> Fraction:
@@ -403,11 +407,6 @@ def _worst(found: Sequence[RowBounds]) -> RowBounds:
         tuple((name, max(dict(b.rounding)[name] for b in found)) for name, _ in found[0].rounding),
         all(b.falling for b in found),
     )
-
-
-def value(row: Sequence[float], m: Fraction) -> Fraction:
-    """Return a polynomial's value, exactly."""
-    return to_fraction(fmpq_poly([to_fmpq(Fraction(c)) for c in row])(to_fmpq(m)))
 
 
 # --- what is tabulated ------------------------------------------------------------------------------------------------

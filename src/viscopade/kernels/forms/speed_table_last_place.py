@@ -22,6 +22,7 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.arrays.checked import FloatArray
+from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, of_w
@@ -84,9 +85,8 @@ class LastPlaceTable(Layout):
         return _worst([self._bounds_on(index, piece, 1 if len(pieces) == 1 else PARTS) for piece in pieces])
 
     def _bounds_on(self, index: int, piece: MantissaPiece, parts: int) -> FullBounds:
-        head, low, *a = map(Fraction, self.rows[index])
         t = fmpq_poly([to_fmpq(piece.centre - self.centre(index)), to_fmpq(piece.half)])
-        machine = fmpq_poly([to_fmpq(head + low), *map(to_fmpq, a)])(t)
+        machine = exactly(self.sums(self.names), "p", {"t": t}, dict(zip(self.names, self.rows[index], strict=True)))
         given = greatest(machine - piece.p, parts) + piece.error
         least, most, base = piece.least, piece.most, self.base(index)
         if not 0 < least <= most < 1:
