@@ -730,12 +730,6 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #define VISCOPADE_AHEAD_WITH_FEW !VISCOPADE_ON_ZEN_4
 #endif
 
-#if defined(__has_builtin)
-#if __has_builtin(__builtin_shufflevector)
-#define VISCOPADE_SHUFFLES
-#endif
-#endif
-
 /* Whether vectors hold four numbers, or two. */
 #ifndef VISCOPADE_BY_FOUR
 #if defined(__AVX__)
@@ -745,41 +739,57 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #endif
 #endif
 
+/* Vectors of numbers chosen from two others; older versions of GCC have __builtin_shuffle. */
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define VISCOPADE_JOINED(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3)
+#define VISCOPADE_TWO(a, b, i, j) __builtin_shufflevector(a, b, i, j)
+#define VISCOPADE_FOUR(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#endif
+#endif
+#if defined(__GNUC__) && !defined(VISCOPADE_JOINED)
+#if defined(__AVX__)
+#include <immintrin.h>
+#define VISCOPADE_JOINED(a, b) _mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1)
+#else
+#define VISCOPADE_JOINED(a, b) { a[0], a[1], b[0], b[1] }
+#endif
+#define VISCOPADE_TWO(a, b, i, j) __builtin_shuffle(a, b, __extension__(viscopade_places){ i, j })
+#define VISCOPADE_FOUR(a, b, i, j, k, l) __builtin_shuffle(a, b, __extension__(viscopade_places){ i, j, k, l })
+#endif
+
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
 VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
-#if defined(VISCOPADE_SHUFFLES)
+#if defined(VISCOPADE_JOINED)
     typedef double viscopade_two __attribute__((vector_size(16)));
     viscopade_two a, b, c, d;
-#if VISCOPADE_BY_FOUR
-    typedef double viscopade_four __attribute__((vector_size(32)));
-    viscopade_four even, odd, first, second;
-#else
-    viscopade_two first, second, third, fourth;
-#endif
 
     memcpy(&a, row0, sizeof a);
     memcpy(&b, row1, sizeof b);
     memcpy(&c, row2, sizeof c);
     memcpy(&d, row3, sizeof d);
+    {
 #if VISCOPADE_BY_FOUR
-    even = __builtin_shufflevector(a, c, 0, 1, 2, 3);
-    odd = __builtin_shufflevector(b, d, 0, 1, 2, 3);
-    first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
-    second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
-    memcpy(column0, &first, sizeof first);
-    memcpy(column1, &second, sizeof second);
+        typedef double viscopade_four __attribute__((vector_size(32)));
+        typedef long long viscopade_places __attribute__((vector_size(32), unused));
+        const viscopade_four even = VISCOPADE_JOINED(a, c), odd = VISCOPADE_JOINED(b, d);
+        const viscopade_four first = VISCOPADE_FOUR(even, odd, 0, 4, 2, 6), second = VISCOPADE_FOUR(even, odd, 1, 5, 3, 7);
+
+        memcpy(column0, &first, sizeof first);
+        memcpy(column1, &second, sizeof second);
 #else
-    first = __builtin_shufflevector(a, b, 0, 2);
-    second = __builtin_shufflevector(a, b, 1, 3);
-    third = __builtin_shufflevector(c, d, 0, 2);
-    fourth = __builtin_shufflevector(c, d, 1, 3);
-    memcpy(column0, &first, sizeof first);
-    memcpy(column1, &second, sizeof second);
-    memcpy(column0 + 2, &third, sizeof third);
-    memcpy(column1 + 2, &fourth, sizeof fourth);
+        typedef long long viscopade_places __attribute__((vector_size(16), unused));
+        const viscopade_two first = VISCOPADE_TWO(a, b, 0, 2), second = VISCOPADE_TWO(a, b, 1, 3);
+        const viscopade_two third = VISCOPADE_TWO(c, d, 0, 2), fourth = VISCOPADE_TWO(c, d, 1, 3);
+
+        memcpy(column0, &first, sizeof first);
+        memcpy(column1, &second, sizeof second);
+        memcpy(column0 + 2, &third, sizeof third);
+        memcpy(column1 + 2, &fourth, sizeof fourth);
 #endif
+    }
 #else
     column0[0] = row0[0];
     column0[1] = row1[0];

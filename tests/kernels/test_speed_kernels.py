@@ -281,12 +281,20 @@ def test_arrays_in_place(built, build, tier):
             assert same(changed, expected(functions, function, tier, values, of_each)), kind
 
 
-@pytest.mark.parametrize("shuffles", ["#if 0", "#define VISCOPADE_BY_FOUR 0", "#define VISCOPADE_BY_FOUR 1"])
-def test_arrays_by_other_shuffles(tmp_path, shuffles):
-    """As by compilers that have none, and for machines with shorter and longer vectors: the same bits."""
+NEW, OLD = "#if __has_builtin.*", r"#if defined\(__GNUC__\) && !defined\(VISCOPADE_JOINED\)"  # of compilers
+
+
+@pytest.mark.parametrize("without", [(), (NEW,), (NEW, OLD)], ids=["new", "old", "none"])
+@pytest.mark.parametrize("four", ["", 0, 1])
+@pytest.mark.parametrize("flags", [(), machine_flags()], ids=["baseline", "native"])
+def test_arrays_by_other_shuffles(tmp_path, without, four, flags):
+    """As by older compilers, by those that have none, and for machines with other vectors: the same bits."""
     given, tier = header("1e-7"), "1e-7"
-    text = changed(given, "#if __has_builtin.*", shuffles).text if "if 0" in shuffles else f"{shuffles}\n{given.text}"
-    functions = Functions(tmp_path, [Header(text)], named_compiler("cc", "c99", ("-O2", *PLAIN)))
+    text = given.text
+    for condition in without:
+        text = changed(Header(text), condition, "#if 0").text
+    text = text if four == "" else f"#define VISCOPADE_BY_FOUR {four}\n{text}"
+    functions = Functions(tmp_path, [Header(text)], named_compiler("cc", "c99", ("-O2", *flags, *PLAIN)))
     for form, function in itertools.product(FORMS, FUNCTIONS):
         values, beta = batch(tier, form, np.random.default_rng(7), 1999, 0.01)
         assert same(functions("each", function, given, values, beta), expected(functions, function, tier, values, beta))
