@@ -19,18 +19,22 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from operator import itemgetter
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, fmpq_poly
 
 from viscopade.approximation.half_line import DEGREES_MORE, SHIFT, require_half_line_degrees
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
+    Arithmetic,
     Call,
+    CodeBranch,
     Expression,
     Literal,
     Name,
@@ -42,7 +46,7 @@ from viscopade.kernels.expressions import (
     gaps,
     powers,
 )
-from viscopade.kernels.forms.formulas import constants, named
+from viscopade.kernels.forms.formulas import constants, half_line_branches, named
 from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
 from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.store import recorded
@@ -192,6 +196,33 @@ def numbers(form: Powers, a: Values, b: Values, kind: Format) -> dict[str, float
     return {THIRTIETH: kind.nearest(Fraction(1, ROOT)), **constants(form, a, b)}
 
 
+def check_formula(form: Powers, a: Values, b: Values) -> None:
+    """Check that a program without rounding is the formula whose error is proven, and gives eps speed and 1 - eps^2.
+
+    Both have polynomials in y for elastic and lost. The results are quotients of polynomials of degree 4 at most in
+    elastic and lost, so that they are the same functions if they agree on a grid of more than 5 by 5 points.
+
+    Raises
+    ------
+    ArithmeticError
+        If it is not.
+    """
+    program, (proven, _) = table_free_program(form), half_line_branches(form)
+    y, numbers = fmpq_poly([0, 1]), constants(form, a, b)
+    given = {"y": y, "v_star": y**3}
+    for name in ("elastic", "lost"):
+        own = exactly(CodeBranch(None, program.common, {}), name, given, numbers)
+        if own != exactly(proven, name, given, numbers):
+            raise ArithmeticError(f"{name} of the program is not that of the proven formula")
+    for elastic, lost in product(range(1, 7), repeat=2):
+        speed, by = Fraction(3), Arithmetic(Fraction)
+        run = Run((program.inverse,), {"elastic": Fraction(elastic), "lost": Fraction(lost), "speed": speed}, by)
+        eps = evaluate(proven.results["epsilon"], run, by)
+        for name, value in zip(FUNCTIONS, (eps, eps * speed, 1 - eps**2), strict=True):
+            if evaluate(program.results[name], run, by) != value:
+                raise ArithmeticError(f"{name} of the program is not that of the proven formula")
+
+
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
@@ -206,6 +237,7 @@ def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmet
     ArithmeticError
         If a sum may vanish, or a power overflow.
     """
+    check_formula(form, a, b)
     with working(BITS):
         _check_overflow(form, a, b, machine.type)
 

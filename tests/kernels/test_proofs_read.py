@@ -1,0 +1,52 @@
+"""Proofs read the expressions that code is written from: a formula that is changed is no longer proven."""
+
+import pytest
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels import prove_lacunary
+from viscopade.kernels.expressions import Literal, Statement
+from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms.speed_table import Table
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
+
+ROW = 500
+MORE = Literal("1.25")
+BOUNDS = {
+    "table_row_branch": ("p", lambda: Table(4, -90, 1, FLOAT).bounds(ROW).error),
+    "full_row_branch": ("rest", lambda: LastPlaceTable().bounds(ROW).ulp),
+    "full_panel_branch": ("rest", lambda: last_place._double_bound(40, False)),
+    "full_panel_float_branch": ("q", lambda: last_place._float_bound(40, False)),
+    "full_near_branch": ("q", lambda: last_place._near_bound(DOUBLE, True)),
+    "full_near_float_branch": ("q", lambda: last_place._near_bound(FLOAT, True)),
+}
+
+
+def changed(branch, name):
+    """Return a branch with another formula for one of its variables."""
+    program = tuple(Statement(s.name, s.expression * MORE if s.name == name else s.expression) for s in branch.program)
+    assert program != branch.program
+    return branch._replace(program=program)
+
+
+@pytest.mark.parametrize("branch", BOUNDS)
+def test_a_changed_table_has_another_bound(monkeypatch, branch):
+    name, bound = BOUNDS[branch]
+    with last_place.working(last_place._BITS):
+        proven, formula = bound(), getattr(formulas, branch)
+        monkeypatch.setattr(formulas, branch, lambda *given: changed(formula(*given), name))
+        assert bound() > 10 * proven
+
+
+@pytest.mark.parametrize("name", ["elastic", "lost", *table_free.FUNCTIONS])
+def test_a_changed_compact_kernel_is_refused(monkeypatch, name):
+    kernel = prove_lacunary.half_line_kernel("1e-3")
+    variant, program = kernel.variant(DOUBLE), table_free.table_free_program(kernel.powers)
+    table_free.check_formula(kernel.powers, variant.a, variant.b)
+    if name in table_free.FUNCTIONS:
+        other = program._replace(results=program.results | {name: program.results[name] * Literal("1.0000001")})
+    else:
+        parts = ((s.name, s.expression * MORE if s.name == name else s.expression) for s in program.common)
+        other = program._replace(common=tuple(Statement(*part) for part in parts))
+    monkeypatch.setattr(table_free, "table_free_program", lambda *_: other)
+    with pytest.raises(ArithmeticError, match=f"{name} of the program is not that of the proven formula"):
+        table_free.check_formula(kernel.powers, variant.a, variant.b)
