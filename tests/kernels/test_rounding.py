@@ -4,6 +4,7 @@ import math
 import random
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from flint import arb
 
 from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.kernels.expressions import Name
+from viscopade.kernels.expressions import CodeBranch, Name
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_powers, quotient_rounding
+from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
@@ -304,3 +306,39 @@ def test_a_root_loses_more_below_than_above():
         assert found > 1 - arb(0.5).sqrt()
         with pytest.raises(ValueError, match="accepted is the speed"):
             of_powers(formulas.beta_branch(), "beta", DOUBLE, v_star=0, speed=arb(2) ** -20)
+
+
+def of_parts(program, expression, parts, form, **exact):
+    """Return the largest relative rounding error of a result in units of roundoff, over parts of its inputs."""
+    worst = 0.0
+    with working(BITS):
+        for given in parts:
+            balls = {name: arb(low).union(arb(high)) for name, (low, high) in given.items()}
+            numbers = {name: Rounded(value, form) for name, value in (balls | exact).items()}
+            branch = CodeBranch(None, program, {"result": expression})
+            worst = max(worst, float(of_branch(branch, ["result"], numbers, form)["result"].relative))
+    return worst * 2.0**form.precision
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_stated_units_cover_the_last_operations(name):
+    """By the one analysis; a unit in the last place is one to two units of roundoff."""
+    form, _ = FORMS[name]
+    branch = formulas.table_row_branch(("c0", "c1"), "rest")
+    marks = [2.0**-k * (1 + j / 16) for k in range(40, 1, -1) for j in range(16)] + [0.5]
+    found = {}
+    for base, sign in ((1, -1), (0, 1)):
+        parts = [{"p": sorted((sign * low, sign * high)), "speed": (1, 2)} for low, high in pairwise(marks)]
+        exact = {"base": arb(base), "rest": arb(1 - base)}
+        for result in ("dissipation", "rebound"):
+            found[result, base] = of_parts(branch.program, branch.results[result], parts, form, **exact)
+    of = formulas.dissipation(Name("epsilon"), Name("loss"))
+    grid = [*pairwise(i / 256 for i in range(1, 256))]
+    found["of_epsilon"] = of_parts((), of["of_epsilon"], [{"epsilon": part} for part in grid], form)
+    found["of_loss"] = of_parts((), of["of_loss"], [{"loss": part} for part in grid], form)
+    small, large = of["of_both"].met, of["of_both"].otherwise
+    found["of_both, small"] = of_parts((), small, [{"epsilon": part} for part in grid if part[1] <= 0.5], form)
+    both = [{"epsilon": part, "loss": (1 - part[1], 1 - part[0])} for part in grid if part[0] >= 0.5]
+    found["of_both, large"] = of_parts((), large, both, form)
+    assert all(1 <= size <= LAST_ULPS for size in found.values()), found
+    assert max(found.values()) > LAST_ULPS - 1

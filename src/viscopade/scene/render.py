@@ -12,6 +12,7 @@ from typing import Any
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import WIDTH, marker_line, template
+from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.machine import computed
 from viscopade.kernels.targets.syntax import shortest, text
@@ -87,7 +88,7 @@ def layout(choice: Choice) -> dict[str, Any]:
         "v_star_of_speed": _v_star_of_speed(scene),
         "v_star_is": "sqrt(beta) speed^(1/10)" if damping == "beta" else variable(scene.contact_law)[5:],
         "values_are": "By pair, eps" if constant else f"By pair, {values}",
-        **_of_radii(scene),
+        **_formulas(scene),
         "number": number.type,
         "suffix": number.suffix,
     }
@@ -114,12 +115,17 @@ def _v_star_of_speed(scene: Scene) -> str | None:
     return text(branch.results["v_star"], number.syntax)
 
 
-def _of_radii(scene: Scene) -> dict[str, str]:
-    """Return the formula of beta of given radii in the language's words."""
+def _formulas(scene: Scene) -> dict[str, str]:
+    """Return the formulas of beta of given radii, and of dissipation, in the language's words."""
     target = scene.code.target
     number, branch = target.number(scene.code.format), formulas.beta_of_radii_branch()
-    written = {**dict(branch.program), **branch.results}
-    return {f"{name}_of_radii": text(e, target.syntax(number)) for name, e in written.items()}
+    of_radii = {**dict(branch.program), **branch.results}
+    dissipation = formulas.dissipation(Name("epsilon"), Name("loss"))
+    written = {
+        **{f"{name}_of_radii": expression for name, expression in of_radii.items()},
+        **{f"dissipation_{name}": expression for name, expression in dissipation.items()},
+    }
+    return {name: text(expression, target.syntax(number)) for name, expression in written.items()}
 
 
 def _kind(candidate: Candidate) -> str:

@@ -31,7 +31,7 @@ ASYMPTOTIC_FROM = 2.0**200  # `exact` accepts less than that; from 2^20 on, one 
 def reference_table() -> str:
     """Return table.h: the polynomials of `viscopade.arrays.double` in type long double."""
     lines = [
-        f"enum {{ FIRST = {panels.FIRST}, SPLIT = {panels.SPLIT}, FOLD = {panels.FOLD}, PERIOD = {last_place.PERIOD},",
+        f"enum {{ FIRST = {panels.FIRST}, SPLIT = {panels.SPLIT}, FOLD = {panels.FOLD}, PERIOD = {panels.PERIOD},",
         f"       PANELS = {panels.PANELS}, COEFFICIENTS = {panels.COEFFICIENTS} }};",
         "static const long double table[2][PANELS][1 + COEFFICIENTS] = {",
     ]

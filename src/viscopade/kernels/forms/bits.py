@@ -50,9 +50,10 @@ def smaller_word(word: Name, largest: Expression) -> Expression:
 
 
 def folded(form: Format, fold: int, period: int) -> Program:
-    """Return the assignments from `bits` of x to those of s = x 2^(-period n), "folded", and to the number 2^(-10 n).
+    """Return the assignments from `bits` of x to those of s = x 2^(-period n), "folded", and to eps(x)/eps(s), "scale".
 
-    n >= 0 is the largest number with s >= 2^fold, or 0: eps(x) is nearly 2^(-10 n) eps(s) there, if period is 3.
+    n >= 0 is the largest number with s >= 2^fold, or 0. There eps falls like x^(-10/3), so that the scale is a power of
+    two if `period` is a multiple of 3.
     """
     word, fraction, n, exponent = Name("bits"), count(form.precision - 1), Name("n"), Name("exponent")
     shift: Expression = count(period) * n
@@ -60,7 +61,7 @@ def folded(form: Format, fold: int, period: int) -> Program:
     if form == DOUBLE:
         first, shift = Call("uint32", (first,)), Call("uint64", (shift,))
     start = count(form.largest + fold)
-    scale = Call("uint64", (count(DOUBLE.largest) - count(10) * n,)) << count(DOUBLE.precision - 1)
+    scale = Call("uint64", (count(DOUBLE.largest) - count(10 * period // 3) * n,)) << count(DOUBLE.precision - 1)
     return (
         Statement("exponent", first),
         Statement("n", Select(exponent > start, (exponent - start) // count(period), count(0))),

@@ -262,6 +262,19 @@ def _root(root: Fraction, argument: Expression) -> Expression:
     return Call("pow", (argument, Literal(str(float(root)))))
 
 
+# --- dissipation ------------------------------------------------------------------------------------------------------
+
+
+def dissipation(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
+    """Return 1 - eps^2 of eps, of 1 - eps, and of both, each of which has few roundings: no digits are lost."""
+    two, half = Literal("2.0"), Literal("0.5")
+    return {
+        "of_epsilon": (ONE - epsilon) * (ONE + epsilon),
+        "of_loss": loss * (two - loss),
+        "of_both": Select(epsilon < half, ONE - epsilon * epsilon, loss * (ONE + epsilon)),
+    }
+
+
 # --- rows of tables ---------------------------------------------------------------------------------------------------
 
 

@@ -31,7 +31,7 @@ from flint import arb, arb_poly, fmpq, fmpq_poly
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
-from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS
+from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, PERIOD
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
 from viscopade.collision.panel_proof import PanelRow
@@ -65,7 +65,6 @@ TABLE_ERROR = Fraction(panel_proof.proven_error())
 FOLD_ERROR = Fraction(1, 2**59)
 """Bound of the relative error of eps(8^n s) = 2^(-10 n) eps(s), s >= 2^FOLD: twice `panel_proof.tail` there is less."""
 
-PERIOD = 3  # octaves
 SPLIT = COARSE + 1  # 2^SPLIT panels to an octave
 NEAR = Fraction(2) ** FIRST  # below, the functions are expanded around 0
 LARGEST = {DOUBLE: 324, FLOAT: 46}  # at 2^this and beyond eps rounds to 0

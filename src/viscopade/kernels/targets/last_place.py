@@ -7,7 +7,7 @@ from fractions import Fraction
 from textwrap import wrap
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
-from viscopade.arrays.panels import FIRST, FOLD
+from viscopade.arrays.panels import FIRST, FOLD, PERIOD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Call, CodeBranch, Expression, Name
 from viscopade.kernels.forms import formulas, last_place
@@ -40,7 +40,7 @@ def render_double() -> str:
 
 
 def _octaves() -> dict[str, int]:
-    return {"first": FIRST, "fold": FOLD, "top": FOLD + last_place.PERIOD, "per_octave": 2**last_place.SPLIT}
+    return {"first": FIRST, "fold": FOLD, "top": FOLD + PERIOD, "per_octave": 2**last_place.SPLIT}
 
 
 def _head(command: str) -> list[str]:

@@ -9,8 +9,8 @@ from textwrap import wrap
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import Expression
-from viscopade.kernels.forms import last_place, table_free
+from viscopade.kernels.expressions import Call, Expression, Name
+from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Table, of_w
@@ -19,7 +19,7 @@ from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.targets import c
 from viscopade.kernels.targets import last_place as full_text
-from viscopade.kernels.targets.syntax import of_c, text
+from viscopade.kernels.targets.syntax import Syntax, of_c, text
 from viscopade.kernels.targets.wording import lasting, lasting_lines
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
@@ -59,7 +59,12 @@ def render(given: SpeedKernel, command: str) -> str:
         head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
-        slow_loss=f"viscopade_one_minus_epsilon_{slow}(v_star)",
+        slow_dissipation=text(
+            formulas.dissipation(Name("eps"), Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),)))[
+                "of_both"
+            ],
+            Syntax(),
+        ),
         guard=f"VISCOPADE_{given.name.upper()}",
         name=given.name,
         number=table.form.name,
