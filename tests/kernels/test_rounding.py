@@ -332,7 +332,7 @@ def test_the_stated_units_cover_the_last_operations(name):
         exact = {"base": arb(base), "rest": arb(1 - base)}
         for result in ("dissipation", "rebound"):
             found[result, base] = of_parts(branch.program, branch.results[result], parts, form, **exact)
-    of = formulas.dissipation(Name("epsilon"), Name("loss"))
+    of = formulas.lost_energy(Name("epsilon"), Name("loss"))
     grid = [*pairwise(i / 256 for i in range(1, 256))]
     found["of_epsilon"] = of_parts((), of["of_epsilon"], [{"epsilon": part} for part in grid], form)
     found["of_loss"] = of_parts((), of["of_loss"], [{"loss": part} for part in grid], form)

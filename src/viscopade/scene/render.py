@@ -120,7 +120,7 @@ def _formulas(scene: Scene) -> dict[str, str]:
     target = scene.code.target
     number, branch = target.number(scene.code.format), formulas.beta_of_radii_branch()
     of_radii = {**dict(branch.program), **branch.results}
-    dissipation = formulas.dissipation(Name("epsilon"), Name("loss"))
+    dissipation = formulas.lost_energy(Name("epsilon"), Name("loss"))
     written = {
         **{f"{name}_of_radii": expression for name, expression in of_radii.items()},
         **{f"dissipation_{name}": expression for name, expression in dissipation.items()},

@@ -265,7 +265,7 @@ def _root(root: Fraction, argument: Expression) -> Expression:
 # --- dissipation ------------------------------------------------------------------------------------------------------
 
 
-def dissipation(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
+def lost_energy(epsilon: Expression, loss: Expression) -> dict[str, Expression]:
     """Return 1 - eps^2 of eps, of 1 - eps, and of both, each of which has few roundings: no digits are lost."""
     two, half = Literal("2.0"), Literal("0.5")
     return {

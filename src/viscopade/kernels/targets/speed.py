@@ -60,7 +60,7 @@ def render(given: SpeedKernel, command: str) -> str:
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
         slow_dissipation=text(
-            formulas.dissipation(Name("eps"), Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),)))[
+            formulas.lost_energy(Name("eps"), Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),)))[
                 "of_both"
             ],
             Syntax(),
