@@ -16,6 +16,7 @@ from viscopade.kernels.expressions import CodeBranch, Name
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_powers, quotient_rounding
 from viscopade.kernels.forms.speed_table import LAST_ULPS
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.rounding import Rounded, of_branch
 
 LOOSE = 12  # how much larger the bound may be than the largest error found
@@ -342,3 +343,5 @@ def test_the_stated_units_cover_the_last_operations(name):
     found["of_both, large"] = of_parts((), large, both, form)
     assert all(1 <= size <= LAST_ULPS for size in found.values()), found
     assert max(found.values()) > LAST_ULPS - 1
+    full = LastPlaceTable()
+    assert max(found.values()) * 2.0**-DOUBLE.precision < full.of_products - full.proven.relative
