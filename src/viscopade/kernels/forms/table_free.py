@@ -164,9 +164,11 @@ class RoundingBound(NamedTuple):
 
 
 def table_free_program(
-    form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2"
+    form: Powers, quotient: Division = plain, log: str = "log2", exp: str = "exp2", larger: str = ""
 ) -> TableFreeKernel:
     """Return the program with given powers of y; `log` and `exp` share any one base.
+
+    Where there may be no logarithm of 0, `larger` is the function that gives the larger of w and `least`.
 
     Raises
     ------
@@ -176,8 +178,9 @@ def table_free_program(
     require_half_line_degrees(form)
     elastic, lost, inverse, one = Name("elastic"), Name("lost"), Name("inverse"), Literal("1.0")
     top, bottom = by_powers("y", named("a", form.top)), by_powers("y", named("b", form.bottom))
+    w = Call(larger, (Name("w"), Name("least"))) if larger else Name("w")
     common = (
-        Statement("y", Call(exp, (Call(log, (Name("w"),)) * Name(THIRTIETH),))),
+        Statement("y", Call(exp, (Call(log, (w,)) * Name(THIRTIETH),))),
         *powers("y", gaps(form.top) | gaps(form.bottom) | {SHIFT}),
         Statement("elastic", bottom),
         Statement("lost", Name(f"y{SHIFT}") * top),

@@ -159,7 +159,7 @@ def _block(target: Target, kernel: HalfLineKernel) -> dict[str, object]:
 
 
 def _variant(target: Target, kernel: HalfLineKernel, number: Number, variant: LacunaryVariant) -> dict[str, object]:
-    program = table_free.table_free_program(kernel.powers, number.quotient, target.log, target.exp)
+    program = table_free.table_free_program(kernel.powers, number.quotient, target.log, target.exp, target.larger)
     constants = table_free.numbers(kernel.powers, variant.a, variant.b, variant.form)
     decimals = {name: variant.form.decimal(c) for name, c in constants.items()}
     syntax = number.syntax

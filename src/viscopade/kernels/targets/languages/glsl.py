@@ -25,5 +25,6 @@ TARGET = Target(
         "An argument outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
     ),
     assumed=of_shaders("Vulkan"),
+    larger="max",
     place="shader",
 )  # fmt: skip

@@ -25,5 +25,6 @@ TARGET = package_of_python(
     assumed=of_library("log and exp") + "; XLA replaces subnormal numbers by 0",
     log="log",
     exp="exp",
+    larger="maximum",
     derivatives=True,
 )

@@ -26,6 +26,7 @@ TARGET = Target(
         argument="at",
     ),
     assumed=of_shaders("WGSL"),
+    larger="max",
     place="shader",
     element="{array}({index})",
 )
