@@ -176,6 +176,10 @@ class Rounded:
         absolute = self.absolute * (1 + relative) + _above(self.value) * relative + _half(self.form)
         return self._with(self.value, more, underflow, absolute, self.change, self.slope)
 
+    def with_absolute_error(self, absolute: arb) -> Rounded:
+        """Return the number with a further error."""
+        return self._with(self.value, _INFINITE, _NOTHING, self.absolute + absolute, self.change, self.slope)
+
     def with_error_of_y(self, error: arb) -> Rounded:
         """Return the number with the further error, by its slope, of an error of at most `error` in ln y.
 

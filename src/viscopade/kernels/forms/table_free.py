@@ -45,6 +45,7 @@ from viscopade.kernels.expressions import (
     evaluate,
     gaps,
     powers,
+    read,
 )
 from viscopade.kernels.forms.formulas import constants, half_line_branches, named
 from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
@@ -63,7 +64,6 @@ COMMON = (Fraction(1, 1000), Fraction(10))
 _COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
 _TINY = Fraction(1, 2**40)
 _PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
-_SECOND_ORDER = 1 + Fraction(1, 1024)  # more than what products of small errors add
 
 Division = Callable[[Expression, Expression], Expression]
 
@@ -257,7 +257,7 @@ def _on_part(
     form: Powers, a: Values, b: Values, machine: MachineArithmetic, low: Fraction, high: Fraction
 ) -> Mapping[str, arb]:
     """Return bounds of the relative errors for y from low to high."""
-    error = _error_of_y(machine, low, high)
+    error = _error_of_y(form, machine, low, high)
     y = ball_of(low).union(ball_of(high)) * (arb(0) + _plus_minus(error)).exp()
     model = machine.model
     given = {name: Rounded(arb(c), model) for name, c in constants(form, a, b).items()}
@@ -277,16 +277,28 @@ def _on_part(
     return {name: arb((x.relative + x.underflow / arb(x.value.abs_lower())).abs_upper()) for name, x in found.items()}
 
 
-def _error_of_y(machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
-    """Bound the error of ln y for y from low to high."""
-    size = arb(max(abs(ball_of(low).log()), abs(ball_of(high).log())).abs_upper())  # of ln y
-    unit = arb(2) ** -machine.model.precision
-    constant = abs(Fraction(machine.type.nearest(Fraction(1, ROOT))) * ROOT - 1)
-    by_w = ball_of(rounding_of_w(machine.model) / ROOT)
-    of_log2 = size * ball_of(machine.log2 * machine.ulp) + ball_of(machine.log2_absolute) * arb.const_log2() / ROOT
-    of_product = size * (unit + ball_of(constant))
-    of_exp2 = ball_of(machine.ulp) * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * size / arb.const_log2())
-    return arb(((by_w + of_log2 + of_product + of_exp2) * ball_of(_SECOND_ORDER)).abs_upper())
+def _error_of_y(form: Powers, machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
+    """Bound the error of ln y for y from low to high, that of w included."""
+    ln2, ulp, model = arb.const_log2(), ball_of(machine.ulp), machine.model
+
+    def log2(w: Rounded) -> Rounded:  # of w = y^30, a wide ball of which might contain 0
+        value = ball_of(low).log().union(ball_of(high).log()) * ROOT / ln2
+        of_call = arb(value.abs_upper()) * ball_of(machine.log2) * ulp + ball_of(machine.log2_absolute)
+        return Rounded(value, model).with_absolute_error(of_call - (1 - w.relative).log() / ln2)
+
+    def exp2(x: Rounded) -> Rounded:
+        of_call = ulp * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * arb(x.value.abs_upper()))
+        return Rounded((x.value * ln2).exp(), model, (x.absolute * ln2).exp() - 1).with_error(of_call)
+
+    thirtieth = Fraction(1, ROOT)
+    of_constant = abs(Fraction(machine.type.nearest(thirtieth)) / thirtieth - 1)
+    given = {
+        "w": Rounded(arb(1), model, ball_of(rounding_of_w(model))),
+        THIRTIETH: Rounded(ball_of(thirtieth), model, ball_of(of_constant)),
+    }
+    common = CodeBranch(None, table_free_program(form).common, {})
+    y: Rounded = read(common, ["y"], given, arithmetic(model, log2=log2, exp2=exp2))["y"]
+    return arb((-(1 - y.relative).log()).abs_upper())
 
 
 def _plus_minus(radius: arb) -> arb:
