@@ -42,7 +42,8 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
 def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **errors: int) -> Fraction:
     """Return a bound of the error of ln v*, as a branch computes it; the other arguments are those of `of_powers`."""
     with working(BITS):
-        return exact_middle((-(1 - of_powers(branch, "v_star", form, largest, **errors)).log()).abs_upper())
+        log = None if largest is None else ball_of(largest).log()
+        return exact_middle((-(1 - of_powers(branch, "v_star", form, log, speed=0, **errors)).log()).abs_upper())
 
 
 def stated(forms: Sequence[Format]) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
@@ -162,14 +162,10 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     numbers = formulas.constants(form, a, b)
     with working(BITS):
         unit = arb(2) ** -kind.precision
-        of_root = _log_error(2 * ULPS * unit)
-        of_far = of_root + _log_error(unit) / 3
-
+        of_y, of_u = (_log_error(of_powers(branch, name, kind, v_star=0)) for branch, name in ((near, "y"), (far, "u")))
         both = (
-            _on_parts(
-                near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_root
-            ),
-            _on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_far),
+            _on_parts(near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
+            _on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
         )
         return {name: _size(both, name, kind) for name in HALF_LINE}
 
@@ -190,39 +186,40 @@ def inverse_sizes(
         If a sum may vanish.
     """
     with working(BITS):
-        unit = arb(2) ** -kind.precision
-        root = of.root
-        of_ratio = 2 * _log_error(unit) * ball_of(root)
+        unit, root = arb(2) ** -kind.precision, of.root
+        branches = dict(zip("yu", formulas.inverse_branches(form, of), strict=False))
 
-        def of_root(y: arb) -> arb:
-            if root == 1:
-                return of_ratio
-            if root == Fraction(1, 2):
-                return of_ratio + _log_error(unit)
-            return of_ratio + _of_pow(root, kind, abs(y.log()) / ball_of(root))
+        def of_root(variable: str, y: arb) -> arb:
+            log = abs(y.log()) / ball_of(root)
+            return _log_error(of_powers(branches[variable], variable, kind, log, epsilon=0, loss=unit))
 
         least = Fraction(2) ** (1 - kind.largest) if of.linear else kind.smallest
         start = _below_root(least, root)
         end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
         near, *far = (
-            _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, of_root)
-            for variable, branch in zip("yu", formulas.inverse_branches(form, of), strict=False)
+            _on_parts(branch, ("v_star",), variable, numbers, kind, lambda _: {}, partial(of_root, variable))
+            for variable, branch in branches.items()
         )
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
             relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
-        sizes = {"v_star": relative, "beta": of_powers(formulas.beta_branch(), "beta", kind, v_star=relative)}
+        sizes = {"v_star": relative, "beta": of_powers(formulas.beta_branch(), "beta", kind, speed=0, v_star=relative)}
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
 
 
-def of_powers(
-    branch: CodeBranch, result: str, kind: Format, largest: Fraction | None = None, **errors: arb | int
-) -> arb:
-    """Bound the relative error of a product of powers of the speed and of other numbers, whose results are normal.
+class _Decimal(Rounded):
+    """A literal: as a factor its number of the type, and as an exponent the exact one."""
 
-    Only the speed, which is exact, is given to pow; the exponents mean what their decimals say. To be used within
-    `balls.working`.
+    def __init__(self, text: str, kind: Format) -> None:
+        self.exact = Fraction(text)
+        super().__init__(ball_of(Fraction(kind.nearest(self.exact))), kind)
+
+
+def of_powers(branch: CodeBranch, result: str, kind: Format, log: arb | None = None, **errors: arb | int) -> arb:
+    """Bound the relative error of a product or quotient of powers and roots, all of whose results are normal numbers.
+
+    Exponents mean what their decimals say. To be used within `balls.working`.
 
     Parameters
     ----------
@@ -230,25 +227,26 @@ def of_powers(
     result : str
         Its name in the branch.
     kind : Format
-    largest : Fraction or None
-        The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
+    log : arb or None
+        A bound of |ln x| for the x that is given to pow; None for every positive number of the type.
     **errors : arb or int
-        By name, the relative errors of the branch's inputs besides the speed.
+        By name, the relative errors of the branch's inputs.
     """
-    log = None if largest is None else ball_of(largest).log()
+    normal, unit = arb(1).union(arb(2)), arb(2) ** -kind.precision
 
-    def power(base: Rounded, exponent: Fraction) -> Rounded:
-        if base.relative != 0:
-            raise ValueError("pow is given a number with an error: accepted is the speed")
-        return Rounded(normal, kind, _of_pow(exponent, kind, log).exp() - 1)
+    def power(base: Rounded, exponent: _Decimal) -> Rounded:
+        of_base = _log_error(base.relative) * ball_of(abs(exponent.exact))
+        return Rounded(normal, kind, (of_base + _of_pow(exponent.exact, kind, log)).exp() - 1)
 
-    def root(number: Rounded) -> Rounded:
-        return Rounded(normal, kind, 1 - (1 - number.relative).sqrt()).with_error(arb(2) ** -kind.precision)
+    def sqrt(number: Rounded) -> Rounded:
+        return Rounded(normal, kind, 1 - (1 - number.relative).sqrt()).with_error(unit)
 
-    normal = arb(1).union(arb(2))
-    given = {name: Rounded(normal, kind, error) for name, error in ({"speed": 0} | errors).items()}
-    exact_exponents = arithmetic(kind, pow=power, sqrt=root)._replace(literal=Fraction)
-    found: Rounded = read(branch, [result], given, exact_exponents)[result]
+    def cbrt(number: Rounded) -> Rounded:
+        return Rounded(normal, kind, 1 - (1 - number.relative).root(3)).with_error(2 * ULPS * unit)
+
+    given = {name: Rounded(normal, kind, error) for name, error in errors.items()}
+    by = arithmetic(kind, pow=power, sqrt=sqrt, cbrt=cbrt)._replace(literal=lambda text: _Decimal(text, kind))
+    found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
 
 
