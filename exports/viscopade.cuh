@@ -19,14 +19,14 @@
  *         y^19, D = 1 + b6 y^6 + b15 y^15
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
  *     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
- *     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
+ *     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
  *         <= 10) on the host and 1.6e-5 (8.1e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to eps (proven)
- *     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
- *         10) on the host and 1.7e-5 (8.2e-6 for 1e-3 <= v* <= 10) on the device in type float,
+ *     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+ *         10) on the host and 1.6e-5 (8.2e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to the speed after the collision (proven)
- *     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
- *         <= 10) on the host and 8.9e-6 (7.6e-6 for 1e-3 <= v* <= 10) on the device in type float,
+ *     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
+ *         <= 10) on the host and 8.9e-6 (7.2e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to (1 - eps^2) (proven)
  * compact_3p4em6
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -35,14 +35,14 @@
  *         + a19 y^19, D = 1 + b4 y^4 + b6 y^6 + b8 y^8 + b15 y^15
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
  *     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
- *     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
+ *     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
  *         <= 10) on the host and 1.6e-5 (8.3e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to eps (proven)
- *     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
- *         10) on the host and 1.7e-5 (8.4e-6 for 1e-3 <= v* <= 10) on the device in type float,
+ *     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+ *         10) on the host and 1.7e-5 (8.3e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to the speed after the collision (proven)
- *     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
- *         <= 10) on the host and 9e-6 (7.7e-6 for 1e-3 <= v* <= 10) on the device in type float,
+ *     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
+ *         <= 10) on the host and 8.9e-6 (7.3e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to (1 - eps^2) (proven)
  * compact_2p79em8
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -52,10 +52,10 @@
  *         b22 y^22
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
  *     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
- *     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
- *     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+ *     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+ *     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
  *         collision (proven)
- *     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+ *     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
  *
  * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
  * rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -278,14 +278,14 @@ cudaError_t viscopade_launch(size_t n, const T *speed, Beta beta, T *out, cudaSt
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
- * rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+ * rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
  * 10) on the host and 1.6e-5 (8.1e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to
  * eps (proven)
- * rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) on
- * the host and 1.7e-5 (8.2e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to the speed
+ * rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) on
+ * the host and 1.6e-5 (8.2e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to the speed
  * after the collision (proven)
- * rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
- * 10) on the host and 8.9e-6 (7.6e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to (1
+ * rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v* <=
+ * 10) on the host and 8.9e-6 (7.2e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to (1
  * - eps^2) (proven)
  */
 
@@ -440,15 +440,15 @@ struct viscopade_compact_2p09em4 {
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
- * rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+ * rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
  * 10) on the host and 1.6e-5 (8.3e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to
  * eps (proven)
- * rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) on
- * the host and 1.7e-5 (8.4e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to the speed
+ * rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) on
+ * the host and 1.7e-5 (8.3e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to the speed
  * after the collision (proven)
- * rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
- * 10) on the host and 9e-6 (7.7e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to (1 -
- * eps^2) (proven)
+ * rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
+ * 10) on the host and 8.9e-6 (7.3e-6 for 1e-3 <= v* <= 10) on the device in type float, relative to (1
+ * - eps^2) (proven)
  */
 
 VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_3p4em6(double w)
@@ -608,10 +608,10 @@ struct viscopade_compact_3p4em6 {
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
- * rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
- * rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+ * rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+ * rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
  * (proven)
- * rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+ * rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
  */
 
 VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_2p79em8(double w)

@@ -22,7 +22,7 @@
 //         relative to eps (proven)
 //     rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
-//     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
 // compact_3p4em6
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -35,7 +35,7 @@
 //         relative to eps (proven)
 //     rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
-//     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
 // compact_2p79em8 is left out, as there is no type double here: with coefficients of that type the
 // error would be 7.52e-8.
@@ -102,7 +102,7 @@ float viscopade_root(float speed, float beta)
 // to eps (proven)
 // rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
-// rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
@@ -171,7 +171,7 @@ float viscopade_dissipation_compact_2p09em4(float speed, float beta)
 // to eps (proven)
 // rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
-// rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)

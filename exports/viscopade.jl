@@ -18,11 +18,11 @@
 #         y^19, D = 1 + b6 y^6 + b15 y^15
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-#     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+#     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
 #         10) in type float, relative to the speed after the collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
 # compact_3p4em6
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -31,11 +31,11 @@
 #         + a19 y^19, D = 1 + b4 y^4 + b6 y^6 + b8 y^8 + b15 y^15
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-#     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
+#     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+#     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
 #         10) in type float, relative to the speed after the collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
 # compact_2p79em8
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -45,10 +45,10 @@
 #         b22 y^22
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-#     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+#     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+#     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 #         collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+#     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 # rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -122,11 +122,11 @@ end
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-# rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) in
+# rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) in
 # type float, relative to the speed after the collision (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
@@ -215,11 +215,11 @@ const dissipation_compact_1em3 = dissipation_compact_2p09em4
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-# rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+# rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) in
+# rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) in
 # type float, relative to the speed after the collision (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
@@ -314,10 +314,10 @@ const dissipation_compact_1em5 = dissipation_compact_3p4em6
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-# rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+# rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+# rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
 # (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+# rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
 @inline function parts_compact_2p79em8(w::Float64)

@@ -18,10 +18,10 @@
 //         y^19, D = 1 + b6 y^6 + b15 y^15
 //     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 //     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-//     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-//     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+//     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+//     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 //         collision (proven)
-//     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+//     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 // compact_3p4em6
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
@@ -29,10 +29,10 @@
 //         + a19 y^19, D = 1 + b4 y^4 + b6 y^6 + b8 y^8 + b15 y^15
 //     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6
 //     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.37e-6
-//     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-//     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+//     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+//     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 //         collision (proven)
-//     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+//     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 // compact_2p79em8
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
@@ -41,10 +41,10 @@
 //         b22 y^22
 //     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 //     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-//     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-//     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+//     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+//     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 //         collision (proven)
-//     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+//     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 //
 // proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 // rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -99,10 +99,10 @@ function wOf(speed, beta) {
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-// rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-// rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+// rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+// rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
 // (proven)
-// rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+// rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 export function restitution_compact_2p09em4(speed, beta) {
     const thirtieth = 0.03333333333333333;
@@ -173,10 +173,10 @@ export { dissipation_compact_2p09em4 as dissipation_compact_1em3 };
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.37e-6
-// rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-// rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+// rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+// rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
 // (proven)
-// rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+// rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 export function restitution_compact_3p4em6(speed, beta) {
     const thirtieth = 0.03333333333333333;
@@ -256,10 +256,10 @@ export { dissipation_compact_3p4em6 as dissipation_compact_1em5 };
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-// rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-// rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+// rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+// rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
 // (proven)
-// rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+// rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 export function restitution_compact_2p79em8(speed, beta) {
     const thirtieth = 0.03333333333333333;

@@ -22,7 +22,7 @@
 //         relative to eps (proven)
 //     rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
-//     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
 // compact_3p4em6
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
@@ -35,7 +35,7 @@
 //         relative to eps (proven)
 //     rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
 //         to the speed after the collision (proven)
-//     rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float,
+//     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
 // compact_2p79em8 is left out, as there is no type double here: with coefficients of that type the
 // error would be 7.52e-8.
@@ -91,7 +91,7 @@ fn viscopade_root(speed: f32, beta: f32) -> f32 {
 // to eps (proven)
 // rounding of rebound: adds at most 3.5e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
-// rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
@@ -153,7 +153,7 @@ fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
 // to eps (proven)
 // rounding of rebound: adds at most 3.5e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative to
 // the speed after the collision (proven)
-// rounding of dissipation: adds at most 2.1e-5 (1.8e-5 for 1e-3 <= v* <= 10) in type float, relative
+// rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float, relative
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)

@@ -18,11 +18,11 @@
 #         y^19, D = 1 + b6 y^6 + b15 y^15
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-#     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+#     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
 #         10) in type float, relative to the speed after the collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
 #     derivatives of restitution: the formula's are off by at most 8.92e-4, relative to those of eps,
 #         for v* <= 8388608 (proven, without rounding)
@@ -33,11 +33,11 @@
 #         + a19 y^19, D = 1 + b4 y^4 + b6 y^6 + b8 y^8 + b15 y^15
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-#     rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
+#     rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+#     rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
 #         10) in type float, relative to the speed after the collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
+#     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
 #     derivatives of restitution: the formula's are off by at most 1.43e-5, relative to those of eps,
 #         for v* <= 8388608 (proven, without rounding)
@@ -49,10 +49,10 @@
 #         b22 y^22
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 #     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-#     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-#     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
+#     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+#     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 #         collision (proven)
-#     rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+#     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 #     derivatives of restitution: the formula's are off by at most 1.86e-7, relative to those of eps,
 #         for v* <= 8388608 (proven, without rounding)
 #
@@ -180,11 +180,11 @@ def _function(name, meaning, kernel, value, slopes):
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
-# rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) in
+# rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.3e-5 for 1e-3 <= v* <= 10) in
 # type float, relative to the speed after the collision (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 # derivatives of restitution: the formula's are off by at most 8.92e-4, relative to those of eps, for
 # v* <= 8388608 (proven, without rounding)
@@ -274,11 +274,11 @@ dissipation_compact_1em3 = dissipation_compact_2p09em4
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
-# rounding of restitution: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
+# rounding of restitution: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) in
+# rounding of rebound: adds at most 2.3e-13 in type double and 2.5e-5 (1.4e-5 for 1e-3 <= v* <= 10) in
 # type float, relative to the speed after the collision (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
+# rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 # derivatives of restitution: the formula's are off by at most 1.43e-5, relative to those of eps, for
 # v* <= 8388608 (proven, without rounding)
@@ -380,10 +380,10 @@ dissipation_compact_1em5 = dissipation_compact_3p4em6
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-# rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
-# rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
+# rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
+# rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
 # (proven)
-# rounding of dissipation: adds at most 1.7e-13 in type double, relative to (1 - eps^2) (proven)
+# rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 # derivatives of restitution: the formula's are off by at most 1.86e-7, relative to those of eps, for
 # v* <= 8388608 (proven, without rounding)
 
