@@ -7,17 +7,22 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from flint import arb
 
 from tests.compiled import Library, build
 from tools import registry as maker
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays import double
-from viscopade.kernels import registry
-from viscopade.kernels.forms import last_place
+from viscopade.kernels import prove_lacunary, registry
+from viscopade.kernels.expressions import Run, evaluate
+from viscopade.kernels.forms import last_place, table_free
+from viscopade.kernels.forms.rounding_bounds import BITS
 from viscopade.kernels.forms.speed_kernel import TABLES, file_of
 from viscopade.kernels.forms.speed_table import OCTAVES
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
@@ -25,6 +30,7 @@ from viscopade.kernels.names import FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import Entry, entries, limits
 from viscopade.kernels.registry_arrays import entry_epsilon
+from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.scene.tolerance import Bound
 
 EXPORTS = Path(__file__).parents[2] / "exports"
@@ -234,3 +240,26 @@ def test_the_eps_of_a_table_on_an_array_has_its_shape() -> None:
 def test_entries_are_read_from_lines_that_are_no_comments() -> None:
     text = io.StringIO(FILE.read_text())
     assert sum(not line.startswith("#") for line in text) == len(entries()) + 1
+
+
+@pytest.mark.parametrize(("place", "form"), maker.MACHINES)
+def test_the_last_operations_of_compact_kernels_are_covered(place: str, form: Format) -> None:
+    """By the one analysis, for every quotient of lost and elastic."""
+    machine, powers = maker.MACHINES[place, form], prove_lacunary.half_line_kernel("1e-3").powers
+    program = table_free.table_free_program(powers, table_free.called)
+    found = {"restitution": 0.0, "dissipation": 0.0}
+    with working(BITS):
+        error = ball_of(machine.quotient * machine.ulp)
+        by = arithmetic(machine.model, divide=lambda top, bottom: top.over(bottom).with_error(error))
+        for low, high in pairwise([0.0, *(2.0 ** (k / 8) for k in range(-400, 401))]):
+            given = {
+                "elastic": Rounded(arb(1), machine.model),
+                "lost": Rounded(arb(low).union(arb(high)), machine.model),
+                "speed": Rounded(arb(1), machine.model),
+            }
+            run = Run((program.inverse,), given, by)
+            for name, largest in found.items():
+                found[name] = max(largest, float(evaluate(program.results[name], run, by).relative))
+    entry = of("compact", "1e-3", form.name, place)
+    assert 0.5 * float(entry.rounding) < found["restitution"] <= float(entry.rounding)
+    assert 0.5 * float(entry.loss) < found["dissipation"] <= float(entry.loss)
