@@ -5,7 +5,7 @@ import pytest
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.expressions import Literal, Statement
-from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms import formulas, last_place, speed_table, table_free
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 
@@ -35,6 +35,34 @@ def test_a_changed_table_has_another_bound(monkeypatch, branch):
         proven, formula = bound(), getattr(formulas, branch)
         monkeypatch.setattr(formulas, branch, lambda *given: changed(formula(*given), name))
         assert bound() > 10 * proven
+
+
+@pytest.mark.parametrize("name", ["eps", "restitution", "rebound", "dissipation"])
+@pytest.mark.parametrize("table", [Table(4, -90, 1, FLOAT), LastPlaceTable()])
+def test_a_table_with_other_results_is_refused(monkeypatch, table, name):
+    speed_table.check_row_results(table)
+    branch = table.sums(table.names)
+    if name in branch.results:
+        other = branch._replace(results={**branch.results, name: branch.results[name] * MORE})
+    else:
+        other = changed(branch, name)
+    monkeypatch.setattr(type(table), "sums", lambda *_: other)
+    with pytest.raises(ArithmeticError, match="are not eps = base"):
+        speed_table.check_row_results(table)
+
+
+@pytest.mark.parametrize(("form", "branch"), [(DOUBLE, "full_panel_branch"), (FLOAT, "full_panel_float_branch")])
+def test_a_panel_with_other_results_is_refused(monkeypatch, form, branch):
+    last_place.check_panel_results(form)
+    formula = getattr(formulas, branch)
+
+    def other(names):
+        found = formula(names)
+        return found._replace(results={"result": -found.results["result"]})
+
+    monkeypatch.setattr(formulas, branch, other)
+    with pytest.raises(ArithmeticError, match="are not eps and 1 - eps"):
+        last_place.check_panel_results(form)
 
 
 @pytest.mark.parametrize("name", ["elastic", "lost", *table_free.FUNCTIONS])

@@ -78,7 +78,7 @@ class Formula:
 
 
 def exactly(
-    branch: CodeBranch, name: str, variables: Mapping[str, fmpq_poly], coefficients: Mapping[str, float]
+    branch: CodeBranch, name: str, variables: Mapping[str, fmpq_poly | bool], coefficients: Mapping[str, float]
 ) -> fmpq_poly:
     """Return a result or a variable of a branch without quotients as a polynomial, every operation being exact.
 
@@ -87,7 +87,7 @@ def exactly(
     branch : CodeBranch
     name : str
     variables : mapping
-        The inputs by name, as polynomials in one variable.
+        The inputs by name, as polynomials in one variable, and conditions.
     coefficients : mapping
         Numbers by name.
     """

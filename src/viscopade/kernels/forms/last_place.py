@@ -22,7 +22,7 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -412,6 +412,7 @@ def ulp_bounds(form: Format, function: str) -> tuple[UlpBound, ...]:
     with and without FMA contraction.
     """
     loss = function == "one_minus_epsilon"
+    check_panel_results(form)
     bound = _double_bound if form == DOUBLE else _float_bound
     with working(_BITS):
         found = [UlpBound(Fraction(0), NEAR, _near_bound(form, loss))]
@@ -419,6 +420,28 @@ def ulp_bounds(form: Format, function: str) -> tuple[UlpBound, ...]:
             panel = smaller_panels()[index]
             found.append(UlpBound(panel.centre - panel.half, panel.centre + panel.half, bound(index, loss)))
     return tuple(found)
+
+
+def check_panel_results(form: Format) -> None:
+    """Check that without rounding a panel's results are eps and 1 - eps, of which its row has the smaller one.
+
+    Raises
+    ------
+    ArithmeticError
+        If they are not.
+    """
+    names, t = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES, fmpq_poly([0, 1])
+    numbers: dict[str, float] = {name: 1 + n for n, name in enumerate(names)}
+    for elastic, loss in product((False, True), repeat=2):
+        given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t, "t2": fmpq_poly([]), "elastic": elastic, "loss": loss}
+        parts = [
+            exactly(sums(form), name, given, numbers) for name in (("exact", "rest") if form == DOUBLE else ("p",))
+        ]
+        p = sum(parts, fmpq_poly([]))
+        # Rows of type double have -(1 - eps) where those of type float have 1 - eps.
+        eps = (1 + p if form == DOUBLE else 1 - p) if elastic else p
+        if exactly(sums(form), "result", given, numbers) != (1 - eps if loss else eps):
+            raise ArithmeticError(f"the results of a panel in type {form.name} are not eps and 1 - eps")
 
 
 def largest_ulp(form: Format, function: str | None = None) -> Fraction:

@@ -378,9 +378,27 @@ def table_rise(table: Table) -> Fraction:
     return max(max(table.rise_after(i) for i in range(table.size - 1)), Fraction(0))
 
 
+def check_row_results(table: Layout) -> None:
+    """Check that without rounding a table's results are eps = base + p, eps speed, and 1 - eps^2.
+
+    Raises
+    ------
+    ArithmeticError
+        If they are not.
+    """
+    branch, x, speed = table.sums(table.names), fmpq_poly([0, 1]), 3
+    for base in (0, 1):
+        numbers = {**{name: 1 + n for n, name in enumerate(table.names)}, "base": base, REST: 1 - base, "speed": speed}
+        found = {name: exactly(branch, name, {"m": x, "t": x}, numbers) for name in ("p", *branch.results)}
+        eps = found["p"] + base
+        if found != {"p": eps - base, "restitution": eps, "rebound": eps * speed, "dissipation": 1 - eps * eps}:
+            raise ArithmeticError("the results of a speed table are not eps = base + p, eps speed, and 1 - eps^2")
+
+
 @recorded
 def table_bounds(table: Table) -> RowBounds:
     """Prove the bounds of a whole table."""
+    check_row_results(table)
     return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 

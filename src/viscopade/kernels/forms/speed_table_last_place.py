@@ -25,7 +25,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas, last_place
-from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, of_w
+from viscopade.kernels.forms.speed_table import PARTS, REST, Layout, MantissaPiece, check_row_results, of_w
 from viscopade.kernels.machine import computed
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
@@ -136,6 +136,7 @@ def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:
 @recorded
 def last_place_bounds(table: LastPlaceTable) -> FullBounds:
     """Prove the bounds of a whole table."""
+    check_row_results(table)
     return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 
