@@ -238,6 +238,12 @@ def inverse_branches(form: Powers, of: InverseForm) -> tuple[CodeBranch, ...]:
     return near, far
 
 
+def portions() -> dict[str, tuple[Name, tuple[Expression, Expression]]]:
+    """Return what functions of an inverse kernel are given, by name, and eps and 1 - eps."""
+    epsilon, loss = Name("epsilon"), Name("one_minus_epsilon")
+    return {"v_star": (epsilon, (epsilon, ONE - epsilon)), "v_star_from_loss": (loss, (ONE - loss, loss))}
+
+
 def _needed(form: Powers) -> set[int]:
     return gaps(form.top) | gaps(form.bottom)
 

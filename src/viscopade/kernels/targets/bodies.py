@@ -90,7 +90,8 @@ def _of_quotient(kernel: Quotient, language: Language, high: float) -> Texts:
 
 def _arguments(kernel: InverseKernel, language: Language) -> list[Texts]:
     """Return the functions of eps and of 1 - eps: names, the end of the domain if it has one, what they accept."""
-    epsilon, loss, zero, one = Name("epsilon"), Name("one_minus_epsilon"), formulas.ZERO, formulas.ONE
+    zero, one, portions = formulas.ZERO, formulas.ONE, formulas.portions()
+    epsilon, loss = (given for given, _ in portions.values())
     (least, largest), whole = kernel.ends or (0.0, 1.0), kernel.ends is None
     of_epsilon = both(epsilon > zero if whole else epsilon >= Name("least"), epsilon <= one)
     of_loss = both(loss >= zero, loss < one if whole else loss <= Name("largest"))
@@ -100,11 +101,11 @@ def _arguments(kernel: InverseKernel, language: Language) -> list[Texts]:
             "name": given.name,
             "end": None if whole else end,
             "accepted": text(accepted, language.syntax),
-            "both": ", ".join(text(portion, language.syntax) for portion in portions),
+            "both": ", ".join(text(portion, language.syntax) for portion in portions[function][1]),
         }
-        for function, given, end, accepted, portions in (
-            ("v_star", epsilon, ("least", language.constant(least)), of_epsilon, (epsilon, one - epsilon)),
-            ("v_star_from_loss", loss, ("largest", language.constant(largest)), of_loss, (one - loss, loss)),
+        for function, given, end, accepted in (
+            ("v_star", epsilon, ("least", language.constant(least)), of_epsilon),
+            ("v_star_from_loss", loss, ("largest", language.constant(largest)), of_loss),
         )
     ]
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import WIDTH
-from viscopade.kernels.expressions import Expression, Literal, Name, Program, Statement
+from viscopade.kernels.expressions import Expression, Name, Program, Statement
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.lacunary_kernels import InverseKernel
@@ -209,22 +209,15 @@ def functions_of_epsilon(kernel: InverseKernel, form: Format) -> list[WrittenFun
     given = formulas.constants(kernel.powers, variant.a, variant.b)
     branch = kernel.branches[0]
     low = _least_epsilon(kernel, form)
-    one, epsilon, loss = Literal("1.0"), Name("epsilon"), Name("one_minus_epsilon")
-    starts = {
-        "v_star": (epsilon, (low, Fraction(1)), (Statement("loss", one - epsilon),)),
-        "v_star_from_loss": (loss, (Fraction(0), 1 - low), (Statement("epsilon", one - loss), Statement("loss", loss))),
-    }
-    return [
-        WrittenFunction(
-            function,
-            argument.name,
-            (form.nearest(least, math.ceil), min(form.nearest(most, math.floor), 1.0)),
-            given,
-            (*start, *branch.program),
-            branch.results["v_star"],
-        )
-        for function, (argument, (least, most), start) in starts.items()
-    ]
+    ends = {"v_star": (low, Fraction(1)), "v_star_from_loss": (Fraction(0), 1 - low)}
+    found = []
+    for function, (argument, both) in formulas.portions().items():
+        least, most = ends[function]
+        domain = form.nearest(least, math.ceil), min(form.nearest(most, math.floor), 1.0)
+        start = (Statement(name, e) for name, e in zip(("epsilon", "loss"), both, strict=True) if e != Name(name))
+        program = (*start, *branch.program)
+        found.append(WrittenFunction(function, argument.name, domain, given, program, branch.results["v_star"]))
+    return found
 
 
 def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
