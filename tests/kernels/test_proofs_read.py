@@ -1,10 +1,12 @@
 """Proofs read the expressions that code is written from: a formula that is changed is no longer proven."""
 
+from fractions import Fraction
+
 import pytest
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.kernels import prove_lacunary
-from viscopade.kernels.expressions import Literal, Statement
+from viscopade.kernels.expressions import Call, Literal, Name, Select, Statement
 from viscopade.kernels.forms import formulas, last_place, speed_table, table_free
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
@@ -78,3 +80,42 @@ def test_a_changed_compact_kernel_is_refused(monkeypatch, name):
     monkeypatch.setattr(table_free, "table_free_program", lambda *_: other)
     with pytest.raises(ArithmeticError, match=f"{name} of the program is not that of the proven formula"):
         table_free.check_formula(kernel.powers, variant.a, variant.b)
+
+
+@pytest.mark.parametrize("change", [lambda e: e * Literal("0.5"), lambda e: -e])
+def test_a_changed_root_is_refused(monkeypatch, change):
+    kernel = prove_lacunary.half_line_kernel("1e-3")
+    program = table_free.table_free_program(kernel.powers)
+    (first, call), *rest = program.common
+    other = program._replace(common=(Statement(first, Call("exp2", (change(call.arguments[0]),))), *rest))
+    monkeypatch.setattr(table_free, "table_free_program", lambda *_: other)
+    with last_place.working(128), pytest.raises(ArithmeticError, match="y of the program"):
+        table_free._error_of_y(kernel.powers, table_free.LIBRARY["double"], Fraction(1, 2), Fraction(3, 4))
+
+
+def test_a_changed_w_is_refused(monkeypatch):
+    kernel = prove_lacunary.half_line_kernel("1e-3")
+    variant, (square, w) = kernel.variant(DOUBLE), formulas.w_program()
+    monkeypatch.setattr(table_free, "w_program", lambda: (square, Statement("w", w.expression * Name("beta"))))
+    with pytest.raises(ArithmeticError, match="w of the program"):
+        table_free.check_formula(kernel.powers, variant.a, variant.b)
+
+
+@pytest.mark.parametrize(("branch", "name"), [("full_row_branch", "eps"), ("full_panel_branch", "result")])
+def test_a_sum_without_its_loss_is_refused(monkeypatch, branch, name):
+    """Exactly, the loss of the leading sum is 0; that it is added is seen with another sum in its place."""
+    formula = getattr(formulas, branch)
+
+    def other(*given):
+        found = formula(*given)
+        if name == "result":
+            loss = Select(Name("loss"), -Name("rest"), Name("rest"))
+            return found._replace(results={"result": Name("head") + loss})
+        program = (
+            Statement(s.name, Name("head") + Name("rest") if s.name == name else s.expression) for s in found.program
+        )
+        return found._replace(program=tuple(program))
+
+    monkeypatch.setattr(formulas, branch, other)
+    with pytest.raises(ArithmeticError, match="are not eps"):
+        last_place.check_panel_results(DOUBLE) if name == "result" else speed_table.check_row_results(LastPlaceTable())

@@ -155,19 +155,19 @@ def _leave_cache_alone(context: click.Context, _: click.Parameter, wanted: bool)
         context.with_resource(store.without_cache())
 
 
-def _checked_output(_context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
-    """Refuse a file that cannot be written, before there is anything to write; a minus is no file."""
-    if path is None or str(path) == "-":
+def _checked_output(_context: click.Context, _: click.Parameter, path: str | None) -> Path | None:
+    """Refuse a file that is seen not to be writable, before there is anything to write; a minus is no file."""
+    if path is None or path == "-":
         return None
     check_targets([path])
-    return path
+    return Path(path)
 
 
 def to_file(*flags: str) -> Callable[..., Any]:
     """Return the option, of these names, that says where `deliver` writes."""
     return click.option(
         *flags,
-        type=click.Path(path_type=Path),
+        type=click.Path(),
         callback=_checked_output,
         help="File to write; default, or -: standard output.",
     )

@@ -43,7 +43,7 @@ def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **erro
     """Return a bound of the error of ln v*, as a branch computes it; the other arguments are those of `of_powers`."""
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
-        return exact_middle((-(1 - of_powers(branch, "v_star", form, log, speed=0, **errors)).log()).abs_upper())
+        return exact_middle((-(1 - of_powers(branch, "v_star", form, {"speed": 0, **errors}, log)).log()).abs_upper())
 
 
 def stated(forms: Sequence[Format]) -> str:

@@ -431,15 +431,16 @@ def check_panel_results(form: Format) -> None:
         If they are not.
     """
     names, t = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES, fmpq_poly([0, 1])
-    numbers: dict[str, float] = {name: 1 + n for n, name in enumerate(names)}
+    numbers: dict[str, float] = {name: 1.375 + n for n, name in enumerate(names)}
     for elastic, loss in product((False, True), repeat=2):
-        given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t, "t2": fmpq_poly([]), "elastic": elastic, "loss": loss}
+        given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t / 3, "t2": t * 2 / 3, "elastic": elastic, "loss": loss}
         parts = [
             exactly(sums(form), name, given, numbers) for name in (("exact", "rest") if form == DOUBLE else ("p",))
         ]
         p = sum(parts, fmpq_poly([]))
         # Rows of type double have -(1 - eps) where those of type float have 1 - eps.
         eps = (1 + p if form == DOUBLE else 1 - p) if elastic else p
+        given["head"] = t**7 - 3  # any, as the loss of this sum makes up for what it lacks
         if exactly(sums(form), "result", given, numbers) != (1 - eps if loss else eps):
             raise ArithmeticError(f"the results of a panel in type {form.name} are not eps and 1 - eps")
 
@@ -502,8 +503,8 @@ def _double_bound(index: int, loss: bool) -> Fraction:
 
 
 def _exact_double(row: DoubleRow, t: fmpq_poly) -> fmpq_poly:
-    """Return what a row stands for, exactly; t_1 and t_2 only share t between them."""
-    given, numbers = {"t": t, "t1": t, "t2": fmpq_poly([])}, dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
+    """Return what a row stands for, exactly, however t_1 and t_2 share t between them."""
+    given, numbers = {"t": t, "t1": t / 3, "t2": t * 2 / 3}, dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
     return sum((exactly(sums(DOUBLE), name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
 
 
@@ -539,7 +540,8 @@ def _near_bound(form: Format, loss: bool) -> Fraction:
         return _double_bound_near_one(given)
     constants = near_constants(form)
     x = fmpq_poly([0, to_fmpq(NEAR)])
-    machine = exactly(_near_sums(form), "result", dict.fromkeys(("v_star", "w", "high", "t"), x), constants)
+    inputs = {"v_star": x, "t": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
+    machine = exactly(_near_sums(form), "result", inputs, constants) / (4 if form == DOUBLE else 1)
     given += _greatest_on_unit(_over_square(machine) - ratio)
     variable = {"v_star" if form == DOUBLE else "t": _between(Fraction(0), NEAR)}
     numbers = _numbers(list(constants), list(constants.values()), **variable)

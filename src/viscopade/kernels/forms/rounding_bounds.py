@@ -162,7 +162,9 @@ def half_line_sizes(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     numbers = formulas.constants(form, a, b)
     with working(BITS):
         unit = arb(2) ** -kind.precision
-        of_y, of_u = (_log_error(of_powers(branch, name, kind, v_star=0)) for branch, name in ((near, "y"), (far, "u")))
+        of_y, of_u = (
+            _log_error(of_powers(branch, name, kind, {"v_star": 0})) for branch, name in ((near, "y"), (far, "u"))
+        )
         both = (
             _on_parts(near, HALF_LINE, "y", numbers, kind, lambda y: {"v_star": Rounded(y**3, kind)}, lambda _: of_y),
             _on_parts(far, HALF_LINE, "u", numbers, kind, lambda u: {"w": Rounded(u**3, kind, unit)}, lambda _: of_u),
@@ -191,7 +193,7 @@ def inverse_sizes(
 
         def of_root(variable: str, y: arb) -> arb:
             log = abs(y.log()) / ball_of(root)
-            return _log_error(of_powers(branches[variable], variable, kind, log, epsilon=0, loss=unit))
+            return _log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
 
         least = Fraction(2) ** (1 - kind.largest) if of.linear else kind.smallest
         start = _below_root(least, root)
@@ -204,22 +206,33 @@ def inverse_sizes(
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
         if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
             relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
-        sizes = {"v_star": relative, "beta": of_powers(formulas.beta_branch(), "beta", kind, speed=0, v_star=relative)}
+        sizes = {
+            "v_star": relative,
+            "beta": of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative}),
+        }
         return {name: Size(rounded_up(size, DIGITS), "0") for name, size in sizes.items()}
 
 
 class _Decimal(Rounded):
-    """A literal: as a factor its number of the type, and as an exponent the exact one."""
+    """A literal: its number of the type, and what its decimal says."""
 
     def __init__(self, text: str, kind: Format) -> None:
         self.exact = Fraction(text)
-        super().__init__(ball_of(Fraction(kind.nearest(self.exact))), kind)
+        self.nearest = Fraction(kind.nearest(self.exact))
+        super().__init__(ball_of(self.nearest), kind)
 
 
-def of_powers(branch: CodeBranch, result: str, kind: Format, log: arb | None = None, **errors: arb | int) -> arb:
+def of_powers(
+    branch: CodeBranch,
+    result: str,
+    kind: Format,
+    errors: Mapping[str, arb | int],
+    log: arb | None = None,
+    exponent: Fraction | None = None,
+) -> arb:
     """Bound the relative error of a product or quotient of powers and roots, all of whose results are normal numbers.
 
-    Exponents mean what their decimals say. To be used within `balls.working`.
+    To be used within `balls.working`.
 
     Parameters
     ----------
@@ -227,16 +240,19 @@ def of_powers(branch: CodeBranch, result: str, kind: Format, log: arb | None = N
     result : str
         Its name in the branch.
     kind : Format
+    errors : mapping of str to arb or int
+        The relative errors of the branch's inputs by name.
     log : arb or None
         A bound of |ln x| for the x that is given to pow; None for every positive number of the type.
-    **errors : arb or int
-        By name, the relative errors of the branch's inputs.
+    exponent : Fraction or None
+        The exponent that pow is meant to have, which its literal is near to; None: it is what the literal says.
     """
     normal, unit = arb(1).union(arb(2)), arb(2) ** -kind.precision
 
-    def power(base: Rounded, exponent: _Decimal) -> Rounded:
-        of_base = _log_error(base.relative) * ball_of(abs(exponent.exact))
-        return Rounded(normal, kind, (of_base + _of_pow(exponent.exact, kind, log)).exp() - 1)
+    def power(base: Rounded, written: _Decimal) -> Rounded:
+        meant = written.exact if exponent is None else exponent
+        of_base = _log_error(base.relative) * ball_of(abs(written.nearest))
+        return Rounded(normal, kind, (of_base + _of_pow(meant, written.nearest, kind, log)).exp() - 1)
 
     def sqrt(number: Rounded) -> Rounded:
         return Rounded(normal, kind, 1 - (1 - number.relative).sqrt()).with_error(unit)
@@ -245,7 +261,12 @@ def of_powers(branch: CodeBranch, result: str, kind: Format, log: arb | None = N
         return Rounded(normal, kind, 1 - (1 - number.relative).root(3)).with_error(2 * ULPS * unit)
 
     given = {name: Rounded(normal, kind, error) for name, error in errors.items()}
-    by = arithmetic(kind, pow=power, sqrt=sqrt, cbrt=cbrt)._replace(literal=lambda text: _Decimal(text, kind))
+
+    def refused(*_: Rounded) -> Rounded:
+        raise ValueError("accepted are products and quotients: a sum has other errors")
+
+    by = arithmetic(kind, pow=power, sqrt=sqrt, cbrt=cbrt)
+    by = by._replace(literal=lambda text: _Decimal(text, kind), operations=dict.fromkeys("+-", refused))
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
 
@@ -275,10 +296,10 @@ def _log_error(relative: arb) -> arb:
     return -(1 - relative).log()
 
 
-def _of_pow(exponent: Fraction, kind: Format, log: arb | None = None) -> arb:
-    """Bound the error of ln pow(x, exponent), x > 0 or |ln x| <= log: that of pow, and of the exponent."""
+def _of_pow(meant: Fraction, given: Fraction, kind: Format, log: arb | None = None) -> arb:
+    """Bound the error of ln pow(x, given) as that of x^meant, for x > 0 or |ln x| <= log."""
     log = (kind.largest + kind.precision) * arb.const_log2() if log is None else log
-    rounded = abs(Fraction(kind.nearest(exponent)) - exponent)
+    rounded = abs(given - meant)
     return (_log_error(2 * ULPS * arb(2) ** -kind.precision) + ball_of(rounded) * log).abs_upper()
 
 

@@ -47,7 +47,7 @@ from viscopade.kernels.expressions import (
     powers,
     read,
 )
-from viscopade.kernels.forms.formulas import constants, half_line_branches, named
+from viscopade.kernels.forms.formulas import constants, half_line_branches, named, w_program
 from viscopade.kernels.forms.rounding_bounds import BITS, DIGITS, ULPS, Part, Values, largest, rounding_of_w
 from viscopade.kernels.rounding import Rounded, arithmetic
 from viscopade.store import recorded
@@ -217,9 +217,13 @@ def check_formula(form: Powers, a: Values, b: Values) -> None:
         own = exactly(CodeBranch(None, program.common, {}), name, given, numbers)
         if own != exactly(proven, name, given, numbers):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
-    for elastic, lost in product(range(1, 7), repeat=2):
-        speed, by = Fraction(3), Arithmetic(Fraction)
-        run = Run((program.inverse,), {"elastic": Fraction(elastic), "lost": Fraction(lost), "speed": speed}, by)
+    by = Arithmetic(Fraction)
+    for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):
+        if Run(w_program(), {"speed": speed, "beta": beta}, by)["w"] != beta**5 * speed:
+            raise ArithmeticError("w of the program is not beta^5 speed")
+    grid = [Fraction(n) for n in range(1, 7)]
+    for elastic, lost, speed in product(grid, grid, (Fraction(3), Fraction(5))):
+        run = Run((program.inverse,), {"elastic": elastic, "lost": lost, "speed": speed}, by)
         eps = evaluate(proven.results["epsilon"], run, by)
         for name, value in zip(FUNCTIONS, (eps, eps * speed, 1 - eps**2), strict=True):
             if evaluate(program.results[name], run, by) != value:
@@ -278,17 +282,33 @@ def _on_part(
 
 
 def _error_of_y(form: Powers, machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
-    """Bound the error of ln y for y from low to high, that of w included."""
-    ln2, ulp, model = arb.const_log2(), ball_of(machine.ulp), machine.model
+    """Bound the error of ln y for y from low to high, that of w included.
 
-    def log2(w: Rounded) -> Rounded:  # of w = y^30, a wide ball of which might contain 0
-        value = ball_of(low).log().union(ball_of(high).log()) * ROOT / ln2
-        of_call = arb(value.abs_upper()) * ball_of(machine.log2) * ulp + ball_of(machine.log2_absolute)
-        return Rounded(value, model).with_absolute_error(of_call - (1 - w.relative).log() / ln2)
+    Raises
+    ------
+    ArithmeticError
+        If the program's y is not w^(1/ROOT).
+    """
+    # The library's logarithms may have either base.
+    bases = [arb.const_log2(), *([arb(1)] if machine == LIBRARY[machine.type.name] else [])]
+    common = CodeBranch(None, table_free_program(form).common, {})
+    return max(_error_in_base(ln_base, common, machine, low, high) for ln_base in bases)
 
-    def exp2(x: Rounded) -> Rounded:
-        of_call = ulp * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * arb(x.value.abs_upper()))
-        return Rounded((x.value * ln2).exp(), model, (x.absolute * ln2).exp() - 1).with_error(of_call)
+
+def _error_in_base(ln_base: arb, common: CodeBranch, machine: MachineArithmetic, low: Fraction, high: Fraction) -> arb:
+    ulp, model = ball_of(machine.ulp), machine.model
+    ends = ball_of(low), ball_of(high)
+
+    def log(w: Rounded) -> Rounded:  # of w = y^ROOT, a wide ball of which might contain 0
+        value, of_w = ends[0].log().union(ends[1].log()) * ROOT / ln_base, -(1 - w.relative).log() / ln_base
+        size = arb(value.abs_upper()) + of_w
+        of_call = size * ball_of(machine.log2) * ulp + ball_of(machine.log2_absolute)
+        return Rounded(value, model).with_absolute_error(of_call + of_w)
+
+    def exp(x: Rounded) -> Rounded:
+        size = arb(x.value.abs_upper()) + x.absolute
+        of_call = ulp * (ball_of(machine.exp2) + ball_of(machine.exp2_slope) * size)
+        return Rounded((x.value * ln_base).exp(), model, (x.absolute * ln_base).exp() - 1).with_error(of_call)
 
     thirtieth = Fraction(1, ROOT)
     of_constant = abs(Fraction(machine.type.nearest(thirtieth)) / thirtieth - 1)
@@ -296,8 +316,10 @@ def _error_of_y(form: Powers, machine: MachineArithmetic, low: Fraction, high: F
         "w": Rounded(arb(1), model, ball_of(rounding_of_w(model))),
         THIRTIETH: Rounded(ball_of(thirtieth), model, ball_of(of_constant)),
     }
-    common = CodeBranch(None, table_free_program(form).common, {})
-    y: Rounded = read(common, ["y"], given, arithmetic(model, log2=log2, exp2=exp2))["y"]
+    y: Rounded = read(common, ["y"], given, arithmetic(model, log2=log, exp2=exp))["y"]
+    wider = ball_of(_TINY)
+    if not (y.value.contains(ends[0]) and y.value.contains(ends[1]) and y.value < ends[1] * (1 + wider)):
+        raise ArithmeticError("y of the program is not the root of w")
     return arb((-(1 - y.relative).log()).abs_upper())
 
 
