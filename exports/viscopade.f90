@@ -45,8 +45,8 @@
 !         b22 y^22
 !     proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 !     proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-!     rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
-!     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
+!     rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
+!     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
 !         collision (proven)
 !     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 !
@@ -476,8 +476,8 @@ contains
     !
     ! proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
     ! proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
-    ! rounding of restitution: adds at most 2.3e-13 in type double, relative to eps (proven)
-    ! rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the collision
+    ! rounding of restitution: adds at most 2.4e-13 in type double, relative to eps (proven)
+    ! rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
     ! (proven)
     ! rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 

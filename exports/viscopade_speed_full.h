@@ -743,7 +743,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #define VISCOPADE_FOUR(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #endif
 #endif
-#if defined(__GNUC__) && !defined(VISCOPADE_JOINED)
+#if defined(__GNUC__) && !defined(VISCOPADE_JOINED) && !defined(__EDG__) && !defined(__INTEL_COMPILER) && !defined(__CUDACC__)
 #if defined(__AVX__)
 #include <immintrin.h>
 #define VISCOPADE_JOINED(a, b) _mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1)

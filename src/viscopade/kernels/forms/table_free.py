@@ -63,6 +63,7 @@ COMMON = (Fraction(1, 1000), Fraction(10))
 
 _COMMON_Y = (Fraction(1, 10), Fraction(2155, 1000))  # cube roots of `COMMON`, rounded outwards
 _TINY = Fraction(1, 2**40)
+_WIDER = Fraction(1, 2**16)  # more than what balls add to an interval of y
 _PARTS = 4, 32  # of an octave of y below 1 and beyond, at first: there powers of y vary more, and outweigh the rest
 
 Division = Callable[[Expression, Expression], Expression]
@@ -317,8 +318,8 @@ def _error_in_base(ln_base: arb, common: CodeBranch, machine: MachineArithmetic,
         THIRTIETH: Rounded(ball_of(thirtieth), model, ball_of(of_constant)),
     }
     y: Rounded = read(common, ["y"], given, arithmetic(model, log2=log, exp2=exp))["y"]
-    wider = ball_of(_TINY)
-    if not (y.value.contains(ends[0]) and y.value.contains(ends[1]) and y.value < ends[1] * (1 + wider)):
+    reached = all(y.value.overlaps(end) for end in ends)
+    if not (reached and ends[0] * (1 - ball_of(_WIDER)) < y.value < ends[1] * (1 + ball_of(_WIDER))):
         raise ArithmeticError("y of the program is not the root of w")
     return arb((-(1 - y.relative).log()).abs_upper())
 
