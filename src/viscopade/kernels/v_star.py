@@ -40,7 +40,10 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
 
 
 def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **errors: int) -> Fraction:
-    """Return a bound of the error of ln v*, as a branch computes it; the other arguments are those of `of_powers`."""
+    """Return a bound of the error of ln v*, as a branch computes it of a speed and of other inputs with these errors.
+
+    `form` and `largest` are those of `of_v_star`.
+    """
     with working(BITS):
         log = None if largest is None else ball_of(largest).log()
         return exact_middle((-(1 - of_powers(branch, "v_star", form, {"speed": 0, **errors}, log)).log()).abs_upper())

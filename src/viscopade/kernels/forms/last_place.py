@@ -431,7 +431,7 @@ def check_panel_results(form: Format) -> None:
         If they are not.
     """
     names, t = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES, fmpq_poly([0, 1])
-    numbers: dict[str, float] = {name: 1.375 + n for n, name in enumerate(names)}
+    numbers: dict[str, float] = {name: 1.375 + n for n, name in enumerate(names)}  # any
     for elastic, loss in product((False, True), repeat=2):
         given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t / 3, "t2": t * 2 / 3, "elastic": elastic, "loss": loss}
         parts = [

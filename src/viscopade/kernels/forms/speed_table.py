@@ -387,7 +387,8 @@ def check_row_results(table: Layout) -> None:
         If they are not.
     """
     branch, x = table.sums(table.names), fmpq_poly([0, 1])
-    speed, head = x**5 + 2, x**7 - 3  # any, as the loss of the sum `head` makes up for what it lacks
+    # Any coefficients, any speed, and any leading sum, as its loss makes up for what it lacks.
+    speed, head = x**5 + 2, x**7 - 3
     for base in (0, 1):
         numbers = {**{name: 1.375 + n for n, name in enumerate(table.names)}, "base": base, REST: 1 - base}
         given = {"m": x, "t": x, "speed": speed, "head": head}

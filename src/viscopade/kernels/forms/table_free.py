@@ -212,11 +212,11 @@ def check_formula(form: Powers, a: Values, b: Values) -> None:
         If it is not.
     """
     program, (proven, _) = table_free_program(form), half_line_branches(form)
-    y, numbers = fmpq_poly([0, 1]), constants(form, a, b)
+    y, coefficients = fmpq_poly([0, 1]), constants(form, a, b)
     given = {"y": y, "v_star": y**3}
     for name in ("elastic", "lost"):
-        own = exactly(CodeBranch(None, program.common, {}), name, given, numbers)
-        if own != exactly(proven, name, given, numbers):
+        own = exactly(CodeBranch(None, program.common, {}), name, given, coefficients)
+        if own != exactly(proven, name, given, coefficients):
             raise ArithmeticError(f"{name} of the program is not that of the proven formula")
     by = Arithmetic(Fraction)
     for speed, beta in product((Fraction(3), Fraction(5)), repeat=2):

@@ -55,16 +55,12 @@ def render(given: SpeedKernel, command: str) -> str:
     table = given.table
     width = len(table.rows[0])
     slow = FULL if given.slow is None else given.slow.name
+    slow_loss = Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),))
     return template(__name__, "speed.h.jinja").render(
         head="\n".join(f" * {line}".rstrip() for line in _head(given, command)),
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
-        slow_dissipation=text(
-            formulas.lost_energy(Name("eps"), Call(f"viscopade_one_minus_epsilon_{slow}", (Name("v_star"),)))[
-                "of_both"
-            ],
-            Syntax(),
-        ),
+        slow_dissipation=text(formulas.lost_energy(Name("eps"), slow_loss)["of_both"], Syntax()),
         guard=f"VISCOPADE_{given.name.upper()}",
         name=given.name,
         number=table.form.name,
