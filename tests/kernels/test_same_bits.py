@@ -84,7 +84,7 @@ def v_stars(form):
 
 
 def speeds_and_betas(form, table):
-    """Return speeds, subnormal ones too, and beta with w in a table; the first ones are 0, infinite, NaN or negative."""
+    """Return speeds, subnormal ones too, and beta with w in a table; the first are 0, infinite, NaN or negative."""
     first, end = FIRST_AND_END[table]
     largest = {"double": 190, "float": 9}[form]
     of_beta = whole_numbers(-largest, largest + 1, 4)
