@@ -3,9 +3,11 @@
 import itertools
 import math
 import random
+import re
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -288,6 +290,17 @@ def test_the_cheapest_is_chosen(accuracy, v_max, form, measure):
             except ValueError:
                 continue
             assert other >= (float(accuracy) if cost(m, n) < price else found.fit.error)
+
+
+def test_the_degrees_of_the_pages_table_reach_their_accuracy():
+    page = (Path(__file__).parents[2] / "docs" / "usage" / "which-kernel.md").read_text("utf-8")
+    columns, *rows = re.findall(r"^\| (V|[\d.]+) \| (.*) \|$", page, re.MULTILINE)
+    assert len(rows) == 8
+    for end, cells in rows:
+        for accuracy, cell in zip(columns[1].split(" | "), cells.split(" | "), strict=True):
+            if not cell.startswith("–"):
+                m, n = map(int, cell.split()[0].split("/"))
+                assert fit(m, n, end).error <= float(accuracy), (end, accuracy)
 
 
 def test_cost_counts_multiplications_and_the_division():

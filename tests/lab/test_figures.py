@@ -20,7 +20,6 @@ from tests import daily
 from tests.closed_forms import nu_1, nu_2
 from viscopade import restitution
 from viscopade.approximation import minimax
-from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
 from viscopade.generated import MARKER, marker_line
@@ -39,9 +38,8 @@ NAMES = list(FIGURES)
 NAME = "tryingDifferentPadeLin"  # where one is enough
 # Every figure as SVG; this one, and another every day, in every format.
 SAVED = [(name, kind) for name in NAMES for kind in FORMATS if kind == "svg" or name in (NAME, daily.chosen(NAMES))]
-OF_BEST = ["minimaxErrors", "frontier"]
 # The paper has nothing of the kind.
-BEYOND = [*OF_BEST, *("cooling", "universalCurves", "dampingFormulas", "audit", "epsOverSpeed")]
+BEYOND = ["minimaxErrors", *("cooling", "universalCurves", "dampingFormulas", "audit", "epsOverSpeed")]
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +179,6 @@ def test_no_curve_has_another_name(sheets, name):
         "expVsAnaVsNum": {"fit"},
         "iceErrors": {"pade-1-4", "pade-3-6", "series-40", "fit"},
         "minimaxErrors": {"pade-3-6", "best", "larger", "of-epsilon", "of-loss", "extrema"},
-        "frontier": {f"{name}-{end}" for name in ("best", "pade", "paper") for end in (1, 2, 5, 10)},
         "cooling": {
             *("exact", "constant", "slope-5-3", "slope-2", "simulated-exact", "simulated-constant"),
             *(f"{name}-error" for name in ("constant", "pade-1-4", "pade-3-6", "kernel")),
@@ -361,20 +358,6 @@ def test_the_error_of_the_best_approximant_equioscillates_as_the_caption_says(sh
     assert sorted(levels) == pytest.approx([min(y), max(y)], rel=1e-6)
 
 
-def test_frontiers(sheets):
-    """Points drawn are errors of some approximant of so many coefficients, and there is no better one."""
-    for end in (1, 2, 5, 10):
-        for kind, error in (("best", best_or_infinite), ("pade", sampled_pade_error)):
-            numbers, errors = artist(sheets["frontier"], f"{kind}-{end}").get_data()
-            assert list(numbers) == list(range(2, 16))
-            k = 5 + end % 3
-            found = [error(m, k - m, end) for m in range(7) if 0 <= k - m <= 9]
-            assert min(found) == pytest.approx(errors[k - 2], rel=2e-3)
-        numbers, errors = artist(sheets["frontier"], f"paper-{end}").get_data()
-        assert list(numbers) == [2 * m + 3 for m in range(7)]
-        assert errors[1] == pytest.approx(sampled_pade_error(1, 4, end), rel=2e-3)
-
-
 def test_universal_curves_with_closed_forms(sheets):
     """nu = 1 by Lambert's function, nu = 2 by the damped oscillator."""
     for end, nu in (("force", "1"), ("force", "2"), ("return", "2")):
@@ -459,39 +442,6 @@ def test_delivered_eps(sheets):
             assert y == pytest.approx(float(expected), rel=1e-9)
         line, error = (artist(sheets["dampingFormulas"], gid + suffix) for suffix in ("", "-error"))
         np.testing.assert_allclose(line.get_ydata() - line.get_xdata(), error.get_ydata())
-
-
-def best_or_infinite(m, n, end):
-    try:
-        return minimax.fit(m, n, end).error
-    except ValueError:
-        return np.inf
-
-
-def sampled_pade_error(m, n, end):
-    try:
-        approximant = pade(m, n, DIGITS)
-    except ValueError:
-        return np.inf
-    if any(root.positive and float(root.value.real) <= end for root in approximant.poles):
-        return np.inf
-    v_star = np.linspace(0, end, 2001)[1:]
-    epsilon, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
-    return np.max(np.abs(approximant(v_star) - epsilon) / np.minimum(epsilon, loss))
-
-
-def test_the_frontiers_factors_and_degrees_are_those_of_the_points(sheets):
-    for axes, end in zip(sheets["frontier"].axes, (1, 2, 5, 10), strict=True):
-        assert f"$V = {end}$" in [text.get_text() for text in axes.texts]
-        best, other = (dict(zip(*artist(sheets["frontier"], f"{kind}-{end}").get_data(), strict=True))
-                       for kind in ("best", "pade"))  # fmt: skip
-        (factor,) = [text.get_text() for text in axes.texts if text.get_text().endswith("×")]
-        assert float(re.sub(r"\D", "", factor)) == pytest.approx(other[9] / best[9], rel=0.05)
-        labels = [text.get_text() for text in axes.texts if text.get_text().startswith("[")]
-        for k, label in zip((5, 9), labels, strict=True):
-            m, n = map(int, label.strip("[]").split("/"))
-            assert m + n == k
-            assert minimax.fit(m, n, end).error == pytest.approx(best[k], rel=1e-3)
 
 
 def drawn_line(sheets, gid):

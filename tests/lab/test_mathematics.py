@@ -11,10 +11,13 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mpmath import beta, exp, findroot, gamma, log, matrix, mp, mpf, odefun, pi, polyroots, quad, sqrt
 
+import viscopade as vp
 from tests.closed_forms import nu_1, nu_2
+from viscopade.approximation import minimax
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
@@ -556,6 +559,22 @@ def test_every_formula_names_a_derivation():
 
 def test_the_tables_are_those_that_the_command_prints():
     assert [table.splitlines()[0] for table in mathematics.tables() if table not in PAGE] == []
+
+
+def test_the_table_of_quotients():
+    """Errors of best quotients by a fit; those of Padé by a dense sample, where 1 - eps has enough digits."""
+    rows = re.findall(r"^\| (\d+) \| (\S+ \| \S+ \| \S+ \| \S+ \| \S+ \| \S+) \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 5
+    for end, cells in rows:
+        v_star = np.linspace(0, int(end), 20_001)[200:]
+        epsilon, loss = vp.epsilon(v_star), vp.one_minus_epsilon(v_star)
+        errors = []
+        for m, n in ((1, 4), (3, 6), (6, 9)):
+            difference = np.abs(vp.pade(m, n)(v_star) - epsilon)
+            errors += [np.max(difference / np.minimum(epsilon, loss)), minimax.fit(m, n, int(end)).error]
+        for cell, error in zip(cells.split(" | "), errors, strict=True):
+            unit = 10.0 ** (math.floor(math.log10(error)) - 1)
+            assert -1e-9 < float(cell) - error < 1.05 * unit, (end, cell, error)  # rounded up to two digits
 
 
 @pytest.mark.parametrize("k", mathematics.ORDERS)

@@ -2,7 +2,6 @@
 
 __all__ = [
     "cheapest",
-    "frontier",
     "half_line",
     "inverse",
     "lacunary",

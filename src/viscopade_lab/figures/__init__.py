@@ -2,7 +2,7 @@
 
 NAMES = (
     *("seriesDiverging", "seriesErrors", "tryingDifferentPade", "localSlope", "tryingDifferentPadeLin", "padeErrors"),
-    *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "frontier", "cooling"),
+    *("polesAndZeros", "expVsAnaVsNum", "iceErrors", "minimaxErrors", "cooling"),
     *("universalCurves", "dampingFormulas", "audit", "epsOverSpeed"),
 )
 FORMATS = ("svg", "pdf", "png")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from viscopade.approximation import frontier, minimax
+from viscopade.approximation import minimax
 from viscopade.arrays import double
 from viscopade.collision import spheres
 from viscopade.plots.sheet import (
@@ -37,7 +37,6 @@ from viscopade.plots.sheet import (
     SKY,
     V_STAR,
     VERMILION,
-    WIDTH,
     Look,
     label_axes,
     new_sheet,
@@ -92,7 +91,6 @@ LOOKS: Mapping[str, Look] = {
     "paper-power": Look(BLACK, DOTTED, 0.9),
     "limit-power": Look(BLACK, (), 0.5),
     "best": Look(VERMILION, text=VERMILION),
-    "pade": Look(BLUE, SHORT, text=BLUE),
     "of-epsilon": Look(VERMILION, text=VERMILION),
     "of-loss": Look(BLUE, SHORT, text=BLUE),
     "larger": Look(GREY, width=3.4, text="#555555"),
@@ -101,7 +99,7 @@ LOOKS: Mapping[str, Look] = {
 
 # Marker and size in points of what is marked.
 MARKS = {"pole": ("x", 4.5), "zero": ("o", 4.0), "doublet": ("s", 5.5), "singularity": ("*", 7.0)}
-MARKS |= {"extremum": ("o", 3.2), "paper": ("s", 2.7)}
+MARKS |= {"extremum": ("o", 3.2)}
 
 
 @dataclass(frozen=True)
@@ -530,10 +528,6 @@ COMPARED, COMPARED_END = (3, 6), 5.0
 # Where they are computed: uniform on the square-root axis that they are drawn on.
 ROOTS = np.linspace(0, math.sqrt(COMPARED_END), 2002)[1:]
 
-# Ends of the intervals whose frontiers are drawn, and for which numbers of coefficients degrees and gains are written.
-FRONTIERS = (1.0, 2.0, 5.0, 10.0)
-NAMED, GAINED = (5, 9), 9
-
 
 def _deviation(a: Floats, b: Floats, v_star: Floats) -> Floats:
     """Return a/b - eps without cancellation at small v*, for a_0 = b_0 and a_1 = b_1."""
@@ -598,60 +592,6 @@ def _error_axes(axes: Axes, y_label: str, y: tuple[float, float]) -> None:
     axes.xaxis.set_major_formatter("{x:g}")
 
 
-@figure(
-    "error against the number of coefficients, the best approximants beside Padé's",
-    r"""Smallest error $\max(|\delta\varepsilon|/\varepsilon,\ |\delta\varepsilon|/(1 - \varepsilon))$ on
-    $0 \leq v_\ast \leq V$ that $m + n$ coefficients besides $a_0 = b_0 = 1$ reach (as many multiplications), over all
-    $[m/n]$ with $m \leq 6$, $n \leq 9$: best approximants (circles) and Padé's (squares; filled: the paper's
-    $[m/m+3]$). The degrees at two circles are named, and the arrow says how many times smaller the error is at the same
-    price.""",
-)
-def _frontier() -> Sheet:
-    from matplotlib.figure import Figure as Sheet
-
-    sheet = Sheet(figsize=(WIDTH, 3.7))
-    planes = sheet.subplots(2, 2, sharex=True, sharey=True)
-    for axes, end in zip(planes.ravel(), FRONTIERS, strict=True):
-        _frontier_of(axes, end)
-    for axes in planes[1]:
-        axes.set_xlabel("coefficients, $m + n$")
-    for axes in planes[:, 0]:
-        axes.set_ylabel("error")
-    planes[0, 0].set(xticks=range(3, 16, 3), yticks=[10.0**k for k in range(-15, 1, 3)])
-    first = planes[0, 0]
-    write_text(first, "Padé", (13, 4e-5), (0, 4), LOOKS["pade"].text)
-    write_text(first, "best", (7.5, 2e-7), (-5, 0), LOOKS["best"].text)
-    return sheet
-
-
-def _frontier_of(axes: Axes, end: float) -> None:
-    """Draw the frontiers on [0, end]."""
-    records = [r for r in frontier.table() if r.v_star_max == end and r.m <= minimax.MAX_M]
-    numbers = sorted({r.coefficients for r in records})
-    best = {k: min((r for r in records if r.coefficients == k), key=lambda r: r.error) for k in numbers}
-    other = {k: min(r.pade_error for r in records if r.coefficients == k) for k in numbers}
-    of_paper = {r.coefficients: r.pade_error for r in records if r.n == r.m + 3}
-    label_axes(axes, "", "", (1, 16), (2e-16, 50), "y")
-    x = np.array(numbers)
-    _arrow(axes, GAINED, other[GAINED], best[GAINED].error)
-    for name, size, y in (("pade", 2.7, other.values()), ("best", 3.0, [r.error for r in best.values()])):
-        line = draw_curve(axes, name, x, np.array(list(y)), gid=f"{name}-{end:g}")
-        line.set(marker="s" if name == "pade" else "o", markersize=size, linewidth=0.9)
-        line.set(markerfacecolor="white" if name == "pade" else line.get_color(), markeredgewidth=0.7)
-    _mark(axes, "paper", list(of_paper), list(of_paper.values()), BLUE, f"paper-{end:g}")
-    for k in NAMED:
-        write_text(axes, best[k].label, (k, best[k].error), (-2, -3), LOOKS["best"].text)
-    axes.text(0.06, 0.06, f"$V = {end:g}$", transform=axes.transAxes, fontsize=8)
-
-
-def _arrow(axes: Axes, x: float, above: float, below: float) -> None:
-    """Draw an arrow down, and beside it the factor between its ends, to two digits."""
-    style = {"arrowstyle": "-|>,head_width=0.14,head_length=0.3", "color": BLACK, "linewidth": 0.6}
-    axes.annotate("", (x, below), (x, above), arrowprops=style | {"shrinkA": 2.5, "shrinkB": 2.5})
-    factor = f"{int(float(f'{above / below:.1e}')):,}".replace(",", "\N{THIN SPACE}")
-    write_text(axes, factor + "\N{THIN SPACE}\N{MULTIPLICATION SIGN}", (x, above**0.35 * below**0.65), (3, 0))
-
-
 FIGURES: Mapping[str, Figure] = {
     "seriesDiverging": _series_diverging,
     "seriesErrors": _series_errors,
@@ -663,5 +603,4 @@ FIGURES: Mapping[str, Figure] = {
     "expVsAnaVsNum": _exp_vs_ana_vs_num,
     "iceErrors": _ice_errors,
     "minimaxErrors": _minimax_errors,
-    "frontier": _frontier,
 }

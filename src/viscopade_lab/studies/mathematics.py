@@ -1,4 +1,4 @@
-"""The tables of docs/theory/mathematics.md: the coefficients h_k, the limit of large v*, best quotients against Padé's.
+"""The tables of docs/theory/mathematics.md: the coefficients h_k, and the limit of large v*.
 
 Run as `python -m viscopade_lab.studies.mathematics`: it prints the tables in Markdown, as they stand on the page.
 """
@@ -12,9 +12,7 @@ import sympy as sp
 from flint import arb
 from mpmath import mp
 
-from viscopade.approximation import frontier
 from viscopade.arithmetic.balls import to_mpf, working
-from viscopade.arithmetic.decimals import at_most
 from viscopade.collision import exact
 from viscopade.theory import symbolic
 from viscopade.theory.asymptotics import viscous
@@ -25,8 +23,6 @@ ORDERS = (2, 4, 5, 6, 7, 8, 9, 11, 13)
 """The k of the h_k that have a closed form."""
 LARGE = (5, 10, 100, 1000)
 MOST_TERMS = 3
-DEGREES = ((1, 4), (3, 6), (6, 9))
-INTERVALS = (1.0, 2.0, 5.0, 10.0, 100.0)
 DIGITS = 15
 # The errors of three terms are larger than 1e-30.
 EXACT_DIGITS, BITS = 40, 200
@@ -50,20 +46,10 @@ def large_v_star() -> Iterator[list[str]]:
         yield [str(v_star), f"{float(epsilon):.10g}", *(f"{float(error):.1e}" for error in errors)]
 
 
-def best_against_pade() -> Iterator[list[str]]:
-    """Yield the end of an interval and the largest errors, rounded up: for each degrees Padé's and the best one's."""
-    records = {(record.v_star_max, record.m, record.n): record for record in frontier.table()}
-    for end in INTERVALS:
-        here = [records[end, m, n] for m, n in DEGREES]
-        yield [f"{end:g}", *(at_most(error, 2) for record in here for error in (record.pade_error, record.error))]
-
-
 def tables() -> Iterator[str]:
     """Yield the page's tables in its order."""
     yield markdown(["$k$", "$h_k$", "value"], coefficients())
     yield markdown([r"$v_\ast$", r"$\varepsilon$", "one term", "two terms", "three terms"], large_v_star())
-    names = [f"{kind} $[{m}/{n}]$" for m, n in DEGREES for kind in ("Padé", "best")]
-    yield markdown(["$V$", *names], best_against_pade())
 
 
 @click.command()
