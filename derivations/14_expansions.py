@@ -1,7 +1,7 @@
 # %% [markdown]
 # # 14. Both ends to any order: expansions for v* -> 0 and v* -> infinity
 #
-# `viscopade.theory.asymptotics` gives eps, x_max, tau_c and the inverse v*(eps) as asymptotic expansions to any
+# `viscopade_lab.asymptotics` gives eps, x_max, tau_c and the inverse v*(eps) as asymptotic expansions to any
 # order, without anything of what computes the exact function, so that they can check it. Its recursions are derived
 # here.
 #
@@ -19,7 +19,8 @@ from mpmath import mp, quad
 from viscopade.arithmetic.balls import to_mpf, working
 from viscopade.collision import exact
 from viscopade.theory import symbolic
-from viscopade.theory.asymptotics import (
+from viscopade.theory.series import series
+from viscopade_lab.asymptotics import (
     elastic,
     elastic_in_closed_form,
     near_turning_point,
@@ -27,7 +28,6 @@ from viscopade.theory.asymptotics import (
     viscous,
     way_in,
 )
-from viscopade.theory.series import series
 
 z, g, C = sp.symbols("z g C", positive=True)
 s, ell, t, n, p = sp.symbols("sigma l t n p")

@@ -20,9 +20,8 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.audit import programs
 from viscopade.cli.main import command
 from viscopade.generated import __version__
-from viscopade.theory import singularity
 from viscopade.theory.series import series
-from viscopade_lab import convergence
+from viscopade_lab import convergence, singularity
 
 ROOT = Path(__file__).parents[1]
 CITATION = (ROOT / "CITATION.cff").read_text("utf-8")

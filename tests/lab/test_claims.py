@@ -21,9 +21,9 @@ from mpmath import mp, mpf
 
 from viscopade import progress
 from viscopade.arithmetic.decimals import at_most
-from viscopade.theory import singularity
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
+from viscopade_lab import singularity
 from viscopade_lab.claims import CLAIMS, UNCHECKED, approximants, asymptotics, claims, motion, pade, physics
 from viscopade_lab.claims import series as of_series
 from viscopade_lab.claims.evidence import percent, percent_at_most, verdict

@@ -14,10 +14,9 @@ from mpmath import mp
 
 from viscopade.arithmetic.balls import working
 from viscopade.collision import exact
-from viscopade.theory import singularity
 from viscopade.theory.pade import pade
 from viscopade.theory.series import series
-from viscopade_lab import convergence
+from viscopade_lab import convergence, singularity
 from viscopade_lab.convergence import (
     ORDER,
     TERMS,

@@ -21,9 +21,8 @@ from viscopade.approximation import minimax
 from viscopade.arithmetic.balls import to_mpf
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
-from viscopade.theory import singularity
 from viscopade.theory.series import lambda_coefficients
-from viscopade_lab import convergence
+from viscopade_lab import convergence, singularity
 from viscopade_lab.studies import mathematics
 
 ROOT = Path(__file__).parents[2]

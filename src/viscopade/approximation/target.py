@@ -29,7 +29,9 @@ from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.series import series
 
 TABLE_DIGITS = 17
-RADIUS = 1.0471  # of convergence for the paper's law, rounded down (`singularity` finds it); elsewhere a first guess
+RADIUS = (
+    1.0471  # of convergence for the paper's law, rounded up (`derivations/09_singularity.py`); elsewhere a first guess
+)
 SERIES_ENDS = (Fraction(1, 16), Fraction(1, 8), Fraction(1, 4), Fraction(1, 2))
 ELLIPSES = {0: 8.5, 1: 5.9}  # on the octave up to 2^key, interpolation at n nodes is off by about this to the -n
 ELLIPSE = 4.6  # on all others

@@ -1,12 +1,10 @@
-"""Theory of eps(v*): the scaled equation of motion, its series, Padé approximants, both limits, singularities."""
+"""Theory of eps(v*): the scaled equation of motion, its series, Padé approximants and the paper's numbers."""
 
 __all__ = [
-    "asymptotics",
     "equation",
     "law",
     "pade",
     "paper",
     "series",
-    "singularity",
     "symbolic",
 ]

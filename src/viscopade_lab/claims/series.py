@@ -14,9 +14,9 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
-from viscopade.theory import singularity
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import lambda_coefficients
+from viscopade_lab import singularity
 from viscopade_lab.claims.approximants import ORDER, SERIES_DIGITS, coefficients, departure, truncated
 from viscopade_lab.claims.evidence import Claim, Evidence, claim, percent, verdict
 

@@ -41,10 +41,10 @@ from viscopade.plots.sheet import (
     label_axes,
     new_sheet,
 )
-from viscopade.theory import singularity
 from viscopade.theory.pade import Pade, Root, horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS, TABLE
 from viscopade.theory.series import series
+from viscopade_lab import singularity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

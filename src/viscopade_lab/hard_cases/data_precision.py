@@ -27,8 +27,8 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arrays import double
 from viscopade.theory.pade import DOUBLET_TOLERANCE, Doublet, Pade, Root, rational_pade
 from viscopade.theory.series import series
-from viscopade.theory.singularity import from_four
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve, signed
+from viscopade_lab.singularity import from_four
 
 QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 15, 20, 25)
 THOROUGH = tuple(range(61))

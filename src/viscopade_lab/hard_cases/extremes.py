@@ -25,9 +25,9 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arrays import double, panels
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact
-from viscopade.theory import asymptotics
-from viscopade.theory.asymptotics import Expansion, LogExpansion, PowerExpansion
 from viscopade.theory.series import series
+from viscopade_lab import asymptotics
+from viscopade_lab.asymptotics import Expansion, LogExpansion, PowerExpansion
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, ChartCurve, Check, Outcome, ResultTable, curve
 
 NEAR, FAR = "v* -> 0", "v* -> infinity"

@@ -28,10 +28,9 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_least, at_most
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.theory import singularity
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
-from viscopade_lab import compensated
+from viscopade_lab import compensated, singularity
 from viscopade_lab.hard_cases.exported import true_value
 from viscopade_lab.hard_cases.finding import Case, Cell, Chart, Check, Outcome, ResultTable, curve
 

@@ -15,8 +15,8 @@ from mpmath import mp
 from viscopade.arithmetic.balls import to_mpf, working
 from viscopade.collision import exact
 from viscopade.theory import symbolic
-from viscopade.theory.asymptotics import viscous
 from viscopade.theory.series import series
+from viscopade_lab.asymptotics import viscous
 from viscopade_lab.studies.laws import markdown
 
 ORDERS = (2, 4, 5, 6, 7, 8, 9, 11, 13)

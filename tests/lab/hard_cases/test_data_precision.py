@@ -156,7 +156,7 @@ def test_true_poles_stay(h, data):
 
 
 def test_the_singularity_is_about_where_the_flow_has_it(h):
-    there = cmath.rect(1.04702431222, 0.428884641576 * cmath.pi)  # as `viscopade.theory.singularity` finds it
+    there = cmath.rect(1.04702431222, 0.428884641576 * cmath.pi)  # as `viscopade_lab.singularity` finds it
     found = {LARGEST_M: (sensitive_pade(h, LARGEST_M), ())}
     assert data_precision.singularity(found) == pytest.approx(there, rel=0.03)
 

@@ -14,9 +14,8 @@ from tests.lab.hard_cases.hard_case import assert_passes, assert_readable
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.decimals import at_least
 from viscopade.collision import exact
-from viscopade.theory import singularity
 from viscopade.theory.pade import horner
-from viscopade_lab import compensated
+from viscopade_lab import compensated, singularity
 from viscopade_lab.hard_cases import truncated_series as case
 
 close_to = partial(pytest.approx, abs=0)  # else all numbers below 1e-12 are equal

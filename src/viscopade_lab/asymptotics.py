@@ -13,8 +13,8 @@ polynomials in lambda. They are asymptotic, not convergent. In the flow z' = g, 
 coefficients, and on the way in, in powers of 1/C, C = (z^3 - 3 g)^(1/3) -> W, with coefficients that are sums of
 convergent series.
 
-Coefficients are balls of FLINT. For v* -> 0 they are enclosures; for v* -> infinity the radius covers rounding, but
-what is left out of a convergent series is estimated from its last terms.
+Coefficients are balls of FLINT. The radius covers rounding, but the remainder of a convergent series is estimated from
+its last terms.
 """
 
 from __future__ import annotations
@@ -24,17 +24,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly, fmpz_poly
+from flint import arb, arb_poly, arb_series, fmpq, fmpq_poly
 
-from viscopade.arithmetic.balls import ball_of, bits_for, fixed_point, rational_power, working
-from viscopade.arithmetic.function_balls import FunctionBall, Orders, Wiener, divided_up, norm
-from viscopade.theory.law import Law
+from viscopade.arithmetic.balls import bits_for, rational_power, working
 
 GUARD_BITS = 64
 
-# Radii of convergence, and over how many coefficients the phase at the singularities goes round once.
-_ELASTIC_GROWTH = 0.2333  # log2 of 2 sin(pi/5)
-_VISCOUS_GROWTH, _VISCOUS_ROUND = 0.7924, 14  # log2 of sqrt(3)
+_ELASTIC_GROWTH = 0.2333  # log2 of the radius of convergence 2 sin(pi/5)
+_VISCOUS_GROWTH = 0.7924  # log2 of sqrt(3)
+_ROUND = 14  # coefficients over which the phase at the singularities goes round at least once
 
 _Polynomials = list[arb_poly]
 """Sum of u^n p_n(lambda), n ascending."""
@@ -217,39 +215,32 @@ def _at_series(coefficients: list[arb], value: arb_series) -> arb_series:
 def turning_point_series(order: int, digits: int) -> tuple[list[arb], list[arb]]:
     """Return G_0 … G_order and D_0 … D_order.
 
-    With y = 1 - r, g_n = y^((n+1)/2) f_n(y), and f_n is analytic for |y| < 2 sin(pi/5) = 1.17…, beyond r = 0.
+    With y = 1 - r, g_n = y^((n+1)/2) f_n(y) and [1/g]_n = y^((n-1)/2) e_n(y); the singularities of f_n and e_n next to
+    0 are at |y| = 2 sin(pi/5) = 1.17…, beyond r = 0.
     """
     bits = bits_for(digits) + GUARD_BITS + 8 * order
-    algebra = Wiener(bits, int(bits / _ELASTIC_GROWTH))
-    f_0, half_inverse = algebra.root_and_half_inverse([Fraction(c) for c in (5, -10, 10, -5, 1)])  # 1 - r^5 = y f_0^2
-    f = Orders([f_0])
-    inverse = [algebra.element([2 * c for c in half_inverse.polynomial.coeffs()], 2 * half_inverse.error)]
-    for n in range(1, order + 1):
-        work = _integrated(algebra, f[n - 1], fmpz_poly([5, -10, 5]), n + 2)
-        products, error = f.convolution()
-        right = algebra.rounded(work.polynomial * (1 << bits) - products, error + (work.error << bits))
-        f.append(algebra.product(right, half_inverse))
-        parts = [algebra.product(f[i], inverse[n - i]) for i in range(1, n + 1)]
-        total = algebra.element(sum((-2 * p.polynomial for p in parts), fmpz_poly()).coeffs(), 2 * _errors(parts))
-        inverse.append(algebra.product(total, half_inverse))
-    times = [_integrated(algebra, e, fmpz_poly([1, -1]), n + 1) for n, e in enumerate(inverse)]
-    with working(bits):
-        return [_at_one(f_n, bits) for f_n in f], [_at_one(t, bits) for t in times]
+    length = int(bits / _ELASTIC_GROWTH)
+    with working(bits, length):
+        f = [arb_series([5, -10, 10, -5, 1], length).sqrt()]  # 1 - r^5 = y f_0^2
+        e = [1 / f[0]]
+        for n in range(1, order + 1):
+            work = _integrated(f[n - 1] * arb_series([5, -10, 5], length), n + 2)
+            f.append((work - sum((f[i] * f[n - i] for i in range(1, n)), arb_series([0], length))) * e[0] / 2)
+            e.append(-sum((f[i] * e[n - i] for i in range(1, n + 1)), arb_series([0], length)) * e[0])
+        times = [_integrated(e_n * arb_series([1, -1], length), n + 1) for n, e_n in enumerate(e)]
+        return [_sum(f_n, _ELASTIC_GROWTH) for f_n in f], [_sum(time, _ELASTIC_GROWTH) for time in times]
 
 
-def _integrated(algebra: Wiener, element: FunctionBall, weight: fmpz_poly, n: int) -> FunctionBall:
-    """Return y^(-n/2) times the integral of y^(n/2 - 1) weight element."""
-    coefficients = (element.polynomial * weight).coeffs()
-    error = divided_up(2 * norm(weight.coeffs()) * element.error, n) + len(coefficients)
-    return algebra.element([2 * c // (n + 2 * j) for j, c in enumerate(coefficients)], error)
+def _integrated(series: arb_series, n: int) -> arb_series:
+    """Return y^(-n/2) times the integral of y^(n/2 - 1) series."""
+    return arb_series([2 * c / (n + 2 * j) for j, c in enumerate(series.coeffs())], series.prec)
 
 
-def _errors(elements: list[FunctionBall]) -> int:
-    return sum(element.error for element in elements)
-
-
-def _at_one(element: FunctionBall, bits: int) -> arb:
-    return fixed_point(int(sum(element.polynomial.coeffs())), element.error, bits)
+def _sum(series: arb_series, growth: float) -> arb:
+    """Return the sum of the coefficients; the remainder is estimated by the last ones, which fall by 2^-growth each."""
+    coefficients = series.coeffs()
+    last = max((abs(c).abs_upper() for c in coefficients[series.prec - _ROUND :]), default=arb(0))
+    return sum(coefficients, arb(0)) + arb(0, (last * (4 / growth)).abs_upper())
 
 
 def _ball(number: fmpq) -> arb:
@@ -257,24 +248,6 @@ def _ball(number: fmpq) -> arb:
 
 
 # --- v* -> infinity ---------------------------------------------------------------------------------------------------
-
-
-def overdamped(law: Law, digits: int) -> PowerExpansion:
-    """Return the leading term of eps for kappa -> infinity by any law with delayed recovery, as a power of kappa.
-
-    eps -> K^-nu with K = kappa (b+1)^-(1-1/nu), that is (b+1)^(nu-1) kappa^-nu (section 2.9). For the paper's law
-    `viscous` has the terms that follow.
-
-    Raises
-    ------
-    ValueError
-        If contact ends at x = 0: then the power is `Law.decay`, but no closed form of the factor is known.
-    """
-    if not law.delayed:
-        raise ValueError(f"law is {law} with end {law.end!r}: accepted is nu > 1 with end 'force'")
-    with working(bits_for(digits) + GUARD_BITS):
-        factor = rational_power(ball_of(law.damping + 1), law.nu - 1)
-        return PowerExpansion((-law.n_a, law.n_b), ((1, factor),))
 
 
 @lru_cache(maxsize=8)
@@ -453,7 +426,7 @@ def _way(drag: arb_series, sources: tuple[arb_series, arb_series], power: int, m
         if n <= len(sources):
             right[0] += sources[n - 1]
         found = _with_logarithms(right, n, match, length)
-        values.append(arb_poly([_sum(f) for f in found]))
+        values.append(arb_poly([_sum(f, _VISCOUS_GROWTH) for f in found]))
     return values
 
 
@@ -475,13 +448,6 @@ def _with_logarithms(right: list[arb_series], n: int, match: fmpq, length: int) 
         found.append(now)
         above = now
     return [arb_series(row, length) for row in reversed(found)]
-
-
-def _sum(series: arb_series) -> arb:
-    """Return the sum of the coefficients; the remainder is estimated by the last ones."""
-    coefficients = series.coeffs()
-    last = max((abs(c).abs_upper() for c in coefficients[series.prec - _VISCOUS_ROUND :]), default=arb(0))
-    return sum(coefficients, arb(0)) + arb(0, (last * (4 / _VISCOUS_GROWTH)).abs_upper())
 
 
 def _padded(series: arb_series, length: int) -> list[arb]:

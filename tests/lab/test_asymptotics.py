@@ -7,8 +7,8 @@ import pytest
 from flint import arb
 
 from viscopade.arithmetic.balls import to_mpf, working
-from viscopade.theory import asymptotics
 from viscopade.theory.series import g_coefficients, series
+from viscopade_lab import asymptotics
 from viscopade_lab.studies import direct
 
 

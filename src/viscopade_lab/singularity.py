@@ -1,0 +1,195 @@
+r"""The singularity of eps(v*) nearest to v* = 0, which ends the convergence of the series, by two independent routes.
+
+`derivations/09_singularity.py` derives it. With the damping as unit of speed every collision is an orbit of
+
+    z' = g,    g' = z^2 (g - z^2),    from z = 0, g = -4 v*^10, to the end of contact at g = z^2 = 4 v*^10 eps,
+
+and eps becomes infinite where the end of contact does: on the creeping orbit g = z^2 + 2 z + 6 + 16/z + …. So a
+singular v* is a complex point where the creeping orbit, followed in complex time, passes z = 0 (`from_flow`).
+The other way uses no equation of motion, only the proven h_k (`from_coefficients`). The two agree, but their digits
+are not proven. That no singularity has |v*| <= 1.04 is proven (`viscopade_lab.convergence`); that no other one lies
+between there and R is seen in the coefficients only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flint import acb, arb, arb_mat, arb_poly, arb_series
+from mpmath import mp
+
+from viscopade.arithmetic.balls import bits_for, to_mpf, working
+from viscopade.theory.pade import order_system
+from viscopade.theory.series import series
+
+# Time on the creeping orbit from its arrival at z = 0 to the singular start, to 2 digits, from a search. The other
+# zeros are on other sheets of eps, or belong to singularities farther from v* = 0.
+TIME_GUESS = -0.06 - 0.72j
+# Terms of the creeping orbit's expansion in 1/z; its start z is as large, where they are below 10^-50.
+EXPANSION_TERMS = 100
+STEP = 0.1  # length of a Taylor step in radii of convergence: a term gains one digit
+SERIES_ORDER = 120
+MAX_NEWTON = 60
+CARRIED_DIGITS = 50
+
+
+@dataclass(frozen=True)
+class Singularity:
+    """The singularity of eps(v*) nearest to v* = 0, in the upper half plane; its mirror image is one, too.
+
+    Attributes
+    ----------
+    v_star : mpmath.mpc
+    uncertainty : mpmath.mpf
+        Estimate of the relative error; not proven.
+    """
+
+    v_star: mp.mpc
+    uncertainty: mp.mpf
+
+    @property
+    def radius(self) -> mp.mpf:
+        """R = |v*|, the radius of convergence of eq:epsSeriesAdvanced if no other singularity is nearer."""
+        return abs(_context().mpc(self.v_star))
+
+    @property
+    def argument(self) -> mp.mpf:
+        """The argument Arg(v*)/pi: the signs of h_k repeat about every 2/argument coefficients."""
+        ctx = _context()
+        return ctx.arg(self.v_star) / ctx.pi
+
+
+def _context(digits: int = CARRIED_DIGITS) -> Any:
+    """Return a separate mpmath context; the precision of the global one stays as it is."""
+    ctx = mp.clone()
+    ctx.dps = digits
+    return ctx
+
+
+# --- from the equation of motion --------------------------------------------------------------------------------------
+
+
+def from_flow(digits: int = 30) -> Singularity:
+    """Compute the singularity from the creeping orbit, to about `digits` digits, 10 to 40."""
+    with working(bits_for(digits + 15)):
+        w = -_TaylorFlow(digits).singular_start() / 4
+        ctx = _context()
+        w_s = ctx.mpc(to_mpf(w.real), to_mpf(w.imag))
+        h = [float(h_k.mid()) for h_k in series(SERIES_ORDER, SERIES_ORDER // 2).h]
+        v_star = min((ctx.root(w_s, 10, n) for n in range(10)), key=lambda v: abs(complex(v) - from_four(h)))
+    return Singularity(v_star, mp.mpf(10) ** -digits)
+
+
+class _TaylorFlow:
+    """The flow by Taylor steps; rounding and truncation are not enclosed. To be used within `working`."""
+
+    def __init__(self, digits: int) -> None:
+        self.order = digits + 10
+        self.tolerance = 10.0 ** (-digits / 2 - 2)  # the step of Newton's method that follows is the square of it
+
+    def singular_start(self) -> acb:
+        """Return g where the creeping orbit, followed in complex time from its arrival, passes z = 0 again."""
+        c = [1]
+        for j in range(1, EXPANSION_TERMS):
+            c.append((5 - j) * sum(c[i] * c[j - 1 - i] for i in range(j)) // 2)
+        z = acb(EXPANSION_TERMS)
+        point = z, _middle(z**2 * _at([acb(x) for x in c], 1 / z))
+        while float(point[0].real.mid()) > 0.5:
+            point = self.step(point, acb(-1))[0]
+        arrival = self.to_zero(point, _middle(-point[0] / point[1]))
+        return self.to_zero((acb(0), arrival), acb(TIME_GUESS.real, TIME_GUESS.imag))
+
+    def to_zero(self, start: tuple[acb, acb], time: acb) -> acb:
+        """Return g where the flow passes z = 0, about `time` later, by Newton's method."""
+        for _ in range(MAX_NEWTON):
+            z, g = self.moved(start, time)
+            change = _middle(z / g)
+            time = _middle(time - change)
+            if _size(change) < self.tolerance:
+                return self.moved(start, time)[1]
+        raise ArithmeticError("Newton's method does not reach z = 0")
+
+    def moved(self, point: tuple[acb, acb], time: acb) -> tuple[acb, acb]:
+        """Follow the flow for a complex time, straight."""
+        while time != 0:
+            point, step = self.step(point, time)
+            time = _middle(time - step)
+        return point
+
+    def step(self, point: tuple[acb, acb], time: acb) -> tuple[tuple[acb, acb], acb]:
+        """Follow the flow towards `time`, not farther than the Taylor series is accurate; return point and step."""
+        z, g = [point[0]], [point[1]]
+        squares: list[acb] = []
+        differences: list[acb] = []
+        for n in range(self.order):
+            squares.append(sum((z[i] * z[n - i] for i in range(n + 1)), acb(0)))
+            differences.append(g[n] - squares[n])
+            z.append(g[n] / (n + 1))
+            g.append(sum((squares[i] * differences[n - i] for i in range(n + 1)), acb(0)) / (n + 1))
+        length = min(STEP * _size(c[-1]) ** (-1 / self.order) for c in (z, g))
+        step = time if _size(time) <= length else _middle(time * (length / _size(time)))
+        return (_at(z, step), _at(g, step)), step
+
+
+def _middle(number: acb) -> acb:
+    return acb(number.real.mid(), number.imag.mid())
+
+
+def _size(number: acb) -> float:
+    return float(abs(number).mid())
+
+
+def _at(coefficients: Sequence[acb], x: acb) -> acb:
+    total = acb(0)
+    for c in reversed(coefficients):
+        total = total * x + c
+    return _middle(total)
+
+
+# --- from the coefficients --------------------------------------------------------------------------------------------
+
+
+def from_coefficients(order: int = SERIES_ORDER) -> Singularity:
+    """Compute the singularity from h_0 … h_order alone, order 60 to 1000; 5 digits come from order 120.
+
+    Four successive h_k give it to 3 digits: h_{k+1} = 2 cos(arg)/R h_k - h_{k-1}/R^2 were it a pair of simple poles of
+    v* eps'. In truth it is logarithmic, eps ~ (ln(1 - v*/v_s))^2, and what is nearly analytic, with a simple zero at
+    v_s, is z^5 e^(-z) for z = 2 v*^5 sqrt(eps). That zero is taken from a Padé approximant of its series, and its
+    uncertainty from what three quarters of the orders would have given.
+    """
+    h = series(order, order // 2).h
+    guess = from_four([float(h_k.mid()) for h_k in h])
+    with working(bits_for(3 * order), order + 1):
+        z = arb_series([arb(0)] * 5 + [arb(2)], order + 1) * arb_series([h_k.mid() for h_k in h], order + 1).sqrt()
+        # z^5 e^-z starts with v*^25: the factor that vanishes at v* = 0 is left out.
+        f = [c.mid() for c in (z**5 * (-z).exp()).coeffs()[25:]]
+        n = (len(f) - 1) // 2
+        v_star, rough = (_pade_zero(f, degree, guess) for degree in (n, 3 * n // 4))
+    return Singularity(v_star, abs(rough / v_star - 1))
+
+
+def from_four(h: Sequence[float]) -> complex:
+    """Return 1/t for the root t of t^2 = p t - q, k h_k being made of its powers."""
+    c = [k * h_k for k, h_k in enumerate(h)][-4:]
+    determinant = c[1] ** 2 - c[0] * c[2]
+    p, q = (c[1] * c[2] - c[0] * c[3]) / determinant, (c[2] ** 2 - c[1] * c[3]) / determinant
+    return 1 / complex(p / 2, -((q - p * p / 4) ** 0.5))
+
+
+def _pade_zero(f: Sequence[arb], n: int, guess: complex) -> mp.mpc:
+    """Return the zero of [n/n] of a series that Newton's method finds from `guess`."""
+    matrix, right = order_system(f, n, n, arb(0))
+    # By FLINT alone: from order 1000 come 487 unknowns, for which mpmath's elimination takes minutes.
+    b = [arb(1), *arb_mat(n, n, matrix).solve(arb_mat(n, 1, right), algorithm="precond").entries()]
+    ctx = _context(3 * len(f))
+    product = arb_poly(b) * arb_poly(f[: n + 1])
+    a = [ctx.mpf(to_mpf(product[k].mid())) for k in range(n, -1, -1)]
+    v = ctx.mpc(guess)
+    for _ in range(MAX_NEWTON):
+        value, slope = ctx.polyval(a, v, derivative=True)
+        v -= value / slope
+        if abs(value / slope) < 1e-20:
+            return +_context().mpc(v)
+    raise ArithmeticError(f"[{n}/{n}] has no zero near {guess}")
