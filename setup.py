@@ -30,7 +30,7 @@ class BuildNative(build_ext):
 # Folders of an installed package, and their files here, where they are under version control. An editable installation
 # and a checkout find the latter: src/viscopade/shipped.py.
 SHIPPED = {
-    "include": ("exports/*.h", "exports/*.hpp", "exports/*.cuh"),
+    "include": ("exports/*.h", "exports/*.cuh"),
     "share/cmake/viscopade": ("cmake/*.cmake",),
     "examples": ("examples/*.toml", "examples/*.csv"),
 }

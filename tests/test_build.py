@@ -45,7 +45,7 @@ def test_the_source_distribution_has_all_that_the_extension_needs(source):
 
 def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_path):
     extensions = wheel(source, tmp_path)
-    headers = {f"include/{file.name}" for kind in ("*.h", "*.hpp", "*.cuh") for file in (ROOT / "exports").glob(kind)}
+    headers = {f"include/{file.name}" for kind in ("*.h", "*.cuh") for file in (ROOT / "exports").glob(kind)}
     scenes = {f"examples/{file.name}" for kind in ("*.toml", "*.csv") for file in (ROOT / "examples").glob(kind)}
     cmake = {f"share/cmake/viscopade/{file.name}" for file in (ROOT / "cmake").glob("*.cmake")}
     shipped = {*headers, *scenes, *cmake, "share/pkgconfig/viscopade.pc"}

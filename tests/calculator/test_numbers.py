@@ -345,7 +345,6 @@ def test_other_laws_have_lines_for_programs_with_their_own_contact(run):
 
 BUILD = {
     "c": "cc -I. main.c -lm -o run && ./run",
-    "cpp-policy": "c++ -std=c++14 -I. main.cpp -o run && ./run",
     "fortran": "gfortran viscopade.f90 main.f90 -o run && ./run",
     "rust": "rustc -O main.rs -o run && ./run",
     "javascript": "node main.mjs",
@@ -355,7 +354,7 @@ BUILD = {
     "jax": f"{sys.executable} main.py",
     "cuda": "nvcc -c main.cu -o run.o",
 }
-ENDINGS = {"c": ".c", "cpp-policy": ".cpp", "cuda": ".cu"}
+ENDINGS = {"c": ".c", "cuda": ".cu"}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -33,7 +33,6 @@ FORMS = {"double": DOUBLE, "float": FLOAT}
 TYPES = {"double": np.float64, "float": np.float32}
 BITS = {"double": np.uint64, "float": np.uint32}
 NAMES = ("x", "y")  # of arguments
-OF_POLICY = {"restitution": "EpsilonN", "rebound": "ReboundN", "dissipation": "DissipationN"}
 
 Results = Mapping[str, np.ndarray]
 Compute = Callable[..., Results]
@@ -182,24 +181,6 @@ def of_calls(code: Code, text: str, calls: Sequence[str], standard: str, flags: 
     """Run functions of C++ by the text of their calls."""
     made = [(function, code.form, code.arity, call) for function, call in zip(code.functions, calls, strict=True)]
     return called(library((code.text,), text + entries(made), c_command(standard, flags)), code)
-
-
-POLICY = "struct Now {{ static {type} beta; static {type} Beta() {{ return beta; }} }};\n{type} Now::beta;\n"
-
-
-def of_policy(_: Path, code: Code, standard: str = "c++14") -> Compute:
-    """Run a policy class of two arguments, or the functions of one."""
-    if code.arity == 1:
-        return of_calls(code, "", code.calls("viscopade::{}"), standard)
-    calls = []
-    for function in code.functions:
-        of, _, kernel = function.partition("_")
-        calls.append(f"(Now::beta = y, viscopade::Policy<Now, viscopade::{kernel}, {code.form}>::{OF_POLICY[of]}(x))")
-    return of_calls(code, POLICY.format(type=code.form), calls, standard)
-
-
-def of_policy_17(directory: Path, code: Code) -> Compute:
-    return of_policy(directory, code, "c++17")
 
 
 # --- other compiled languages, and JavaScript -------------------------------------------------------------------------
@@ -545,8 +526,6 @@ LANGUAGES = {
     "Rust": Language("rust", of_rust),
     "Julia": Language("julia", of_julia),
     "Julia as Python": Language("julia", of_julia_translated),
-    "C++14 policy": Language("cpp-policy", of_policy),
-    "C++17 policy": Language("cpp-policy", of_policy_17),
     "JAX": Language("jax", of_jax),
     "Numba": Language("numba", of_numba),
     "Warp": Language("warp", of_warp),

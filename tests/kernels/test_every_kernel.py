@@ -193,10 +193,9 @@ def lasting(name):
 
 
 def has(how, written, function, form):
-    """Whether a file has a function; classes of C++ have the kernel's name alone."""
-    names = f"{function}|{function.partition('_')[2]}" if how.target == "cpp-policy" else function
+    """Whether a file has a function."""
     suffix = target_of(how.target).number(form).suffix
-    return re.search(rf"\b(viscopade_)?({names})({suffix})?\b", written) is not None
+    return re.search(rf"\b(viscopade_)?{function}({suffix})?\b", written) is not None
 
 
 @cache

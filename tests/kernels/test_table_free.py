@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import viscopade as vp
-from tests import compiled
 from tests.kernels import languages
 from tests.kernels.languages import BITS, COMPACT, FORMS, TYPES, Code, tool
 from viscopade.approximation.lacunary import Powers
@@ -390,47 +389,6 @@ def test_eps_is_never_beyond_its_range(runner, form):
 
 
 # --- compilers only ---------------------------------------------------------------------------------------------------
-
-
-MATERIALS = """
-#include <cstdio>
-#include "viscopade_policy.hpp"
-struct Ice { static constexpr double Beta() { return 1.307; } };
-typedef viscopade::AtStart<struct OfIce> Later;
-typedef viscopade::AtStart<struct OfGlass> Other;
-int main()
-{
-    const double before = viscopade::Policy<Later>::EpsilonN(2.0);
-
-    Later::SetBeta(1.307);
-    Other::SetBeta(0.2);
-    const double eps = viscopade::Policy<Ice>::EpsilonN(2.0);
-    std::printf("%d %d %d %.17g\\n", before != before, viscopade::Policy<Later>::EpsilonN(2.0) == eps,
-        viscopade::Policy<Other>::EpsilonN(2.0) > eps, eps);
-    return 0;
-}
-"""
-
-
-@pytest.mark.parametrize("standard", ["c++14", "c++17"])
-def test_a_policy_knows_beta_when_compiled_or_when_started(tmp_path, standard):
-    (tmp_path / "viscopade_policy.hpp").write_text(made("cpp-policy"))
-    (tmp_path / "materials.cpp").write_text(MATERIALS)
-    command = [*compiled.compiler(standard), *compiled.WARNINGS, "-O2"]
-    languages.built(tmp_path, *command, "materials.cpp", "-o", "materials")
-    ran = subprocess.run([tmp_path / "materials"], check=True, capture_output=True, text=True)
-    *truths, eps = ran.stdout.split()
-    assert truths == ["1"] * 3
-    assert float(eps) == pytest.approx(float(vp.restitution(2.0, 1.307)), rel=3e-8)
-
-
-@pytest.mark.parametrize("standard", ["c++98", "c++11"])
-def test_a_policy_says_which_standard_it_needs(tmp_path, standard):
-    (tmp_path / "policy.cpp").write_text(made("cpp-policy"))
-    words = [*compiled.compiler(standard), "-fsyntax-only", "policy.cpp"]
-    ran = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
-    assert ran.returncode
-    assert re.findall(r"error: (.*)", ran.stderr) == ['#error "viscopade: this file needs C++14 or later"']
 
 
 LAUNCHES = """

@@ -112,7 +112,7 @@ def test_units(few, no_device, language):
 def test_names_that_are_words_of_the_language(few, no_device):
     for language, name in [
         ("c", "int"), ("cuda", "viscopade"), ("glsl", "gl_float"), ("fortran", "module"), ("fortran", "real64"),
-        ("rust", "fn"), ("javascript", "class"), ("python", "import"), ("c", "math"), ("cpp-policy", "int"),
+        ("rust", "fn"), ("javascript", "class"), ("python", "import"), ("c", "math"),
         ("jax", "jax"), ("numba", "class"), ("warp", "warp"),
     ]:  # fmt: skip
         plain = choice(language)
@@ -183,7 +183,6 @@ BROKEN = {
     "wgsl": ("fn tiny_beta_of", "fun tiny_beta_of"),
     "julia": ("function beta_of", "funktion beta_of"),
     **dict.fromkeys(("python", "jax", "numba", "warp"), ("def beta_of", "dof beta_of")),
-    "cpp-policy": ("float beta_of", "floot beta_of"),
 }
 
 

@@ -18,7 +18,7 @@ from viscopade.scene.render import render
 COMMAND = "viscopade scene law.toml"
 SPEEDS = "speed = { min = 0.01, max = 1 }"
 KNOWN = "restitution = { epsilon = 0.8, speed = 1 }"
-EACH = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia", "cpp-policy")
+EACH = ("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia")
 
 
 def toml(law="hunt-crossley", contact=KNOWN, tolerance="epsilon = 1e-4", code="", top=SPEEDS):

@@ -368,31 +368,6 @@ def test_c_has_no_warnings(tmp_path, standard, form, kind):
         assert ("_batch(" in made) == ("batch" in code and kind != "constant")
 
 
-POLICY = """
-#include "tiny.hpp"
-#include "tiny.hpp"
-typedef tiny_scene::Policy<tiny_scene::pair_a_b> Policy;
-int main()
-{
-    return !(Policy::EpsilonN({speed}) > {expected} * 0.999 && Policy::EpsilonN({speed}) < {expected} * 1.001);
-}
-"""
-
-
-@pytest.mark.parametrize("standard", ["c++14", "c++17"])
-@pytest.mark.parametrize("form", ["double", "float"])
-@pytest.mark.parametrize("constant", [False, True])
-def test_policies_have_no_warnings(tmp_path, standard, form, constant):
-    """By pair, they give its eps, for typical radii."""
-    made = choice("cpp-policy", form, constant)
-    encounter = next(e for e in made.encounters if e.name == "a-b")
-    expected = made.chosen.candidate.values[1] if constant else float(encounter.pair.epsilon(0.5))
-    (tmp_path / "tiny.hpp").write_text(text("cpp-policy", form, constant))
-    (tmp_path / "use.cpp").write_text(POLICY.replace("{speed}", "0.5f").replace("{expected}", str(expected)))
-    succeed(tmp_path, *compiled.compiler(standard), *compiled.WARNINGS, "use.cpp", "-o", "use", "-lm")
-    succeed(tmp_path, "./use")
-
-
 BATCH = """
 #include <stdio.h>
 #include "tiny.h"

@@ -13,9 +13,9 @@ __all__: list[str] = []  # modules of languages are taken by `target`
 
 LANGUAGES = (
     *("c", "python", "cuda", "glsl", "wgsl", "javascript", "fortran", "rust", "julia"),
-    *("jax", "numba", "warp", "cpp-policy"),
+    *("jax", "numba", "warp"),
 )
-"""Names of the targets; a minus is an underscore in the module's name."""
+"""Names of the targets, which are those of their modules."""
 
 
 @cache
@@ -29,7 +29,7 @@ def target(name: str) -> Target:
     """
     if name not in LANGUAGES:
         raise ValueError(f"target is {name!r}: accepted are {', '.join(LANGUAGES)}")
-    found: Target = import_module(f"{__name__}.{name.replace('-', '_')}").TARGET
+    found: Target = import_module(f"{__name__}.{name}").TARGET
     return found
 
 
