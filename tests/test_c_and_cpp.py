@@ -18,7 +18,6 @@ PAGE = (ROOT / "docs" / "usage" / "c-and-cpp.md").read_text("utf-8")
 BLOCKS = blocks(PAGE)
 MAIN_C, NEEDS_VERSION = (code for kind, code in BLOCKS if kind == "c")
 FIND, FETCH = (code for kind, code in BLOCKS if kind == "cmake")
-(MAIN_CPP,) = (code for kind, code in BLOCKS if kind == "cpp")
 (PRINTED,) = (code for kind, code in BLOCKS if kind == "text")
 FETCHING = re.sub(r"find_package.*\n", FETCH, FIND)
 COPIED, OF_THE_PACKAGE, CMAKE_OF_THE_PACKAGE, CMAKE_INSTALLED, PKG_CONFIG = (code for kind, code in BLOCKS if not kind)
@@ -165,7 +164,7 @@ def test_projects_in_cpp(source, installed, home, tmp_path, way):
         "add_exec", "set(CMAKE_CXX_STANDARD 17)\nadd_exec"
     )
     more = listed + "add_executable(exact exact.cpp)\ntarget_link_libraries(exact PRIVATE viscopade::viscopade)\n"
-    project(tmp_path, more, main_cpp=MAIN_CPP, exact_cpp=EXACT)
+    project(tmp_path, more, main_cpp=MAIN_C, exact_cpp=EXACT)
     assert run(BUILD.format(given), tmp_path) == PRINTED
     assert float(run("./build/exact", tmp_path)) == pytest.approx(vp.restitution(0.1, 1.307), rel=4e-16, abs=0)
 
