@@ -57,12 +57,6 @@ matrix: $(NATIVE)
 
 bench: $(NATIVE)
 	$(BIN)/viscopade bench --headers exports
-	$(BIN)/python -m viscopade_lab.studies.series
-	$(BIN)/python -m viscopade_lab.studies.exact
-	$(BIN)/python -m viscopade_lab.studies.double
-	$(BIN)/python -m viscopade_lab.studies.damping
-	$(BIN)/python -m viscopade_lab.studies.gas_cost
-	$(BIN)/python -m viscopade_lab.studies.start
 
 # Two spheres, and a box of ice, in the simulators that are installed; each says so if its program is missing.
 simulators: $(NATIVE)

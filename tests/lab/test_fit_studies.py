@@ -1,6 +1,5 @@
-"""The studies of fits: rates on a case whose answer is known, published curves as the page has them, the examples."""
+"""The studies of fits: rates on a case whose answer is known, the examples."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,9 @@ from viscopade import Points
 from viscopade.arrays import double
 from viscopade.fitting import read
 from viscopade_lab.programs import fit_data, lammps_collisions
-from viscopade_lab.studies import coverage, published
+from viscopade_lab.studies import coverage
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "results" / "fit.md").read_text("utf-8")
 SPEED = np.geomspace(0.05, 3, 12)
 
 
@@ -44,22 +42,6 @@ def test_errors_have_mean_0_and_variance_1(errors):
     assert sample.std() == pytest.approx(1, rel=0.02)
     skewness = float(np.mean(sample**3))
     assert (skewness < -1) == (errors == "skewed")
-
-
-def test_the_page_has_the_published_curves():
-    for curve in published.CURVES:
-        found = published.row(curve)
-        cells = re.escape(f"| {found.curve} | {found.verdict} | {found.exponent:.2f} +- {found.exponent_error:.2f} |")
-        assert re.search(cells, PAGE), curve.name
-
-
-def test_the_page_has_the_rates_of_all_kinds_of_data():
-    rows = re.findall(r"^\| ([^|]+) \| (Gaussian|skewed) \| (\w+) \| ([\d.]+) % \| ([\d.]+) % \|", PAGE, re.MULTILINE)
-    assert len(rows) == 24
-    gaussian = [(float(inner), float(outer)) for _, errors, _, inner, outer in rows if errors == "Gaussian"]
-    assert all(abs(inner - 68) < 4 and abs(outer - 95) < 2.5 for inner, outer in gaussian)
-    shown = {name for name, *_ in rows}
-    assert {f"the same, {coverage.MANY} points", "LAMMPS, law off: spring and dashpot"} <= shown
 
 
 def test_the_example_is_what_lammps_gives():

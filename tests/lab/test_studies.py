@@ -28,7 +28,7 @@ def test_every_script_is_imported_without_optional_packages():
 
 @pytest.mark.parametrize(
     ("name", "package", "extra"),
-    [("studies.damping", "scipy", "fit"), ("programs.rebound_ice", "rebound", "simulators")],
+    [("programs.rebound_ice", "rebound", "simulators")],
 )
 def test_a_script_says_what_to_install(name, package, extra):
     code = MISSING.format([package]) + (
@@ -41,10 +41,3 @@ def test_a_script_says_what_to_install(name, package, extra):
     assert f"needs {package}, which is not installed" in done.stderr
     assert done.stderr.endswith(f"-m pip install 'viscopade[{extra}]'\n")
     assert done.stderr.count("\n") == 1
-
-
-def test_damping_runs_as_a_script():
-    pytest.importorskip("scipy")
-    words = [sys.executable, "-m", "viscopade_lab.studies.damping", "--format", "csv"]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=HANGS, check=True)
-    assert [line.split(",")[0] for line in done.stdout.splitlines()] == ["eps", "0.9", "0.5", "0.1", "0.01"]

@@ -7,7 +7,7 @@ With kappa = v*^2 and y = v*^(1/3),
 N and D lacunary polynomials, deg N = deg D + 4. As 1/eps - 1 goes like c v*^2 at 0 and like (2/3)^(2/3) v*^(10/3) at
 infinity (section 2.5), N/D only has to go from c to (2/3)^(2/3) y^4. No further root is taken: code that computes
 v* = w^(1/10), w = beta^5 v, gets y = w^(1/30) by the same operation; given v*, y is a cube root. The powers of y were
-found by a search among these and many other forms (src/viscopade_lab/studies/half_line_search.py). If N/D has a
+found by a search among these and many other forms (docs/reference/half-line.md). If N/D has a
 relative error delta, then
 
     |d eps| = |delta| eps (1 - eps):    |d eps|/eps <= |delta| (1 - eps),    |d eps|/(1 - eps) <= |delta| eps,

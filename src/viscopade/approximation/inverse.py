@@ -11,7 +11,7 @@ For other laws of contact v* = kappa^(1/d) goes like q^(1/d) near 0, and like q^
 
 The relative error of v* is levelled, down to v* = 0; kappa = v*^2, beta = v*^2/v^(1/5) and the dissipative constant A
 have twice that error. In the variable sqrt(1 - eps) the same accuracy takes one to four coefficients more
-(src/viscopade_lab/studies/half_line_search.py). Errors are sampled.
+(docs/reference/half-line.md). Errors are sampled.
 """
 
 from __future__ import annotations

@@ -6,5 +6,4 @@ __all__ = [
     "pade",
     "paper",
     "series",
-    "symbolic",
 ]

@@ -1,18 +1,16 @@
-"""Our minimax fits against those of others: baryrat, SciPy's AAA, Boost's remez_minimax, Sollya's remez and fpminimax.
+"""Our minimax fits against those of others: baryrat, SciPy's AAA, Sollya's remez and fpminimax.
 
-Run as `python -m viscopade_lab.studies.compare_minimax [--format json] [--boost DIR]`. None of the others can do what
+Run as `python -m viscopade_lab.studies.compare_minimax [--format json]`. None of the others can do what
 `minimax` is for, a weight that vanishes together with the condition a_1 = b_1; so each is compared on a problem that it
 can do:
 
     baryrat   eps by [m/n] without conditions, absolute error (no weights)
     AAA       the same with m = n; it is near-best only
-    Boost     eps by [m/n] without conditions, relative error (the only weight)
     Sollya    (1 - eps)/v*^2 by polynomials, relative error, which is our elastic [m/0]; then float coefficients
 
 An error is the largest on a grid that is the same for all; a case counts as converged if it is within 1 % of the least
 possible (AAA: within a factor 10, with no pole on the interval). What is absent is skipped, with the reason: baryrat is
-on PyPI, Sollya a Debian package; DIR holds Boost's boost/math/tools/remez.hpp, which is in include_private of its
-sources and not in Debian's package.
+on PyPI, Sollya a Debian package.
 """
 
 from __future__ import annotations
@@ -22,19 +20,15 @@ import math
 import shutil
 import statistics
 import subprocess
-import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from importlib.resources import files
 from itertools import product
-from pathlib import Path
 from typing import Any
 
-import click
 import numpy as np
 from flint import arb
 from rich.markup import escape
@@ -45,7 +39,7 @@ from viscopade.approximation.lacunary import full_powers
 from viscopade.approximation.target import exact_target
 from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arithmetic.formats import FLOAT
-from viscopade.arrays import double, panels
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.series import series
@@ -108,13 +102,13 @@ def tried(run: Callable[[], Any]) -> tuple[Any, float]:
     return result, time.perf_counter() - start
 
 
-def largest_error(approximant: Evaluated | None, v_max: float, relative: bool) -> float:
+def largest_error(approximant: Evaluated | None, v_max: float) -> float:
     """Return the largest error on the grid; infinite if there is no approximant."""
     if approximant is None:
         return math.inf
     v_star = v_max * (1 - np.cos(np.pi * np.arange(POINTS + 1) / POINTS)) / 2
     epsilon = double.epsilon(v_star)
-    return float(np.max(np.abs((approximant(v_star) - epsilon) / (epsilon if relative else 1.0))))
+    return float(np.max(np.abs(approximant(v_star) - epsilon)))
 
 
 def rational(a: Iterable[float], b: Iterable[float]) -> Evaluated:
@@ -123,18 +117,17 @@ def rational(a: Iterable[float], b: Iterable[float]) -> Evaluated:
     return lambda v: top(v) / bottom(v)
 
 
-def ours_free(m: int, n: int, v_max: float, relative: bool) -> tuple[float, float]:
+def ours_free(m: int, n: int, v_max: float) -> tuple[float, float]:
     """Return our error and time for [m/n] without conditions."""
     target = exact_target()
 
     def values(v: arb) -> tuple[arb, arb]:
-        epsilon, loss, _ = target.at(v)
-        return loss, 1 / epsilon if relative else arb(1)
+        return target.at(v)[1], arb(1)
 
     problem = remez.Problem(full_powers(m, n), values, (0.0, v_max), beyond=(3 * v_max,))
     found, seconds = tried(lambda: remez.solve(problem))
     approximant = found and rational(map(float, found.a), map(float, found.b))
-    return largest_error(approximant, v_max, relative), seconds
+    return largest_error(approximant, v_max), seconds
 
 
 def module(name: str) -> Any:
@@ -159,7 +152,7 @@ def against_baryrat() -> RivalComparison:
         return result
     for (m, n), v_max in CASES:
         found, seconds = tried(lambda m=m, n=n, v=v_max: baryrat.brasil(double.epsilon, (0, v), (m, n)))  # type: ignore[misc]
-        result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
+        result.add(ours_free(m, n, v_max), (largest_error(found, v_max), seconds))
     return result
 
 
@@ -179,66 +172,8 @@ def against_aaa() -> RivalComparison:
         poles = found.poles()
         if np.any((abs(poles.imag) < 1e-9) & (poles.real >= 0) & (poles.real <= v_max)):
             found = None
-        result.add(ours_free(m, n, v_max, False), (largest_error(found, v_max, False), seconds))
+        result.add(ours_free(m, n, v_max), (largest_error(found, v_max), seconds))
     return result
-
-
-BOOST = Path(__file__).with_name("boost_remez.cpp")
-
-
-def against_boost(headers: Path | None) -> RivalComparison:
-    """remez_minimax in 40 digits, without and with a brake of 50 %: the better one counts."""
-    result = RivalComparison(
-        "Boost remez_minimax", "free [m/n], relative", "no conditions but N(0) = 0, weights 1 and f only"
-    )
-    result.skipped = _why_no_boost(headers)
-    if result.skipped:
-        return result
-    assert headers is not None
-    with tempfile.TemporaryDirectory() as folder:
-        program, skipped = _compiled(headers, Path(folder))
-        result.skipped = skipped
-        if skipped:
-            return result
-        for (m, n), v_max in CASES:
-            ours = ours_free(m, n, v_max, True)
-            tries = [_by_boost(program, m, n, v_max, brake) for brake in (0, 50)]
-            result.add(ours, min(tries))
-    return result
-
-
-def _why_no_boost(headers: Path | None) -> str:
-    if headers is None or not (headers / "boost/math/tools/remez.hpp").exists():
-        return "no boost/math/tools/remez.hpp (--boost; Debian's libboost-math-dev does not have it)"
-    return "" if shutil.which("g++") else "no g++"
-
-
-def _compiled(headers: Path, folder: Path) -> tuple[Path, str]:
-    shim = folder / "boost/math/tools"
-    shim.mkdir(parents=True)
-    (shim / "assert.hpp").write_text("#include <boost/assert.hpp>\n#define BOOST_MATH_ASSERT(x) BOOST_ASSERT(x)\n")
-    program = folder / "remez"
-    flags = ["-O2", "-w", "-std=c++17", f"-DFIRST=({panels.FIRST})", f"-DSPLIT={panels.SPLIT}"]
-    command = ["g++", *flags, "-I", str(headers), "-I", str(folder), "-o", str(program), str(BOOST)]
-    run = subprocess.run(command, capture_output=True, text=True)
-    return program, "" if run.returncode == 0 else f"does not compile: {run.stderr.splitlines()[0]}"
-
-
-def _by_boost(program: Path, m: int, n: int, v_max: float, brake: int) -> tuple[float, float]:
-    """Return error and time."""
-    table = str(files("viscopade") / panels.DATA)
-    try:
-        run = subprocess.run(
-            [program, table], input=f"{m} {n} {v_max} {brake}", capture_output=True, text=True, timeout=SECONDS
-        )
-    except subprocess.TimeoutExpired:
-        return math.inf, float(SECONDS)
-    answers = [line.split()[1:] for line in run.stdout.splitlines() if line.startswith("@")]
-    if not answers:
-        return math.inf, float(SECONDS)
-    seconds, *values = map(float, answers[0])
-    approximant = rational(values[: m + 1], values[m + 1 :]) if values else None
-    return largest_error(approximant, v_max, True), seconds
 
 
 def against_sollya() -> tuple[RivalComparison, RivalComparison]:
@@ -305,11 +240,11 @@ def _dyadic(word: str) -> Fraction:
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-def measure(boost: Path | None) -> list[RivalComparison]:
+def measure() -> list[RivalComparison]:
     """Run everything."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return [against_baryrat(), against_aaa(), against_boost(boost), *against_sollya()]
+        return [against_baryrat(), against_aaa(), *against_sollya()]
 
 
 def show(results: list[RivalComparison]) -> None:
@@ -336,8 +271,7 @@ def show(results: list[RivalComparison]) -> None:
     console(150).print(table)
 
 
-BOOST_FOLDER = click.option("--boost", type=click.Path(path_type=Path), help="Folder with boost/math/tools/remez.hpp.")
-main = command(measure, show, BOOST_FOLDER)
+main = command(measure, show)
 
 
 if __name__ == "__main__":
