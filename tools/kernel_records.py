@@ -8,6 +8,7 @@ python -m tools.kernel_records
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 from viscopade import store
@@ -36,4 +37,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

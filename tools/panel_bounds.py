@@ -7,8 +7,8 @@ With numbers of panels, prove these only, and print log2 of the bounds.
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from collections.abc import Iterator
 
 from viscopade.arrays.panels import DATA, PANELS
@@ -28,10 +28,13 @@ def record() -> Iterator[str]:
 
 def main() -> None:
     """Print the record, or log2 of the bounds of the panels given on the command line."""
-    if not sys.argv[1:]:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("panels", nargs="*", type=int)
+    panels = parser.parse_args().panels
+    if not panels:
         for line in record():
             print(line, flush=True)
-    for index in map(int, sys.argv[1:]):
+    for index in panels:
         bounds = prove_panel(index)
         print(index, *(f"{name} 2^{math.log2(float(bound)):.2f}" for name, bound in bounds._asdict().items()))
 
