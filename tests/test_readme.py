@@ -50,9 +50,15 @@ def of_viscopade(line, directory):
 
 def test_the_readme_has_these_commands():
     """One that installs, and two for developers; a first program in Python, and a header."""
-    assert [line.split()[0] for line in commands(README)] == ["python", "make", "make"]
+    assert [line.split()[0] for line in commands(README)] == ["python", "viscopade", "make", "make"]
     kinds = [kind for kind, _ in blocks(README)]
-    assert (kinds.count("python"), kinds.count("console")) == (1, 1)
+    assert (kinds.count("python"), kinds.count("text")) == (1, 2)
+
+
+def test_a_header(tmp_path):
+    ((_, line), (_, expected)) = next(pair for pair in pairwise(blocks(README)) if pair[0][1].startswith("viscopade "))
+    of_viscopade(line.strip(), tmp_path)
+    assert expected in (tmp_path / line.split()[-1]).read_text("utf-8")
 
 
 def test_a_program_in_c(tmp_path):
