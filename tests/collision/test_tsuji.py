@@ -6,11 +6,11 @@ import math
 import mpmath
 import pytest
 
+from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import tsuji
 from viscopade.simulators import lammps, liggghts, mercurydpm, stated, yade
 from viscopade.simulators.setup import Contact, Setup
-from viscopade_lab.programs.two_spheres import integrated, setup
 
 ENDS = ("force", "position")
 

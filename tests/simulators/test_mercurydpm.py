@@ -12,10 +12,10 @@ from dataclasses import replace
 import pytest
 
 from tests.patience import HANGS
+from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.simulators import mercurydpm, stated
 from viscopade.simulators.setup import Contact, Setup
-from viscopade_lab.programs.two_spheres import integrated, setup
 
 COMMAND = "viscopade simulators mercurydpm scene.toml"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")

@@ -9,11 +9,12 @@ import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
+from tests.simulators.two_balls import need
 from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.simulators import verification
 from viscopade.theory.law import law_of
-from viscopade_lab.programs import lammps_collisions
+from viscopade_lab.runs import simulators
 
 FILES = verification.verification_files("viscopade verification lammps")
 CASES = {case["name"]: case for case in json.loads(FILES[verification.JSON])["cases"]}
@@ -104,12 +105,11 @@ def script(name):
 @pytest.fixture(scope="module")
 def runs():
     """What LAMMPS prints for each case."""
-    if lammps_collisions.program() is None:
-        pytest.skip(lammps_collisions.MISSING)
+    need("lammps")
     lines = [line for name in CASES for line in script(name)]
     # The driver's commands know no atoms by their identity; the variables above do.
     text = "\n".join(line.replace("atom_style sphere", "atom_style sphere\natom_modify map array") for line in lines)
-    printed = lammps_collisions.printed(text + "\n")
+    printed = simulators.lammps(text + "\n")
     return dict(re.findall(r"^case (\S+)\n(.*?^rebound \S+)$", printed, re.MULTILINE | re.DOTALL))
 
 

@@ -1,5 +1,6 @@
 """YADE: the code executed with stand-ins, its laws integrated in time; and collisions in the program if it is there."""
 
+import json
 import math
 import re
 import shutil
@@ -8,11 +9,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from tests.simulators.two_balls import integrated, run_of, setup
 from viscopade import Pair, Sphere
 from viscopade.simulators import stated, yade
 from viscopade.simulators.setup import Contact, Setup
-from viscopade_lab.programs import yade_collisions as validation
-from viscopade_lab.programs.two_spheres import integrated, setup
+from viscopade_lab.runs.simulators import run_program
 
 COMMAND = "viscopade simulators yade scene.toml"
 PRESENT = pytest.mark.skipif(shutil.which("yade") is None, reason="the program yade is not installed")
@@ -194,6 +195,54 @@ def test_without_dissipation():
     assert executed(yade.render(case, COMMAND), vn=False)[0]["physics"].values["betan"] == {(0, 0): 0}
 
 
+SCRIPT = """
+import json
+
+text = open("contacts.py").read()
+case = json.load(open("case.json"))
+found = []
+for step, run in case["steps"]:
+    O.reset()
+    exec(text)
+    if case["law"] == "constant":
+        physics = Ip2_FrictMat_FrictMat_MindlinPhys(betan=matches(betan))
+    runner = [PyRunner(iterPeriod=1, command="viscoelastic()")] if case["law"] == "viscoelastic" else []
+    native = "vn" in Ip2_FrictMat_FrictMat_MindlinPhys().dict()
+    balls = [
+        O.bodies.append(sphere((sign * case["radius"], 0, 0), case["radius"], material=materials["ball"]))
+        for sign in (-1, 1)
+    ]
+    for ball, sign in zip(balls, (1, -1)):
+        O.bodies[ball].state.vel = (sign * case["speed"] / 2, 0, 0)
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb()]),
+        *([] if native else runner),
+        InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()]),
+        NewtonIntegrator(damping=0),
+    ]
+    O.dt = step
+    O.run(run, True)
+    first, second = (O.bodies[ball].state.vel[0] for ball in balls)
+    found.append(float(second - first) / case["speed"])
+print("RESULT", found)
+"""
+
+
+def run(script, text, **files):
+    """Return the numbers that a script prints as its result, run beside the generated code."""
+    words = ["yade", "-j1", "-x", "-n", "collision.py"]
+    printed = run_program(words, {"contacts.py": text, "collision.py": script, **files})
+    return json.loads(printed.split("RESULT ")[-1].splitlines()[0])
+
+
+def collide(case, text, law, speed, steps):
+    """Return the program's eps for two balls and generated code, for each number of steps in a contact."""
+    runs = [run_of(case, speed, n) for n in steps]
+    values = {"law": law, "speed": speed, "radius": case.bodies["ball"].radius, "steps": runs}
+    return run(SCRIPT, text, **{"case.json": json.dumps(values)})
+
+
 @PRESENT
 def test_collisions_in_the_program():
     case = setup(0.5)
@@ -201,7 +250,7 @@ def test_collisions_in_the_program():
     text = yade.render(case, COMMAND)
     for speed in (contact.slowest, contact.fastest):
         exact = contact.pair.epsilon(speed)
-        coarse, fine = validation.collide(case, text, "viscoelastic", speed, (400, 1600))
+        coarse, fine = collide(case, text, "viscoelastic", speed, (400, 1600))
         assert fine == pytest.approx(exact, rel=1e-3)
         assert abs(fine - exact) < abs(coarse - exact) / 3
         assert fine + (fine - coarse) / 3 == pytest.approx(exact, rel=1e-4)
@@ -213,7 +262,7 @@ def test_a_constant_eps_in_the_program(epsilon):
     case = setup(epsilon)
     text = yade.render(case, COMMAND)
     for speed in (0.1, 1.0):
-        (found,) = validation.collide(case, text, "constant", speed, (3200,))
+        (found,) = collide(case, text, "constant", speed, (3200,))
         assert found == pytest.approx(epsilon, rel=3e-4)
 
 
@@ -234,11 +283,11 @@ O.engines = [
 O.run(3000, True)
 print("RESULT", [float(O.bodies[second].state.vel[0] - O.bodies[first].state.vel[0]) / 0.1])
 """
-    (eps,) = validation.run(script.replace("OTHER", "'glass'"), {"contacts.py": text})
+    (eps,) = run(script.replace("OTHER", "'glass'"), text)
     contact = SETUP.contacts[0]
     assert eps == pytest.approx(contact.pair.epsilon(contact.typical), rel=2e-3)
     with pytest.raises(RuntimeError, match="MatchMaker"):
-        validation.run(script.replace("OTHER", "'rubber \"soft\"'"), {"contacts.py": text})
+        run(script.replace("OTHER", "'rubber \"soft\"'"), text)
 
 
 @PRESENT
@@ -275,7 +324,7 @@ print("RESULT", found)
     typical, fastest = (contact.pair.epsilon(speed) for speed in (contact.typical, contact.fastest))
     wanted = typical if law == "betan" else fastest
     assert abs(typical / fastest - 1) > 0.02
-    assert validation.run(script, {"contacts.py": text}) == pytest.approx((wanted, wanted), rel=1e-3)
+    assert run(script, text) == pytest.approx([wanted, wanted], rel=1e-3)
 
 
 def test_betan_of_the_text_is_that_of_the_parameters():

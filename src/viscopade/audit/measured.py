@@ -1,6 +1,6 @@
 """Collisions measured in real programs, as stored in the package, and what the map of their time steps predicts.
 
-`python -m viscopade_lab.programs.audit` runs the programs and writes the data.
+`python -m viscopade_lab.runs.simulators --write` runs the programs and writes the data.
 """
 
 from __future__ import annotations

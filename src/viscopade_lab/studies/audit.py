@@ -2,7 +2,7 @@
 
 Run as `python -m viscopade_lab.studies.audit > docs/results/audit.md`; with `--pages docs/usage/simulators` it writes
 the rows of each program into its own page instead. The measured values are the package's
-(`python -m viscopade_lab.programs.audit`); all others are computed.
+(`python -m viscopade_lab.runs.simulators`, and version 1.0.0 for Drake, Kratos and Simbody); all others are computed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from viscopade.audit.program import ASKED, Audit, DampingFormula, Program, advis
 from viscopade.audit.programs import PROGRAMS, program_of
 from viscopade.collision import steps
 from viscopade.theory.law import Law, law_of
-from viscopade_lab.programs import audit_cases
+from viscopade_lab.runs import cases
 from viscopade_lab.studies.laws import markdown
 
 CHOSEN = "0.5"
@@ -51,8 +51,8 @@ program's own sequence of steps, and with `--step-error 0.01` the largest time s
 This page is the output of `python -m viscopade_lab.studies.audit`. The $\varepsilon$ without a time step are proven
 ([any power-law contact](laws.md)); those with one are computed by the program's own map
 ([`viscopade.collision.steps`](../../src/viscopade/collision/steps.py)). Measured values are from the programs
-themselves; `python -m viscopade_lab.programs.audit` stores them in
-[`audit.csv`](../../src/viscopade/data/audit.csv).
+themselves; `python -m viscopade_lab.runs.simulators --write` stores them in
+[`audit.csv`](../../src/viscopade/data/audit.csv). Version 1.0.0 measured those of Drake, Kratos and Simbody.
 
 ![delivered eps over asked eps, and eps over the time step, with measured values](../figures/audit.svg)
 
@@ -72,8 +72,8 @@ over all collisions that were run: {runs} collisions, with $\varepsilon$ = {aske
 INSTEAD_TEXT = rf"""
 ## Asked for the number instead
 
-To get $\varepsilon = {audit_cases.WANTED}$, these programs were asked for another number, which makes up for the time
-step $t$ as well. The mean over where in a step contact begins is {audit_cases.WANTED}. A single collision is off by
+To get $\varepsilon = {cases.WANTED}$, these programs were asked for another number, which makes up for the time
+step $t$ as well. The mean over where in a step contact begins is {cases.WANTED}. A single collision is off by
 what the last two columns show.
 """
 
@@ -170,7 +170,7 @@ def instead_table() -> str:
     """Return the table of what programs delivered when they were asked for the number instead of `WANTED`."""
     groups: dict[tuple[str, str, str, float], list[float]] = {}
     for each in measurements():
-        if each.asked not in audit_cases.ASKED:
+        if each.asked not in cases.ASKED:
             groups.setdefault((each.program, each.formula, each.asked, each.time_step), []).append(each.epsilon)
     head = ["program", "formula", "asked of it", "$t$", "collisions", "mean", "least", "largest"]
     rows = (
@@ -244,7 +244,7 @@ def parts() -> Iterator[str]:
     for program in PROGRAMS:
         yield f"{title_row(program)}\n\n{delivered_table(program)}\n"
     found = measurements()
-    asked = ", ".join(audit_cases.ASKED)
+    asked = ", ".join(cases.ASKED)
     least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
     yield WITH_STEPS.format(chosen=CHOSEN, runs=len(found), asked=asked, least=least, largest=largest)
     for program in PROGRAMS:

@@ -1,6 +1,6 @@
 """Coverage of the intervals of `viscopade.fit`: how often they hold the true value, on data from other programs.
 
-LAMMPS and MuJoCo make collisions and bounces (`viscopade_lab.programs.fit_data`). Errors are added to them, Gaussian or
+LAMMPS and MuJoCo make collisions and bounces (`viscopade_lab.runs.fit_data`). Errors are added to them, Gaussian or
 skewed, two exponential functions of different slope as Montaine et al. (2011) measured them. Of each kind of data there
 are `--sets` sets, and of the first `--judged` of them the verdict is counted. A 68 % interval holds the true value in
 68 % of sets if it is right; with 2000 sets, the standard error of that number is 1.0 %, and 0.5 % of 95 %.
@@ -25,7 +25,7 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.fitting.damping import LEVELS, DampingFit
 from viscopade.fitting.flight import Flight
 from viscopade.progress import track
-from viscopade_lab.programs import fit_data
+from viscopade_lab.runs import fit_data
 from viscopade_lab.script import command, console
 
 POINTS, MANY = 12, 48

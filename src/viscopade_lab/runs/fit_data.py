@@ -4,7 +4,7 @@ Two spheres of diameter `2 RADIUS` collide in LAMMPS at many speeds, with viscoe
 ball bounces on a plane in LAMMPS, with viscoelastic damping, and in MuJoCo, whose contact has nearly a constant eps.
 `viscopade_lab.studies.coverage` adds errors to them. The packages `lammps` and `mujoco` are needed.
 
-`python -m viscopade_lab.programs.fit_data collisions|drop` prints an example's data, with Gaussian errors, as CSV.
+`python -m viscopade_lab.runs.fit_data collisions|drop` prints an example's data, with Gaussian errors, as CSV.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from viscopade.arrays.checked import FloatArray
-from viscopade_lab.programs import lammps_collisions, mujoco_collisions
+from viscopade_lab.runs import simulators
 
 RADIUS, DENSITY = 0.01, 2500.0
 MASS = 4 / 3 * math.pi * RADIUS**3 * DENSITY
@@ -36,35 +36,6 @@ _HEIGHT = 0.5
 _BOUNCES, _DURATION = 7, 2.35  # in LAMMPS
 _MUJOCO_DURATION = 3.2
 
-_PAIR = """
-clear
-units si
-atom_style sphere
-atom_modify map array
-boundary f f f
-newton off
-comm_modify vel yes
-region box block -1 1 -1 1 -1 1
-create_box 1 box
-create_atoms 1 single 0 0 -{radius}
-create_atoms 1 single 0 0 {apart}
-set group all diameter {diameter}
-set group all density {density}
-set atom 1 vz {half}
-set atom 2 vz -{half}
-neighbor 0.01 bin
-pair_style granular
-pair_coeff * * {style} tangential linear_nohistory 0 0 {damping}
-fix move all nve/sphere
-timestep {step}
-variable force equal abs(fz[2])
-variable rebound equal (vz[2]-vz[1])/{speed}
-thermo_style custom step v_force v_rebound
-thermo_modify format float %.15g
-thermo 1
-print "collision"
-run {run}
-"""
 _BOUNCE = """
 units si
 atom_style sphere
@@ -93,17 +64,6 @@ thermo {every}
 run {run}
 """
 _LINE = re.compile(r"^\s*[0-9]+\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
-
-_MUJOCO = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 -{gravity}" integrator="implicitfast"/>
-  <default><geom solref="-{stiffness} -{damping}" solimp="0.9 0.9 0.001" condim="1"/></default>
-  <worldbody>
-    <geom type="plane" size="1 1 .1"/>
-    <body pos="0 0 {start}"><freejoint/><geom type="sphere" size="{radius}" density="{density}"/></body>
-  </worldbody>
-</mujoco>
-"""
 
 
 def beta(radius_eff: float, mass_eff: float) -> float:
@@ -134,29 +94,19 @@ class Collisions:
 
 def collisions(viscoelastic: bool = True) -> Collisions:
     """Return collisions in LAMMPS at `SPEEDS`; without viscoelastic damping, those of a linear spring and dashpot."""
-    style, damping = f"hertz {STIFFNESS!r} {DAMPING!r}", "damping viscoelastic limit_damping"
-    if not viscoelastic:
-        style, damping = f"hooke {LINEAR!r} 200", "damping mass_velocity limit_damping"
-    duration = 3 * ((MASS / 2) / (STIFFNESS * math.sqrt(RADIUS / 2))) ** 0.4 * SPEEDS**-0.2
-    if not viscoelastic:
+    if viscoelastic:
+        law, damping = f"hertz {STIFFNESS!r} {DAMPING!r}", "viscoelastic"
+        duration = 3 * ((MASS / 2) / (STIFFNESS * math.sqrt(RADIUS / 2))) ** 0.4 * SPEEDS**-0.2
+    else:
+        law, damping = f"hooke {LINEAR!r} 200", "mass_velocity"
         duration = np.full_like(SPEEDS, math.pi * math.sqrt(MASS / 2 / LINEAR))
+    style = f"{law} {simulators.FRICTIONLESS} damping {damping} limit_damping"
     steps = duration / _STEPS
     script = "".join(
-        _PAIR.format(
-            radius=RADIUS,
-            diameter=2 * RADIUS,
-            density=DENSITY,
-            apart=repr(RADIUS + 0.5 * speed * step),
-            half=repr(speed / 2),
-            speed=repr(speed),
-            step=repr(step),
-            style=style,
-            damping=damping,
-            run=3 * _STEPS,
-        )
+        simulators.lammps_spheres(style, step, 3 * _STEPS, diameter=2 * RADIUS, mass=MASS, speed=speed, every=1)
         for speed, step in zip(SPEEDS.tolist(), steps.tolist(), strict=True)
     )
-    parts = lammps_collisions.printed(script).split("\ncollision\n")[1:]
+    parts = simulators.lammps(script).split("\ncollision ")[:-1]
     found = [np.array(_LINE.findall(part), dtype=float) for part in parts]
     if len(found) != len(SPEEDS) or any(run[-1, 0] for run in found):
         raise RuntimeError("collisions have not ended in LAMMPS")
@@ -186,19 +136,19 @@ def lammps_bounces() -> FloatArray:
         every=_EVERY,
         run=round(_DURATION / step),
     )
-    run = np.array(_LINE.findall(lammps_collisions.printed(script)), dtype=float)
+    run = np.array(_LINE.findall(simulators.lammps(script)), dtype=float)
     return _instants(run[:, 0], run[:, 1], step * _EVERY)[:_BOUNCES]
 
 
 def mujoco_bounces() -> tuple[FloatArray, float]:
     """Return the instants of bounces in MuJoCo, and the mean duration of their contacts."""
-    mujoco = mujoco_collisions.program()
+    mujoco = simulators.package("mujoco")
     step = 2e-6
-    text = _MUJOCO.format(
-        step=step, gravity=GRAVITY, stiffness=1e8, damping=1250, start=_HEIGHT + RADIUS, radius=RADIUS, density=DENSITY
+    model, data = simulators.mujoco_model(
+        "-1e8 -1250", step, radius=RADIUS, mass=MASS, gravity=GRAVITY, integrator="implicitfast"
     )
-    model = mujoco.MjModel.from_xml_string(text)
-    data, gap, speed = mujoco.MjData(model), [], []
+    data.qpos[2] = _HEIGHT + RADIUS
+    gap, speed = [], []
     for _ in range(round(_MUJOCO_DURATION / step)):
         mujoco.mj_step(model, data)
         gap.append(float(data.qpos[2]) - RADIUS)

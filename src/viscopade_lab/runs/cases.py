@@ -1,19 +1,15 @@
-"""What is run in every program for the audit: wanted eps, time steps and phases."""
+"""What is run in every simulator for the audit: wanted eps, time steps and phases."""
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from mpmath import mp
 
-from viscopade.audit.measured import Measurement
 from viscopade.audit.program import DampingFormula, audited, same
 from viscopade.audit.programs import program_of
 from viscopade.collision import steps
-from viscopade.extras import EXTRAS, install_command
 
 ASKED = ("0.9", "0.5", "0.3")
 TIME_STEPS = (0.1, 0.02, 0.001)
@@ -26,50 +22,32 @@ INSTEAD = ((0.001, (0.5,)), (0.02, tuple((i + 0.5) / 8 for i in range(8))))
 
 @dataclass(frozen=True)
 class AuditCase:
-    """A collision to be run: a formula, the eps asked of it, a time step in contact times, and a phase."""
+    """A collision to be run: a formula, the eps asked of it, a time step in contact times, and a phase.
 
-    program: str
+    `parameter` is what is written for the eps asked for.
+    """
+
     formula: DampingFormula
     asked: str
     time_step: float
     phase: float
+    parameter: float
 
-    @property
-    def parameter(self) -> float:
-        """What is written for the eps asked for."""
-        with mp.workdps(20):
-            return float(self.formula.written(mp.mpf(self.asked)))
-
-    def seconds(self, speed: float, k: float, mass: float) -> float:
-        """Return the time step of a contact with the elastic force k x^a."""
+    def seconds(self, k: float, mass: float = 1.0) -> float:
+        """Return the time step of a contact with the elastic force k x^a and the impact speed 1."""
         law = self.formula.law
-        return self.time_step * steps.contact_time(law) * law.time_scale(speed, k=k, mass=mass)
+        return self.time_step * steps.contact_time(law) * law.time_scale(1.0, k=k, mass=mass)
 
     @property
     def number_of_steps(self) -> int:
         """After so many the bodies have parted."""
         return round(12 / self.time_step) + 10
 
-    def measured(self, version: str, epsilon: float) -> Measurement:
-        """Return what came out."""
-        return Measurement(
-            self.program, self.formula.name, version, self.asked, self.time_step, self.phase, round(epsilon, 12)
-        )
 
-
-def package(module: str, name: str) -> Any:
-    """Return a program's Python package.
-
-    Raises
-    ------
-    RuntimeError
-        If it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        command = f": {install_command(module)}" if module in EXTRAS else ""
-        raise RuntimeError(f"there is no Python package {name}{command}") from error
+def case(formula: DampingFormula, asked: str, time_step: float, phase: float) -> AuditCase:
+    """Return a case with the parameter that the program's own formula writes."""
+    with mp.workdps(20):
+        return AuditCase(formula, asked, time_step, phase, float(formula.written(mp.mpf(asked))))
 
 
 def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
@@ -79,7 +57,7 @@ def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[Audi
             for asked in ASKED:
                 for step in TIME_STEPS if formula.scheme else TIME_STEPS[-1:]:
                     for phase in FINEST_PHASES if step == min(TIME_STEPS) else PHASES:
-                        yield AuditCase(program, formula, asked, step, phase)
+                        yield case(formula, asked, step, phase)
 
 
 def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
@@ -94,7 +72,7 @@ def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Itera
                 instead = audited(found, formula, WANTED, step).instead
                 asked = None if instead is None else asked_for(formula, instead)
                 for phase in () if asked is None else phases:
-                    yield AuditCase(program, formula, f"{asked:.9g}", step, phase)
+                    yield case(formula, f"{asked:.9g}", step, phase)
 
 
 def asked_for(formula: DampingFormula, number: float) -> float | None:
@@ -109,8 +87,3 @@ def asked_for(formula: DampingFormula, number: float) -> float | None:
             before = (formula.written(middle) < number) == (at_low < at_high)
             low, high = (middle, high) if before else (low, middle)
         return float(high)
-
-
-def all_cases(program: str, left_out: frozenset[str] = frozenset()) -> list[AuditCase]:
-    """Return all cases of a program."""
-    return [*cases(program, left_out), *cases_instead(program, left_out)]

@@ -1,1 +1,0 @@
-"""Collisions in real simulators, compared with the exact eps."""

@@ -1,0 +1,1 @@
+"""Collisions in real simulators: those of the audit, and data to fit."""

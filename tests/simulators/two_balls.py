@@ -1,0 +1,56 @@
+"""Two equal balls with a wanted eps, and a force law between them integrated in time; skips without a simulator."""
+
+import math
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from viscopade import Pair, Sphere
+from viscopade.simulators.setup import Contact, Setup
+from viscopade_lab.runs.simulators import SIMULATORS
+
+
+def need(name):
+    """Skip the test if a simulator is not there or does not run at all."""
+    try:
+        SIMULATORS[name].version()
+    except RuntimeError as error:
+        pytest.skip(str(error))
+
+
+def setup(epsilon, speed=1.0):
+    """Return two equal balls with the wanted eps at a speed, slower and faster ones by a factor of 10."""
+    ball = Sphere(radius=0.01, density=2500, young_modulus=1e8, poisson_ratio=0.25, dissipative_constant=0)
+    pair = Pair(ball, ball).calibrated(speed, epsilon)
+    contact = Contact("ball", "ball", pair, speed / 10, speed, speed * 10)
+    return Setup(f"two balls, eps = {epsilon} at {speed} m/s", {"ball": pair.first}, (contact,))
+
+
+def run_of(case, speed, steps):
+    """Return the time step for so many to a contact, and a number of steps after which the balls have parted."""
+    pair = case.contacts[0].pair
+    return pair.contact_time(speed) / steps, steps * math.ceil(3 + 2 / pair.epsilon(speed))
+
+
+def integrated(force, case, speed, end):
+    """Return the eps of a law F(x, x'), the repulsion at a compression and its rate, integrated in time.
+
+    Contact ends where the force vanishes on the way out, or where the compression does. A second route to what a
+    program's law should give: Runge-Kutta steps in the compression itself, accurate to about 1e-7.
+    """
+    pair = case.contacts[0].pair
+    length, time = pair.length_scale(speed), pair.time_scale(speed)
+
+    def rates(_, state):
+        x, u = max(state[0], 0.0), state[1]
+        return u, -force(x * length, u * speed) / pair.m_eff * time / speed
+
+    def over(_, state):
+        x, u = state
+        if u >= 0:
+            return 1.0  # on the way in
+        return x if end == "position" else force(max(x, 0.0) * length, u * speed) / force(length, 0)
+
+    over.terminal, over.direction = True, -1
+    run = solve_ivp(rates, (0, 1000), (0.0, 1.0), method="DOP853", rtol=1e-10, atol=1e-12, events=over)
+    return -run.y[1, -1]
