@@ -23,12 +23,11 @@ from viscopade.approximation import minimax
 from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
 from viscopade.generated import MARKER, marker_line
-from viscopade.simulators import gas
 from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
-from viscopade_lab import figures
+from viscopade_lab import figures, gas
 from viscopade_lab.figures import FORMATS, cooling, laws, paper
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, MAX_M
 from viscopade_lab.figures.registry import FIGURES, content, drawn, render, render_law

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 _SOFT = ("stiffness", "contact_time", "penetration", "mass", "time_step", "step_error")
 """Options of programs whose contacts have a law of their own."""
-_DECK = ("particles", "volume_fraction", "seed", "collisions")
-"""Options of a deck."""
 
 
 class SpeedRange(click.ParamType):  # type: ignore[type-arg]
@@ -55,11 +53,6 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--mass", type=Quantity("mass", "mass"), help="Effective mass, m1 m2/(m1 + m2).")
 @click.option("--time-step", type=Quantity("time-step", "time"), help="Time step for which the damping makes up.")
 @click.option("--step-error", type=Real("step-error"), help="Error of eps, for the longest time step.  [default: 0.01]")
-@click.option("--deck", is_flag=True, help="Write a complete input of a scene, a box of its bodies that cools.")
-@click.option("--particles", type=Real("particles"), help="Spheres of the deck, about.  [default: 1000]")
-@click.option("--volume-fraction", type=Real("volume-fraction"), help="Of the deck.  [default: the scene's, or 0.1]")
-@click.option("--seed", type=Real("seed"), help="Of the deck's velocities.  [default: 1]")
-@click.option("--collisions", type=Real("collisions"), help="Of the deck, mean collision times.  [default: 5]")
 @click.option("--tier", type=click.Choice(TIERS), help="Accuracy of the kernel for REBOUND.  [default: 1e-5]")
 @OUTPUT
 def simulators_command(target: str, file: Path | None, tier: str | None, output: Path | None, **options: Any) -> None:
@@ -72,12 +65,9 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
     Give a scene or a material, too, or just --epsilon and --speed. --stiffness, --contact-time or --penetration sets
     how soft contacts are; without them they last as long as the viscoelastic ones.
 
-    With --deck, LAMMPS and REBOUND (Python) get a complete input of a scene that runs as it stands.
-
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
     words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
-    deck = _deck(target, file, {name: options.pop(name) for name in ("deck", *_DECK)})
     soft = {name: options.pop(name) for name in _SOFT}
     of_soft = target in simulators.SOFT
     if not of_soft and any(value is not None for value in soft.values()):
@@ -90,10 +80,7 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
             f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
         )
     found = _given(file, **options)
-    if deck is not None:
-        text = _deck_text(target, found, words, deck, tier)
-    else:
-        text = _soft_text(target, found, words, soft) if of_soft else _text(target, found, words, tier)
+    text = _soft_text(target, found, words, soft) if of_soft else _text(target, found, words, tier)
     deliver(text, output)
 
 
@@ -175,37 +162,6 @@ def _text(target: str, found: _Given, words: str, tier: str | None) -> str:
             "--poisson-ratio"
         )
     return render(target, found.setup, words, tier or "1e-5")
-
-
-def _deck(target: str, file: Path | None, wanted: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the given options of a deck, or None if no deck is wanted."""
-    given = {name: value for name, value in wanted.items() if name in _DECK and value is not None}
-    if not wanted["deck"]:
-        if given:
-            raise click.UsageError(f"--{next(iter(given)).replace('_', '-')} is given: accepted with it is --deck")
-        return None
-    if target not in simulators.DECKS or file is None:
-        raise click.UsageError(
-            f"--deck is given for {target if file is not None else 'no scene'}: accepted is a scene for "
-            f"{' or '.join(simulators.DECKS)}"
-        )
-    for name in ("particles", "seed"):
-        if name in given:
-            if given[name] != round(given[name]):
-                raise ValueError(f"{name} is {given[name]:g}: accepted is an integer")
-            given[name] = round(given[name])
-    return given
-
-
-def _deck_text(target: str, found: _Given, words: str, wanted: dict[str, Any], tier: str | None) -> str:
-    from viscopade.scene import units
-    from viscopade.simulators.deck import Deck, deck_text
-
-    assert found.scene is not None
-    assert found.setup is not None
-    if found.scene.volume_fraction is not None:
-        wanted = {"volume_fraction": found.scene.volume_fraction, **wanted}
-    return deck_text(target, found.setup, units.sized_setup(found.scene), words, Deck(**wanted), tier or "1e-5")
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:

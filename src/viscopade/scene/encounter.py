@@ -18,7 +18,6 @@ from viscopade.collision import exact, limits
 from viscopade.collision.curve import curve
 from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
-from viscopade.simulators.gas import pair_correlation
 from viscopade.simulators.setup import Contact
 from viscopade.theory.law import VISCOELASTIC, Law
 
@@ -271,7 +270,7 @@ def mean_free_time(scene: Scene, encounter: Encounter) -> float | None:
     if phi is None or encounter.pair.second.is_wall:
         return None
     radius = encounter.pair.R_eff * 2  # of equal spheres with this distance at contact, or about it
-    g = pair_correlation(phi)
+    g = (1 - phi / 2) / (1 - phi) ** 3
     volume = 4 / 3 * math.pi * radius**3 / phi  # for each sphere
     speeds = encounter.meeting.speeds
     if isinstance(speeds, Temperature):

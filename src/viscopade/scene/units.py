@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement, product
 
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.scene import sense
-from viscopade.scene.description import Scene, Sizes
+from viscopade.scene.description import Scene
 from viscopade.scene.encounter import encounters
 from viscopade.simulators.setup import Contact, Setup
 
@@ -64,34 +62,6 @@ class Scale:
             fastest=contact.fastest / self.speed,
             extremes=tuple(map(self.pair, contact.extremes)),
         )
-
-
-def sized_setup(scene: Scene) -> Setup:
-    """Return the setup of a scene with three bodies for each with distributed sizes: of the least, typical, largest."""
-    scale = Scale(*scene.scale)
-    classes = {name: dict(_classes(name, body.sizes)) for name, body in scene.bodies.items()}
-    bodies: dict[str, Sphere] = {}
-    for name, radii in classes.items():
-        bodies |= {each: scale.sphere(scene.sphere(name, radius)) for each, radius in radii.items()}
-    contacts = []
-    for encounter in encounters(scene):
-        meeting = encounter.meeting
-        firsts, seconds = classes[meeting.first], classes[meeting.second]
-        both = combinations_with_replacement(firsts, 2) if meeting.first == meeting.second else product(firsts, seconds)
-        for first, second in both:
-            pair = scene.pair(meeting, (firsts[first], seconds[second]))
-            contact = Contact(first, second, pair, *encounter.speeds)
-            contacts.append(scale.contact(contact))
-    plain = setup(scene)
-    return replace(plain, bodies=bodies, contacts=tuple(contacts))
-
-
-def _classes(name: str, sizes: Sizes | None) -> Iterator[tuple[str, float | None]]:
-    """Yield the names and the radii of the classes of a body; a wall has no radius."""
-    if sizes is None or not sizes.spread:
-        yield name, None
-        return
-    yield from ((f"{name}_least", sizes.least), (name, sizes.typical), (f"{name}_largest", sizes.largest))
 
 
 def setup(scene: Scene) -> Setup:

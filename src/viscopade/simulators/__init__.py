@@ -5,20 +5,12 @@ TARGETS = ("lammps", "rebound-c", "rebound-python", "mercurydpm", "yade", "liggg
 SOFT = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 """Programs with a contact of their own law, whose stiffness is free."""
 
-DECKS = ("lammps", "rebound-python")
-"""Programs that get a deck, a complete input."""
-
 __all__ = [
-    "deck",
-    "gas",
     "lammps",
-    "liggghts",
     "rebound",
     "render",
     "setup",
     "soft",
     "soft_text",
-    "stated",
     "verification",
-    "yade",
 ]

@@ -13,9 +13,9 @@ from viscopade.collision import spheres
 from viscopade.kernels import native, registry_arrays
 from viscopade.kernels.registry import entries
 from viscopade.plots.sheet import BLACK, label_axes, new_sheet
-from viscopade.simulators import gas
 from viscopade.theory.pade import horner, pade
 from viscopade.theory.paper import BETA_ICE_CGS
+from viscopade_lab import gas
 from viscopade_lab.figures.paper import DIGITS, LOOKS, Beside, Figure, draw_curve, figure, identifier, write_text
 
 if TYPE_CHECKING:
