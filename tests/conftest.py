@@ -55,7 +55,7 @@ FIRST = (
     *TOGETHER,
     *files("kernels", "every_kernel", "law_kernels"),
     *files("", "notebooks", "derivations", "site"),
-    *files("lab", "figures", "claims", "report"),
+    *files("lab", "figures", "claims"),
     *files("collision", "panel_proof"),
 )
 

@@ -1,1 +1,1 @@
-"""Evidence about viscopade: claims, figures, hard cases, benchmarks, reports. viscopade never imports it."""
+"""Evidence about viscopade: claims, figures, hard cases, benchmarks. viscopade never imports it."""

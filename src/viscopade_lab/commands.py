@@ -1,10 +1,10 @@
-"""Commands that gather evidence: claims, figures, bench, report, hardcases; `viscopade` loads them when needed."""
+"""Commands that gather evidence: claims, figures, bench, hardcases; `viscopade` loads them when needed."""
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ import click
 from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show, terminal_width
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.theory.law import ENDS
-from viscopade_lab import figures, report
+from viscopade_lab import figures
 
 if TYPE_CHECKING:
     from viscopade_lab.hard_cases import Finding
@@ -94,7 +94,6 @@ def figures_command(
 )
 @click.option("--speed-min", type=Real("speed_min"), help="Lowest impact speed.  [default: 0.001]")
 @click.option("--speed-max", type=Real("speed_max"), help="Highest impact speed.  [default: 1000]")
-@click.option("--unit", help="Name of the speeds' unit, for the output.  [default: cm/s]")
 @click.option(
     "--only", multiple=True, help="Kernel or rival: its id or the id's beginning; repeat for more. Default: all."
 )
@@ -104,74 +103,56 @@ def figures_command(
     type=click.Path(path_type=Path),
     help="Directory with the exported headers. Default: the command makes them, which takes minutes.",
 )
-@click.option(
-    "--cuda",
-    type=Real("cuda"),
-    help="Time of the CUDA kernel divided by the time of a copy on the device, measured elsewhere.",
-)
 @click.option("--quick", is_flag=True, help="Few rounds and elements: a trial run; its times have no meaning.")
-@click.option("--out", type=click.Path(path_type=Path), help="File to write the result to, as JSON.")
+@click.option(
+    "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="File of an earlier run's --out to show instead of measuring.",
+)  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path), help="CSV file to write the result to.")
+@click.option("--picture", type=click.Path(path_type=Path), help="File for the figure: .svg, .pdf or .png.")
 @STYLE
 def bench_command(
-    only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cuda: float | None,
-    cc: str | None, headers: Path | None, out: Path | None, style: str, **scene: Any,
+    only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cc: str | None,
+    headers: Path | None, result: Path | None, out: Path | None, picture: Path | None, style: str, **scene: Any,
 ) -> None:  # fmt: skip
     """Measure time and error of all kernels and their rivals.
 
-    All are compiled on this machine and run on the same impact speeds.
+    All are compiled on this machine and run on the same impact speeds. The figure shows error over time.
     """
-    from viscopade.kernels import toolchain
+    from viscopade.kernels import requests, toolchain
     from viscopade_lab import bench
-    from viscopade_lab.bench import tables
+    from viscopade_lab.bench import picture as drawing
+    from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
 
-    given = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
-    settings = bench.Settings(rounds, memory_elements, given, only, quick, cuda)
-    if out is not None:
-        check_targets([out])
-    read = None if headers is None else partial(toolchain.read_from, headers)
-    measured = bench.run(settings, cc, read)
-    whole = measured.to_json()
-    if out is not None:
-        write(out, json.dumps(whole, ensure_ascii=False, indent=1) + "\n")
-    if style != "text":
-        show(style, tables.HEADER, tables.long(measured), whole)
-        return
-    for line in tables.introduction(measured):
-        say(line)
-    for table in tables.tables(measured):
-        show(style, table.header, table.rows, {}, title=table.title)
-    for line in tables.notes(measured):
-        say(line)
-
-
-@click.command("report")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Directory to write the page to.")
-@click.option(
-    "--from", "result", type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="Result of `viscopade bench --out`. Default: the command runs the benchmark, which takes minutes.",
-)  # fmt: skip
-@click.option(
-    "--format", "formats", multiple=True, type=click.Choice(report.FORMATS), default=report.FORMATS, show_default=True,
-    help="Format of the figure beside the page; repeat for more.",
-)  # fmt: skip
-def report_command(out: Path, result: Path | None, formats: tuple[str, ...]) -> None:
-    """Write the benchmark's result as an HTML page.
-
-    Beside the page, a figure shows time against error.
-    """
-    from viscopade_lab import bench
-    from viscopade_lab.bench.result import Result
-    from viscopade_lab.report.render import render
-
-    need("report", "matplotlib")
-    check_targets([out / "report.html"], parents=True)
-    if result is None:
-        found = bench.run(bench.Settings())
+    speeds = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
+    wanted = bench.contenders(speeds, only)
+    if result is not None and (out is not None or only):
+        raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
+    if picture is not None:
+        need("bench --picture", "matplotlib")
+        if picture.suffix[1:] not in drawing.KINDS:
+            raise click.UsageError(f"--picture is {str(picture)!r}: expected a name that ends with .svg, .pdf or .png")
+    check_targets([path for path in (out, picture) if path is not None])
+    comments: list[str] = []
+    if result is not None:
+        rows = from_csv(read_file(result, "what `viscopade bench --out` wrote"), str(result))
     else:
-        found = Result.from_text(read_file(result, "what `viscopade bench --out` wrote"), str(result))
-    files = render(found, formats)
-    write_all({out / name: content for name, content in files.items()}, parents=True)
-    click.echo(f"wrote {', '.join(files)} to {out}")
+        sizes = bench.QUICK if quick else bench.ArraySizes()
+        if memory_elements is not None:
+            sizes = replace(sizes, memory=memory_elements)
+        read = requests.file if headers is None else partial(toolchain.read_from, headers)
+        comments, rows = bench.run(wanted, speeds, read, rounds or (3 if quick else 20), sizes, cc)
+    if out is not None:
+        write(out, to_csv(comments, rows))
+    if picture is not None:
+        write_all({picture: drawing.draw(rows, picture.suffix[1:])})
+    if style == "text":
+        for comment in comments[1:]:
+            say(comment)
+        show(style, HEADER, table(rows), {}, title="log-uniform speeds; ns per collision; ratios below 1 are faster")
+    else:
+        cells = [["" if cell is None else cell for cell in astuple(row)] for row in rows]
+        show(style, COLUMNS, cells, {"comments": comments, "rows": [vars(row) for row in rows]})
 
 
 @click.command("hardcases")
@@ -239,4 +220,4 @@ def _show_findings(findings: Sequence[Finding]) -> None:
         say(f"{finding.name}: {page.verdict(finding)}")
 
 
-COMMANDS = (claims, figures_command, bench_command, report_command, hardcases_command)
+COMMANDS = (claims, figures_command, bench_command, hardcases_command)

@@ -27,7 +27,6 @@ from viscopade.kernels import requests
 from viscopade.theory.paper import TABLE
 from viscopade_lab import bench, hard_cases
 from viscopade_lab.figures import registry as figures
-from viscopade_lab.report import render
 
 
 def json_of(*words):
@@ -52,7 +51,6 @@ COMMANDS = (
     "hardcases",
     "export",
     "bench",
-    "report",
     "scene",
     "simulators",
     "verification",
@@ -61,25 +59,6 @@ COMMANDS = (
     "table",
     "calculator",
 )
-SAMPLE = Path(__file__).parents[1] / "data" / "bench_result.json"
-
-
-def test_report_is_written_from_a_result(tmp_path):
-    content = json.loads(SAMPLE.read_text())
-    few = [row for row in content["rows"] if row["id"] in ("lookup_1em5", "pow_3_6", "copy")]
-    (tmp_path / "few.json").write_text(json.dumps({**content, "rows": few, "curves": []}))
-    result = called("report", "--from", tmp_path / "few.json", "--out", tmp_path / "new", "--format", "svg")
-    assert result.returncode == 0
-    names = {"report.html", "speed_against_error.svg", "speed_against_error_float.svg"}
-    assert {path.name for path in (tmp_path / "new").iterdir()} == names
-
-
-def test_report_names_file_and_key_of_a_wrong_result(tmp_path):
-    wrong = tmp_path / "wrong.json"
-    wrong.write_text('{"command": "x", "machine": {}}')
-    result = called("report", "--from", wrong, "--out", tmp_path)
-    assert result.returncode == 2
-    assert result.stderr == f"viscopade: {wrong}: settings is missing\n"
 
 
 def test_help_lists_the_commands_that_work_and_no_others():
@@ -93,7 +72,7 @@ def test_help_lists_the_commands_that_work_and_no_others():
 
 
 @pytest.mark.parametrize(
-    "name", sorted({*COMMANDS} - {"figures", "export", "report", "simulators", "verification", "plot", "calculator"})
+    "name", sorted({*COMMANDS} - {"figures", "export", "simulators", "verification", "plot", "calculator"})
 )
 def test_commands_that_print_numbers_have_four_formats(name):
     (style,) = [option for option in command.commands[name].params if option.name == "style"]
@@ -386,20 +365,19 @@ def test_other_environments(environment):
     ("words", "user", "packages", "extras"),
     [
         (["figures", "--out"], "figures", "matplotlib, which is", "figures"),
-        (["report", "--out"], "report", "matplotlib, which is", "figures"),
-        (["report", "--from", SAMPLE, "--out"], "report", "matplotlib, which is", "figures"),
+        (["bench", "--picture"], "bench --picture", "matplotlib, which is", "figures"),
         (["hardcases", "--out"], "hardcases --out", "matplotlib, which is", "figures"),
         (["plot", "-o"], "plot", "matplotlib, which is", "figures"),
         (["plot", "--data", "data.csv", "-o"], "plot", "matplotlib and scipy, which are", "figures,fit"),
         (["fit", "data.csv", "--scene"], "fit", "scipy, which is", "fit"),
         (["fit", "data.ods", "--plot"], "fit", "scipy and python_calamine and matplotlib, which are", "figures,fit"),
     ],
-    ids=["figures", "report", "report-from", "hardcases", "plot", "plot-data", "fit", "fit-plot"],
+    ids=["figures", "bench", "hardcases", "plot", "plot-data", "fit", "fit-plot"],
 )
 def test_what_to_install_is_said_before_any_work(words, user, packages, extras, tmp_path, monkeypatch):
     for package in EXTRAS:
         monkeypatch.setitem(sys.modules, package, None)  # importing it fails, as if it were not there
-    for module, work in ((bench, "run"), (hard_cases, "check"), (figures, "render"), (render, "render")):
+    for module, work in ((bench, "run"), (hard_cases, "check"), (figures, "render")):
         monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
     result = called(*words, tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")

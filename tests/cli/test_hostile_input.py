@@ -154,7 +154,7 @@ trial.trial = lambda sandbox, attempt: {end} if next(numbers) == 2 else {{}}
 
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file")
 def test_an_endless_file_is_refused():
-    result = called("report", "--from", "/dev/zero", "--out", "nowhere")
+    result = called("bench", "--from", "/dev/zero")
     assert result.returncode == 2
     assert result.stderr == (
         "viscopade: /dev/zero has more than 16777216 bytes: accepted is what `viscopade bench --out` wrote\n"

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,21 +15,20 @@ import pytest
 
 from tests import terminal
 from tests.patience import HANGS
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.double import exact_of_speed as exact_at
 from viscopade.collision import exact
-from viscopade.kernels import requests, toolchain
+from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import ToolchainError
 from viscopade_lab import bench
-from viscopade_lab.bench import calls, ours, rivals, tables
-from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender
-from viscopade_lab.bench.goals import judged
-from viscopade_lab.bench.harness import RUNS, ArraySizes, BenchError, Harness, Task, in_rounds
-from viscopade_lab.bench.result import CALL, Key, _digits
+from viscopade_lab.bench import ours, picture, rivals
+from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, ProvenError
+from viscopade_lab.bench.harness import RUNS, ArraySizes, BenchError, Harness, Key, Task, c_file, in_rounds
+from viscopade_lab.bench.result import COLUMNS, HEADER, Row, from_csv, table, to_csv
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, SpeedRange
-from viscopade_lab.bench.times import rows as statistics
 
 EXPORTS = Path(__file__).parents[2] / "exports"
+BENCH = Path(__file__).parents[2] / "docs" / "bench"
 TINY = ArraySizes(memory=1 << 12, cache=256, scalar=256, duration=1.0, sampled=1 << 10)
 ICE = SpeedRange()
 
@@ -84,40 +84,15 @@ def test_the_exact_values_are_those_of_the_proven_function():
     [
         ({"beta": 0.0}, "beta is 0.0"),
         ({"beta": math.nan}, "beta is nan"),
-        ({"speed_min": 2.0, "speed_max": 1.0}, "speed_min is 2.0: accepted is less than speed_max, 1.0"),
+        ({"speed_min": 2.0, "speed_max": 1.0}, "speed_min is 2.0: expected less than speed_max, 1.0"),
         ({"speed_min": -1.0}, "speed_min is -1.0"),
         ({"beta": 1e5}, "v\\* at speed_max is"),
-        ({"unit": ""}, "unit is ''"),
-        ({"unit": "a\nb"}, "unit is"),
     ],
 )
 def test_a_bad_range_is_refused_in_one_line(options, words):
     with pytest.raises(ValueError, match=words) as caught:
-        bench.Settings(range=SpeedRange(**options))
-    assert "accepted" in str(caught.value)
+        SpeedRange(**options)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"rounds": 0}, "rounds is 0"),
-        ({"memory_elements": 10}, "memory_elements is 10"),
-        ({"cuda": -1.0}, "cuda is -1.0"),
-        ({"only": ("no-such",)}, "there is no kernel 'no-such': accepted are speed-1e-3, "),
-    ],
-)
-def test_bad_settings_are_refused_in_one_line(options, words):
-    with pytest.raises(ValueError, match=words) as caught:
-        bench.Settings(**options)
-    assert "\n" not in str(caught.value)
-
-
-def test_the_command_has_what_was_asked_for():
-    speeds = SpeedRange(beta=0.5, unit="m/s")
-    settings = bench.Settings(rounds=7, range=speeds, only=("table", "full"), quick=True)
-    assert settings.command == "viscopade bench --quick --rounds 7 --beta 0.5 --unit m/s --only table --only full"
-    assert bench.Settings().command == "viscopade bench"
 
 
 # --- what is measured computes what it should ---------------------------------------------------------------------
@@ -131,7 +106,7 @@ def test_every_rival_computes_what_it_should():
 
 
 @needs_compiler
-@pytest.mark.parametrize("speeds", [SpeedRange(0.2, 1e-6, 1e-2, "m/s"), SpeedRange(1.0, 1.0, 1e6, "furlongs")])
+@pytest.mark.parametrize("speeds", [SpeedRange(0.2, 1e-6, 1e-2), SpeedRange(1.0, 1.0, 1e6)])
 def test_the_rivals_are_right_in_other_ranges(speeds):
     harness_of(*(kernel for kernel in rivals.contenders(speeds) if kernel.id != "scipy"), speeds=speeds).check()
 
@@ -179,70 +154,56 @@ def test_results_of_another_kernel_do_not_help():
         harness_of(rival("copy"), replace(last_left_out(), id="wrong")).check()
 
 
-@needs_compiler
-def test_a_kernel_is_held_to_its_bound():
-    file = "viscopade_minimax.h"
-    text = (EXPORTS / file).read_text()
-    kernel = next(kernel for kernel in ours.contenders({file: text}, ICE) if kernel.id == "minimax-2.84e-6")
-    harness_of(kernel, headers={file: text}).check()
-    with pytest.raises(BenchError, match="computes rubbish"):
-        harness_of(replace(kernel, bound=1e-6, formats=(DOUBLE,)), headers={file: text}).check()
+@pytest.fixture(scope="module")
+def exported():
+    """A harness of all exported kernels."""
+    if shutil.which(os.environ.get("CC", "cc")) is None:
+        pytest.skip("no C compiler: CC is not set and there is no cc")
+    kernels = list(ours.contenders(ICE))
+    headers = {kernel.header: of_exports(kernel.header) for kernel in kernels if kernel.header}
+    return harness_of(*kernels, headers=headers)
 
 
-@needs_compiler
-def test_all_exported_kernels_are_right():
-    texts = {file: (EXPORTS / file).read_text() for file in ours.FILES.values()}
-    kernels = ours.contenders(texts, ICE)
-    harness = harness_of(*kernels, headers=texts)
-    harness.check()
-    assert {f"speed-{tier}" for tier in ours.TIERS} | {"full"} <= {kernel.id for kernel in kernels}
-    for kernel in kernels:
-        assert set(kernel.proven) == {form.name for form in kernel.formats}
+def test_all_exported_kernels_are_right(exported):
+    exported.check()
+    for kernel in exported.contenders:
         for form in kernel.formats:
-            proven, (relative, loss) = kernel.proven[form.name], harness.largest_errors(kernel, form)
-            assert proven, f"{kernel.id}: nothing is proven for {form.name}"
-            # Where pow makes v*, its rounding is not in the proven number.
-            pow_adds = 10 * form.epsilon if kernel.group == "ours" and not kernel.array else 0
-            assert max(relative, loss) <= largest(proven, form) + pow_adds, kernel.id
+            if kernel.header:
+                assert form.name in kernel.proven, f"{kernel.id}: nothing is proven for {form.name}"
+            bench._errors(exported, kernel, form)
 
 
-def largest(proven, form):
-    """A proven error as a number: an ulp is at most epsilon relative to eps, and eps/(1 - eps) < 3 on these speeds."""
-    number, _, rest = proven.partition(" + ")
-    if number.endswith("ulp"):
-        number, rest = "0", number
-    return float(number) + float(rest.removesuffix(" ulp") or 0) * form.epsilon * 3
+def test_an_error_beyond_its_proof_is_found(exported):
+    (kernel,) = (kernel for kernel in exported.contenders if kernel.id == "speed-1e-10")
+    relative, loss, bound = bench._errors(exported, kernel, DOUBLE)
+    assert max(relative, loss) <= bound
+    wrong = replace(kernel, proven={"double": ProvenError(0.9 * max(relative, loss))})
+    with pytest.raises(BenchError, match=r"speed-1e-10 \(double\) contradicts its proof: the error is "):
+        bench._errors(exported, wrong, DOUBLE)
 
 
-def test_the_headers_are_exported():
-    assert set(ours.FILES.values()) <= set(requests.NAMES)
+def test_a_kernel_is_held_to_its_bound(exported):
+    (kernel,) = (kernel for kernel in exported.contenders if kernel.id == "speed-1e-5")
+    exported._check(kernel, DOUBLE, "log-uniform")
+    with pytest.raises(BenchError, match="computes rubbish"):
+        exported._check(replace(kernel, bound=1e-6), DOUBLE, "log-uniform")
 
 
-def test_minimax_kernels_are_left_out_where_they_are_not_meant_for():
-    file = "viscopade_minimax.h"
-    texts = {file: (EXPORTS / file).read_text()}
-    assert len(ours.contenders(texts, ICE)) == 3
-    assert ours.contenders(texts, SpeedRange(beta=50.0)) == []
+def test_what_is_proven_is_what_the_headers_state():
+    proven = {kernel.id: kernel.proven for kernel in ours.contenders(ICE)}
+    for ident, file in (("speed-1e-5", "speed_1em5"), ("speed-1e-10", "speed_1em10")):
+        stated = re.search(r"min\(eps, 1 - eps\) <= (\S+) in the table", of_exports(f"viscopade_{file}.h"))[1]
+        assert proven[ident]["double"].relative == pytest.approx(float(stated), rel=0.01)
+    assert f"at most {math.ceil(1000 * proven['full']['double'].ulps) / 1000}" in of_exports("viscopade_full.h")
+    assert proven["full"]["double"].of_v_star
+    assert not proven["speed-full"]["double"].of_v_star
 
 
-def test_what_is_proven_of_kernels_of_v_star():
-    name = "minimax_3_7_v5_2p84em6"
-    assert ours.named(name) == "2.84e-6"
-    assert ours.proven_of_v_star(name, DOUBLE) == "2.85e-6"  # rounded up
-    assert ours.proven_of_v_star(name, FLOAT) == "3.72e-6"
-    assert ours.proven_of_v_star("halfline_3p4em6", DOUBLE) == "3.37e-6"
-    assert ours.proven_of_v_star("halfline_3p4em6", FLOAT) == "6.70e-6"
-    with pytest.raises(KeyError, match="no_such_kernel"):
-        ours.proven_of_v_star("no_such_kernel", DOUBLE)
-
-
-def test_what_is_proven_of_kernels_of_speed():
-    name = "lookup_1_64_6p69em6"
-    assert ours.proven_of_speed(name, DOUBLE, 2.0) == "6.70e-6 + 0.5 ulp"
-    assert ours.proven_of_speed(name, FLOAT, 2.0) == "6.87e-6 + 0.5 ulp"
-    assert ours.proven_of_speed(name, DOUBLE, 9.5) == ""  # not in the table only
-    assert ours.proven_of_speed("lookup_5_16_3p79em12", FLOAT, 2.0).endswith(" + 0.501 ulp")
-    assert ours.proven_of_speed("lookup_full", FLOAT, 2.0) == "0.501 ulp"
+def test_nothing_is_proven_beyond_a_table_and_quotients_are_for_their_interval():
+    beyond = {kernel.id: kernel for kernel in ours.contenders(SpeedRange(beta=50.0))}
+    assert not beyond["speed-1e-5"].proven
+    assert not any(ident.startswith("minimax") for ident in beyond)
+    assert sum(kernel.id.startswith("minimax") for kernel in ours.contenders(ICE)) == 3
 
 
 def test_the_rivals_have_the_papers_numbers():
@@ -323,58 +284,23 @@ def test_all_but_arrays_from_memory_are_warmed_up():
         assert [passes for _, passes in log] == ([4] * RUNS if measure == "memory" else [1] + [4] * RUNS)
 
 
-def synthetic(changes):
-    """Times of three rounds: pow + [3/6] takes 30, 60, 10 ns, the copy 1, 2, 4 ns, pow 20 ns, ours as given."""
-    times = {}
-    for speeds in DISTRIBUTIONS:
-        for measure in MEASURES:
-            times[Key("pow+[3/6]", "double", speeds, measure)] = np.array([30.0, 60.0, 10.0])
-            times[Key("copy", "double", speeds, measure)] = np.array([1.0, 2.0, 4.0])
-            times[Key("pow", "double", speeds, measure)] = np.array([20.0, 20.0, 20.0])
-            for ident, values in changes.items():
-                times[Key(ident, "double", speeds, measure)] = np.array(values)
-    return times
-
-
 def test_ratios_are_medians_of_the_ratios_of_a_round():
-    times = synthetic({"speed-1e-5": [3.0, 3.0, 5.0]})
-    names = {key.id: (key.id, "ours") for key in times}
-    rows = {row.key: row for row in statistics(times, names, "pow+[3/6]", "copy")}
-    row = rows[Key("speed-1e-5", "double", "equal", "cache")]
-    assert (row.min, row.median, row.spread) == (3.0, 3.0, pytest.approx(1 / 3))
+    def key(ident):
+        return Key(ident, "double", "equal", "cache")
+
+    times = {key("pow+[3/6]"): [30.0, 60.0, 10.0], key("copy"): [1.0, 2.0, 4.0], key("fit"): [3.0, 3.0, 5.0]}
+    times = {key: np.array(values) for key, values in times.items()} | {
+        Key("fit", "float", "equal", "cache"): np.ones(3)
+    }
+    (row,) = bench._rows(times, rival("fit"), "double", (1e-3, 1e-2, None))
+    assert (row.min_ns, row.median_ns, row.spread) == (3.0, 3.0, pytest.approx(1 / 3))
     assert row.ratio_to_3_6 == pytest.approx(0.1)  # of 0.1, 0.05, 0.5; the ratio of the medians is the same by chance
     assert row.ratio_to_copy == pytest.approx(1.5)  # of 3, 1.5, 1.25
-    assert rows[Key("copy", "double", "equal", "cache")].ratio_to_copy == 1
-
-
-def test_the_ratio_of_a_type_without_the_other_is_missing():
-    times = {Key("a", "float", "equal", "cache"): np.ones(3)}
-    (row,) = statistics(times, {"a": ("a", "ours")}, "pow+[3/6]", "copy")
+    (row,) = bench._rows(times, rival("copy"), "double", (None, None, None))
+    assert row.ratio_to_copy == 1
+    (row,) = bench._rows(times, rival("fit"), "float", (None, None, None))
     assert row.ratio_to_3_6 is None
     assert row.ratio_to_copy is None
-
-
-def test_targets_are_reached_or_not():
-    times = synthetic({"speed-1e-5": [3.0, 6.0, 1.0], "speed-1e-7": [4.0, 8.0, 1.0], "speed-full": [21.0, 22.0, 23.0]})
-    found = list(judged(times, 8_000_000, restitution=1.25, cuda=None))
-    assert [(target.measured, target.reached) for target in found] == [
-        (pytest.approx(10.0), True),  # throughput, 1e-5: 8 times
-        (pytest.approx(7.5), False),
-        (pytest.approx(10.0), True),  # latency: 3 times
-        (pytest.approx(7.5), True),
-        (pytest.approx(3.0), False),  # memory: 1.25 times the copy
-        (pytest.approx(4.0), False),
-        (None, None),  # 1e-10 was not measured
-        (pytest.approx(1.1), False),  # pow
-        (pytest.approx(1.1), False),
-        (1.25, False),
-        (None, None),
-    ]
-    assert found[-1].note == "not measured: no GPU"
-    assert found[6].note == "not measured"
-    small = list(judged(times, 1000, None, cuda=1.05))
-    assert [target.reached for target in small[4:6]] == [None, None]
-    assert small[-1].reached is True
 
 
 def test_the_fastest_of_some_runs_counts():
@@ -401,7 +327,7 @@ def test_without_a_compiler_there_is_one_clear_line(monkeypatch):
 def test_the_first_error_of_the_compiler_is_told(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     kernel = replace(rival("copy"), source="#warning beware\ndouble broken(double v { return v; }\ndouble worse(")
-    with pytest.raises(ToolchainError, match=r"^\S+ fails: kernel0\.c:\d+:\d+: error: ") as caught:
+    with pytest.raises(ToolchainError, match=r"^\S+ fails: (?:\S*bench\.c:)\d+:\d+: error: ") as caught:
         harness_of(kernel)
     assert "\n" not in str(caught.value)
     assert str(tmp_path) not in str(caught.value)
@@ -435,13 +361,11 @@ def test_the_scalar_loop_is_not_made_of_vector_instructions(tmp_path):
     """What would be a vector loop otherwise (the array is one, at -O3) stays a loop over single speeds."""
     if np.dtype(np.intp).itemsize != 8 or "x86" not in os.uname().machine:
         pytest.skip("the instructions looked for are those of x86")
-    from viscopade_lab.bench.sources import frame, unit
-
-    (tmp_path / "bench.h").write_text(frame())
+    (tmp_path / "bench.c").write_text(c_file([rival("copy")]))
     code = {}
     for library in ("scalar", "array"):
-        (tmp_path / "unit.c").write_text(unit(rival("copy"), library))
-        command = [*toolchain.find_compiler().words, "-O3", "-S", "-o", "-", "unit.c"]
+        part = f"-DBENCH_LIBRARY_{library.upper()}"
+        command = [*toolchain.find_compiler().words, "-O3", part, "-S", "-o", "-", "bench.c"]
         code[library] = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert "mulpd" in code["array"]
     assert "mulpd" not in code["scalar"]
@@ -451,150 +375,42 @@ def test_the_scalar_loop_is_not_made_of_vector_instructions(tmp_path):
 # --- end to end ---------------------------------------------------------------------------------------------------
 
 
-ROW = {"id", "label", "group", "format", "speeds", "measure", "ns", "ratio_to_3_6", "ratio_to_copy"}
-ERROR = {"id", "label", "group", "format", "relative", "loss", "proven", "proven_of", "note"}
-
-
 @pytest.fixture(scope="module")
 def quick():
     if shutil.which(os.environ.get("CC", "cc")) is None:
         pytest.skip("no C compiler: CC is not set and there is no cc")
-    settings = bench.Settings(quick=True, only=("full", "table", "verlet", "fit"))
-    return bench.run(settings, read=of_exports)
-
-
-def test_the_result_has_the_shape_that_the_report_reads(quick):
-    whole = json.loads(json.dumps(quick.to_json()))
-    assert list(whole) == ["command", "machine", "settings", "rows", "errors", "targets", "curves"]
-    assert whole["command"].startswith("Generated by viscopade ")
-    assert whole["command"].endswith(": viscopade bench --quick --only full --only table --only verlet --only fit")
-    assert set(whole["machine"]) == {"cpu", "compiler", "system", "python", "numpy"}
-    assert all(isinstance(value, str) and value for value in whole["machine"].values())
-    settings = whole["settings"]
-    assert set(settings) == {"rounds", "scene", "memory_elements", "cache_elements", "flags"}
-    assert settings["scene"] == {"beta": 1.307, "speed_min": 0.001, "speed_max": 1000.0, "unit": "cm/s"}
-    assert settings["flags"]["scalar"] == "-O2"
-    assert settings["flags"]["array"].startswith("-O3")
-    for row in whole["rows"]:
-        assert set(row) == ROW
-        assert set(row["ns"]) == {"min", "median", "spread"}
-        assert 0 < row["ns"]["min"] <= row["ns"]["median"] * 1.001
-        assert row["speeds"] in DISTRIBUTIONS
-        assert row["measure"] in MEASURES
-        assert row["group"] in ("ours", "rival", "limit")
-    assert all(set(error) == ERROR for error in whole["errors"])
-    assert all(set(target) == {"what", "target", "measured", "reached", "note"} for target in whole["targets"])
-    assert {error["id"] for error in whole["errors"]} == {row["id"] for row in whole["rows"]}
+    wanted = bench.contenders(ICE, ("full", "table", "verlet", "fit"))
+    return bench.run(wanted, ICE, of_exports, 2, TINY)
 
 
 def test_all_that_was_asked_for_is_measured_and_the_two_references(quick):
-    found = {(row.id, row.format, row.speeds, row.measure) for row in quick.rows}
-    assert len(found) == len(quick.rows)
-    for ident in ("full", "table", "fit", "copy", "pow+[3/6]"):
+    _, rows = quick
+    found = {(row.id, row.format, row.speeds, row.measure) for row in rows}
+    assert len(found) == len(rows)
+    for ident in ("table", "fit", "copy", "pow+[3/6]"):
         for form in ("double", "float"):
             assert {(ident, form, speeds, measure) for speeds in DISTRIBUTIONS for measure in MEASURES} <= found
     assert {measure for ident, _, _, measure in found if ident == "verlet"} == {*SCALAR, "cache"}
     assert "adaptive" not in {ident for ident, *_ in found}
-
-
-def test_the_references_are_1_of_themselves(quick):
-    for row in quick.rows:
-        assert (row.ratio_to_3_6 == 1) == (row.id == "pow+[3/6]") or row.ratio_to_3_6 is not None
-        if row.id == "pow+[3/6]":
-            assert row.ratio_to_3_6 == 1
-        if row.id == "copy":
-            assert row.ratio_to_copy == 1
+    for row in rows:
+        assert row.ratio_to_3_6 == 1 or row.id != "pow+[3/6]"
+        assert 0 < row.min_ns <= row.median_ns
 
 
 def test_errors_are_those_that_are_known(quick):
-    errors = {(error.id, error.format): error for error in quick.errors}
-    assert errors["full", "double"].relative < 2e-15
-    assert errors["full", "double"].proven == "0.571 ulp"
-    assert {i for (i, _), error in errors.items() if error.proven_of == "v_star"} == {
-        i for i, _ in errors if i == "full" or i.startswith(("half-line", "minimax"))
-    }
-    assert 0.005 < errors["pow+[3/6]", "double"].relative < 0.02
-    assert errors["copy", "double"].relative is None
-    assert "Bridges" in errors["fit", "double"].note
-    assert 0.1 < errors["fit", "double"].relative < 1
+    errors = {row.id: row for row in quick[1] if row.format == "double"}
+    assert errors["full"].relative < 2e-15
+    assert errors["full"].proven == pytest.approx(0.571 * 3.7e-16, rel=0.5)
+    assert 0.005 < errors["pow+[3/6]"].relative < 0.02
+    assert errors["copy"].relative is None
+    assert 0.1 < errors["fit"].relative < 1
 
 
-def test_curves_are_those_of_our_kernels(quick):
-    assert [curve.id for curve in quick.curves] == ["full"]
-    (curve,) = quick.curves
-    assert len(curve.v_star) == len(curve.error) == 400
-    assert (np.diff(curve.v_star) > 0).all()
-    assert curve.v_star[-1] <= ICE.v_star_max
-    assert 1e-17 < max(curve.error) < 2e-15
-
-
-@needs_compiler
-def test_a_curve_shows_the_error_where_it_is():
-    kernel = rival("log-table")
-    curve = harness_of(kernel).error_curve(kernel)
-    v_star, error = np.array(curve.v_star), np.array(curve.error)
-    speed = (v_star / math.sqrt(ICE.beta)) ** 10
-    eps, _ = exact_at(speed, np.full(len(speed), ICE.beta))
-    assert error == pytest.approx(np.abs(kernel.expected(speed, np.array(ICE.beta)) - eps) / eps, rel=1e-3, abs=1e-9)
-
-
-def test_labels_are_short_enough_for_a_picture():
-    assert max(len(kernel.label) for kernel in rivals.contenders(ICE)) <= 40
-
-
-def test_what_json_does_not_know_is_missing():
-    assert [_digits(x) for x in (math.inf, math.nan, None, 1.23456)] == [None, None, None, 1.235]
-
-
-def test_tables_show_every_number(quick):
-    lines = tables.long(quick)
-    assert len(lines) == len(quick.rows)
-    assert all(len(line) == len(tables.HEADER) for line in lines)
-    shown = list(tables.tables(quick))
-    assert [table.title for table in shown[:3]] == [f"type double, {speeds} speeds" for speeds in DISTRIBUTIONS]
-    assert shown[-1].title == "targets"
-    for table in shown:
-        assert all(len(row) == len(table.header) for row in table.rows)
-        assert all(isinstance(cell, str) for row in table.rows for cell in row)
-    assert any("Bridges" in line for line in tables.notes(quick))
-    assert any("0.001 to 1000 cm/s" in line for line in tables.introduction(quick))
-
-
-def test_numbers_keep_their_digits():
-    assert [tables._number(x) for x in (None, 0.001234, 1.25, 30.04, 4.16e6)] == [
-        "–",
-        "0.00123",
-        "1.25",
-        "30",
-        "4160000",
-    ]
-
-
-def test_an_unknown_part_of_a_known_name_is_refused():
-    with pytest.raises(ValueError, match=r"there is no kernel 'minimax-5e-6': accepted are minimax-9\.87e-4, "):
-        bench.run(bench.Settings(quick=True, only=("minimax-5e-6",)), read=of_exports)
-
-
-def test_missing_headers_are_told(tmp_path):
+def test_unknown_names_and_missing_headers_are_told(tmp_path):
+    with pytest.raises(ValueError, match=r"there is no kernel 'minimax-5e-6': expected one of speed-1e-5, "):
+        bench.contenders(ICE, ("minimax-5e-6",))
     with pytest.raises(ValueError, match=r"cannot read .*viscopade_full.h: No such file or directory; accepted is"):
-        bench.run(bench.Settings(quick=True, only=("full",)), read=lambda name: toolchain.read_from(tmp_path, name))
-
-
-@needs_compiler
-def test_the_call_from_python_is_compared_with_the_c_kernel(monkeypatch):
-    c = replace(rival("copy"), id=calls.C)
-    kernels = [c]
-    monkeypatch.setattr(calls.viscopade, "restitution", lambda speed, beta: beta * speed)
-    both = calls.tasks(harness_of(c), kernels)
-    times = in_rounds(both, 3)
-    assert {key.measure for key in times} == {CALL}
-    assert calls.ratio(times) > 0
-    assert list(statistics(times, {}, "pow+[3/6]", "copy")) == []
-    monkeypatch.setattr(calls.viscopade, "restitution", lambda speed, beta: beta * speed * 1.0001)
-    with pytest.raises(BenchError, match="return different results"):
-        calls.tasks(harness_of(c), kernels)
-    assert calls.tasks(harness_of(c), []) == []
-    assert calls.ratio({}) is None
+        bench.run(bench.contenders(ICE, ("full",)), ICE, lambda name: toolchain.read_from(tmp_path, name), 1, TINY)
 
 
 def test_scipy_integrates_the_same_collision():
@@ -606,9 +422,124 @@ def test_scipy_integrates_the_same_collision():
     assert eps == pytest.approx(exact_at(speed, np.full(3, ICE.beta))[0], rel=1e-5)
 
 
-def test_a_contender_needs_a_function_for_each_measure():
-    with pytest.raises(ValueError, match="needs a C function"):
-        Contender("a", "a", "ours", lambda speed, beta: speed, array="f")
+# --- the file, the table and the picture --------------------------------------------------------------------------
+
+
+def a_row(ident="a", time=1.0, relative=1e-3, proven=None, **changes):
+    names = {"label": ident, "group": "ours", "format": "double", "speeds": "log-uniform", "measure": "throughput"}
+    return Row(ident, **names | changes, min_ns=time, median_ns=time, spread=0.1, ratio_to_3_6=None, ratio_to_copy=2.0,
+               relative=relative, loss=0.0, proven=proven)  # fmt: skip
+
+
+def test_what_is_written_is_read(quick):
+    comments, rows = quick
+    text = to_csv(comments, rows)
+    assert text.startswith("# Generated by viscopade ")
+    again = from_csv(text.encode(), "a.csv")
+    assert [(row.id, row.measure) for row in again] == [(row.id, row.measure) for row in rows]
+    assert [row.median_ns for row in again] == pytest.approx([row.median_ns for row in rows], rel=1e-3)
+    assert to_csv(comments, again) == text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (",ours,", ",hours,", "a.csv, row 1: group is 'hours': expected ours or rival or limit"),
+        (",1,1,", ",0,1,", "a.csv, row 1: min_ns is '0': expected a positive number"),
+        (",1,1,", ",1,inf,", "a.csv, row 1: median_ns is 'inf': expected a positive number"),
+        (",0.001,", ",x,", "a.csv, row 1: relative is 'x': expected a number that is not negative"),
+        (",0.1,", ",,", "a.csv, row 1: spread is '': expected a number that is not negative"),
+        (",0.1,", ",0.1,1,", "a.csv, row 1: expected 14 cells, not 15"),
+        ("min_ns", "ns", "a.csv: expected the columns id,label,group,"),
+        ("a,a", "a,\x07", "a.csv, row 1: label is"),
+        ("a,a", "\xff", "a.csv is not readable: expected what"),
+        ("\n", "\n#", "a.csv: expected at least one row"),
+        (
+            "2,0.001,0,\n",
+            "2,0.001,0,\na,b,ours,double,log-uniform,throughput,1,1,0.1,,2,,,\n",
+            "a.csv, row 2: repeats a, double",
+        ),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_line(old, new, words):
+    text = to_csv([], [a_row()])
+    assert old in text
+    with pytest.raises(ValueError) as caught:
+        from_csv(text.replace(old, new).encode("latin-1"), "a.csv")
+    assert str(caught.value).startswith(words)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_table_has_a_line_for_each_type_and_digits_without_exponents(quick):
+    lines = list(table(quick[1]))
+    assert all(len(line) == len(HEADER) for line in lines)
+    assert len(lines) == len({(row.id, row.format) for row in quick[1]})
+    rows = [a_row(time=0.001234), a_row("b", 4.16e6)]
+    assert [line[3] for line in table(rows)] == ["0.00123", "4160000"]
+
+
+def test_the_error_shown_is_the_proven_one_unless_a_sampled_one_is_larger():
+    assert a_row(relative=1e-3, proven=2e-3).error == 2e-3
+    assert a_row(relative=1e-3, proven=9e-4).error == 1e-3
+    assert not a_row(relative=1e-3, proven=9e-4).is_proven
+    assert a_row(relative=1e-3).error == 1e-3
+
+
+def test_the_frontier_has_what_nothing_beats():
+    rows = [
+        a_row("fast", 1, 0.1),
+        a_row("beaten", 2, 0.2),
+        a_row("better", 3, 1e-3),
+        a_row("same", 4, 1e-3),
+        a_row("best", 5, 0.0, 1e-9),
+    ]
+    assert [row.id for row in picture.frontier(rows)] == ["fast", "better", "best"]
+    assert picture.points([a_row(format="float"), a_row("b", 2.0), a_row("a", 1.0)], ("throughput",))[0].id == "a"
+
+
+@pytest.mark.parametrize("kind", picture.KINDS)
+def test_the_picture_is_drawn(kind):
+    pytest.importorskip("matplotlib")
+    rows = [a_row("fast"), a_row("useless", 2e4, 1e7, group="rival"), a_row("copy", 0.5, None, group="limit")]
+    content = picture.draw(rows, kind)
+    assert content == picture.draw(rows, kind)
+    assert b"Generated by viscopade" in content
+    if kind == "svg":
+        assert all(
+            f"<!-- {label} -->".encode() in content for label in ("fast", "copy", "useless (error 1e7 ↑, 20 µs →)")
+        )
+    with pytest.raises(ValueError, match="no times in type double"):
+        picture.draw([a_row(format="float")], kind)
+
+
+def test_the_committed_results_are_readable_and_the_picture_has_their_labels():
+    text = (BENCH / "speed_against_error.svg").read_text("utf-8")
+    for path in sorted(BENCH.glob("*.csv")):
+        rows = from_csv(path.read_bytes(), path.name)
+        assert {"copy", "pow", "pow+[3/6]", "speed-1e-5", "speed-full", "full"} <= {row.id for row in rows}
+    shown = picture.points(from_csv((BENCH / "xeon_cascade_lake.csv").read_bytes(), ""), ("throughput",))
+    assert [row.label for row in shown if f"<!-- {row.label}" not in text] == []
+
+
+def test_the_pages_ratios_are_those_of_the_files():
+    page = (BENCH.parent / "results" / "benchmark.md").read_text("utf-8")
+    lines = [line.split(" | ")[1:] for line in page.partition("| what | Xeon")[2].splitlines()[2:7]]
+    for column, name in enumerate(("xeon_cascade_lake", "xeon_amx", "zen4")):
+        rows = from_csv((BENCH / f"{name}.csv").read_bytes(), name)
+        wanted = (row for row in rows if (row.format, row.speeds) == ("double", "log-uniform"))
+        of = {(row.id, row.measure): row for row in wanted}
+        full, power = (
+            [of[ident, measure].median_ns for measure in ("throughput", "latency")] for ident in ("speed-full", "pow")
+        )
+        expected = [
+            [1 / of["speed-1e-5", "throughput"].ratio_to_3_6],
+            [1 / of["speed-1e-5", "latency"].ratio_to_3_6],
+            [of["speed-1e-5", "memory"].ratio_to_copy],
+            [of["speed-1e-10", "memory"].ratio_to_copy],
+            [a / b for a, b in zip(full, power, strict=True)],
+        ]
+        for line, numbers in zip(lines, expected, strict=True):
+            assert [float(x) for x in re.findall(r"[\d.]+", line[column])] == pytest.approx(numbers, rel=0.006)
 
 
 # --- the command line ---------------------------------------------------------------------------------------------
@@ -623,18 +554,17 @@ def command(*words, **environment):
 
 @needs_compiler
 def test_the_command_prints_and_writes(tmp_path):
-    out = tmp_path / "bench.json"
-    result = command("--quick", "--rounds", "2", "--only", "table", "--out", str(out), "--format", "json")
+    out, drawn = tmp_path / "bench.csv", tmp_path / "bench.png"
+    words = ("--quick", "--rounds", "1", "--only", "table", "--out", str(out), "--picture", str(drawn))
+    result = command(*words, "--format", "csv")
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
-    whole = json.loads(result.stdout)
-    assert whole == json.loads(out.read_text())
-    assert whole["settings"]["rounds"] == 2
-    again = command("--quick", "--rounds", "1", "--only", "table", "--out", str(out))
-    assert again.returncode == 0, again.stderr
-    assert "type float, equal speeds" in again.stdout
-    assert "targets" in again.stdout
-    assert json.loads(out.read_text())["settings"]["rounds"] == 1
+    assert result.stdout.splitlines()[0] == ",".join(COLUMNS)
+    rows = from_csv(out.read_bytes(), "bench.csv")
+    assert {row.id for row in rows} == {"table", "copy", "pow+[3/6]"}
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+    again = command("--from", str(out), "--format", "json")
+    assert len(json.loads(again.stdout)["rows"]) == len(rows)
 
 
 @pytest.mark.parametrize("width", terminal.WIDTHS)
@@ -648,9 +578,12 @@ def test_no_number_is_cut_on_a_terminal(quick, width, monkeypatch):
     ("words", "status", "line"),
     [
         (["--rounds", "0"], 2, "rounds"),
-        (["--only", "nothing"], 2, "viscopade: there is no kernel 'nothing': accepted are"),
+        (["--only", "nothing"], 2, "viscopade: there is no kernel 'nothing': expected one of"),
         (["--speed-min", "10", "--speed-max", "1"], 2, "viscopade: speed_min is 10.0"),
         (["--beta", "x"], 2, "beta is 'x'"),
+        (["--picture", "a.jpg"], 2, "--picture is 'a.jpg': expected a name that ends with .svg, .pdf or .png"),
+        (["--from", __file__, "--out", "a.csv"], 2, "--from shows a file: expected neither --out nor --only with it"),
+        (["--from", __file__], 2, "test_bench.py: expected the columns id,label"),
         (["--cc", "no-such-compiler"], 2, "viscopade: there is no C compiler 'no-such-compiler'"),
     ],
 )

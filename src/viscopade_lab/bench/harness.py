@@ -7,32 +7,32 @@ import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
-from viscopade.collision import spheres
+from viscopade.generated import marker_line, template
 from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import Compiler, Library
 from viscopade.progress import track
-from viscopade_lab.bench.contender import DTYPE, Contender, TimingMeasure
-from viscopade_lab.bench.result import ErrorCurve, Key
-from viscopade_lab.bench.sources import frame, unit
+from viscopade_lab.bench.contender import Contender, Measure
 from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution, SpeedRange
 
 CHECKED = 4096  # results of every function that are compared with what they should be
 SLOW = 10.0  # ns per collision beyond which the memory's speed does not matter
 MOST_OF_SLOW = 1 << 20  # elements of these from memory
-STRIPS = 400  # of an error curve
 RUNS = 3  # of which the fastest counts
 _PROBE = 64
 _SEED = 1
 
+DTYPE: Mapping[Format, type[np.float64] | type[np.float32]] = {DOUBLE: np.float64, FLOAT: np.float32}
+"""NumPy's names of the types."""
+
 Array = npt.NDArray[np.floating]
-Run = Callable[[int], float]
 
 
 class BenchError(RuntimeError):
@@ -73,7 +73,7 @@ class ArraySizes:
     duration: float = 2e6
     sampled: int = 1 << 17
 
-    def of(self, measure: TimingMeasure) -> int:
+    def of(self, measure: Measure) -> int:
         """Return the elements of a measure."""
         return {"memory": self.memory, "cache": self.cache}.get(measure, self.scalar)
 
@@ -81,6 +81,15 @@ class ArraySizes:
     def most(self) -> int:
         """The longest array."""
         return max(self.memory, self.cache, self.scalar, self.sampled, CHECKED)
+
+
+class Key(NamedTuple):
+    """What is measured: a contender, in a type, on some speeds, by a measure."""
+
+    id: str
+    format: str
+    speeds: Distribution
+    measure: Measure
 
 
 @dataclass(frozen=True)
@@ -96,7 +105,7 @@ class Task:
     """
 
     key: Key
-    run: Run
+    run: Callable[[int], float]
     elements: int
     passes: int
 
@@ -150,7 +159,7 @@ class Harness:
         contender: Contender,
         form: Format,
         speeds: Distribution,
-        measure: TimingMeasure,
+        measure: Measure,
         elements: int,
         passes: int = 1,
     ) -> float:
@@ -174,8 +183,8 @@ class Harness:
         )
         return self._function(contender, measure, form)(ctypes.byref(work))
 
-    def _function(self, contender: Contender, measure: TimingMeasure, form: Format) -> Callable[[object], float]:
-        place = contender.built_in(measure), contender.function(measure, form)
+    def _function(self, contender: Contender, measure: Measure, form: Format) -> Callable[[object], float]:
+        place = contender.library(measure), contender.function(measure, form)
         if place not in self._functions:
             function = self._libraries[place[0]][place[1]]
             function.restype = ctypes.c_double
@@ -252,18 +261,6 @@ class Harness:
                     largest[i] = max(largest[i], float((error / scale[valid]).max()))
         return (largest[0], largest[1]) if max(largest) > 0 else None
 
-    def error_curve(self, contender: Contender) -> ErrorCurve:
-        """Return |d eps|/eps of a contender in double over v*, the largest one in each of many strips of speeds."""
-        size = min(contender.most, self.sizes.sampled)
-        speed, beta = self.speeds(DOUBLE, "log-uniform", size), self.betas(contender, DOUBLE, size)
-        eps, _ = exact_of_speed(speed, beta)
-        self.run(contender, DOUBLE, "log-uniform", _different(contender.measures)[0], size)
-        error = np.abs(self.results(DOUBLE, size) - eps) / eps
-        strips = np.array_split(np.argsort(speed), min(STRIPS, size))
-        largest = [strip[np.argmax(error[strip])] for strip in strips]
-        v_star = spheres.v_star(speed[largest], beta[largest])
-        return ErrorCurve(contender.id, contender.label, tuple(v_star.tolist()), tuple(error[largest].tolist()))
-
     # --- how long they take -------------------------------------------------------------------------------------------
 
     def tasks(self) -> list[Task]:
@@ -276,7 +273,7 @@ class Harness:
             for measure in contender.measures
         ]
 
-    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: TimingMeasure) -> Task:
+    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: Measure) -> Task:
         probe = min(contender.most, _PROBE)
         self.run(contender, form, speeds, measure, probe)
         each = self.run(contender, form, speeds, measure, probe) / probe
@@ -318,23 +315,35 @@ def _blocks(tasks: Sequence[Task]) -> Iterator[Iterator[Task]]:
     return (group for _, group in groupby(sorted(tasks, key=block), block))
 
 
-def _different(measures: Sequence[TimingMeasure]) -> list[TimingMeasure]:
+def _different(measures: Sequence[Measure]) -> list[Measure]:
     """Return one measure for each function with results of its own."""
-    one_of_each: tuple[TimingMeasure, ...] = ("throughput", "cache")
+    one_of_each: tuple[Measure, ...] = ("throughput", "cache")
     chosen = [measure for measure in one_of_each if measure in measures]
     return chosen or list(measures)
+
+
+def c_file(contenders: Sequence[Contender]) -> str:
+    """Return the C file with all contenders, and the loops of each library."""
+    loops: dict[Library, list[str]] = {"scalar": [], "array": [], "vector": []}
+    for contender in contenders:
+        if contender.python is None:
+            for measure in contender.measures:
+                loops[contender.library(measure)] += (contender.loop(measure, form) for form in contender.formats)
+    return template(__name__, "bench.c.jinja").render(
+        marker=marker_line("viscopade bench"),
+        headers=list(dict.fromkeys(contender.header for contender in contenders if contender.header)),
+        sources=list(dict.fromkeys(contender.source for contender in contenders if contender.source)),
+        loops={library: list(dict.fromkeys(lines)) for library, lines in loops.items()},
+    )
 
 
 def _build(
     contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler
 ) -> dict[Library, ctypes.CDLL]:
-    """Compile every contender by itself, so that none changes how another is compiled."""
-    libraries: tuple[Library, ...] = ("scalar", "array", "vector")
-    units: dict[Library, dict[str, str]] = {library: {} for library in libraries}
-    for i, contender in enumerate(contenders):
-        for library in libraries:
-            text = unit(contender, library)
-            if text:
-                units[library][f"kernel{i}.c"] = text
-    filled = {library: sources for library, sources in units.items() if sources}
-    return toolchain.build(compiler, filled, {**headers, "bench.h": frame()})
+    """Compile the C file once for each library that holds a loop."""
+    used = {c.library(measure) for c in contenders if c.python is None for measure in c.measures}
+    units = {
+        library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
+        for library in sorted(used)
+    }
+    return toolchain.build(compiler, units, {**headers, "bench.c": c_file(contenders)})

@@ -2,197 +2,143 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator
 from dataclasses import replace
-from decimal import ROUND_CEILING, Context, Decimal
 
-from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
+import viscopade
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
-from viscopade_lab import proven
-from viscopade_lab.bench.contender import ARRAY, Contender
-from viscopade_lab.bench.sources import render
+from viscopade.kernels import requests
+from viscopade.kernels.forms import last_place
+from viscopade.kernels.forms.minimax import MinimaxKernel
+from viscopade.kernels.forms.speed_table import OCTAVES
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
+from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade_lab.bench.contender import ARRAY, Contender, ProvenError
+from viscopade_lab.bench.rivals import of_v_star
 from viscopade_lab.bench.speed_range import PAIRS, SpeedRange
 
-TIERS = {
-    "1e-3": "viscopade_speed_1em3.h",
-    "1e-5": "viscopade_speed_1em5.h",
-    "1e-7": "viscopade_speed_1em7.h",
-    "1e-10": "viscopade_speed_1em10.h",
-    "full": "viscopade_speed_full.h",
-}
+TIERS = ("1e-5", "1e-10", "full")
 WITH_PAIRS = "1e-5"  # the tier whose functions with a table of pairs and with one beta per element are measured, too
-_BY_ROOT = {"half-line": "viscopade_half_line.h", "minimax": "viscopade_minimax.h"}
-_FULL = "viscopade_full.h"
 MINIMAX_END = 5.0
 
-_NAME = re.compile(r"\bdouble viscopade_restitution_(\w+)\(double speed, double beta\)")
-_LOOKUP = "lookup_"
-_GATHER = "#define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)"  # what keeps compilers from gathers is taken away
-_LOADS = "#define VISCOPADE_OPAQUE_OF_TWO(index) VISCOPADE_OPAQUE(index)"
 # Half an ulp of float, and less than a thousandth of it for what double is off.
-_ROUNDED_TO_FLOAT = "0.501 ulp"
+_ROUNDED_TO_FLOAT = 0.501
 
 
-def tier_id(tier: str) -> str:
-    """Return the id of a kernel from speed to eps."""
-    return f"speed-{tier}"
-
-
-FILES = {tier_id(tier): name for tier, name in TIERS.items()} | _BY_ROOT | {"full": _FULL}
-"""By id, or the beginning of it, the header."""
-
-
-def contenders(texts: Mapping[str, str], speeds: SpeedRange) -> list[Contender]:
-    """Return the contenders of some headers that are meant for a range of speeds.
-
-    Parameters
-    ----------
-    texts : mapping of str to str
-        By name, the headers.
-    speeds : SpeedRange
-    """
-    found: list[Contender] = []
-    for tier, file in TIERS.items():
-        if file in texts:
-            found.extend(_of_tier(tier, file, texts[file], speeds))
-    for kind, file in _BY_ROOT.items():
-        if file in texts and (kind != "minimax" or speeds.v_star_max <= MINIMAX_END):
-            found += (_by_root(kind, name, file, texts[file]) for name in _names(texts[file]))
-    if _FULL in texts:
-        found.append(_full())
-    return found
-
-
-def _names(text: str) -> list[str]:
-    return list(dict.fromkeys(_NAME.findall(text)))
-
-
-def _formats(text: str, function: str) -> tuple[Format, ...]:
-    """Return the types that a function exists in."""
-    return tuple(form for form in FORMATS.values() if f"{form.name} {function}{form.suffix}(" in text)
+def contenders(speeds: SpeedRange) -> Iterator[Contender]:
+    """Yield the contenders that are meant for a range of speeds."""
+    for tier in TIERS:
+        yield from _of_tier(tier, speeds)
+    if speeds.v_star_max <= MINIMAX_END:
+        for kernel in requests.RECOMMENDED.quotients():
+            if isinstance(kernel, MinimaxKernel):
+                yield _minimax(kernel)
+    yield of_v_star(
+        "full",
+        "pow + full",
+        lambda form: f"viscopade_epsilon_full{form.suffix}(v_star)",
+        _eps,
+        group="ours",
+        header="viscopade_full.h",
+        formats=(DOUBLE,),
+        slack=16,
+        floor=0,
+        proven={"double": ProvenError(ulps=float(last_place.largest_ulp(DOUBLE, "epsilon")), of_v_star=True)},
+    )
+    yield Contender(
+        "vp.restitution",
+        "vp.restitution",
+        "ours",
+        _eps,
+        formats=(DOUBLE,),
+        measures=("memory",),
+        slack=8,
+        floor=0,
+        python=_restitution,
+    )
 
 
 def _eps(speed: FloatArray, beta: FloatArray) -> FloatArray:
     return exact_of_speed(speed, beta)[0]
 
 
-def _of_tier(tier: str, file: str, text: str, speeds: SpeedRange) -> list[Contender]:
-    """Return a kernel from speed to eps, and the functions with several betas of one tier."""
-    (name,) = (name for name in _names(text) if name.startswith(_LOOKUP))
-    scalar, array = f"viscopade_restitution_{name}", f"viscopade_restitution_array_{name}"
-    formats = _formats(text, scalar)
-    label = f"speed to eps, {tier if tier == 'full' else 'to ' + tier}"
+def _restitution(speed: FloatArray, beta: float) -> tuple[float, FloatArray]:
+    begin = time.perf_counter_ns()
+    epsilon = viscopade.restitution(speed, beta)
+    return float(time.perf_counter_ns() - begin), epsilon
 
+
+def _of_tier(tier: str, speeds: SpeedRange) -> Iterator[Contender]:
+    """Yield a kernel from speed to eps, and the functions with several betas of one tier."""
+    kernel = speed_kernel(tier)
+    name, table = kernel.name, kernel.table
+    formats = (DOUBLE, FLOAT)
+    if isinstance(table, LastPlaceTable):
+        ulps = float(table.proven.ulp + ulp_of_w())
+        bound, proven = 0.0, {"double": ProvenError(ulps=ulps), "float": ProvenError(ulps=_ROUNDED_TO_FLOAT)}
+    else:
+        # The tables end at 2^(first + OCTAVES) in w = v*^10.
+        inside = speeds.v_star_max**10 < 2.0 ** (table.first + OCTAVES)
+        own = {form: form if form in kernel.formats else DOUBLE for form in formats}
+        last = {form: 0.5 if form in kernel.formats else _ROUNDED_TO_FLOAT for form in formats}
+        bound = float(kernel.bound)
+        proven = (
+            {form.name: ProvenError(float(table.inside(own[form])), last[form]) for form in formats} if inside else {}
+        )
     main = Contender(
-        tier_id(tier),
-        label,
+        f"speed-{tier}",
+        f"from speed, {tier}",
         "ours",
         _eps,
-        headers=(file,),
-        scalar=scalar,
-        array=array,
-        formats=formats,
-        bound=_formula(name),
+        header=f"viscopade_speed_{tier.replace('-', 'm')}.h",
+        scalar=f"viscopade_restitution_{name}",
+        array=f"viscopade_restitution_array_{name}",
+        bound=bound,
         slack=8,
         floor=0,
-        proven={form.name: proven_of_speed(name, form, speeds.v_star_max) for form in formats},
+        proven=proven,
     )
-    if tier != WITH_PAIRS:
-        return [main]
-    arrays = replace(main, scalar="", measures=ARRAY)
-    pair, each = (f"viscopade_restitution_{how}_{name}" for how in ("by_pair", "each"))
-    return [
-        main,
-        replace(arrays, id=f"{main.id}-gather", label=f"{label}, rows by gather instructions", before=_GATHER),
-        replace(arrays, id=f"{main.id}-loads", label=f"{label}, rows by single loads", before=_LOADS),
-        replace(arrays, id=f"{main.id}-by-pair", label=f"{label}, beta of {PAIRS} pairs", array=pair, beta="pair"),
-        replace(arrays, id=f"{main.id}-each", label=f"{label}, beta of each", array=each, beta="each"),
-    ]
+    yield main
+    if tier == WITH_PAIRS:
+        each = replace(
+            main,
+            id=f"{main.id}-each",
+            label=f"{main.label}, beta of each",
+            scalar="",
+            array=f"viscopade_restitution_each_{name}",
+            measures=ARRAY,
+            beta="each",
+        )
+        yield replace(
+            each,
+            id=f"{main.id}-by-pair",
+            label=f"{main.label}, beta of {PAIRS} pairs",
+            array=f"viscopade_restitution_by_pair_{name}",
+            beta="pair",
+        )
+        yield each
 
 
-def _by_root(kind: str, name: str, file: str, text: str) -> Contender:
-    """Return a kernel of v*, for which pow makes v*."""
-    scalar = f"viscopade_restitution_{name}"
-    formats = _formats(text, scalar)
-    error = named(name)
+def _minimax(kernel: MinimaxKernel) -> Contender:
+    """Return a best quotient of v*, for which pow makes v*."""
+
+    def error(form: Format) -> tuple[float, float]:
+        (variant,) = (variant for variant in kernel.variants if variant.form == form)
+        return float(variant.certificate.bound), float(variant.rounding)
+
+    formats = tuple(variant.form for variant in kernel.variants)
     return Contender(
-        f"{kind}-{error}",
-        f"pow + {kind} kernel, {error}",
+        f"minimax-{kernel.variants[0].certificate.bound}",
+        f"pow + minimax, {kernel.variants[0].certificate.bound}",
         "ours",
         _eps,
-        headers=(file,),
-        scalar=scalar,
+        header="viscopade_minimax.h",
+        scalar=f"viscopade_restitution_{kernel.name}",
         formats=formats,
-        bound=_formula(name),
+        bound=max(error(form)[0] for form in formats),
         slack=300,
-        proven={form.name: proven_of_v_star(name, form) for form in formats},
-        proven_of="v_star",
-        note="proven of eps(v*); what pow adds is not in it" + (", for v* <= 5" if kind == "minimax" else ""),
+        proven={form.name: ProvenError(sum(error(form)), of_v_star=True) for form in formats},
     )
-
-
-def _full() -> Contender:
-    """Return the kernel of full accuracy of v*."""
-    source = render("full.c.jinja", formats=tuple(FORMATS.values()))
-    return Contender(
-        "full",
-        "pow + full kernel",
-        "ours",
-        _eps,
-        source,
-        headers=(_FULL,),
-        scalar="ours_full",
-        takes_root=True,
-        slack=16,
-        floor=0,
-        proven={form.name: f"{proven.of('full', form.name).text('ulps of epsilon')} ulp" for form in FORMATS.values()},
-        proven_of="v_star",
-        note="proven of eps(v*); what pow adds is not in it",
-    )
-
-
-# --- what is proven ---------------------------------------------------------------------------------------------------
-
-
-def named(name: str) -> str:
-    """Return the error in a kernel's name: ..._6p7em6 is 6.7e-6."""
-    match = re.search(r"_([0-9]+)(?:p([0-9]+))?em([0-9]+)$", name)
-    if match is None:
-        return name
-    return f"{match[1]}{'.' + match[2] if match[2] else ''}e-{match[3]}"
-
-
-def _formula(name: str) -> float:
-    """Return the largest error of a kernel's formula in any type, or 0 if it is known in ulp only."""
-    double = proven.of(name, DOUBLE.name)
-    names = [name, *([double.text("elsewhere")] if double.has("elsewhere") else [])]
-    found = [proven.of(each, form) for each in names for form in FORMATS]
-    return max((each.number("formula") for each in found if each.has("formula")), default=0.0)
-
-
-def proven_of_v_star(name: str, form: Format) -> str:
-    """Return the proven error of a kernel of v*, rounding included, relative to the smaller of eps and 1 - eps."""
-    found = proven.of(name, form.name)
-    return _sum(found.text("formula"), found.text("rounding of epsilon"))
-
-
-def proven_of_speed(name: str, form: Format, v_star_max: float) -> str:
-    """Return the proven error of a kernel from speed to eps, rounding included, or "" beyond its table.
-
-    The first number is relative to the smaller of eps and 1 - eps, an ulp is that of eps.
-    """
-    double, found = proven.of(name, DOUBLE.name), proven.of(name, form.name)
-    if double.has("ulps"):
-        ulps = Decimal(double.text("ulps")) + Decimal(double.text("ulps of w"))
-        return f"{ulps} ulp" if found else _ROUNDED_TO_FLOAT
-    if v_star_max >= double.number("high"):
-        return ""
-    own = found or double
-    return f"{_sum(own.text('formula'), own.text('rounding'))} + {'0.5 ulp' if found else _ROUNDED_TO_FLOAT}"
-
-
-def _sum(a: str, b: str) -> str:
-    """Return the sum, rounded up to three digits."""
-    return f"{Context(prec=3, rounding=ROUND_CEILING).add(Decimal(a), Decimal(b)):.2e}"

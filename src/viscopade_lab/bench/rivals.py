@@ -11,17 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from viscopade.arithmetic.formats import DOUBLE, FORMATS, Format
+from viscopade import generated
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
 from viscopade.collision import spheres
 from viscopade.kernels.expressions import by_horner
 from viscopade.kernels.targets.syntax import of_c, text
-from viscopade.scene.cost import PADE
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
-from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender, Expected, Group
-from viscopade_lab.bench.sources import render
+from viscopade_lab.bench.contender import ARRAY, MEASURES, SCALAR, Contender, Group, identifier
 from viscopade_lab.bench.speed_range import SpeedRange, elastic_contact_time
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS
 
@@ -31,16 +30,15 @@ STEPS = 50
 TOLERANCE = "1e-8"
 _LIMIT = 10_000_000  # of steps: an integration that goes astray ends with NaN
 
-COPY = "copy"
+COPY, PADE = "copy", "pow+[3/6]"
+"""Ids of what all times are compared with."""
 
 
 def contenders(speeds: SpeedRange) -> list[Contender]:
     """Return the yardsticks and the rivals for a range of speeds."""
     return [
-        _formula(
-            COPY, "scaled copy, out[i] = s v[i]", lambda form: "beta * speed", lambda v, beta: beta * v, group="limit"
-        ),
-        _formula("pow", "libm's pow alone, v^(1/10)", _tenth_root, lambda v, _: v**0.1, group="limit"),
+        _formula(COPY, "scaled copy", lambda form: "beta * speed", lambda v, beta: beta * v, group="limit"),
+        _formula("pow", "libm's pow alone", _tenth_root, lambda v, _: v**0.1, group="limit"),
         _truncated_series(),
         _quotient((1, 4), "pow+[1/4]"),
         _quotient((3, 6), PADE),
@@ -53,6 +51,11 @@ def contenders(speeds: SpeedRange) -> list[Contender]:
         _adaptive(),
         *filter(None, [_scipy()]),
     ]
+
+
+def _template(template: str, /, **values: Any) -> str:
+    """Return a template of the benchmark, filled in."""
+    return generated.template(__name__, template).render(values)
 
 
 def _power(form: Format, exponent: str) -> str:
@@ -72,19 +75,37 @@ def _formula(
     ident: str,
     label: str,
     expression: Callable[[Format], str],
-    expected: Expected,
-    *,
-    v_star: bool = False,
+    expected: Callable[[FloatArray, FloatArray], FloatArray],
+    group: Group = "rival",
+    **options: Any,
+) -> Contender:
+    """Return a contender of one expression in `speed` and `beta`; `options` are its other fields."""
+    name = f"bench_{identifier(ident)}"
+    source = "\n\n".join(
+        f"static inline {form.name} {name}{form.suffix}({form.name} speed, {form.name} beta)\n"
+        f"{{\n    (void)beta;\n    return {expression(form)};\n}}"
+        for form in options.get("formats", (DOUBLE, FLOAT))
+    )
+    return Contender(ident, label, group, expected, source, scalar=name, **options)
+
+
+def of_v_star(
+    ident: str,
+    label: str,
+    expression: Callable[[Format], str],
+    expected: Callable[[FloatArray, FloatArray], FloatArray],
     root: Callable[[Format], str] = _tenth_root,
     group: Group = "rival",
     **options: Any,
 ) -> Contender:
-    """Return a contender of one expression in `speed` and `beta`, or in `v_star`; `options` are its other fields."""
-    name = "".join(character if character.isalnum() else "_" for character in ident)
-    formats = tuple(FORMATS.values())
-    source = render("formula.c.jinja", name=name, v_star=v_star, root=root, expression=expression, formats=formats)
-    scalar = f"rival_{name}"
-    return Contender(ident, label, group, expected, source, scalar=scalar, takes_root=v_star, **options)
+    """Return a contender of one expression in `v_star`, which the function makes of sqrt(beta) and the speed."""
+    name = f"bench_{identifier(ident)}"
+    source = "\n\n".join(
+        f"static inline {form.name} {name}{form.suffix}({form.name} speed, {form.name} root_beta)\n"
+        f"{{\n    const {form.name} v_star = root_beta * {root(form)};\n\n    return {expression(form)};\n}}"
+        for form in options.get("formats", (DOUBLE, FLOAT))
+    )
+    return Contender(ident, label, group, expected, source, scalar=name, takes_root=True, **options)
 
 
 def _polynomial(form: Format, coefficients: Sequence[str]) -> str:
@@ -99,14 +120,12 @@ def _value(coefficients: Sequence[str], x: FloatArray) -> FloatArray:
 
 def _truncated_series() -> Contender:
     h = series(TERMS, 17).decimals()
-    return _formula(
+    return of_v_star(
         f"pow+series{TERMS}",
-        f"pow + truncated series, k_c = {TERMS}",
+        f"pow + {TERMS} terms of the series",
         lambda form: _polynomial(form, h),
         lambda speed, beta: _value(h, spheres.v_star(speed, beta)),
-        v_star=True,
         slack=1e4,  # large terms of both signs cancel
-        note="the series converges for v* < 1.047 only",
     )
 
 
@@ -114,31 +133,24 @@ def _quotient(
     degrees: tuple[int, int], ident: str, *, fast_math: bool = False, root: Callable[[Format], str] = _tenth_root
 ) -> Contender:
     a, b = TABLE[degrees]
-    label = "{} + paper's [{}/{}]".format("pow" if root is _tenth_root else "exp and log", *degrees)
-    return _formula(
+    label = "{} + [{}/{}]".format("pow" if root is _tenth_root else "exp, log", *degrees)
+    return of_v_star(
         ident,
-        label + (", -ffast-math" if fast_math else ", 6 digits"),
+        label + (", -ffast-math" if fast_math else ""),
         lambda form: f"({_polynomial(form, a)}) / ({_polynomial(form, b)})",
         lambda speed, beta: _value(a, spheres.v_star(speed, beta)) / _value(b, spheres.v_star(speed, beta)),
-        v_star=True,
         root=root,
         fast_math=fast_math,
         measures=ARRAY if fast_math else MEASURES,
-        note="with the vector functions of libmvec, where the compiler and libm have them" if fast_math else "",
     )
 
 
 def _fit(speeds: SpeedRange) -> Contender:
     return _formula(
         "fit",
-        f"published fit {FIT_FACTOR} v^{FIT_EXPONENT}, ice only",
+        f"published fit {FIT_FACTOR} v^{FIT_EXPONENT}",
         lambda form: f"{form.literal(str(FIT_FACTOR))} * {_power(form, str(FIT_EXPONENT))}",
         lambda speed, _: FIT_FACTOR * speed**FIT_EXPONENT,
-        note="difference of the fit of Bridges et al. from the exact eps, {} to {} cm/s: no error of either".format(
-            *FIT_SPEEDS
-        )
-        if speeds.is_ice
-        else "a fit for ice in cm/s: no error for this scene",
         valid=FIT_SPEEDS if speeds.is_ice else (math.inf, math.inf),
     )
 
@@ -151,8 +163,8 @@ def _table(speeds: SpeedRange, ident: str, *, logarithmic: bool) -> Contender:
     nodes = np.exp(places) if logarithmic else places
     values, _ = exact_of_speed(nodes, np.full(POINTS, speeds.beta))
     per_step = (POINTS - 1) / (ends[1] - ends[0])
-    source = render(
-        "table.c.jinja", name=ident.replace("-", "_"), logarithmic=logarithmic, size=POINTS,
+    source = _template(
+        "table.c.jinja", name=identifier(ident), logarithmic=logarithmic, size=POINTS,
         values=[repr(float(value)) for value in values], first=repr(ends[0]), per_step=repr(per_step),
         formats=tuple(FORMATS.values()),
     )  # fmt: skip
@@ -163,13 +175,12 @@ def _table(speeds: SpeedRange, ident: str, *, logarithmic: bool) -> Contender:
     where = "log v" if logarithmic else "v"
     return Contender(
         ident,
-        f"table in {where}, {POINTS} equidistant points",
+        f"table in {where}",
         "rival",
         interpolated,
         source,
-        scalar="rival_" + ident.replace("-", "_"),
+        scalar=f"rival_{identifier(ident)}",
         slack=1000,
-        note="linear interpolation; for one material and this range of speeds only",
     )
 
 
@@ -180,18 +191,17 @@ def _verlet(speeds: SpeedRange) -> Contender:
         f"velocity Verlet, {STEPS} steps",
         "rival",
         partial(_integrate, step),
-        render("verlet.c.jinja", step=repr(step), steps=STEPS, limit=_LIMIT),
+        _template("verlet.c.jinja", step=repr(step), steps=STEPS, limit=_LIMIT),
         scalar="rival_verlet",
         formats=(DOUBLE,),
         measures=(*SCALAR, "cache"),
         most=512,
         slack=1e4,
-        note=f"as in DEM, one time step for all speeds: {STEPS} to the shortest contact, and more to longer ones",
     )
 
 
 def _integrate(step: float, speed: FloatArray, beta: FloatArray) -> FloatArray:
-    """Return what bench_verlet.c computes, for all speeds at once."""
+    """Return what verlet.c.jinja computes, for all speeds at once."""
     x, velocity, acceleration = np.zeros_like(speed), speed.copy(), np.zeros_like(speed)
     running, result = np.ones(speed.shape, bool), np.full(speed.shape, np.nan)
     for _ in range(_LIMIT):
@@ -210,10 +220,10 @@ def _integrate(step: float, speed: FloatArray, beta: FloatArray) -> FloatArray:
 def _adaptive() -> Contender:
     return Contender(
         "adaptive",
-        f"Dormand-Prince 5(4), tolerance {TOLERANCE}, C",
+        "Dormand-Prince 5(4)",
         "rival",
         lambda speed, beta: exact_of_speed(speed, beta)[0],
-        render("dormand_prince.c.jinja", tolerance=TOLERANCE, limit=_LIMIT),
+        _template("dormand_prince.c.jinja", tolerance=TOLERANCE, limit=_LIMIT),
         scalar="rival_adaptive",
         formats=(DOUBLE,),
         measures=SCALAR,
@@ -228,7 +238,7 @@ def _scipy() -> Contender | None:
         return None
     return Contender(
         "scipy",
-        f"SciPy solve_ivp, tolerance {TOLERANCE}",
+        "SciPy solve_ivp",
         "rival",
         lambda speed, beta: exact_of_speed(speed, beta)[0],
         formats=(DOUBLE,),

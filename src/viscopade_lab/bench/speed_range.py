@@ -13,7 +13,6 @@ import numpy.typing as npt
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import spheres
-from viscopade.records import Node
 from viscopade.theory.paper import BETA_ICE_CGS
 
 Distribution = Literal["log-uniform", "maxwell", "equal"]
@@ -34,41 +33,22 @@ class SpeedRange:
         Of the material, in (time/length)^(1/5).
     speed_min, speed_max : float
         Impact speeds, in length/time.
-    unit : str
-        Of the speeds, for the reader.
     """
 
     beta: float = float(BETA_ICE_CGS)
     speed_min: float = 1e-3
     speed_max: float = 1e3
-    unit: str = "cm/s"
 
-    @classmethod
-    def from_json(cls, node: Node) -> SpeedRange:
-        """Return what a file holds, checked."""
-        low, high = node["speed_min"], node["speed_max"]
-        if low.number(positive=True) > high.number(positive=True):
-            raise high.refuse(f"at least speed_min, {low.value!r}")
-        return cls(node["beta"].number(positive=True), low.number(), high.number(), node["unit"].text())
-
-    def require_measurable(self) -> None:
-        """Refuse what the benchmark cannot measure.
-
-        Raises
-        ------
-        ValueError
-            If a number is not positive, the speeds are not in order, or v* is beyond what the rivals can do.
-        """
+    def __post_init__(self) -> None:
+        """Refuse what the benchmark cannot measure: v* beyond what the rivals can do, for one."""
         for name in ("beta", "speed_min", "speed_max"):
             value = getattr(self, name)
             if not 1e-30 <= value <= 1e30:  # also for float, and the fifth power of beta
-                raise ValueError(f"{name} is {value!r}: accepted is a number from 1e-30 to 1e30")
+                raise ValueError(f"{name} is {value!r}: expected a number from 1e-30 to 1e30")
         if self.speed_min >= self.speed_max:
-            raise ValueError(f"speed_min is {self.speed_min!r}: accepted is less than speed_max, {self.speed_max!r}")
+            raise ValueError(f"speed_min is {self.speed_min!r}: expected less than speed_max, {self.speed_max!r}")
         if self.v_star_max > MAX_V_STAR:
-            raise ValueError(f"v* at speed_max is {self.v_star_max:.4g}: accepted is at most {MAX_V_STAR:g}")
-        if not self.unit.isprintable() or not 0 < len(self.unit) <= 20:
-            raise ValueError(f"unit is {self.unit[:40]!r}: accepted are 1 to 20 printable characters")
+            raise ValueError(f"v* at speed_max is {self.v_star_max:.4g}: expected at most {MAX_V_STAR:g}")
 
     def v_star(self, speed: float) -> float:
         """Return v* of a speed."""
@@ -86,8 +66,8 @@ class SpeedRange:
 
     @property
     def is_ice(self) -> bool:
-        """Whether the published fit for ice is meant for this material."""
-        return self.beta == float(BETA_ICE_CGS) and self.unit == "cm/s"
+        """Whether the published fit for ice in cm/s is meant for this material."""
+        return self.beta == float(BETA_ICE_CGS)
 
     def speeds(self, kind: Distribution, size: int) -> FloatArray:
         """Return impact speeds, the same ones at every call; a shorter array is the beginning of a longer one.

@@ -1,7 +1,7 @@
 /*
  * How close the compact kernels come to the GPU's copy bandwidth, and how far device and host differ, in ulp.
  *
- *     nvcc -O3 -std=c++17 -arch=native -I exports benchmarks/cuda/bench.cu -o bench && ./bench [elements]
+ *     nvcc -O3 -std=c++17 -arch=native -I exports src/viscopade_lab/cuda/bench.cu -o bench && ./bench [elements]
  *
  * Rounds are interleaved; printed are minimum, median and maximum of the times, the median's ratio to that of the
  * copy (cudaMemcpyAsync within the device), and the largest difference to the host's result in ulp of the type.

@@ -1,0 +1,172 @@
+"""The picture of the benchmark: error over time, with the rivals, the limits, and the Pareto frontier."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from viscopade.generated import marker_line
+from viscopade.plots import sheet
+from viscopade_lab.bench.contender import Measure
+from viscopade_lab.bench.result import Row
+from viscopade_lab.bench.speed_range import DISTRIBUTIONS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+KINDS = ("svg", "pdf", "png")
+PANELS: tuple[tuple[str, tuple[Measure, ...]], ...] = (
+    ("One call per collision", ("throughput", "latency")),
+    ("Arrays from memory", ("memory", "cache")),
+)
+"""Titles, and the measures of which the first that was measured is shown."""
+
+LOOKS = {
+    "ours": ("#0068a8", "o", "this package"),
+    "rival": ("#bd4b00", "D", "other methods"),
+    "limit": ("#00755a", "^", "limits, such as a copy"),
+}
+GREY = "#5c5f66"
+_CEILING = 100.0  # where larger errors are drawn: they are useless, whatever their size
+_SLOWEST = 300.0  # times as slow as the fastest: slower ones are drawn there, to leave room for the rest
+
+# From a mark to the text's end or begin, in points: beside it, then above and below, farther and farther away.
+_OFFSETS = [(8.0, 0.0, "left"), (-8.0, 0.0, "right")] + [
+    (dx, sign * dy, side)
+    for dy in (8, 12, 18, 25, 33)
+    for sign in (1, -1)
+    for dx, side in ((5.0, "left"), (-5.0, "right"))
+]
+
+_STYLE = {
+    "svg.hashsalt": "viscopade",  # ids in SVG files would be random otherwise
+    "font.size": 9,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#e3e3e6",
+}
+
+
+def points(rows: Sequence[Row], measures: Sequence[Measure]) -> list[Row]:
+    """Return the rows of one panel, the fastest first: of type double, on the first kind of speeds that there is."""
+    for measure in measures:
+        for speeds in DISTRIBUTIONS:
+            found = [row for row in rows if (row.format, row.measure, row.speeds) == ("double", measure, speeds)]
+            if found:
+                return sorted(found, key=lambda row: (row.median_ns, row.id))
+    return []
+
+
+def frontier(panel: Sequence[Row]) -> list[Row]:
+    """Return the points that no other beats in time or error without losing in the other, the fastest first."""
+    best: list[Row] = []
+    for row in sorted((row for row in panel if row.error is not None), key=lambda row: (row.median_ns, row.error)):
+        if not best or (row.error or 0) < (best[-1].error or 0):
+            best.append(row)
+    return best
+
+
+def draw(rows: Sequence[Row], kind: str) -> bytes:
+    """Return the picture as a file's content; `kind` is one of `KINDS`."""
+    from matplotlib import style
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    panels = [(title, found) for title, measures in PANELS if (found := points(rows, measures))]
+    if not panels:
+        raise ValueError("the result has no times in type double: expected the result of a whole run")
+    with style.context(["default", _STYLE]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # labels are those of a file
+        figure = Figure(figsize=(7.6, 0.4 + 4.9 * len(panels)), layout="constrained")
+        planes = figure.subplots(len(panels), squeeze=False).ravel()
+        corners = []
+        for axes, (title, panel) in zip(planes, panels, strict=True):
+            axes.set_title(title, loc="left", fontweight="bold", fontsize=10)
+            corners.append(_draw_panel(axes, panel))
+        entries = [Line2D([], [], color=c, marker=m, linestyle="", label=label) for c, m, label in LOOKS.values()]
+        entries += [
+            Line2D([], [], color=GREY, marker="o", linestyle="", label="error proven"),
+            Line2D([], [], color=GREY, marker="o", linestyle="", markerfacecolor="white", label="error sampled"),
+            Line2D([], [], color=GREY, alpha=0.55, linewidth=1.6, label="Pareto frontier"),
+        ]
+        figure.legend(handles=entries, loc="outside upper left", ncols=3, frameon=False, fontsize=8.5)
+        figure.draw_without_rendering()  # from here on the axes have their places
+        for axes, (_, panel), line in zip(planes, panels, corners, strict=True):
+            _write_labels(axes, panel, line)
+        buffer = io.BytesIO()
+        title = "Time and error of kernels from speed to eps"
+        data = sheet.metadata(title, marker_line("viscopade bench --picture"), kind)
+        figure.savefig(buffer, format=kind, dpi=sheet.PNG_DPI, metadata=data)
+    return buffer.getvalue()
+
+
+def _draw_panel(axes: Axes, panel: Sequence[Row]) -> list[tuple[float, float]]:
+    """Draw marks and the frontier; return the corners of the frontier."""
+    errors = [min(row.error, _CEILING) for row in panel if row.error]
+    low, high = min(errors, default=1e-16) / 100, max(errors, default=1.0) * 20
+    right = 2.5 * _place(panel[-1], panel)[0]
+    axes.set(xscale="log", yscale="log", xlim=(panel[0].median_ns / 1.5, right), ylim=(low, high))
+    axes.set(xlabel="time per collision in ns", ylabel="largest error of ε (relative to ε or to 1 − ε)")
+    axes.xaxis.set_major_formatter("{x:g}")
+    for row in panel:
+        color, marker, _ = LOOKS[row.group]
+        x, y = _place(row, panel)
+        if row.error is None:
+            axes.axvline(x, color=color, linewidth=1, dashes=(4, 2.5), zorder=1.5)
+        face = color if row.is_proven or row.error is None else "white"
+        axes.plot([x], [y], marker, color=color, markerfacecolor=face, markersize=6, markeredgewidth=1.3, zorder=4)
+    best = [_place(row, panel) for row in frontier(panel)]
+    corners = []
+    if best:
+        heights = [high, *(y for _, y in best)]
+        corners = [(x, y) for (x, _), pair in zip(best, pairwise(heights), strict=True) for y in pair]
+        corners.append((right, best[-1][1]))
+        axes.plot(*zip(*corners, strict=True), color=GREY, linewidth=1.6, alpha=0.55, zorder=2)
+    return corners
+
+
+def _place(row: Row, panel: Sequence[Row]) -> tuple[float, float]:
+    """Return time and error at which a point is drawn; what has no error stands below all that have one."""
+    below = min((other.error for other in panel if other.error), default=1e-16) / 30
+    return min(row.median_ns, _SLOWEST * panel[0].median_ns), min(row.error or below, _CEILING)
+
+
+def _write_labels(axes: Axes, panel: Sequence[Row], line: Sequence[tuple[float, float]]) -> None:
+    """Write labels beside their marks, each at the first place where it covers no mark, no label, and not the line."""
+    from matplotlib.transforms import Bbox
+
+    # The transform gives pixels at 100 dots per inch; a mark needs a square of 12.
+    centres = [axes.transData.transform(_place(row, panel)) for row in panel]
+    taken = [Bbox.from_bounds(x - 6, y - 6, 12, 12) for x, y in centres]
+    taken += (Bbox([a, b]).padded(2) for a, b in pairwise(map(axes.transData.transform, line)))
+    frame = axes.get_window_extent()
+    for row in panel:
+        mark, color = _place(row, panel), LOOKS[row.group][0]
+        text = _label(row, _SLOWEST * panel[0].median_ns)
+        label = axes.annotate(text, mark, (0, 0), textcoords="offset points", color=color, fontsize=8, zorder=5)
+        label.set_in_layout(False)
+        for dx, dy, side in _OFFSETS:
+            label.set(position=(dx, dy), ha=side, va="center")
+            box = label.get_window_extent()
+            if frame.x0 < box.x0 and box.x1 < frame.x1 + 8 and not any(map(box.overlaps, taken)):
+                break
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8})
+        taken.append(box)
+        if abs(dy) > 12:
+            leader = {"arrowstyle": "-", "color": color, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 4}
+            axes.annotate("", mark, (dx, dy), textcoords="offset points", arrowprops=leader)
+
+
+def _label(row: Row, slowest: float) -> str:
+    """Return a point's label, with what is off the scale."""
+    beyond = []
+    if row.error is not None and row.error > _CEILING:
+        beyond.append(f"error {row.error:.0e} ↑".replace("e+0", "e").replace("e+", "e"))
+    if row.median_ns > slowest:
+        beyond.append(f"{float(f'{row.median_ns / 1000:.2g}'):g} µs →")
+    return f"{row.label} ({', '.join(beyond)})" if beyond else row.label
