@@ -26,7 +26,6 @@ Coefficients = list[Fraction]
 DATA = Path(__file__).parents[1] / "src" / "viscopade"
 FIRST, PER_OCTAVE = -4, 8  # panel 0 is [0, 2^-4]; then eight to each octave
 LAST = 2**23
-LEAST_SLOPE_ERROR, LARGEST_SLOPE_ERROR = Fraction(1, 10**8), Fraction(4, 10**8)  # of the derivatives of rows
 REFERENCE, ERROR = "data/double.txt", Fraction(1, 2**60)
 DEEPEST = 12  # times that a part may be halved
 
@@ -114,24 +113,15 @@ def within(top: Polynomial, bottom: Polynomial, q: Polynomial, bound: Fraction) 
     return all(positive(plus(allowed, difference, sign)) for sign in (1, -1))
 
 
-def derivative(p: Coefficients) -> Coefficients:
-    """Return p'."""
-    return [i * c for i, c in enumerate(p)][1:]
-
-
 class Checker:
-    """A certificate of a rational function with exact coefficients, or of v* T/D^2 for its derivative."""
+    """A certificate of a rational function with exact coefficients."""
 
     def __init__(self, entry: dict[str, Any]) -> None:
-        self.is_derivative = "t" in entry
-        top, bottom = ([number(c) for c in entry[name]] for name in (("t" if self.is_derivative else "a"), "b"))
-        self.a, self.b = polynomial(top), polynomial(bottom)
-        if self.is_derivative:
-            self.b = times(self.b, self.b)
+        self.a, self.b = (polynomial(number(c) for c in entry[name]) for name in "ab")
         self.measure = entry["measure"]
         self.low, self.high = Fraction(entry["v_star_min"]), Fraction(entry["v_star_max"] or -1)
         self.parts = [(int(panel), int(n)) for panel, n in entry["parts"]]
-        if self.measure not in (["derivative"] if self.is_derivative else ["both", "relative"]):
+        if self.measure not in ("both", "relative"):
             raise Wrong(f"the measure is {self.measure!r}")
         if not 0 <= self.low < self.high <= LAST:
             raise Wrong(f"the interval is not within [0, {LAST}]")
@@ -140,12 +130,6 @@ class Checker:
         if any(n < 1 for _, n in self.parts):
             raise Wrong("a panel must have a part")
         self.bound = Fraction(entry["bound"])
-        slopes = entry.get("slope_errors") or [ERROR] * len(self.parts)
-        self.errors = {panel: Fraction(error) for (panel, _), error in zip(self.parts, slopes, strict=True)}
-        if self.is_derivative and not all(
-            LEAST_SLOPE_ERROR < error < LARGEST_SLOPE_ERROR for error in self.errors.values()
-        ):
-            raise Wrong("the errors of slopes are not what the reference has")
         self.rows = rows(REFERENCE)
         self.checked = 0
 
@@ -190,8 +174,6 @@ class Checker:
         """Return what the deviation is relative to: "epsilon" unless certainly larger than 1 - eps, or vice versa."""
         if self.measure == "relative":
             return ["epsilon"]
-        if self.is_derivative:
-            return ["epsilon" if 2 * self.rows["epsilon", panel][0] <= 1 else "one_minus_epsilon"]
         slack = Fraction(1, 10**6)
         low, high = (polynomial([Fraction(1, 2) + sign * slack]) for sign in (-1, 1))
         eps = shifted(polynomial(self.rows["epsilon", panel]), z, width)
@@ -202,21 +184,14 @@ class Checker:
         """Whether the bound is shown on a part of a panel, relatively to one function."""
         _, centre, half = panel_ends(panel)
         top, bottom, row = self.a, self.b, self.rows[function, panel]
-        if self.is_derivative:  # both sides are negative, and on panel 0 divided by v*
-            top = times(top, polynomial([-1] if panel == 0 else [0, -1]))
-            slope = derivative(row)
-            if panel == 0 and slope[0]:
-                raise Wrong("the slope does not vanish like v*")
-            scale = half**2 if panel == 0 else half
-            row = [(c if function == "one_minus_epsilon" else -c) / scale for c in (slope[1:] if panel == 0 else slope)]
-        elif function == "one_minus_epsilon":
+        if function == "one_minus_epsilon":
             top = plus(self.b, self.a, -1)
             if panel == 0:  # both sides are divisible by v*^2 = (half z)^2
                 if any(top.numerators[:2]) or any(row[:2]):
                     raise Wrong("1 - N/D does not vanish like v*^2")
                 top, row = top._replace(numerators=top.numerators[2:]), [c / half**2 for c in row[2:]]
         top, bottom = (shifted(p, centre + half * z, half * width) for p in (top, bottom))
-        bound = (self.bound - self.errors[panel]) / (1 + self.errors[panel])
+        bound = (self.bound - ERROR) / (1 + ERROR)
         return positive(bottom) and within(top, bottom, shifted(polynomial(row), z, width), bound)
 
 

@@ -30,7 +30,6 @@ import interval_checker
 from certificate_checker import DATA, ERROR, LAST, REFERENCE, Wrong, number, panel_ends
 from table_checker import PRECISION, Header, Point, exponent_of, falls, rises, rounded, share_of_formula, ulp
 
-EXPORTS = DATA.parents[1] / "exports"
 SLOPE = Fraction(10, 3)  # the largest |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*|
 LARGEST = {"double": 1024, "float": 128}  # exponent of what is beyond the largest number
 ROOTS = 4  # units in the last place that cbrt, pow, log2 and exp2 may be off
@@ -84,26 +83,19 @@ def reference() -> dict[tuple[str, int], certificate_checker.Coefficients]:
     return certificate_checker.rows(REFERENCE)
 
 
-def place(v_star: Any) -> tuple[int, Any, Any]:
-    """Return the panel of a v* below 2^23, its half width, and where on it v* is."""
+def place(v_star: Any) -> tuple[int, Any]:
+    """Return the panel of a v* below 2^23, and where on it v* is."""
     v = fraction(v_star)
     claim(0 <= v < LAST, f"v* = {float(v):g} is beyond the reference")
     exponent = exponent_of(v) if v else -1000
     panel = 0 if exponent < -4 else 1 + 8 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 8)
     _, centre, half = panel_ends(panel)
-    return panel, real(half), (v_star - real(centre)) / real(half)
-
-
-def true_slope(v_star: Any) -> Any:
-    """Return d eps/d v*, from the smaller one of eps and 1 - eps."""
-    panel, half, z = place(v_star)
-    name, sign = ("epsilon", 1) if truth(v_star)["epsilon"] < Fraction(1, 2) else ("one_minus_epsilon", -1)
-    return sign * mp.fsum(k * real(c) * z ** (k - 1) for k, c in enumerate(reference()[name, panel]) if k) / half
+    return panel, (v_star - real(centre)) / real(half)
 
 
 def truth(v_star: Any) -> dict[str, Fraction]:
     """Return eps and 1 - eps at a v* below 2^23, to the reference's accuracy."""
-    panel, _, z = place(v_star)
+    panel, z = place(v_star)
     found = {}
     for name in ("epsilon", "one_minus_epsilon"):
         total = mp.mpf(0)
@@ -208,13 +200,13 @@ def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 
 def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check a best approximant: certificates of eps and its derivative, rounding, and that it is accurate enough."""
+    """Check a best approximant: its certificates, rounding, and that it is accurate enough."""
     accuracy, low, high, measure, *law = key
     first = value["variants"][0]
     total = Fraction(first["certificate"]["bound"]) + Fraction(first["rounding"])
     claim(total <= Fraction(accuracy), "the kernel is not as accurate as was asked for")
     for variant in sample.of(value["variants"]):
-        bound, slope = variant["certificate"], variant["derivative"]
+        bound = variant["certificate"]
         claim([bound["low"], bound["high"], bound["measure"]] == [low, high, measure], "another interval or measure")
         if law:
             check_law(law[0], variant, sample)
@@ -222,10 +214,6 @@ def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
             continue
         certificate_checker.Checker(entry_of(bound, variant)).check()
         check_quotient_rounding(variant, variant["form"], Fraction(high), Fraction(variant["rounding"]), sample)
-        if slope is not None:
-            formula = {"t": slope["t"], "b": variant["b"], "slope_errors": slope_errors(slope["t"])}
-            certificate_checker.Checker(entry_of(slope["certificate"], formula)).check()
-            check_slope_rounding(variant, slope, Fraction(high), sample)
 
 
 def check_law(law: Mapping[str, str], variant: Value, sample: Sample) -> None:
@@ -247,15 +235,6 @@ def closed_form(law: Mapping[str, str], kappa: Any) -> Any:
     return mp.exp(-(zeta / root) * mp.log((zeta + root) / (zeta - root))).real
 
 
-def slope_errors(t: Sequence[str]) -> list[str]:
-    """Return the errors of the reference's slopes that the exported certificate of this derivative has."""
-    wanted = [number(c) for c in t]
-    for entry in json.loads((EXPORTS / "minimax_certificates.json").read_text())["certificates"]:
-        if [number(c) for c in entry.get("t", [])] == wanted:
-            return list(entry["slope_errors"])
-    raise Wrong("exports/ has no certificate of the derivative")
-
-
 def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> Iterator[Fraction]:
     """Yield numbers of type float, one from each part of an interval that is cut evenly by logarithms."""
     random = sample.random
@@ -271,16 +250,6 @@ def check_quotient_rounding(value: Value, kind: str, high: Fraction, bound: Frac
         top, bottom = (machine.horner({k: machine(c) for k, c in part.items()}, v) for part in given)
         exact = polynomial(given[0], real(v)) / polynomial(given[1], real(v))
         within(machine(top / bottom), exact, bound, f"rounding at v* = {float(v):g} in type {kind}")
-
-
-def check_slope_rounding(variant: Value, slope: Value, high: Fraction, sample: Sample) -> None:
-    """Check v* T/D^2 likewise."""
-    machine, t, b = Machine(variant["form"], sample.random), dense(slope["t"]), dense(variant["b"])
-    for v in places(sample, Fraction(1, 2**10), high):
-        bottom = machine.horner(b, v)
-        found = machine(machine(v * machine.horner(t, v)) / machine(bottom * bottom))
-        exact = real(v) * polynomial(t, real(v)) / polynomial(b, real(v)) ** 2
-        within(found, exact, Fraction(slope["rounding"]), f"rounding of the derivative at v* = {float(v):g}")
 
 
 def check_half_line(key: Sequence[Any], value: Value, sample: Sample) -> None:
@@ -453,19 +422,6 @@ def check_compact(key: Sequence[Any], value: Value, sample: Sample) -> None:
         for name, (computed, exact) in results.items():
             bounds = [value[name]["everywhere"], *([value[name]["common"]] if common else [])]
             within(computed, exact, min(map(Fraction, bounds)), f"rounding of {name} at w = {float(speed):g}")
-
-
-def check_slope(key: Sequence[Any], value: Value, sample: Sample) -> None:
-    """Check the derivative of eps = D/(D + v*^2 N): the coefficients of y N' and y D' are rounded."""
-    powers, a, b, kind = key
-    top, bottom = given(powers["top"], a), given(powers["bottom"], b)
-    rising, falling = ({k: rounded(k * c, PRECISION[kind]) for k, c in part.items() if k} for part in (top, bottom))
-    for v in places(sample, Fraction(1, 2**20), Fraction(2) ** 22):
-        y = mp.cbrt(real(v))
-        n, d, more_n, more_d = (polynomial(part, y) for part in (top, bottom, rising, falling))
-        slope = (d * (6 * n + more_n) - more_d * n) / (d + real(v) ** 2 * n) ** 2
-        exact = true_slope(real(v)) / real(v)
-        within(fraction(-slope / 3), exact, Fraction(value["bound"]), f"the derivative at v* = {float(v):g}")
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -648,7 +604,6 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "of_inverse": (check_inverse,),
     "inverse_powers": (check_choice("of_inverse"),),
     "rounding_bounds": (check_compact,),
-    "slope_certificate": (check_slope,),
     "table_rows": (check_table,),
     "table_bounds": (check_table, check_falling),
     "table_rise": (check_rise,),

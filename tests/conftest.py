@@ -45,7 +45,7 @@ QUICK = frozenset(
     )
 )
 TOGETHER = (
-    *files("kernels", "exports", "speed_kernels", "table_free", "lacunary_kernels", "inverse_kernels", "derivative"),
+    *files("kernels", "exports", "speed_kernels", "table_free", "lacunary_kernels", "inverse_kernels"),
     *files("cli", "cli", "scenes"),
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),

@@ -484,9 +484,6 @@ def test_intervals_and_measures_that_are_none_are_refused():
     for low, high in ((2, 1), (1, 1), (-1, 1), (100, None)):
         with pytest.raises(ValueError, match=r"the interval is \[|low is 100"):
             certificate.prove(formula, Fraction(low), high if high is None else Fraction(high), "relative", reference)
-    slope = exact_formulas.derivative_formula([Fraction(1)], [Fraction(1), Fraction(1)])
-    with pytest.raises(ValueError, match="accepted for derivatives is the paper's law"):
-        certificate.prove(slope, Fraction(0), Fraction(1), "derivative", reference)
 
 
 def test_a_half_line_formula_has_the_right_degrees():

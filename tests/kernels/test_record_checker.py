@@ -97,8 +97,6 @@ WRONG = {
     ],
     "accurate": [
         (("variants", 0, "certificate", "bound"), smaller),
-        (("variants", 0, "derivative", "certificate", "bound"), smaller),
-        (("variants", 0, "derivative", "t", 1), lambda x: "0x1p+0"),
         (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
     ],
     "of_half_line": [
@@ -115,7 +113,6 @@ WRONG = {
     "half_line_powers": [(("top", 1), lambda x: x + 1)],
     "inverse_powers": [(("top", 1), lambda x: x + 1)],
     "rounding_bounds": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
-    "slope_certificate": [(("bound",), lambda x: smaller(x, 0.05))],
     "table_rise": [((), lambda x: fraction_by(x, 0.9))],
     "table_bounds": [(("falling",), lambda x: False), (("rounding", 0, 1), lambda x: fraction_by(x, 0.01))],
     "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],

@@ -16,7 +16,7 @@ from viscopade.arithmetic.balls import ball_of, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.expressions import CodeBranch, Name
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, derivative_rounding, of_powers, quotient_rounding
+from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_powers, quotient_rounding
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.rounding import Rounded, of_branch
@@ -216,31 +216,9 @@ def test_the_division_is_in_the_bound(name):
     assert 0 < error <= Fraction(float(bound)) <= 3 * error
 
 
-def test_the_bound_of_derivatives_holds_and_is_not_vacuous():
-    """v* T/(D D), as exported: in type float against exact numbers."""
-    a, b = machine("float")
-    low, high = Fraction(1, 10), Fraction(5)
-    bound = derivative_rounding(a, b, FLOAT, low, high)
-    v_star = np.random.default_rng(3).uniform(float(low), float(high), 4000).astype(np.float32)
-    top, bottom = (sum_of(values, np.float32, v_star) for values in (a, b))
-    found = zip(map(Fraction, v_star.tolist()), map(Fraction, (v_star * top / (bottom * bottom)).tolist()), strict=True)
-    error = max(abs(y * value(b, x) ** 2 / (x * value(a, x)) - 1) for x, y in found)
-    assert error <= Fraction(float(bound)) <= LOOSE * error
-    parts = [derivative_rounding(a, b, FLOAT, *ends) for ends in ((low, low * 2), (high / 2, high))]
-    assert bound >= max(parts) > min(parts)
-
-
-@pytest.mark.parametrize("name", FORMS)
-def test_two_products_and_a_quotient_are_in_the_bound_of_derivatives(name):
-    """v* 1/(1 1): the sums are exact."""
-    form, _ = FORMS[name]
-    bound = Fraction(float(derivative_rounding((Fraction(1),), (Fraction(1),), form, Fraction(0), Fraction(1))))
-    assert 3 <= bound * 2**form.precision < 3 + Fraction(1, 1000)
-
-
 @pytest.mark.parametrize(("top", "bottom"), [(B, (Fraction(1),)), ((Fraction(1),), B), (A, B)])
 def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
-    """Where v* is one number: those of N or T once, that of D once in quotients and twice in derivatives."""
+    """Where v* is one number."""
     low, u = Fraction(2), 2.0**-24
     ends = low, low + Fraction(1, 2**40)
     with working(200):
@@ -249,13 +227,6 @@ def test_the_errors_of_both_sums_are_in_the_bounds(top, bottom):
     assert first + second > 2 * u
     half_unit = 2.0 ** (np.floor(np.log2(size)) - 24) / size
     assert float(quotient_rounding(top, bottom, FLOAT, *ends)) == pytest.approx(first + second + half_unit, rel=1e-4)
-    of_derivative = float(derivative_rounding(top, bottom, FLOAT, *ends))
-    assert first + 2 * second + 1.5 * u <= of_derivative <= (first + 2 * second + 3 * u) * 1.0001
-
-
-def test_a_derivative_that_may_vanish_is_refused():
-    with pytest.raises(ArithmeticError, match="derivative: numerator or denominator may vanish"):
-        derivative_rounding((Fraction(-1), Fraction(1)), (Fraction(1),), FLOAT, Fraction(0), Fraction(2))
 
 
 def test_more_operations_and_fewer_bits_make_it_larger():

@@ -41,8 +41,6 @@ PARTS = 64
 RECORD = "data/proven.txt"
 RECORD_BITS = 80  # recorded bounds are in units of 2^-80
 
-CURVATURE = 324
-"""Proven bound of the second derivatives of ln eps and ln(1 - eps) by ln v* (docs/theory/exact-function.md, step 9)."""
 END = Fraction(float(CENTRES[-1] + HALF_WIDTHS[-1]))
 """Where the panels end; beyond, see `tail`."""
 

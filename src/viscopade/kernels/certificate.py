@@ -27,7 +27,7 @@ from viscopade.kernels.reference import ENDS, TABLE, Reference, Stretch, referen
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law
 
-AnyMeasure = Literal["both", "relative", "speed", "derivative"]
+AnyMeasure = Literal["both", "relative", "speed"]
 Functions = Callable[[arb_series], list[arb_series]]
 
 ORDER = 12  # of the Taylor polynomials on a part
@@ -43,8 +43,7 @@ class Certificate:
     Attributes
     ----------
     measure : str
-        "both", relative to the smaller of eps and 1 - eps, "relative" to eps, "speed", of v*(eps) relative to v*,
-        or "derivative", of d eps/d v* relative to it.
+        "both", relative to the smaller of eps and 1 - eps, "relative" to eps, or "speed", of v*(eps) relative to v*.
     low : Fraction
     high : Fraction or None
         Interval of v*; None is infinity.
@@ -102,8 +101,6 @@ def prove(
         If there is no bound: the formula has a pole in the interval, or the law's panels do not reach so far. Close to
         a pole the bound may be large, and not tight.
     """
-    if measure == "derivative" and reference.law != VISCOELASTIC:
-        raise ValueError(f"the law is {reference.law}: accepted for derivatives is the paper's law")
     if measure == "both" and not formula.has("loss_ratio"):
         raise ValueError("1 - R must vanish like v*^d where the deviation is measured relative to 1 - eps")
     proof = _Proof(formula, measure, reference)
@@ -192,7 +189,7 @@ class _Proof:
     def _results(self, panel: Any, y: arb) -> list[str]:
         """Return which results of the formula count on a part: relative to the smaller one of eps and 1 - eps."""
         if self.measure != "both":
-            return [{"relative": "epsilon", "derivative": "slope_ratio", "speed": "ratio"}[self.measure]]
+            return [{"relative": "epsilon", "speed": "ratio"}[self.measure]]
         epsilon = self.reference.course(panel, arb_series([y]), self.formula.power).epsilon[0]
         half = arb(0.5, 2.0**-20)  # rows are not exact
         return [*([] if epsilon > half else ["epsilon"]), *([] if epsilon < half else ["loss_ratio"])]

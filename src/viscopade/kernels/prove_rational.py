@@ -21,7 +21,7 @@ from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.exact_formulas import Coefficients
-from viscopade.kernels.forms.minimax import Derivative, MinimaxKernel, MinimaxVariant
+from viscopade.kernels.forms.minimax import MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
 from viscopade.kernels.reference import Reference, reference_of
 from viscopade.store import recorded
@@ -199,8 +199,7 @@ def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     bound = _certified(*machine.exact, fit.interval, fit.measure, reference_of(fit.law))
     switch = None if high is not None else Fraction(2) ** threshold(fit.label, *machine.exact, form)
     size = rounding_bounds.quotient_rounding(*machine.exact, form, low, high, switch=switch)
-    slope = _derivative(machine, form, (low, high)) if high is not None and fit.law == VISCOELASTIC else None
-    return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)), slope)
+    return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)))
 
 
 def _certified(
@@ -234,21 +233,6 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact)
         return _certified(a, b, (Fraction(0), high), "both", reference_of(law, stored=False)).bound
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
-
-
-def _derivative(
-    machine: machine_coefficients.MachineFit, form: Format, interval: tuple[Fraction, Fraction]
-) -> Derivative | None:
-    """Return the derivative with its proof; None if it cannot be proven, or not be held by the format."""
-    _, b = machine.exact
-    try:
-        t = tuple(form.nearest(c) for c in exact_formulas.slope_numerator(*machine.exact))
-        rounded = tuple(map(Fraction, t))
-        bound = certificate.prove(exact_formulas.derivative_formula(rounded, b), *interval, "derivative")
-        size = rounding_bounds.derivative_rounding(rounded, b, form, *interval)
-    except (ArithmeticError, ValueError):
-        return None
-    return Derivative(t, bound, _relative_to_eps(size, Fraction(bound.bound)))
 
 
 def _require_horner(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format, end: Fraction) -> None:

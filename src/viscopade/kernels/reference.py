@@ -9,13 +9,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 from flint import arb, arb_series
 
 from viscopade.arithmetic.balls import ball_of, rational_power, working
-from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arrays.panels import CENTRES, DATA, HALF_WIDTHS, PANELS
 from viscopade.collision import law_panels, panel_proof
 from viscopade.collision.law_panels import Course, LawPanel, power_of_series
@@ -129,16 +127,6 @@ class Rows:
             raise ArithmeticError("1 - eps must be divisible by v*^2")
         return self._on_panel(row[2:]) / self.half**2
 
-    @property
-    def slope_ratio(self) -> arb_series:
-        """(d eps/d v*)/v*, from the derivative of the row of the smaller function."""
-        name = _smaller(self.panel)
-        slope = [i * c for i, c in enumerate(_coefficients(name, self.panel))][1:]
-        scale = -self.half if name == "one_minus_epsilon" else self.half
-        if self.panel == 0:  # the row begins with z^2
-            return self._on_panel(slope[1:]) / (scale * self.half)
-        return self._on_panel(slope) / (scale * self.v_star)
-
     def row(self, name: str) -> arb_series:
         """Return the row of a function."""
         return self._on_panel(_coefficients(name, self.panel))
@@ -149,11 +137,6 @@ class Rows:
 
 def _coefficients(name: str, panel: int) -> list[arb]:
     return panel_proof.panel_rows()[name, panel].poly().coeffs()
-
-
-def _smaller(panel: int) -> str:
-    row = panel_proof.panel_rows()["epsilon", panel]
-    return "one_minus_epsilon" if row(Fraction(0)) > Fraction(1, 2) else "epsilon"
 
 
 class _Table(Reference):
@@ -184,8 +167,6 @@ class _Table(Reference):
         return Rows(panel, y, power)
 
     def error(self, panel: int, measure: str) -> arb:
-        if measure == "derivative":
-            return ball_of(Fraction(rounded_up(slope_error(panel))))
         return arb(panel_proof.proven_error())
 
     def end(self, error: arb) -> Fraction:
@@ -195,34 +176,11 @@ class _Table(Reference):
         return self.factor * arb(0, panel_proof.tail(v_star)).exp()
 
     def record(self, measure: str, panels: Sequence[int]) -> dict[str, object]:
-        found: dict[str, object] = {"reference": DATA, "reference_error": panel_proof.proven_error().hex()}
-        if measure == "derivative":
-            found["slope_errors"] = [rounded_up(slope_error(panel)) for panel in panels]
-        return found
+        return {"reference": DATA, "reference_error": panel_proof.proven_error().hex()}
 
 
 TABLE = _Table()
 """The stored table of panels, for the paper's law."""
-
-
-@lru_cache(maxsize=PANELS)
-def slope_error(panel: int) -> arb:
-    """Bound the relative error of `Rows.slope_ratio` (docs/theory/exact-function.md, step 9).
-
-    With x = ln v*, g = ln(true/row) has |g| <= G = 2^-60 and |g''| <= M, so |g'| <= 2 sqrt(G M) (Landau).
-    """
-    with working(TABLE.bits, 3):
-        centre, half = arb(float(CENTRES[panel])), arb(float(HALF_WIDTHS[panel]))
-        middle, reach = (half / 2, half / 2) if panel == 0 else (centre, half)
-        rows = Rows(panel, arb_series([arb(middle, reach), arb(1)]), 1)
-        power = 2 if panel == 0 else 0  # the row is v*^2 times a polynomial on the panel at 0
-        smooth = rows.loss_ratio if panel == 0 else rows.row(_smaller(panel))
-        ratio, v = (smooth / smooth.coeffs()[0]).coeffs(), rows.v_star.coeffs()[0]
-        slope = power + v * ratio[1]
-        own = v * (ratio[1] + v * (2 * ratio[2] - ratio[1] ** 2))
-        error = arb(panel_proof.proven_error())
-        uncertain = 2 * (arb(1.01) * error * (panel_proof.CURVATURE + abs(own))).sqrt()
-        return (error + uncertain * (1 + error) / abs(slope).lower()).abs_upper()
 
 
 def speeds(low: Fraction, high: Fraction, number: int) -> Iterator[arb]:

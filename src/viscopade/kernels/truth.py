@@ -22,8 +22,6 @@ BITS = 256
 SHARP_DIGITS = 22
 SHARP = Fraction(1, 10**1000), Fraction(10) ** 100
 """The w for which `exact` is asked for more digits."""
-_STEP = Fraction(1, 10**20)  # of ln v*, in a difference that stands for a derivative
-_STEP_DIGITS = 45
 
 
 class Portions(NamedTuple):
@@ -66,18 +64,6 @@ def at_v_star(v_star: Fraction, law: Law) -> Portions:
     """Return eps and 1 - eps of a law at v* = kappa^(1/d) > 0, to `SHARP_DIGITS` digits."""
     found = exact.collision(v_star, SHARP_DIGITS, law=law)
     return Portions(found.epsilon, found.one_minus_epsilon)
-
-
-@lru_cache(maxsize=256)
-def exact_slope(v_star: Fraction) -> arb:
-    """Return d eps/d v* at v* > 0, to 15 digits: a difference, with a bound of the second derivative."""
-    ends = [exact.collision(v_star=v_star * (1 + sign * _STEP), digits=_STEP_DIGITS) for sign in (1, -1)]
-    elastic = ends[0].epsilon > arb(1) / 2
-    values = [end.one_minus_epsilon if elastic else end.epsilon for end in ends]
-    width = (ball_of(1 + _STEP) / ball_of(1 - _STEP)).log()
-    # |f(b) - f(a) - (b - a) f'(x)| <= (b - a)^2 sup |f''| for x between a and b
-    logarithmic = (values[0] / values[1]).log() / width + arb(0, panel_proof.CURVATURE * width)
-    return logarithmic * values[0].union(values[1]) / ball_of(v_star) * (-1 if elastic else 1)
 
 
 @lru_cache(maxsize=256)

@@ -25,12 +25,6 @@ def quotient_formula(a: Coefficients, b: Coefficients, law: Law = VISCOELASTIC) 
     return Formula(1, near, far if follows else None, given)
 
 
-def derivative_formula(t: Sequence[Fraction], b: Sequence[Fraction]) -> Formula:
-    """Return d eps/d v* = v* T/D^2 with coefficients in ascending order."""
-    given = formulas.dense(t=t, b=b)
-    return Formula(1, *formulas.derivative_branches(given), given)
-
-
 def half_line_formula(found: LacunaryQuotient) -> Formula:
     """Return eps = D/(D + v*^2 N), with N and D lacunary in y = v*^(1/3), deg N = deg D + 4."""
     require_half_line_degrees(found.powers)
@@ -42,21 +36,3 @@ def inverse_formula(found: LacunaryQuotient, form: InverseForm) -> Formula:
     near, *far = formulas.inverse_branches(found.powers, form)
     given = formulas.constants(found.powers, found.a, found.b)
     return Formula(form.shift, near, far[0] if far else None, given)
-
-
-def slope_numerator(a: Sequence[Fraction], b: Sequence[Fraction]) -> tuple[Fraction, ...]:
-    """Return the coefficients of T = (N' D - N D')/v*, d/d v* of N/D being v* T/D^2.
-
-    Raises
-    ------
-    ValueError
-        Unless a_0 b_1 = a_1 b_0.
-    """
-    t = [Fraction(0)] * (len(a) + len(b) - 2)
-    for i, top in enumerate(a):
-        for j, bottom in enumerate(b):
-            if i != j:
-                t[i + j - 1] += (i - j) * top * bottom
-    if t and t[0]:
-        raise ValueError("1 - N/D must vanish like v*^2")
-    return tuple(t[1:])

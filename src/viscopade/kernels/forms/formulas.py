@@ -2,7 +2,7 @@ r"""The formulas of kernels, each written once, with one program for small and o
 
 Quotients of polynomials in v*, with u = 1/v* where powers of v* might overflow:
 
-    eps = N(v*)/D(v*),    d eps/d v* = v* T(v*)/D(v*)^2.
+    eps = N(v*)/D(v*).
 
 Of a speed and a damping, v* = beta^(1/2) speed^(1/10), and beta = v*^2/speed^(1/5).
 
@@ -20,7 +20,7 @@ polynomials in t or in m that are summed in pairs; those of full accuracy have a
 whose sums are exact.
 
 Besides the results of exported code the programs have those that proofs need: "loss_ratio" is (1 - eps)/v*^d, "ratio"
-is N/D, "slope_ratio" is (d eps/d v*)/v*, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
+is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 """
 
 from __future__ import annotations
@@ -137,18 +137,6 @@ def epsilon_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranc
     return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
 
 
-def derivative_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranch]:
-    """Return the programs of d eps/d v* = v* T/D^2 with these coefficients t and b, likewise."""
-    top, bottom = _terms(given, "t"), _terms(given, "b")
-    squared = Name("denominator") * Name("denominator")
-    near = {
-        "derivative": Name("v_star") * Name("numerator") / squared,
-        "slope_ratio": Name("numerator") / squared,
-    }
-    more = 1 + top[-1][0] - 2 * bottom[-1][0]
-    return _in_v_star(top, bottom, near), _in_u(top, bottom, Name("numerator") / squared, more, "derivative")
-
-
 def losses(a: Sequence[Any], b: Sequence[Any], order: int) -> dict[str, Any]:
     """Return the coefficients d of (D - N)/v*^order; none if 1 - N/D does not vanish like v*^order.
 
@@ -170,7 +158,7 @@ def _in_v_star(top: Terms, bottom: Terms, results: Mapping[str, Expression]) -> 
     return CodeBranch(None, sums, results)
 
 
-def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str = "epsilon") -> CodeBranch:
+def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int) -> CodeBranch:
     """Return a quotient in powers of u = 1/v*, times v*^degree."""
     for _ in range(abs(degree)):
         ratio = ratio * Name("v_star" if degree > 0 else "u")
@@ -179,7 +167,7 @@ def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int, name: str =
         Statement("numerator", by_horner("u", _mirrored(top))),
         Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
-    return CodeBranch(None, program, {name: ratio, "limit": Name("numerator") / Name("denominator")})
+    return CodeBranch(None, program, {"epsilon": ratio, "limit": Name("numerator") / Name("denominator")})
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------

@@ -11,37 +11,13 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms.kernel import (
     Fitted,
     Variant,
-    decimals,
     hexadecimals,
     law_name,
     law_pattern,
     law_record,
     measure_name,
 )
-from viscopade.kernels.forms.quotient import Quotient, Texts, Values, proven_errors, threshold, without_leading_zeros
-
-
-@dataclass(frozen=True)
-class Derivative:
-    """Derivative of a kernel in one format: d eps/d v* = v* T/D^2, with the kernel's denominator D.
-
-    Attributes
-    ----------
-    t : tuple of float
-        Coefficients of T, ascending, numbers of the format.
-    certificate : Certificate
-        Of the error relative to the true derivative, evaluated exactly.
-    rounding : str
-        Proven bound of what rounding adds, relative to the derivative; underflow of v* T excluded.
-    """
-
-    t: tuple[float, ...]
-    certificate: Certificate
-    rounding: str
-
-    def record(self, form: Format) -> dict[str, object]:
-        """Return the numerator and its errors as JSON-able data."""
-        return {**decimals(form, t=self.t), "bound": self.certificate.bound, "rounding": self.rounding}
+from viscopade.kernels.forms.quotient import Quotient, Texts, Values, proven_errors, without_leading_zeros
 
 
 @dataclass(frozen=True)
@@ -52,14 +28,11 @@ class MinimaxVariant(Variant):
     ----------
     rounding : str
         Proven bound of what rounding adds, relative to eps.
-    derivative : Derivative or None
-        The derivative's numerator; None if nothing is proven of it.
 
     The others are those of `Variant`; a_0 is 1, too.
     """
 
     rounding: str
-    derivative: Derivative | None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -68,8 +41,7 @@ class MinimaxVariant(Variant):
 
     def record(self) -> dict[str, object]:
         """Return coefficients and errors as JSON-able data."""
-        slope = None if self.derivative is None else self.derivative.record(self.form)
-        return {**super().record(), "rounding": self.rounding, "derivative": slope}
+        return {**super().record(), "rounding": self.rounding}
 
     @property
     def total(self) -> Fraction:
@@ -144,18 +116,8 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """Sentences on the proven errors, also of the derivative."""
-        of_eps = proven_errors(self.bounds, [(v.form.name, v.rounding) for v in self.variants])
-        slopes = [(v.form.name, v.derivative) for v in self.variants if v.derivative is not None]
-        if not slopes:
-            return of_eps
-        worst = max((slope.certificate.bound for _, slope in slopes), key=Fraction)
-        added = " and ".join(f"{slope.rounding} in type {name}" for name, slope in slopes)
-        return (
-            *of_eps,
-            f"derivative: relative error <= {worst} (proven); rounding adds at most {added} (proven, where nothing is "
-            "subnormal)",
-        )
+        """Sentences on the proven errors."""
+        return proven_errors(self.bounds, [(v.form.name, v.rounding) for v in self.variants])
 
     @property
     def texts(self) -> Texts:
@@ -180,32 +142,18 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
 
     def certificates(self) -> list[dict[str, object]]:
         """Return the data for independent checks of the proofs, ready for JSON; coefficients are hexadecimal."""
-
-        def entry(
-            v: MinimaxVariant, proof: MinimaxVariant | Derivative, **values: tuple[float, ...]
-        ) -> dict[str, object]:
-            head = {"name": self.name, "type": v.form.name, **hexadecimals(**values)}
-            return {**head, **proof.certificate.record(), "rounding": proof.rounding}
-
-        slopes = ((v, v.derivative) for v in self.variants if v.derivative is not None)
         return [
-            *(entry(v, v, a=v.a, b=v.b) for v in self.variants),
-            *(entry(v, slope, t=slope.t, b=v.b) for v, slope in slopes),
+            {
+                "name": self.name,
+                "type": v.form.name,
+                **hexadecimals(a=v.a, b=v.b),
+                **v.certificate.record(),
+                "rounding": v.rounding,
+            }
+            for v in self.variants
         ]
 
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b of a format, without leading ones that are zero."""
         variant = self.variant(form)
         return without_leading_zeros(variant.a), without_leading_zeros(variant.b)
-
-    def derivative(self, form: Format) -> tuple[Values, int] | None:
-        """Return the coefficients of T and D of a format, and t such that nothing can overflow for v* <= 2^t."""
-        variant = self.variant(form)
-        if variant.derivative is None:
-            return None
-        t, b = without_leading_zeros(variant.derivative.t), without_leading_zeros(variant.b)
-        squared = [Fraction(0)] * (2 * len(b) - 1)
-        for i, x in enumerate(b):
-            for j, y in enumerate(b):
-                squared[i + j] += abs(Fraction(x) * Fraction(y))
-        return (t, b), threshold(self.label, [Fraction(0), *map(Fraction, t)], squared, form)

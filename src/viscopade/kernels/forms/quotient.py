@@ -80,10 +80,6 @@ class Quotient(Kernel):
     def bounds(self) -> tuple[Certificate, ...]:
         """The certificates of the error."""
 
-    def derivative(self, form: Format) -> tuple[Values, int] | None:
-        """Return T and D of d eps/d v* = v* T/D^2 and the t of `threshold` for them; None if not exported."""
-        return None
-
     @abstractmethod
     def rounded(self, form: Format) -> Values:
         """Return the coefficients a and b in a binary format, or raise ValueError if there are none."""

@@ -93,17 +93,17 @@ def quotient_rounding(
     given = formulas.dense(a=a, b=b)
     near, far = formulas.epsilon_branches(given)
     if high is not None or switch is None:
-        return _of_quotient(near, "epsilon", given, form, (low, high or END), coefficients)
+        return _of_quotient(near, given, form, (low, high or END), coefficients)
     normal = Fraction(2) ** ((form.largest - HEADROOM) // (len(b) - len(a)))
     with working(BITS):
         numbers = {name: Rounded(ball_of(c), form) for name, c in given.items()}
-        bound = _of_quotient(near, "epsilon", given, form, (low, min(END, switch)), coefficients)
+        bound = _of_quotient(near, given, form, (low, min(END, switch)), coefficients)
         for branch, (start, end) in ((near, (END, switch)), (far, (max(switch, low), normal))):
             waiting = list(_steps(start, end, Fraction(2)))
             while waiting:
                 left, right = waiting.pop()
                 try:
-                    bound = _relative(branch, "epsilon", numbers, form, _between(left, right)).abs_upper().max(bound)
+                    bound = _relative(branch, numbers, form, _between(left, right)).abs_upper().max(bound)
                 except ArithmeticError:
                     if right - left < left / MOST_PARTS:
                         raise
@@ -111,21 +111,7 @@ def quotient_rounding(
     return bound
 
 
-def derivative_rounding(
-    t: Sequence[Fraction], b: Sequence[Fraction], form: Format, low: Fraction, high: Fraction
-) -> arb:
-    """Bound the relative rounding error of the computed v* T/(D D), where nothing underflows.
-
-    Arguments and errors as for `quotient_rounding`.
-    """
-    given = formulas.dense(t=t, b=b)
-    branch, _ = formulas.derivative_branches(given)
-    return _of_quotient(branch, "derivative", given, form, (low, high), False)
-
-
-def _of_quotient(
-    branch: CodeBranch, result: str, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool
-) -> arb:
+def _of_quotient(branch: CodeBranch, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool) -> arb:
     with working(BITS):
         own = arb(2) ** -form.precision if rounded else 0
         given = {name: Rounded(ball_of(c), form, own) for name, c in exact.items()}
@@ -133,14 +119,13 @@ def _of_quotient(
             parts = list(speeds(*ends, number))
             steps = track(range(len(parts)), "rounding")
             with suppress(ArithmeticError):
-                return max(_relative(branch, result, given, form, parts[i]) for i in steps).abs_upper()
-    raise ArithmeticError(f"{result}: numerator or denominator may vanish within its rounding error")
+                return max(_relative(branch, given, form, parts[i]) for i in steps).abs_upper()
+    raise ArithmeticError("numerator or denominator may vanish within its rounding error")
 
 
-def _relative(branch: CodeBranch, result: str, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
-    found = of_branch(branch, [result], {**given, "v_star": Rounded(v_star, form)}, form)[result]
-    underflow = found.underflow / arb(found.value.abs_lower()) if result == "epsilon" else 0
-    size = found.relative + underflow
+def _relative(branch: CodeBranch, given: Mapping[str, Rounded], form: Format, v_star: arb) -> arb:
+    found = of_branch(branch, ["epsilon"], {**given, "v_star": Rounded(v_star, form)}, form)["epsilon"]
+    size = found.relative + found.underflow / arb(found.value.abs_lower())
     if not size.is_finite():
         raise ArithmeticError("the numerator may vanish within its rounding error")
     return size

@@ -30,8 +30,8 @@ class Language(NamedTuple):
 def of_kernel(kernel: Quotient | LacunaryKernel, language: Language, high: float = math.inf) -> Texts:
     """Return the bodies of a kernel's functions in a type, by name.
 
-    Those of a quotient are "epsilon", and "derivative" or None, that of a half-line kernel is "portion", and that of an
-    inverse kernel "of_both"; its "arguments" are the functions that call it.
+    That of a quotient is "epsilon", that of a half-line kernel "portion", and that of an inverse kernel "of_both"; its
+    "arguments" are the functions that call it.
 
     Parameters
     ----------
@@ -66,26 +66,16 @@ def of_speed(language: Language) -> Texts:
 
 
 def _of_quotient(kernel: Quotient, language: Language, high: float) -> Texts:
-    def body(
-        result: str, given: Mapping[str, float], branches: tuple[CodeBranch, CodeBranch], far: int | None
-    ) -> Texts:
-        """Return a function of v*: beyond 2^far, if there is that, in powers of u = 1/v*."""
-        near, beyond = branches
-        parts = [(near, near.results[result])]
-        if far is not None and high > 2.0**far:
-            guard = Name("v_star") > Name(language.constant(2.0**far))
-            parts.insert(0, (beyond._replace(guard=guard), beyond.results[result]))
-        return _body(formulas.NOT_NEGATIVE, given, parts, language, _QUOTIENT)
-
+    """Return eps as a function of v*: beyond the threshold, if v* may be there, in powers of u = 1/v*."""
     a, b = kernel.rounded(language.form)
-    given, derivative = formulas.dense(a=a, b=b), kernel.derivative(language.form)
+    given = formulas.dense(a=a, b=b)
+    near, beyond = formulas.epsilon_branches(given)
+    parts = [(near, near.results["epsilon"])]
     far = None if len(a) == len(b) == 1 else kernel.threshold(language.form)
-    epsilon = body("epsilon", given, formulas.epsilon_branches(given), far)
-    if derivative is None:
-        return {"epsilon": epsilon, "derivative": None}
-    (t, b), far = derivative
-    given = formulas.dense(t=t, b=b)
-    return {"epsilon": epsilon, "derivative": body("derivative", given, formulas.derivative_branches(given), far)}
+    if far is not None and high > 2.0**far:
+        guard = Name("v_star") > Name(language.constant(2.0**far))
+        parts.insert(0, (beyond._replace(guard=guard), beyond.results["epsilon"]))
+    return {"epsilon": _body(formulas.NOT_NEGATIVE, given, parts, language, _QUOTIENT)}
 
 
 def _arguments(kernel: InverseKernel, language: Language) -> list[Texts]:

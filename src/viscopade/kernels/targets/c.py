@@ -49,7 +49,6 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
         types=list(map(_type, _LANGUAGES)),
         define_constant=DEFINE_CONSTANT,
         lasting=lasting((kernel, functions_of(kernel, of)) for kernel, of in zip(kernels, types, strict=True)),
-        has_derivative=any(variant.get("derivative") for block in blocks for variant in block["variants"]),
         has_ends=kernels[0].of_speed or any(block["warning"] for block in blocks),
     )
 

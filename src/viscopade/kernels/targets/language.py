@@ -136,7 +136,6 @@ class Target:
     log: str = "log2"
     exp: str = "exp2"
     larger: str = ""  # of two numbers, where there may be no logarithm of 0
-    derivatives: bool = False  # whether its template has those of eps
     next_line: str = "\n" + " " * 8  # what stands between the lines of an expression
     stem: str = "viscopade"  # of the exported file
     place: str = HOST  # where numbers of type float are computed, as the registry says it

@@ -12,11 +12,11 @@ from textwrap import wrap
 from typing import Any, NamedTuple, cast
 
 from viscopade.approximation.measure import RELATIVE_TO
-from viscopade.arithmetic.decimals import at_most, below, power_of_ten
+from viscopade.arithmetic.decimals import at_most, power_of_ten
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
-from viscopade.kernels.forms import formulas, slope, table_free
+from viscopade.kernels.forms import formulas, table_free
 from viscopade.kernels.forms.kernel import scientific
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
@@ -31,7 +31,7 @@ from viscopade.kernels.forms.table_free import (
     LIBRARY,
     RoundingBound,
 )
-from viscopade.kernels.targets import quotients
+from viscopade.kernels.targets import quotients, slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines, lasting, lasting_lines
@@ -271,17 +271,7 @@ def _errors(target: Target, kernel: HalfLineKernel) -> list[str]:
             _size(n, v, function, kernel) for n in target.numbers for v in variants if v.form == n.form
         )
         errors.append(f"rounding of {function}: adds at most {sizes}, relative to {unit} (proven)")
-    return [*errors, *([_slope_error(kernel, variants)] if target.derivatives else [])]
-
-
-def _slope_error(kernel: HalfLineKernel, variants: Sequence[LacunaryVariant]) -> str:
-    """Return the sentence on the derivative's proven error."""
-    found = [slope.slope_certificate(kernel.powers, v.a, v.b, v.form) for v in variants]
-    worst = max((bound.bound for bound in found), key=Fraction)
-    return (
-        f"derivatives of restitution: the formula's are off by at most {worst}, relative to those of eps, for "
-        f"v* <= {below(min(bound.high or Fraction(0) for bound in found))} (proven, without rounding)"
-    )
+    return errors
 
 
 def _size(number: Number, variant: LacunaryVariant, function: str, kernel: HalfLineKernel) -> str:

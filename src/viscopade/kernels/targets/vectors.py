@@ -393,31 +393,13 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     limit = 0.0 if len(a) < len(b) else float(TYPES[form.name](a[-1]) / TYPES[form.name](b[-1]))
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
-    bits = _quotient_bits(formulas.epsilon_branches(given), "epsilon", given, threshold, form)
+    bits = _quotient_bits(formulas.epsilon_branches(given), given, threshold, form)
     high = bounds[-1][0] if bounds else Fraction(0)
     answer = _of_v_star(form, "epsilon", stated, limit, kernel.law, high)
     yield Function(f"epsilon_{name}", form, answer, bits, points, quotients.domain_in(kernel, form))
-    if not kernel.of_speed:
-        return
-    yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, _pairs(form, float(form.smallest)))
-    slope = kernel.variant(form).derivative if isinstance(kernel, MinimaxKernel) else None
-    coefficients = kernel.derivative(form)
-    if slope is not None and coefficients is not None:
-        of_formula = Fraction(slope.certificate.bound) + Fraction(slope.rounding)
-
-        def of_slope(x: float) -> Answer:
-            if not x >= 0 or x in (0, _INF):
-                return (0.0 if x >= 0 else _NAN), Fraction(0)
-            if not max(form.least, low) <= Fraction(x) <= bounds[-1][0]:
-                return None
-            exact = truth.exact_slope(Fraction(x))
-            return (exact, of_formula * _above(exact)) if _above(exact) > form.least else None
-
-        (t, d), end = coefficients
-        given = formulas.dense(t=t, b=d)
-        bits = _quotient_bits(formulas.derivative_branches(given), "derivative", given, 2.0**end, form)
-        points = [(x,) for x in (*_extremes(form), *_SIMPLE, *_beside(2.0**end, form))]
-        yield Function(f"epsilon_derivative_{name}", form, of_slope, bits, points)
+    if kernel.of_speed:
+        pairs = _pairs(form, float(form.smallest))
+        yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, pairs)
 
 
 def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str]], Fraction]:
@@ -431,13 +413,13 @@ def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str
 
 
 def _quotient_bits(
-    branches: tuple[CodeBranch, CodeBranch], result: str, given: Mapping[str, float], threshold: float, form: Format
+    branches: tuple[CodeBranch, CodeBranch], given: Mapping[str, float], threshold: float, form: Format
 ) -> Bits:
     def bits(x: float) -> float:
         if not x >= 0:
             return _NAN
         numbers = {name: TYPES[form.name](number) for name, number in {**given, "v_star": x}.items()}
-        return float(computed(branches[x > threshold], result, numbers, form))
+        return float(computed(branches[x > threshold], "epsilon", numbers, form))
 
     return bits
 

@@ -251,7 +251,7 @@ def functions_of(kernel: Kernel, forms: Iterable[Format]) -> list[str]:
 
 def _names(kernel: Kernel, form: Format) -> list[str]:
     if isinstance(kernel, Quotient):
-        names, of_speed = ["epsilon", *["epsilon_derivative"] * bool(kernel.derivative(form))], "restitution"
+        names, of_speed = ["epsilon"], "restitution"
     elif isinstance(kernel, LacunaryKernel) and kernel.kind == HALF_LINE:
         names, of_speed = ["epsilon", "one_minus_epsilon"], "restitution"
     else:

@@ -26,5 +26,4 @@ TARGET = package_of_python(
     log="log",
     exp="exp",
     larger="maximum",
-    derivatives=True,
 )

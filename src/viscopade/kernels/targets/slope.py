@@ -1,12 +1,12 @@
-"""Derivatives of compact kernels, as straight-line programs, for languages that differentiate.
+"""Derivatives of compact kernels as straight-line programs, for JAX.
 
 With eps = D/(D + L), L = y^6 N, y = w^(1/30), w = beta^5 speed:
 
     -d eps/d ln y = y^6 slope,    slope = (D (6 N + y N') - y D' N)/(D + L)^2,
     d eps/d speed = -beta speed^(-4/5) slope/30,    d eps/d beta = -speed^(1/5) slope/6,
 
-as y^6 = beta speed^(1/5). So neither is 0/0 where the speed or beta is 0. And (d eps/d v*)/v* = -slope/3, from which
-the derivative's certificate comes. The constants of the slope are rounded as exported code has them.
+as y^6 = beta speed^(1/5). So neither is 0/0 where the speed or beta is 0. The constants of the slope are rounded as
+exported code has them.
 """
 
 from __future__ import annotations
@@ -16,12 +16,8 @@ from fractions import Fraction
 from viscopade.approximation.half_line import SHIFT
 from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.formats import Format
-from viscopade.collision import panel_proof
-from viscopade.kernels.certificate import Certificate, prove
-from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.expressions import (
     Call,
-    CodeBranch,
     Expression,
     Literal,
     Name,
@@ -35,9 +31,8 @@ from viscopade.kernels.expressions import (
     powers,
 )
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.formulas import constants, named
+from viscopade.kernels.forms.formulas import named
 from viscopade.kernels.forms.rounding_bounds import Values
-from viscopade.store import recorded
 
 
 def slope_program(form: Powers) -> Program:
@@ -105,12 +100,3 @@ def slope_constants(form: Powers, a: Values, b: Values, kind: Format) -> dict[st
     rising = {f"p{k}": k * Fraction(c) for k, c in zip(form.top[1:], a[1:], strict=True)}
     falling = {f"q{k}": -k * Fraction(c) for k, c in zip(form.bottom[1:], b[1:], strict=True)}
     return {name: kind.nearest(c) for name, c in (rising | falling).items()}
-
-
-@recorded
-def slope_certificate(form: Powers, a: Values, b: Values, kind: Format) -> Certificate:
-    """Prove a bound of the relative error of d eps/d v* for 0 <= v* <= the end of the last panel, without rounding."""
-    branch = CodeBranch(None, slope_program(form), {"slope_ratio": Name("third") * Name("slope")})
-    machine = constants(form, a, b) | slope_constants(form, a, b, kind)
-    exact = {name: Fraction(c) for name, c in machine.items()} | {"third": Fraction(-1, 3)}
-    return prove(Formula(3, branch, None, exact), Fraction(0), panel_proof.END, "derivative")
