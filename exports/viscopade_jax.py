@@ -24,8 +24,6 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-#     derivatives of restitution: the formula's are off by at most 8.92e-4, relative to those of eps,
-#         for v* <= 8388608 (proven, without rounding)
 # compact_3p4em6
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
@@ -39,8 +37,6 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-#     derivatives of restitution: the formula's are off by at most 1.43e-5, relative to those of eps,
-#         for v* <= 8388608 (proven, without rounding)
 # compact_2p79em8
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
@@ -53,8 +49,6 @@
 #     rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the
 #         collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
-#     derivatives of restitution: the formula's are off by at most 1.86e-7, relative to those of eps,
-#         for v* <= 8388608 (proven, without rounding)
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 # rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -75,7 +69,7 @@
     dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
 
 For numbers and arrays, which are broadcast, in type float64 if an argument is (with jax_enable_x64), else in
-float32. Derivatives are those of the formula, by a closed expression; for their errors see above. At speed 0
+float32. Derivatives are those of the formula, by a closed expression. At speed 0
 they are their limits: with respect to the speed -infinity (eps), 1 (rebound) and infinity (dissipation), with
 respect to beta 0. Beyond the cut-off of w derivatives of eps are 0. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
@@ -186,8 +180,6 @@ def _function(name, meaning, kernel, value, slopes):
 # type float, relative to the speed after the collision (proven)
 # rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
-# derivatives of restitution: the formula's are off by at most 8.92e-4, relative to those of eps, for
-# v* <= 8388608 (proven, without rounding)
 
 _COMPACT_2P09EM4 = {
     "float64": (
@@ -280,8 +272,6 @@ dissipation_compact_1em3 = dissipation_compact_2p09em4
 # type float, relative to the speed after the collision (proven)
 # rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
-# derivatives of restitution: the formula's are off by at most 1.43e-5, relative to those of eps, for
-# v* <= 8388608 (proven, without rounding)
 
 _COMPACT_3P4EM6 = {
     "float64": (
@@ -384,8 +374,6 @@ dissipation_compact_1em5 = dissipation_compact_3p4em6
 # rounding of rebound: adds at most 2.4e-13 in type double, relative to the speed after the collision
 # (proven)
 # rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
-# derivatives of restitution: the formula's are off by at most 1.86e-7, relative to those of eps, for
-# v* <= 8388608 (proven, without rounding)
 
 _COMPACT_2P79EM8 = {
     "float64": (

@@ -16,8 +16,6 @@
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
  *     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5
  *         (proven)
- *     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
- *         1.2e-6 in type float (proven, where nothing is subnormal)
  * [3/7]
  *     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
  *         |error|/min(eps, 1 - eps)
@@ -25,16 +23,12 @@
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
  *     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5
  *         (proven)
- *     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
- *         2e-6 in type float (proven, where nothing is subnormal)
  * [6/9]
  *     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
  *         |error|/min(eps, 1 - eps)
  *     domain: 0 <= v* <= 5
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
  *     rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
- *     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
- *         (proven, where nothing is subnormal)
  *
  * proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
  * rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -56,7 +50,6 @@
  *
  *     viscopade_epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
  *     viscopade_restitution_NAME(speed, beta)     the same at the v* of this speed and material
- *     viscopade_epsilon_derivative_NAME(v_star)   d eps/d v_star; 0 at 0, NaN where eps is
  *
  * NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its
  * error (p stands for the decimal point, m for the minus of an exponent).
@@ -122,8 +115,6 @@ static inline float viscopade_v_starf(float speed, float beta)
  * [1/4] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
  * rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5 (proven)
- * derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
- * 1.2e-6 in type float (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
@@ -152,35 +143,6 @@ static inline double viscopade_epsilon_minimax_1_4_v5_9p87em4(double v_star)
     const double denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)));
 
     return numerator / denominator;
-}
-
-static inline double viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4(double v_star)
-{
-    const double t0 = VISCOPADE_CONSTANT(-0x1.26fdf12279668p+1, -2.3046246927577165);
-    const double t1 = VISCOPADE_CONSTANT(-0x1.ed0a9e40fb7d2p-1, -0.9629716352771942);
-    const double t2 = VISCOPADE_CONSTANT(-0x1.d120879b83576p+0, -1.8169026140852487);
-    const double t3 = VISCOPADE_CONSTANT(-0x1.fa12a869aa71p-3, -0.24710589954821005);
-    const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double b1 = VISCOPADE_CONSTANT(0x1.87cd9a85dbaffp-3, 0.19131012650492349);
-    const double b2 = VISCOPADE_CONSTANT(0x1.26fdf12279668p+0, 1.1523123463788583);
-    const double b3 = VISCOPADE_CONSTANT(0x1.fae53b6fb9439p-3, 0.24750753817275653);
-    const double b4 = VISCOPADE_CONSTANT(0x1.b8e22dd109e53p-2, 0.43055030430193603);
-
-    if (!(v_star >= 0.0)) {
-        return nan("");
-    }
-    if (v_star > VISCOPADE_CONSTANT(0x1p+127, 1.7014118346046923e+38)) {
-        const double u = 1.0 / v_star;
-        const double numerator = t3 + u * (t2 + u * (t1 + u * t0));
-        const double denominator = b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)));
-
-        return numerator / (denominator * denominator) * u * u * u * u;
-    }
-
-    const double numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * t3));
-    const double denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)));
-
-    return v_star * numerator / (denominator * denominator);
 }
 
 static inline double viscopade_restitution_minimax_1_4_v5_9p87em4(double speed, double beta)
@@ -215,35 +177,6 @@ static inline float viscopade_epsilon_minimax_1_4_v5_9p87em4f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4f(float v_star)
-{
-    const float t0 = VISCOPADE_CONSTANT(-0x1.26fdf2p+1f, -2.3046248f);
-    const float t1 = VISCOPADE_CONSTANT(-0x1.ed0a9cp-1f, -0.962971568f);
-    const float t2 = VISCOPADE_CONSTANT(-0x1.d12094p+0f, -1.81690335f);
-    const float t3 = VISCOPADE_CONSTANT(-0x1.fa12ccp-3f, -0.247106165f);
-    const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
-    const float b2 = VISCOPADE_CONSTANT(0x1.26fdf2p+0f, 1.1523124f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.fae532p-3f, 0.247507468f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.b8e23ap-2f, 0.430550486f);
-
-    if (!(v_star >= 0.0f)) {
-        return nanf("");
-    }
-    if (v_star > VISCOPADE_CONSTANT(0x1p+15f, 32768.0f)) {
-        const float u = 1.0f / v_star;
-        const float numerator = t3 + u * (t2 + u * (t1 + u * t0));
-        const float denominator = b4 + u * (b3 + u * (b2 + u * (b1 + u * b0)));
-
-        return numerator / (denominator * denominator) * u * u * u * u;
-    }
-
-    const float numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * t3));
-    const float denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)));
-
-    return v_star * numerator / (denominator * denominator);
-}
-
 static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, float beta)
 {
     return viscopade_epsilon_minimax_1_4_v5_9p87em4f(viscopade_v_starf(speed, beta));
@@ -258,8 +191,6 @@ static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, f
  * [3/7] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
  * rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5 (proven)
- * derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
- * 2e-6 in type float (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
@@ -295,47 +226,6 @@ static inline double viscopade_epsilon_minimax_3_7_v5_2p84em6(double v_star)
         v_star * (b5 + v_star * (b6 + v_star * b7))))));
 
     return numerator / denominator;
-}
-
-static inline double viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6(double v_star)
-{
-    const double t0 = VISCOPADE_CONSTANT(-0x1.274835c8b2816p+1, -2.306891177174303);
-    const double t1 = VISCOPADE_CONSTANT(-0x1.1972a524fb0bbp+2, -4.3976223813189632);
-    const double t2 = VISCOPADE_CONSTANT(-0x1.eadf1743f158dp+2, -7.6698663867476968);
-    const double t3 = VISCOPADE_CONSTANT(-0x1.bcb08031d24d1p+2, -6.9482727514780018);
-    const double t4 = VISCOPADE_CONSTANT(-0x1.722caf6afa2ap+2, -5.7839773697566272);
-    const double t5 = VISCOPADE_CONSTANT(-0x1.6f30ee5b85c29p+1, -2.8686807581793983);
-    const double t6 = VISCOPADE_CONSTANT(-0x1.290c355fde2a1p+0, -1.1603425368358915);
-    const double t7 = VISCOPADE_CONSTANT(-0x1.968debb338352p-3, -0.19851287975964255);
-    const double t8 = VISCOPADE_CONSTANT(-0x1.3ad5830e94f37p-8, -0.0048039860690385827);
-    const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double b1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
-    const double b2 = VISCOPADE_CONSTANT(0x1.e74e12a5c61f5p+0, 1.9035350470277284);
-    const double b3 = VISCOPADE_CONSTANT(0x1.4849a0a63ab91p+0, 1.2823734670480216);
-    const double b4 = VISCOPADE_CONSTANT(0x1.64c205f8fb99cp+0, 1.3935855610721779);
-    const double b5 = VISCOPADE_CONSTANT(0x1.e15d7ffc7388ep-2, 0.47008323648777484);
-    const double b6 = VISCOPADE_CONSTANT(0x1.4484064322b0cp-2, 0.31690988335383063);
-    const double b7 = VISCOPADE_CONSTANT(0x1.ae57f920a754ep-8, 0.0065665229054990403);
-
-    if (!(v_star >= 0.0)) {
-        return nan("");
-    }
-    if (v_star > VISCOPADE_CONSTANT(0x1p+73, 9.4447329657392904e+21)) {
-        const double u = 1.0 / v_star;
-        const double numerator = t8 + u * (t7 + u * (t6 + u * (t5 + u * (t4 + u * (t3 + u * (t2 + u *
-            (t1 + u * t0)))))));
-        const double denominator = b7 + u * (b6 + u * (b5 + u * (b4 + u * (b3 + u * (b2 + u * (b1 + u *
-            b0))))));
-
-        return numerator / (denominator * denominator) * u * u * u * u * u;
-    }
-
-    const double numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 +
-        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * t8)))))));
-    const double denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 +
-        v_star * (b5 + v_star * (b6 + v_star * b7))))));
-
-    return v_star * numerator / (denominator * denominator);
 }
 
 static inline double viscopade_restitution_minimax_3_7_v5_2p84em6(double speed, double beta)
@@ -377,47 +267,6 @@ static inline float viscopade_epsilon_minimax_3_7_v5_2p84em6f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6f(float v_star)
-{
-    const float t0 = VISCOPADE_CONSTANT(-0x1.274836p+1f, -2.3068912f);
-    const float t1 = VISCOPADE_CONSTANT(-0x1.197828p+2f, -4.39795876f);
-    const float t2 = VISCOPADE_CONSTANT(-0x1.eae3c2p+2f, -7.67015123f);
-    const float t3 = VISCOPADE_CONSTANT(-0x1.bcb814p+2f, -6.94873524f);
-    const float t4 = VISCOPADE_CONSTANT(-0x1.722ebep+2f, -5.78410292f);
-    const float t5 = VISCOPADE_CONSTANT(-0x1.6f341p+1f, -2.86877632f);
-    const float t6 = VISCOPADE_CONSTANT(-0x1.2909a4p+0f, -1.16030335f);
-    const float t7 = VISCOPADE_CONSTANT(-0x1.9687ap-3f, -0.198500872f);
-    const float t8 = VISCOPADE_CONSTANT(-0x1.3ad1b6p-8f, -0.00480375951f);
-    const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
-    const float b2 = VISCOPADE_CONSTANT(0x1.e74d6ep+0f, 1.90352523f);
-    const float b3 = VISCOPADE_CONSTANT(0x1.484ec4p+0f, 1.28245187f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.64c17p+0f, 1.39357662f);
-    const float b5 = VISCOPADE_CONSTANT(0x1.e163fcp-2f, 0.470107973f);
-    const float b6 = VISCOPADE_CONSTANT(0x1.44812ap-2f, 0.316898972f);
-    const float b7 = VISCOPADE_CONSTANT(0x1.ae562p-8f, 0.00656641275f);
-
-    if (!(v_star >= 0.0f)) {
-        return nanf("");
-    }
-    if (v_star > VISCOPADE_CONSTANT(0x1p+9f, 512.0f)) {
-        const float u = 1.0f / v_star;
-        const float numerator = t8 + u * (t7 + u * (t6 + u * (t5 + u * (t4 + u * (t3 + u * (t2 + u *
-            (t1 + u * t0)))))));
-        const float denominator = b7 + u * (b6 + u * (b5 + u * (b4 + u * (b3 + u * (b2 + u * (b1 + u *
-            b0))))));
-
-        return numerator / (denominator * denominator) * u * u * u * u * u;
-    }
-
-    const float numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 +
-        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * t8)))))));
-    const float denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 +
-        v_star * (b5 + v_star * (b6 + v_star * b7))))));
-
-    return v_star * numerator / (denominator * denominator);
-}
-
 static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, float beta)
 {
     return viscopade_epsilon_minimax_3_7_v5_2p84em6f(viscopade_v_starf(speed, beta));
@@ -432,8 +281,6 @@ static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, f
  * [6/9] for 0 <= v* <= 5
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
  * rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
- * derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
- * (proven, where nothing is subnormal)
  *
  * WARNING: outside this interval nothing is known of the error.
  *
@@ -480,58 +327,6 @@ static inline double viscopade_epsilon_minimax_6_9_v5_3p06em9(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_epsilon_derivative_minimax_6_9_v5_3p06em9(double v_star)
-{
-    const double t0 = VISCOPADE_CONSTANT(-0x1.27486c9405914p+1, -2.306897709156269);
-    const double t1 = VISCOPADE_CONSTANT(-0x1.255c33a4d5a9ep+2, -4.58375254723674);
-    const double t2 = VISCOPADE_CONSTANT(-0x1.532820645db48p+3, -10.598648258235372);
-    const double t3 = VISCOPADE_CONSTANT(-0x1.aef3fc3422427p+3, -13.467283346008186);
-    const double t4 = VISCOPADE_CONSTANT(-0x1.19cbceb279a9fp+4, -17.612257668656294);
-    const double t5 = VISCOPADE_CONSTANT(-0x1.f65272c388f4ep+3, -15.697564489273329);
-    const double t6 = VISCOPADE_CONSTANT(-0x1.b7ff2d32b864dp+3, -13.749899481833518);
-    const double t7 = VISCOPADE_CONSTANT(-0x1.1aaebc583bcbap+3, -8.8338300441085842);
-    const double t8 = VISCOPADE_CONSTANT(-0x1.4beb3f6650bc4p+2, -5.1862333773778495);
-    const double t9 = VISCOPADE_CONSTANT(-0x1.1fca88737540cp+1, -2.2483683170089588);
-    const double t10 = VISCOPADE_CONSTANT(-0x1.92f80c2bcc94ep-1, -0.78704870257051041);
-    const double t11 = VISCOPADE_CONSTANT(-0x1.57113693af343p-3, -0.1675133003062915);
-    const double t12 = VISCOPADE_CONSTANT(-0x1.723802fb0871p-7, -0.011298181014413738);
-    const double t13 = VISCOPADE_CONSTANT(-0x1.3e71de8e80da1p-13, -0.00015184631452323536);
-    const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
-    const double b1 = VISCOPADE_CONSTANT(0x1.fcaa75adbf115p-1, 0.99348800416877003);
-    const double b2 = VISCOPADE_CONSTANT(0x1.3f7490c60b4dap+1, 2.4957447974216906);
-    const double b3 = VISCOPADE_CONSTANT(0x1.0d36c886e5182p+1, 2.1032343538919926);
-    const double b4 = VISCOPADE_CONSTANT(0x1.52dc58faa9a3ap+1, 2.6473494743288741);
-    const double b5 = VISCOPADE_CONSTANT(0x1.88c555a4a2243p+0, 1.5342610861718107);
-    const double b6 = VISCOPADE_CONSTANT(0x1.522bea54d6be7p+0, 1.3209825951696474);
-    const double b7 = VISCOPADE_CONSTANT(0x1.a69ee61dc7a0bp-2, 0.41271552616845558);
-    const double b8 = VISCOPADE_CONSTANT(0x1.001b6c68b3d2dp-2, 0.25010461224606467);
-    const double b9 = VISCOPADE_CONSTANT(0x1.d09822b22ec14p-7, 0.014178292218607814);
-
-    if (!(v_star >= 0.0)) {
-        return nan("");
-    }
-    if (v_star > VISCOPADE_CONSTANT(0x1p+57, 1.4411518807585587e+17)) {
-        const double u = 1.0 / v_star;
-        const double numerator = t13 + u * (t12 + u * (t11 + u * (t10 + u * (t9 + u * (t8 + u * (t7 +
-            u * (t6 + u * (t5 + u * (t4 + u * (t3 + u * (t2 + u * (t1 + u *
-            t0))))))))))));
-        const double denominator = b9 + u * (b8 + u * (b7 + u * (b6 + u * (b5 + u * (b4 + u * (b3 + u *
-            (b2 + u * (b1 + u * b0))))))));
-
-        return numerator / (denominator * denominator) * u * u * u * u;
-    }
-
-    const double numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 +
-        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * (t8 + v_star *
-        (t9 + v_star * (t10 + v_star * (t11 + v_star * (t12 + v_star *
-        t13))))))))))));
-    const double denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 +
-        v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star *
-        b9))))))));
-
-    return v_star * numerator / (denominator * denominator);
-}
-
 static inline double viscopade_restitution_minimax_6_9_v5_3p06em9(double speed, double beta)
 {
     return viscopade_epsilon_minimax_6_9_v5_3p06em9(viscopade_v_star(speed, beta));
@@ -540,19 +335,14 @@ static inline double viscopade_restitution_minimax_6_9_v5_3p06em9(double speed, 
 #endif
 
 #define viscopade_epsilon_minimax_v5_1em3 viscopade_epsilon_minimax_1_4_v5_9p87em4
-#define viscopade_epsilon_derivative_minimax_v5_1em3 viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4
 #define viscopade_restitution_minimax_v5_1em3 viscopade_restitution_minimax_1_4_v5_9p87em4
 #define viscopade_epsilon_minimax_v5_1em3f viscopade_epsilon_minimax_1_4_v5_9p87em4f
-#define viscopade_epsilon_derivative_minimax_v5_1em3f viscopade_epsilon_derivative_minimax_1_4_v5_9p87em4f
 #define viscopade_restitution_minimax_v5_1em3f viscopade_restitution_minimax_1_4_v5_9p87em4f
 
 #define viscopade_epsilon_minimax_v5_1em5 viscopade_epsilon_minimax_3_7_v5_2p84em6
-#define viscopade_epsilon_derivative_minimax_v5_1em5 viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6
 #define viscopade_restitution_minimax_v5_1em5 viscopade_restitution_minimax_3_7_v5_2p84em6
 #define viscopade_epsilon_minimax_v5_1em5f viscopade_epsilon_minimax_3_7_v5_2p84em6f
-#define viscopade_epsilon_derivative_minimax_v5_1em5f viscopade_epsilon_derivative_minimax_3_7_v5_2p84em6f
 #define viscopade_restitution_minimax_v5_1em5f viscopade_restitution_minimax_3_7_v5_2p84em6f
 
 #define viscopade_epsilon_minimax_v5_1em8 viscopade_epsilon_minimax_6_9_v5_3p06em9
-#define viscopade_epsilon_derivative_minimax_v5_1em8 viscopade_epsilon_derivative_minimax_6_9_v5_3p06em9
 #define viscopade_restitution_minimax_v5_1em8 viscopade_restitution_minimax_6_9_v5_3p06em9

@@ -15,8 +15,6 @@
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 9.87e-4 for v* <= 5
 #     rounding: adds at most 9.1e-16 eps in type double and 4.9e-7 eps in type float for v* <= 5
 #         (proven)
-#     derivative: relative error <= 0.00322 (proven); rounding adds at most 2.2e-15 in type double and
-#         1.2e-6 in type float (proven, where nothing is subnormal)
 # [3/7]
 #     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
 #         |error|/min(eps, 1 - eps)
@@ -24,16 +22,12 @@
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 2.84e-6 for v* <= 5
 #     rounding: adds at most 1.7e-15 eps in type double and 8.8e-7 eps in type float for v* <= 5
 #         (proven)
-#     derivative: relative error <= 4.07e-5 (proven); rounding adds at most 3.7e-15 in type double and
-#         2e-6 in type float (proven, where nothing is subnormal)
 # [6/9]
 #     source: best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure
 #         |error|/min(eps, 1 - eps)
 #     domain: 0 <= v* <= 5
 #     proven: |formula - eps| / min(eps, 1 - eps) <= 3.06e-9 for v* <= 5
 #     rounding: adds at most 2.5e-15 eps in type double for v* <= 5 (proven)
-#     derivative: relative error <= 1.23e-7 (proven); rounding adds at most 5.3e-15 in type double
-#         (proven, where nothing is subnormal)
 #
 # proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 # rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -53,7 +47,6 @@
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
     epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
-    epsilon_derivative_NAME(v_star)   d eps/d v_star
     restitution_NAME(speed, beta)     eps at the v* of this speed and material
 
 NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its
@@ -116,27 +109,6 @@ def epsilon_minimax_1_4_v5_9p87em4(v_star: float) -> float:
     return numerator / denominator
 
 
-def epsilon_derivative_minimax_1_4_v5_9p87em4(v_star: float) -> float:
-    """Return d [1/4]/d v*, for 0 <= v* <= 5."""
-    v_star = _not_negative("v_star", v_star)
-    if math.isnan(v_star):
-        return v_star
-    if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_1_4_v5_9p87em4")
-    t0 = -2.3046246927577165
-    t1 = -0.9629716352771942
-    t2 = -1.8169026140852487
-    t3 = -0.24710589954821005
-    b0 = 1.0
-    b1 = 0.1913101265049235
-    b2 = 1.1523123463788583
-    b3 = 0.24750753817275653
-    b4 = 0.430550304301936
-    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * t3))
-    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * b4)))
-    return v_star * numerator / (denominator * denominator)
-
-
 def restitution_minimax_1_4_v5_9p87em4(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_1_4_v5_9p87em4(_v_star(speed, beta))
@@ -165,37 +137,6 @@ def epsilon_minimax_3_7_v5_2p84em6(v_star: float) -> float:
     denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
         v_star * (b5 + v_star * (b6 + v_star * b7))))))
     return numerator / denominator
-
-
-def epsilon_derivative_minimax_3_7_v5_2p84em6(v_star: float) -> float:
-    """Return d [3/7]/d v*, for 0 <= v* <= 5."""
-    v_star = _not_negative("v_star", v_star)
-    if math.isnan(v_star):
-        return v_star
-    if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_3_7_v5_2p84em6")
-    t0 = -2.306891177174303
-    t1 = -4.397622381318963
-    t2 = -7.669866386747697
-    t3 = -6.948272751478002
-    t4 = -5.783977369756627
-    t5 = -2.8686807581793983
-    t6 = -1.1603425368358915
-    t7 = -0.19851287975964255
-    t8 = -0.004803986069038583
-    b0 = 1.0
-    b1 = 0.9529644182971035
-    b2 = 1.9035350470277284
-    b3 = 1.2823734670480216
-    b4 = 1.393585561072178
-    b5 = 0.47008323648777484
-    b6 = 0.31690988335383063
-    b7 = 0.00656652290549904
-    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 + \
-        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * t8)))))))
-    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
-        v_star * (b5 + v_star * (b6 + v_star * b7))))))
-    return v_star * numerator / (denominator * denominator)
 
 
 def restitution_minimax_3_7_v5_2p84em6(speed: float, beta: float) -> float:
@@ -235,60 +176,16 @@ def epsilon_minimax_6_9_v5_3p06em9(v_star: float) -> float:
     return numerator / denominator
 
 
-def epsilon_derivative_minimax_6_9_v5_3p06em9(v_star: float) -> float:
-    """Return d [6/9]/d v*, for 0 <= v* <= 5."""
-    v_star = _not_negative("v_star", v_star)
-    if math.isnan(v_star):
-        return v_star
-    if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_6_9_v5_3p06em9")
-    t0 = -2.306897709156269
-    t1 = -4.58375254723674
-    t2 = -10.598648258235372
-    t3 = -13.467283346008186
-    t4 = -17.612257668656294
-    t5 = -15.69756448927333
-    t6 = -13.749899481833518
-    t7 = -8.833830044108584
-    t8 = -5.1862333773778495
-    t9 = -2.248368317008959
-    t10 = -0.7870487025705104
-    t11 = -0.1675133003062915
-    t12 = -0.011298181014413738
-    t13 = -0.00015184631452323536
-    b0 = 1.0
-    b1 = 0.99348800416877
-    b2 = 2.4957447974216906
-    b3 = 2.1032343538919926
-    b4 = 2.647349474328874
-    b5 = 1.5342610861718107
-    b6 = 1.3209825951696474
-    b7 = 0.4127155261684556
-    b8 = 0.2501046122460647
-    b9 = 0.014178292218607814
-    numerator = t0 + v_star * (t1 + v_star * (t2 + v_star * (t3 + v_star * (t4 + \
-        v_star * (t5 + v_star * (t6 + v_star * (t7 + v_star * (t8 + v_star * \
-        (t9 + v_star * (t10 + v_star * (t11 + v_star * (t12 + v_star * \
-        t13))))))))))))
-    denominator = b0 + v_star * (b1 + v_star * (b2 + v_star * (b3 + v_star * (b4 + \
-        v_star * (b5 + v_star * (b6 + v_star * (b7 + v_star * (b8 + v_star * \
-        b9))))))))
-    return v_star * numerator / (denominator * denominator)
-
-
 def restitution_minimax_6_9_v5_3p06em9(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
     return epsilon_minimax_6_9_v5_3p06em9(_v_star(speed, beta))
 
 
 epsilon_minimax_v5_1em3 = epsilon_minimax_1_4_v5_9p87em4
-epsilon_derivative_minimax_v5_1em3 = epsilon_derivative_minimax_1_4_v5_9p87em4
 restitution_minimax_v5_1em3 = restitution_minimax_1_4_v5_9p87em4
 
 epsilon_minimax_v5_1em5 = epsilon_minimax_3_7_v5_2p84em6
-epsilon_derivative_minimax_v5_1em5 = epsilon_derivative_minimax_3_7_v5_2p84em6
 restitution_minimax_v5_1em5 = restitution_minimax_3_7_v5_2p84em6
 
 epsilon_minimax_v5_1em8 = epsilon_minimax_6_9_v5_3p06em9
-epsilon_derivative_minimax_v5_1em8 = epsilon_derivative_minimax_6_9_v5_3p06em9
 restitution_minimax_v5_1em8 = restitution_minimax_6_9_v5_3p06em9

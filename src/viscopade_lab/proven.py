@@ -5,7 +5,6 @@ The quantities of a kernel in a type:
     formula                     largest error of the formula, relative to the smaller of eps and 1 - eps (of v*, for an
                                 inverse), up to each `end` in v* if there is one; of a table, in the table
     rounding of FUNCTION        what rounding adds, relative to the function
-    derivative                  relative error of the formula's slope
     underflow                   what is added where results are subnormal, in the type's smallest numbers
     ulps of FUNCTION            largest error, in units in the last place: all of it
 
@@ -120,12 +119,9 @@ def _of_quotient(kernel: Quotient) -> Iterator[ProvenNumber]:
             yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", rounding)
     if isinstance(kernel, MinimaxKernel):
         for variant in kernel.variants:
-            form, proof, slope = variant.form.name, variant.certificate, variant.derivative
+            form, proof = variant.form.name, variant.certificate
             yield ProvenNumber(kernel.name, form, "formula", below(proof.high or Fraction(0)), proof.bound)
             yield ProvenNumber(kernel.name, form, "rounding of epsilon", "", variant.rounding)
-            if slope is not None:
-                yield ProvenNumber(kernel.name, form, "derivative", "", slope.certificate.bound)
-                yield ProvenNumber(kernel.name, form, "rounding of derivative", "", slope.rounding)
 
 
 def _in_powers_of_a_root(kernel: HalfLineKernel | InverseKernel) -> Iterator[ProvenNumber]:

@@ -30,7 +30,7 @@ from viscopade.kernels.expressions import (
     Run,
     evaluate,
 )
-from viscopade.kernels.forms import exact_formulas, formulas, last_place, rounding_bounds, speed_kernel, table_free
+from viscopade.kernels.forms import formulas, last_place, rounding_bounds, speed_kernel, table_free
 from viscopade.kernels.forms.quotient import PadeKernel
 from viscopade.kernels.forms.rounding_bounds import ULPS, Size
 from viscopade.kernels.forms.speed_table import REST, Table
@@ -262,7 +262,7 @@ def minimax_coefficients(m: int, n: int, form: Format) -> tuple[tuple[float, ...
 
 
 def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[ExportedFunction]:
-    """Yield the best approximants and their derivatives."""
+    """Yield the best approximants."""
     for m, n in degrees:
         label = f"[{m}/{n}]"
         for form in formats(label):
@@ -271,21 +271,6 @@ def of_minimax(degrees: Sequence[tuple[int, int]] = MINIMAX) -> Iterator[Exporte
             size = upper(rounding_bounds.quotient_rounding(*machine, form, Fraction(0), MINIMAX_END))
             function = of_quotient(f"best {label}", "epsilon", form, a, b, MINIMAX_END, size)
             yield replace(function, local=_of_quotient_at(*machine, form))
-            yield _derivative(label, form, machine)
-
-
-def _derivative(
-    label: str, form: Format, machine: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
-) -> ExportedFunction:
-    t, b = tuple(form.nearest(c) for c in exact_formulas.slope_numerator(*machine)), machine[1]
-    slope = tuple(map(Fraction, t))
-    size = upper(rounding_bounds.derivative_rounding(slope, b, form, Fraction(0), MINIMAX_END))
-    numbers, ends = formulas.dense(t=t, b=tuple(map(float, b))), (_NEAREST_ZERO, float(MINIMAX_END))
-    near, _ = formulas.derivative_branches(numbers)
-    found = ExportedFunction(
-        f"best {label}", "derivative", form, near.program, near.results["derivative"], numbers, _v_star, *ends, size
-    )
-    return replace(found, local=lambda x: upper(rounding_bounds.derivative_rounding(slope, b, form, *_around(x))))
 
 
 def formats(name: str) -> tuple[Format, ...]:
