@@ -1,7 +1,6 @@
 """Forms of kernels: for each form, its coefficients and its proven bounds."""
 
 __all__ = [
-    "exact_formulas",
     "formulas",
     "kernel",
     "lacunary_kernels",
