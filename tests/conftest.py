@@ -35,7 +35,7 @@ QUICK = frozenset(
         *files("arithmetic", "balls", "function_balls"),
         *files("lab", "compensated"),
         *files("theory", "hierarchy_step", "paper", "symbolic"),
-        *files("collision", "expansions", "flow", "restitution", "spheres", "tsuji"),
+        *files("collision", "flow", "restitution", "spheres", "tsuji"),
         *files("approximation", "half_line"),
         *files("kernels", "rounding", "speed_page"),
         *files("simulators", "liggghts", "mercurydpm", "verification", "yade"),

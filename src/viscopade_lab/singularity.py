@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from flint import acb, arb, arb_mat, arb_poly, arb_series
@@ -71,6 +72,7 @@ def _context(digits: int = CARRIED_DIGITS) -> Any:
 # --- from the equation of motion --------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=8)
 def from_flow(digits: int = 30) -> Singularity:
     """Compute the singularity from the creeping orbit, to about `digits` digits, 10 to 40."""
     with working(bits_for(digits + 15)):
@@ -151,6 +153,7 @@ def _at(coefficients: Sequence[acb], x: acb) -> acb:
 # --- from the coefficients --------------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=8)
 def from_coefficients(order: int = SERIES_ORDER) -> Singularity:
     """Compute the singularity from h_0 … h_order alone, order 60 to 1000; 5 digits come from order 120.
 
