@@ -1,7 +1,7 @@
 """Runners of exported code: its functions called in each language, with bits in and bits out.
 
 C and C++ become shared objects. Of the other languages, a program reads lines of arguments as hexadecimal bits and
-writes the results of all functions. Where the tool of a language is missing, the test is skipped. GLSL and WGSL also
+writes the results of all functions. Where the tool of a language is missing, the test is skipped. GLSL and WGSL
 run translated to C++, and Julia translated to Python, so that their numbers and expressions are checked everywhere.
 Nothing here has run on a GPU.
 """
@@ -426,53 +426,6 @@ def of_wgsl_translated(_: Path, code: Code) -> Compute:
     return translated(code, f"typedef float f32;\n{text}")
 
 
-def on_device(code: Code, shader: str | bytes) -> Compute:
-    """Return a compute shader, run by wgpu on whatever device it finds, which may be a CPU."""
-
-    def compute(*columns: np.ndarray) -> Results:
-        from wgpu.utils.compute import compute_with_buffers
-
-        count, size = len(code.functions), len(columns[0])
-        inputs = {i: column.astype(np.float32) for i, column in enumerate(columns)}
-        out = compute_with_buffers(inputs, {2: (count * size, "f")}, shader, n=size)
-        return code.by_name(np.frombuffer(out[2], dtype=np.float32).reshape(size, count))
-
-    return compute
-
-
-def wgpu() -> None:
-    """Skip the test without a device for shaders."""
-    found = pytest.importorskip("wgpu", reason="wgpu is not installed")
-    try:
-        found.gpu.request_adapter_sync()
-    except Exception as reason:  # whatever the driver raises
-        pytest.skip(f"wgpu finds no device: {reason}")
-
-
-def of_wgsl(_: Path, code: Code) -> Compute:
-    wgpu()
-    calls = code.calls("viscopade_{}", "{}[id.x]")
-    body = "\n".join(f"    r[{len(calls)}u * id.x + {i}u] = {call};" for i, call in enumerate(calls))
-    buffers = "\n".join(
-        f"@group(0) @binding({i}) var<storage, read> {name}: array<f32>;" for i, name in enumerate(NAMES[: code.arity])
-    )
-    shader = f"""{code.text}
-{buffers}
-@group(0) @binding(2) var<storage, read_write> r: array<f32>;
-@compute @workgroup_size(1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
-{body}
-}}
-"""
-    return on_device(code, shader)
-
-
-def of_glsl(directory: Path, code: Code) -> Compute:
-    wgpu()
-    compile_glsl(directory, code)
-    return on_device(code, (directory / "t.spv").read_bytes())
-
-
 def compile_glsl(directory: Path, code: Code) -> None:
     calls = code.calls("viscopade_{}", "{}[i]")
     body = "\n".join(f"    r[{len(calls)}u * i + {j}u] = {call};" for j, call in enumerate(calls))
@@ -529,9 +482,7 @@ LANGUAGES = {
     "JAX": Language("jax", of_jax),
     "Numba": Language("numba", of_numba),
     "Warp": Language("warp", of_warp),
-    "GLSL": Language("glsl", of_glsl),
     "GLSL as C++": Language("glsl", of_glsl_translated),
-    "WGSL": Language("wgsl", of_wgsl),
     "WGSL as C++": Language("wgsl", of_wgsl_translated),
 }
 COMPACT = {name: language for name, language in LANGUAGES.items() if target_of(language.target).compact}

@@ -13,7 +13,7 @@ from tests.scene.test_render import COMMAND, EACH, choice, chosen, scene, text
 from viscopade.kernels.targets.languages import target, targets
 from viscopade.kernels.toolchain import NoSuchToolError, ToolchainError
 from viscopade.scene import check as checks
-from viscopade.scene import read, runners, shaders
+from viscopade.scene import read, runners
 from viscopade.scene.check import SceneCheck, check_code
 from viscopade.scene.choice import choose
 from viscopade.scene.cost import Costs
@@ -21,9 +21,9 @@ from viscopade.scene.render import file_name, render
 from viscopade.scene.units import Scale
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-SHADERS = tuple(each.name for each in targets() if each.runner.shader)
+SHADERS = tuple(each.name for each in targets() if each.place == "shader")
 NVCC = target("cuda").device
-COMPILED = "compiled, not run: there is no device for the Python package wgpu"
+COMPILED = "compiled, not run"
 FEW = 500
 
 
@@ -41,8 +41,7 @@ def no_device(monkeypatch):
 
 
 def there(language):
-    runner = target(language).runner
-    return runners.find_tool(runner) is not None or (runner.shader == "text" and shaders.device() is not None)
+    return runners.find_tool(target(language).runner) is not None
 
 
 def need(language):
@@ -60,7 +59,7 @@ def test_every_example_gets_a_validated_kernel(file):
     found = check_code(made, render(made, f"viscopade scene {file.name}"))
     if not there(language):
         assert found.reason.startswith("not run: there is no ")
-    elif language in SHADERS and shaders.device() is None:
+    elif language in SHADERS:
         assert found.reason == COMPILED
         assert found.how
     else:
@@ -81,7 +80,7 @@ def test_languages(few, no_device, language, form, constant):
     need(language)
     made = choice(language, form, constant)
     found = check_code(made, text(language, form, constant))
-    if language in SHADERS and shaders.device() is None:
+    if language in SHADERS:
         assert found == SceneCheck(found.how, reason=COMPILED)
         return
     assert found.how
@@ -140,7 +139,6 @@ def test_device_code_is_compiled(few):
 
 @pytest.mark.parametrize("language", [each.name for each in targets() if each.runner.tools])
 def test_a_missing_tool_is_a_reason(few, no_device, monkeypatch, language):
-    monkeypatch.setattr(shaders, "device", lambda: None)
     monkeypatch.setenv("PATH", "")
     for each in targets():
         if each.runner.variable:
@@ -234,17 +232,13 @@ def changed(language, constant):
         return head + found + re.sub(rf"(?<![\d.]){re.escape(value)}(?!\d)", "0.0625", values)
     if language in ("c", "cuda"):
         return re.sub(r"(a0 = VISCOPADE_CONSTANT\(0x1\.)\w", r"\g<1>9", made)
-    if language == "wgsl":
-        return re.sub(r"(let a0: f32 = 0x1\.)\w", r"\g<1>9", made)
     return re.sub(r"(a0(: f64)? = (wp.float64\()?1\.)1|(1\.)1(?=\d+,  # a0)", r"\g<1>\g<4>2", made)
 
 
-@pytest.mark.parametrize("language", read.LANGUAGES)
+@pytest.mark.parametrize("language", [each for each in read.LANGUAGES if each not in SHADERS])
 @pytest.mark.parametrize("constant", [False, True])
 def test_wrong_numbers_are_found(few, no_device, language, constant):
     need(language)
-    if language in SHADERS and shaders.device() is None:
-        pytest.skip("there is no device for wgpu")
     wrong = changed(language, constant)
     assert wrong != text(language, None, constant)
     name = "error of eps" if constant else "relative error of eps"

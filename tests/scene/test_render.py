@@ -17,7 +17,7 @@ from tests import compiled
 from viscopade.generated import MARKER
 from viscopade.kernels import registry
 from viscopade.kernels.targets.languages import target, targets
-from viscopade.scene import read, shaders
+from viscopade.scene import read
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
 from viscopade.scene.cost import Costs, Price
@@ -462,24 +462,6 @@ def test_beta_of_given_radii_in_rust(tmp_path):
     succeed(tmp_path, rustc, "--edition", "2021", "-D", "warnings", "main.rs")
     found = [float(word) for word in succeed(tmp_path, str(tmp_path / "main")).split()]
     assert found == pytest.approx(list(BETAS.values()), rel=1e-6)
-
-
-def test_beta_of_given_radii_in_a_shader():
-    if shaders.device() is None:
-        pytest.skip("there is no device for the Python package wgpu")
-    shader = """
-@group(0) @binding(0) var<storage, read> first: array<f32>;
-@group(0) @binding(1) var<storage, read> second: array<f32>;
-@group(0) @binding(2) var<storage, read_write> out: array<f32>;
-@compute @workgroup_size(1)
-fn main() {
-    out[0] = tiny_beta_of(tiny_pair_a_b, first[0], second[0]);
-    out[1] = tiny_beta_of(tiny_pair_a_wall, first[1], second[1]);
-}
-"""
-    radii = np.array([[0.02, 0.01], [0.005, 1.0]], dtype=np.float32)
-    found = shaders.run_shader(text("wgsl") + shader, radii, 2)
-    assert found == pytest.approx(list(BETAS.values()), rel=1e-5)
 
 
 def test_constants_of_pairs():

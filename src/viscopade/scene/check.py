@@ -16,7 +16,7 @@ from viscopade.collision.curve import ERROR
 from viscopade.generated import MARKER, template
 from viscopade.kernels.targets.language import Runner
 from viscopade.kernels.toolchain import ToolchainError
-from viscopade.scene import runners, shaders
+from viscopade.scene import runners
 from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.encounter import Encounter, restitution_of_law
@@ -86,7 +86,7 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
     Returns
     -------
     SceneCheck
-        With a reason if the tool is missing, or the code cannot be run.
+        With a reason if the tool is missing, or only compiles, as those of shaders do.
 
     Raises
     ------
@@ -94,45 +94,20 @@ def check_code(choice: Choice, text: str, cc: str | None = None) -> SceneCheck:
         If the tool fails, or the code's errors exceed the tolerance.
     """
     target = choice.scene.code.target
-    if target.runner.shader:
-        return _shader(choice, text)
-    return _by_tool(choice, text, cc if target.runner.variable == "CC" else None)
-
-
-def _by_tool(choice: Choice, text: str, cc: str | None) -> SceneCheck:
-    """Compile the code and what calls it, and run both."""
-    target = choice.scene.code.target
-    tool = runners.find_tool(target.runner, cc)
+    tool = runners.find_tool(target.runner, cc if target.runner.variable == "CC" else None)
     device = "" if target.device is None else _device(choice, text, target.device)
     if tool is None:
         reason = f"not run: there is no {runners.missing(target.runner)}"
         return SceneCheck(device, reason=f"{reason}; {device}" if device else reason)
+    file = file_name(choice.scene), text
+    if not target.runner.start:
+        runners.run_driver(target.runner, tool, _driver(choice, text, 1), file, b"", 0)
+        return SceneCheck(tool.version, reason="compiled, not run")
     given = _collisions(choice)
     size = given.speed.size
-    file = file_name(choice.scene), text
     written = runners.run_driver(target.runner, tool, _driver(choice, text, size), file, given.bytes, 16 * size)
     how = f"{tool.version}; {device}" if device else tool.version
     return _compared(choice, given, how, np.frombuffer(written).reshape(2, size))
-
-
-def _shader(choice: Choice, text: str) -> SceneCheck:
-    """Compile a shader, and run it if something here does."""
-    runner = choice.scene.code.target.runner
-    tool, device, given = runners.find_tool(runner), shaders.device(), _collisions(choice)
-    driver = _driver(choice, text, given.speed.size)
-    compiled = runner.shader == "compiled"
-    shader: str | bytes = driver
-    if tool is not None:
-        made = runners.run_driver(runner, tool, driver, (file_name(choice.scene), text), b"", 0)
-        shader = made if compiled else driver
-    if tool is None and (compiled or device is None):
-        instead = "" if compiled else ", nor a device for the Python package wgpu"
-        return SceneCheck("", reason=f"not run: there is no {runners.missing(runner)}{instead}")
-    version = "" if tool is None else tool.version
-    if device is None:
-        return SceneCheck(version, reason="compiled, not run: there is no device for the Python package wgpu")
-    found = shaders.run_shader(shader, (given.speed, given.argument, given.pair), 2 * given.speed.size)
-    return _compared(choice, given, f"{version}; {device}" if version else device, found.reshape(2, -1))
 
 
 def _device(choice: Choice, text: str, runner: Runner) -> str:
@@ -158,7 +133,6 @@ def _driver(choice: Choice, text: str, size: int, part: str = "check") -> str:
         by_v_star=code.argument == "v_star",
         input=runners.INPUT,
         output=runners.OUTPUT,
-        workgroup=shaders.WORKGROUP,
         titles=[encounter.name for encounter in choice.encounters],
         **layout(choice),
     )
@@ -229,7 +203,7 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
     }
     reference = REFERENCE if choice.scene.contact_law == VISCOELASTIC else REFERENCE_OF_LAW
     limits, proven = choice.scene.tolerance.given(), vars(choice.chosen.candidate.errors)
-    # Measures without a tolerance must still meet twice the file's bounds (a GPU may round differently).
+    # Measures without a tolerance must still meet twice the file's bounds (libraries may round differently).
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():
         if not errors[name] <= limit + reference:

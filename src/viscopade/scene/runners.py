@@ -117,7 +117,7 @@ def run_driver(
     Returns
     -------
     bytes
-        What it wrote; if it cannot be run, what was compiled.
+        What it wrote; nothing if it only compiles.
 
     Raises
     ------
@@ -135,9 +135,9 @@ def run_driver(
                 (here / INPUT).write_bytes(numbers)
             if command:
                 _succeed([w for word in command for w in _filled(word, words, tool)], directory, limit)
-        made = here / (OUTPUT if runner.start else EXECUTABLE)
+        made = here / OUTPUT
         found = made.read_bytes() if made.exists() else b""
-    if runner.start and len(found) != size:
+    if len(found) != size:
         raise ToolchainError(f"the program that runs the generated code writes {len(found)} bytes, not {size}")
     return found
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from keyword import iskeyword
-from typing import Any, Literal
+from typing import Any
 
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.forms import table_free
@@ -71,7 +71,6 @@ class Runner:
     start: tuple[str, ...] = ()  # empty if it cannot be run
     variable: str | None = None  # in the environment, what names the tool
     package: str | None = None  # that the interpreter needs
-    shader: Literal["compiled", "text"] | None = None  # what a device for shaders is given
 
 
 EXECUTABLE = "viscopade-check.exe"  # no scene can have this name

@@ -11,9 +11,7 @@ TARGET = Target(
     suffix=".glsl",
     comment="//",
     numbers=(Number.of(FLOAT, "float", machine=SHADER),),
-    runner=Runner(
-        ("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM), shader="compiled"
-    ),
+    runner=Runner(("glslangValidator", "glslang"), ".comp", (TOOL, "-V", DRIVER, "-o", PROGRAM)),
     functions=FunctionText(
         "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\nfloat viscopade_{function}_{name}(float {given})\n{{",
         "const float {constant} = {value};",

@@ -13,7 +13,7 @@ TARGET = Target(
     suffix=".wgsl",
     comment="//",
     numbers=(replace(Number.of(FLOAT, "f32", machine=SHADER), exact=FLOAT.hexadecimal),),
-    runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER), shader="text"),
+    runner=Runner(("naga",), ".wgsl", (TOOL, DRIVER)),
     functions=FunctionText(
         "fn viscopade_{function}_{name}(at: f32) -> f32 {{",
         "let {constant}: f32 = {value};",
