@@ -9,7 +9,7 @@ existence of the orbits, the end of contact, and that panels which touch have th
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -568,9 +568,11 @@ def theorem(radius: Fraction = RADIUS) -> Theorem:
 
 
 def main() -> None:
-    """Prove the theorem for the radius on the command line, or for RADIUS, and print it."""
+    """Prove that the series converges for |v*| up to a radius, and print the bound of |eps| there."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("radius", nargs="?", type=Fraction, default=RADIUS)
     start = time.perf_counter()
-    radius, bound, found = theorem(Fraction(sys.argv[1]) if sys.argv[1:] else RADIUS)
+    radius, bound, found = theorem(parser.parse_args().radius)
     print(f"eps is analytic for |v*| <= {float(radius)}, and there |eps| <= {ceil(float(bound) * 100) / 100}")
     print(f"{len(found)} panels, {time.perf_counter() - start:.0f} s")
 
