@@ -4,7 +4,6 @@ Compiled code at all other arguments is checked by test_vectors.py and test_ever
 """
 
 import ctypes
-import json
 import math
 import random
 import subprocess
@@ -28,7 +27,7 @@ from viscopade.kernels.rounding import arithmetic
 from viscopade.kernels.targets import last_place as header
 from viscopade.theory.series import series
 from viscopade_lab import exhaustive
-from viscopade_lab.exhaustive import doubles, floats
+from viscopade_lab.exhaustive import doubles
 
 COMMAND = "viscopade export c --full"
 CASES = [(form, function) for form in FORMATS.values() for function in last_place.FUNCTIONS]
@@ -115,43 +114,6 @@ def ulps(form, result, true):
 
 
 # --- compiled code against the truth --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("function", last_place.FUNCTIONS)
-@pytest.mark.parametrize("build", BUILDS)
-def test_floats_that_are_hardest_to_round(library, build, function):
-    """Those nearer to a boundary than the proven error before the last rounding: the others are proven to be right."""
-    values = [float.fromhex(v) for v in json.loads((exhaustive.HERE / "close_floats.json").read_text())[function]]
-    assert last_place.largest_ulp(FLOAT, function) - Fraction(1, 2) < 2.0**-27
-    for v_star, result in zip(values, library(build, FLOAT, function, values), strict=True):
-        true = truth(function, v_star)
-        assert result == FLOAT.rounded(true), v_star.hex()
-        other = np.nextafter(result, result.dtype.type(2 if true > Fraction(float(result)) else 0))
-        assert ulps(FLOAT, other, true) - ulps(FLOAT, result, true) < 2.0**-26
-
-
-@pytest.mark.parametrize("step", [9973, pytest.param(1, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("mode", exhaustive.MODES)
-@pytest.mark.parametrize("function", last_place.FUNCTIONS)
-def test_all_floats(text, function, mode, step):
-    compiler("c11")  # or skip
-    result = floats.check(function, mode, step, text=text)
-    assert result["inputs"] == -(-(2**31) // step)
-    assert result["not_correctly_rounded"] == 0, result
-    assert 0.49 < result["largest_error_ulp"] <= last_place.largest_ulp(FLOAT, function)
-
-
-def test_the_check_of_floats_finds_a_wrong_coefficient(text):
-    compiler("c11")
-    right = DOUBLE.hexadecimal(last_place.float_rows()[100][1])
-    value = float.fromhex(right)
-    assert text.count(right) == 1
-    wrong = text.replace(right, DOUBLE.hexadecimal(value * (1 + 2.0**-20)))
-    result = floats.check("epsilon", "plain", 997, text=wrong)
-    assert 0 < result["not_correctly_rounded"] < 1000
-    panel = last_place.smaller_panels()[100]
-    low, high = float(panel.centre - panel.half), float(panel.centre + panel.half)
-    assert all(low <= float.fromhex(at) < high for at in result["wrong_at"])
 
 
 # --- certificate ----------------------------------------------------------------------------------------------------
@@ -342,7 +304,8 @@ def test_reference_of_the_checks_is_right(text):
     """The reference in long double against exact values: errors of the kernel agree to 0.01 ulp."""
     compiler("c11")
     values = [*np.geomspace(1e-3, 1e6, 30).tolist(), 1e-170, 3e-5, 1e60, 1e94]
-    with exhaustive.compiled("check_double", "plain", text) as program:
+    files = {"table.h": exhaustive.reference_table(), "full.h": text}
+    with exhaustive.compiled("check_double", "plain", files) as program:
         for function in last_place.FUNCTIONS:
             bits = np.array([doubles.bits_of(v) for v in values], dtype=np.uint64)
             found, results = doubles.errors(program, function, bits)

@@ -1,25 +1,20 @@
-"""Checks of the exported kernels of full accuracy in compiled C: what its programs share."""
+"""Exhaustive checks of exported kernels in compiled C: doubles of the full kernel, floats of the table for 1e-5."""
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
-import struct
 import subprocess
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from viscopade.arrays import panels
 from viscopade.collision import exact
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.targets import last_place as header
 
 HERE = Path(__file__).parent
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
@@ -46,14 +41,14 @@ def _row(exponent: int, a: Sequence[int]) -> str:
 
 
 @contextmanager
-def compiled(program: str, mode: str, text: str | None = None) -> Iterator[Path]:
-    """Compile a program of this folder with the kernels (or another header's text); give the path of the result."""
+def compiled(program: str, mode: str, files: Mapping[str, str]) -> Iterator[Path]:
+    """Compile a program of this folder with generated files that it includes; give the path of the result."""
     with TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "table.h").write_text(reference_table())
-        (folder / "full.h").write_text(header.render("benchmarks/exhaustive") if text is None else text)
+        for file, text in files.items():
+            (folder / file).write_text(text)
         result = folder / program
-        sources = ["-I", str(folder), "-I", str(HERE), str(HERE / f"{program}.c"), "-o", str(result), "-lm"]
+        sources = ["-I", str(folder), str(HERE / f"{program}.c"), "-o", str(result), "-lm"]
         subprocess.run([compiler(), "-std=gnu11", *MODES[mode], *sources], check=True)
         yield result
 
@@ -90,21 +85,3 @@ def exact_value(function: str, v_star: float, digits: int = 40) -> Fraction:
         epsilon: Fraction = exact_value("epsilon", v_star / 8.0**folds, digits) / 2 ** (10 * folds)
         return epsilon if function == "epsilon" else 1 - epsilon
     return Fraction(exact.collision(v_star, digits).decimals()[function])
-
-
-def float_of(bits: int) -> float:
-    """Return the float of these bits."""
-    (number,) = struct.unpack("<f", struct.pack("<I", bits))
-    return float(number)
-
-
-def timed(run: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:
-    """Return what `run` returns, and "seconds"."""
-    start = time.perf_counter()
-    result = run(*arguments)
-    return result | {"seconds": round(time.perf_counter() - start, 1)}
-
-
-def as_json(result: object) -> str:
-    """Return a result for other programs."""
-    return json.dumps(result, indent=1)

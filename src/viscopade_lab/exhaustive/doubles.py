@@ -1,6 +1,6 @@
 """Errors of the double kernels in units in the last place: histograms over ranges of v*, and a search for the largest.
 
-Run as `python -m viscopade_lab.exhaustive.doubles`, or with `--format json`. The reference (exhaustive/reference.h) is
+Run as `python -m viscopade_lab.exhaustive.doubles`. The reference (exhaustive/reference.h) is
 good to 0.01 ulp. The search begins at the ends of the table's panels, where eps or 1 - eps is a power of 2, and at
 random; it goes on near the largest errors. The largest ones, and some at random inputs, are also taken from
 `viscopade.collision.exact`.
@@ -23,8 +23,9 @@ from rich.table import Table
 
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.kernels.forms import last_place
+from viscopade.kernels.targets import last_place as header
 from viscopade_lab import exhaustive
-from viscopade_lab.script import FORMAT, console
+from viscopade_lab.script import console
 
 Bits = npt.NDArray[np.uint64]
 
@@ -139,7 +140,8 @@ def exact_error(function: str, v_star: float, result: float) -> float:
 def measure(mode: str, samples: int, exact: int, seed: int, jobs: int) -> dict[str, Any]:
     """Return histograms and largest errors of both functions, compiled in one of `exhaustive.MODES`."""
     result: dict[str, Any] = {"mode": mode, "samples": 0, "functions": {}}
-    with exhaustive.compiled("check_double", mode) as program:
+    files = {"table.h": exhaustive.reference_table(), "full.h": header.render("viscopade_lab.exhaustive.doubles")}
+    with exhaustive.compiled("check_double", mode, files) as program:
         for function in last_place.FUNCTIONS:
             ranges = list(histograms(program, function, samples, seed, jobs))
             result["samples"] += sum(sum(part["bins"]) for part in ranges)
@@ -186,7 +188,6 @@ def show(result: dict[str, Any]) -> None:
 
 
 @click.command()
-@FORMAT
 @click.option("--samples", type=click.IntRange(PIECES), default=10_000_000, show_default=True, help="Of each range.")
 @click.option(
     "--exact", type=click.IntRange(1), default=200, show_default=True, help="Inputs for viscopade.collision.exact."
@@ -194,15 +195,10 @@ def show(result: dict[str, Any]) -> None:
 @click.option("--seed", type=int, default=1, show_default=True)
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 @click.option("--mode", "modes", type=click.Choice(list(exhaustive.MODES)), multiple=True, default=exhaustive.MODES)
-def main(style: str, samples: int, exact: int, seed: int, jobs: int, modes: tuple[str, ...]) -> None:
-    """Measure, and print for people or as JSON."""
-    results = [exhaustive.timed(measure, mode, samples, exact, seed, jobs) for mode in modes]
-    if style == "json":
-        click.echo(exhaustive.as_json(results))
-    else:
-        for result in results:
-            show(result)
-            print(f"{result['seconds']} s")
+def main(samples: int, exact: int, seed: int, jobs: int, modes: tuple[str, ...]) -> None:
+    """Measure, and print the errors."""
+    for mode in modes:
+        show(measure(mode, samples, exact, seed, jobs))
 
 
 if __name__ == "__main__":

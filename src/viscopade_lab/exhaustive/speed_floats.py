@@ -1,76 +1,63 @@
-"""Test the float kernels from speed to eps on all positive floats, largest errors as parts of the bounds.
+"""Test the float functions of the table for 1e-5 on all positive floats, largest errors as parts of the bounds.
 
-Run as `python -m viscopade_lab.exhaustive.speed_floats`, or with `--format json`: all 2^31 - 2^23 - 1 positive finite
-speeds with beta = 1, for eps, the speed after the collision and 1 - eps^2, one by one and as arrays, compiled without
-and with fused multiplications. The reference is viscopade_full.h in type double, which is tested by
-`exhaustive_float.py` and `ulp_double.py`. It takes minutes for a kernel.
+Run as `python -m viscopade_lab.exhaustive.speed_floats`: all 2^31 - 2^23 - 1 positive finite speeds with beta = 1, for
+eps, the speed after the collision and 1 - eps^2, one by one and as arrays, compiled without and with fused
+multiplications. The reference is viscopade_full.h in type double. It takes minutes.
 """
 
 from __future__ import annotations
 
 import os
-import subprocess
+import struct
 import sys
 from fractions import Fraction
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 from rich.table import Table
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import names, prove_lacunary
+from viscopade.arithmetic.formats import FLOAT
+from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import speed_kernel, speed_table
 from viscopade.kernels.targets import last_place, speed
 from viscopade_lab import exhaustive
-from viscopade_lab.script import FORMAT, console
+from viscopade_lab.script import console
 
 FIRST, END = 1, 0x7F800000  # bits of the least positive float and of infinity
 PIECES = 64
-PROGRAM = "check_speed_float"
 FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
 
 
-class FloatBounds(NamedTuple):
-    """What is proven of a kernel's float functions.
+ULPS = 3.5
+"""What is added to the bound for the functions other than eps, in units in the last place."""
 
-    Attributes
-    ----------
-    first, end : int
-        The table is for 2^first <= w < 2^end.
-    inside, outside : float
-        Of the relative error of the smaller of eps and 1 - eps, rounding included, but not the last one of eps.
-    ulps : float
-        What is added for the other functions, in units in the last place.
+
+def bounds(kernel: speed_kernel.SpeedKernel) -> tuple[float, float]:
+    """Return the proven relative errors of the smaller of eps and 1 - eps, in the table and beyond it.
+
+    Rounding is included, but not the last one of eps.
     """
-
-    first: int
-    end: int
-    inside: float
-    outside: float
-    ulps: float
-
-
-def bounds_of(kernel: speed_kernel.SpeedKernel) -> FloatBounds:
-    """Return the bounds of a kernel, by its proofs."""
-    table = kernel.table
-    form = FLOAT if FLOAT in kernel.formats else DOUBLE
     # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
-    outside = Fraction(kernel.bound) + Fraction(1, 10**13)
-    ends = table.first, table.first + speed_table.OCTAVES
-    return FloatBounds(*ends, float(table.inside(form)), float(outside), 3.5 if form == FLOAT else 0.5)
+    return float(kernel.table.inside(FLOAT)), float(Fraction(kernel.bound) + Fraction(1, 10**13))
 
 
-def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
-    """Return the result for the header `text` with the kernel `name`, compiled in one of `exhaustive.MODES`.
+def check(kernel: speed_kernel.SpeedKernel, text: str, mode: str, step: int = 1, jobs: int = 1) -> dict[str, Any]:
+    """Return the result for a kernel's header, compiled in one of `exhaustive.MODES`.
 
     Every `step`-th speed is tested.
     """
     length = -(-(END - FIRST) // (PIECES * step)) * step
     starts = range(FIRST, END, length)
-    with TemporaryDirectory() as folder:
-        program = compiled(Path(folder), text, name, bounds, mode)
+    inside, outside = bounds(kernel)
+    first = kernel.table.first
+    files = {
+        "full.h": last_place.render("viscopade_lab.exhaustive.speed_floats"),
+        "speed.h": text,
+        "bounds.h": f"#define NAME(function) viscopade_##function##_{kernel.name}f\n"
+        f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + speed_table.OCTAVES};\n"
+        f"static const double INSIDE = {inside!r}, OUTSIDE = {outside!r}, ULPS = {ULPS!r};\n",
+    }
+    with exhaustive.compiled("check_speed_float", mode, files) as program:
         lines = exhaustive.outputs(program, [(at, min(at + length, END), step) for at in starts], jobs)
     functions = {}
     for function in FUNCTIONS:
@@ -78,51 +65,39 @@ def check(text: str, name: str, bounds: FloatBounds, mode: str, step: int = 1, j
         largest = max((float(part), int(at)) for _, part, at in parts)
         functions[function] = {
             "largest": largest[0],
-            "largest_at": exhaustive.float_of(largest[1]).hex(),
+            "largest_at": float_of(largest[1]).hex(),
             "beyond": sum(int(rest[1]) for word, *rest in lines if word == "beyond" and rest[0] == function),
         }
     rises = [rest for word, *rest in lines if word == "rises"]
     rise = max((float(size), int(at)) for _, size, at in rises)
     return {
-        "kernel": name,
         "mode": mode,
         "inputs": sum(int(rest[0]) for word, *rest in lines if word == "inputs"),
         "functions": functions,
         "differ": sum(int(rest[0]) for word, *rest in lines if word == "differ"),
         "rises": sum(int(number) for number, *_ in rises),
         "largest_rise": rise[0],
-        "largest_rise_at": exhaustive.float_of(rise[1]).hex(),
+        "largest_rise_at": float_of(rise[1]).hex(),
     }
 
 
-def compiled(folder: Path, text: str, name: str, bounds: FloatBounds, mode: str) -> Path:
-    """Compile the program with a kernel; return its path."""
-    (folder / "full.h").write_text(last_place.render("benchmarks/exhaustive"))
-    (folder / "speed.h").write_text(text)
-    (folder / "bounds.h").write_text(
-        f"#define NAME(function) viscopade_##function##_{name}f\n"
-        f"static const double LOW = 0x1p{bounds.first}, HIGH = 0x1p{bounds.end};\n"
-        f"static const double INSIDE = {bounds.inside!r}, OUTSIDE = {bounds.outside!r}, ULPS = {bounds.ulps!r};\n"
-    )
-    target = folder / PROGRAM
-    sources = ["-I", str(folder), str(exhaustive.HERE / f"{PROGRAM}.c"), "-o", str(target), "-lm"]
-    subprocess.run([exhaustive.compiler(), "-std=gnu11", *exhaustive.MODES[mode], *sources], check=True)
-    return target
+def float_of(bits: int) -> float:
+    """Return the float of these bits."""
+    (number,) = struct.unpack("<f", struct.pack("<I", bits))
+    return float(number)
 
 
 def show(results: list[dict[str, Any]]) -> None:
     """Print the results for people."""
-    table = Table("kernel", "compiled", "inputs", *FUNCTIONS, "arrays differ", "eps rises", "largest rise", "s")
+    table = Table("compiled", "inputs", *FUNCTIONS, "arrays differ", "eps rises", "largest rise")
     for result in results:
         table.add_row(
-            result["kernel"],
             " ".join(exhaustive.MODES[result["mode"]]),
             f"{result['inputs']:,}",
             *(f"{part['largest']:.4f} at {part['largest_at']}" for part in result["functions"].values()),
             f"{result['differ']}",
             f"{result['rises']:,}",
             f"{result['largest_rise']:.3g} at {result['largest_rise_at']}",
-            f"{result['seconds']}",
         )
     out = console(240)
     out.print("Errors as parts of the bounds; rises relative to the smaller of eps and 1 - eps.")
@@ -130,22 +105,15 @@ def show(results: list[dict[str, Any]]) -> None:
 
 
 @click.command()
-@FORMAT
 @click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th speed only.")
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
-@click.option("--tier", "tiers", type=click.Choice(names.TIERS), multiple=True, default=names.TIERS)
 @click.option("--mode", "modes", type=click.Choice(list(exhaustive.MODES)), multiple=True, default=exhaustive.MODES)
-def main(style: str, step: int, jobs: int, tiers: tuple[str, ...], modes: tuple[str, ...]) -> None:
-    """Test, print for people or as JSON, and exit with 1 if an error is beyond its bound."""
-    results = []
-    for tier in tiers:
-        kernel = prove_lacunary.speed_kernel(tier)
-        text, bounds = speed.render(kernel, "src/viscopade_lab/exhaustive/speed_floats.py"), bounds_of(kernel)
-        results += [exhaustive.timed(check, text, kernel.name, bounds, mode, step, jobs) for mode in modes]
-    if style == "json":
-        click.echo(exhaustive.as_json(results))
-    else:
-        show(results)
+def main(step: int, jobs: int, modes: tuple[str, ...]) -> None:
+    """Test, print the errors, and exit with 1 if one is beyond its bound."""
+    kernel = prove_lacunary.speed_kernel("1e-5")
+    text = speed.render(kernel, "viscopade_lab.exhaustive.speed_floats")
+    results = [check(kernel, text, mode, step, jobs) for mode in modes]
+    show(results)
     sys.exit(any(part["beyond"] for result in results for part in result["functions"].values()))
 
 
