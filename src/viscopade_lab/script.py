@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any, TypeVar
 
@@ -18,11 +17,6 @@ Result = TypeVar("Result")
 Option = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 FORMAT = click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", show_default=True)
-
-
-def rounds(default: int, what: str = "Measurements of each kind, in turn.") -> Option:
-    """Return the option for the number of rounds."""
-    return click.option("--rounds", type=click.IntRange(1), default=default, show_default=True, help=what)
 
 
 def command(
@@ -60,19 +54,3 @@ def command(
 def console(width: int = 120) -> Console:
     """Return a console as wide as the terminal, or else of this width."""
     return Console(width=None if sys.stdout.isatty() else width, highlight=False)
-
-
-def seconds(run: Callable[[], object]) -> float:
-    """Return the wall-clock time of one run."""
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
-
-
-def in_turn(timers: Mapping[str, Callable[[], float]], rounds: int) -> dict[str, list[float]]:
-    """Return what timers measure in each of some rounds, in which all take turns: what drifts hits all alike."""
-    times: dict[str, list[float]] = {name: [] for name in timers}
-    for _ in range(rounds):
-        for name, timer in timers.items():
-            times[name].append(timer())
-    return times
