@@ -9,7 +9,7 @@ DOCS := $(VENV)/.docs
 PIP := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet \
   --disable-pip-version-check
 
-.PHONY: reproduce exported drawn docs test check test-slow exhaustive hardcases processors matrix bench simulators paper lint format clean
+.PHONY: reproduce exported drawn docs test check test-slow exhaustive hardcases matrix bench simulators paper lint format clean
 
 # One after the other; `make -j2 reproduce` does both at once.
 reproduce: exported drawn
@@ -41,14 +41,9 @@ exhaustive: $(NATIVE)
 	$(BIN)/python -m viscopade_lab.exhaustive.doubles
 	$(BIN)/python -m viscopade_lab.exhaustive.speed_floats
 
-# The suite that tries to break everything, thoroughly.
+# Every part at its numerically hardest inputs, with all compilers and emulators of other processors that are installed.
 hardcases: $(NATIVE)
 	$(BIN)/viscopade hardcases --thorough --out docs/hard-cases
-
-# A part of it: the headers on other processors, emulated, at a million arguments each: about an hour. It says which
-# compilers and emulators are missing, and which of Debian's packages bring them.
-processors: $(NATIVE)
-	$(BIN)/viscopade hardcases --thorough --only processors --from docs/hard-cases/hard-cases.json --out docs/hard-cases
 
 # Oldest and newest packages with every Python that is found; needs the package index, and hours.
 matrix: $(NATIVE)

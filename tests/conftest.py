@@ -33,7 +33,6 @@ QUICK = frozenset(
     (
         *files("", "docs", "layers", "names", "patience"),
         *files("arithmetic", "balls", "function_balls"),
-        *files("lab", "compensated"),
         *files("theory", "hierarchy_step", "paper", "symbolic"),
         *files("collision", "flow", "restitution", "spheres", "tsuji"),
         *files("approximation", "half_line"),

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import astuple, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show, terminal_width
+from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.theory.law import ENDS
 from viscopade_lab import figures
-
-if TYPE_CHECKING:
-    from viscopade_lab.hard_cases import Finding
 
 
 @click.command()
@@ -157,67 +153,32 @@ def bench_command(
 
 @click.command("hardcases")
 @click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
-@click.option(
-    "--thorough", is_flag=True, help="Run more points, orders and inputs: half an hour instead of some minutes."
-)
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Directory to write the page, its figures and its numbers to."
-)
-@click.option(
-    "--from",
-    "result",
-    type=click.Path(path_type=Path),
-    help="File hard-cases.json of an earlier run, to show again; with --only, these cases are run again and replaced.",
-)
+@click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: an hour instead of a minute.")
+@click.option("--out", type=click.Path(path_type=Path), help="Directory to write the page and its pictures to.")
 @STYLE
 @click.pass_context
 def hardcases_command(
-    context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, result: Path | None, style: str
+    context: click.Context, names: tuple[str, ...], thorough: bool, out: Path | None, style: str
 ) -> None:
-    """Test every part of viscopade at its numerically hardest inputs.
+    """Test viscopade at its numerically hardest inputs.
 
-    The exit status is 1 if a check does not hold.
+    The exit status is 1 if a bound does not hold.
     """
     from viscopade_lab import hard_cases
-    from viscopade_lab.hard_cases import page
 
-    known = () if result is None else hard_cases.from_json(read_file(result, "what `--out` wrote"), str(result))
-    wanted = hard_cases.named(names or None) if names or result is None else ()
-    if thorough and not wanted:
-        raise click.UsageError("accepted with --from and --thorough is also --only: otherwise nothing is run")
+    cases = hard_cases.named(names)
     if out is not None:
         need("hardcases --out", "matplotlib")
-        cases = [finding.name for finding in known] + [case.name for case in wanted]
-        check_targets([out / name for name in page.names(cases)], parents=True)
-    fresh = hard_cases.check([case.name for case in wanted], thorough=thorough)
-    findings = hard_cases.merged(known, fresh)
-    files = page.files(findings) if out is not None else {}
+        check_targets([out / hard_cases.PAGE, *(out / f"{case.name}.svg" for case in cases)], parents=True)
+    findings = hard_cases.measured(cases, thorough)
     if out is not None:  # before anything is printed, which may fail after all that time
+        words = [*(f"--only {name}" for name in names), *["--thorough"] * thorough]
+        files = hard_cases.files(cases, findings, " ".join(["viscopade hardcases", *words]))
         write_all({out / name: content for name, content in files.items()}, parents=True)
-    if style == "json":
-        click.echo(page.numbers(findings), nl=False)
-    elif style == "text":
-        _show_findings(findings)
-        if out is not None:
-            say(f"wrote {', '.join(files)} to {out}")
-    else:
-        show(style, page.LONG, page.long(findings, str if style == "csv" else page.number), {})
-    if not all(finding.result.passes for finding in findings):
+    rows = hard_cases.rows(cases, findings)
+    show(style, hard_cases.HEADER, rows, {"cases": [dict(zip(hard_cases.HEADER, row, strict=True)) for row in rows]})
+    if not all(finding.holds for finding in findings):
         context.exit(1)
-
-
-def _show_findings(findings: Sequence[Finding]) -> None:
-
-    from viscopade_lab.hard_cases import page
-
-    for finding in findings:
-        click.echo(page.introduction(finding, terminal_width()))
-        for table in finding.result.tables:
-            show("text", table.header, table.rows, {}, title=table.title)
-        rows = page.checks(finding)
-        show("text", page.CHECKS, rows, {}, title="What must hold")
-    for finding in findings:
-        say(f"{finding.name}: {page.verdict(finding)}")
 
 
 COMMANDS = (claims, figures_command, bench_command, hardcases_command)

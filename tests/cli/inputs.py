@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
-SCENE, RESULT, FINDINGS, DATA = "scene.toml", "result.json", "findings.json", "data.csv"
+SCENE, RESULT, DATA = "scene.toml", "result.json", "data.csv"
 """The files that come with an input."""
 
 LONG = "x" * 5000
@@ -36,7 +36,7 @@ WORDS = (
     "__import__('os')", "[red]bold[/red]", "[/]", "\\textbf{x}", "&amp;<script>",
 )  # fmt: skip
 FILES = (
-    SCENE, SCENE, SCENE, SCENE, SCENE, RESULT, FINDINGS, "missing.toml", "directory", "directory/", ".", "",
+    SCENE, SCENE, SCENE, SCENE, SCENE, RESULT, "missing.toml", "directory", "directory/", ".", "",
     "/dev/null",
     "/dev/zero", "/dev/full", "/proc/self/mem", "/proc/self", "foreign.h", "link", "dangling", "loop", "loop/x",
     "foreign.h/x",
@@ -118,7 +118,7 @@ OPTIONS: Mapping[str, Sequence[str]] = {
     "--resolution": ("1 ms", "1 mm", "1e-3", "0", "-1"), "--gravity": ("9.81 m/s^2", "1.62", "0", "-1", "1 m"),
     "--air-density": ("1.2", "0", "-1", "1e9"), "--drag-coefficient": ("0.47", "0", "-1", "1e300"),
     "--to": ("10", "1 km/s", "0", "-1", "1e299"), "--points": ("2", "20", "1", "1e3", "10001"),
-    "--headers": FILES, "--costs": (RESULT, *FILES), "--from": (RESULT, FINDINGS, "0.1", "1 cm/s", *FILES),
+    "--headers": FILES, "--costs": (RESULT, *FILES), "--from": (RESULT, "0.1", "1 cm/s", *FILES),
     "--cc": ("no-such-compiler", "", "'unbalanced", "a b c", "$(id)", "--"),
     "--only": ("nothing", "", "twenty-terms", "localSlope", "3-6"),
     "--unit": ("cm/s", "", "\n", "x" * 500, "*/", "\x1b[31m"),
@@ -278,9 +278,6 @@ class Grammar:
     def _line(self, random: Random, command: str) -> list[str]:
         if command == "export" and random.random() < 0.3:
             return self._refused_export(random)
-        if command == "hardcases" and random.random() < 0.4:  # not mutated: without --from all cases would be run
-            style = ["--format", random.choice(("json", "csv", "latex"))]
-            return [command, *random.choice([[], style, ["--out", "new"]]), "--from", FINDINGS]
         hostility = random.choice((0.0, 0.05, 0.1, 0.4))
         words = self._arguments(random, command, hostility)
         if len(words) < 2 or command != "simulators" or random.random() < 0.2:  # which takes a scene or options
@@ -385,8 +382,6 @@ class Grammar:
         if RESULT in text:
             spoiled = words[0] != "report" or random.randrange(FREE) > 0
             files[RESULT] = _document(random, result(spoiled))
-        if FINDINGS in text:
-            files[FINDINGS] = _document(random, findings())
         return files
 
 
@@ -601,22 +596,6 @@ def result(spoiled: bool) -> dict[str, Any]:
         "targets": [{"what": "a", "target": "b", "measured": 1.5, "reached": None, "note": ""}],
         "curves": [{"id": "a", "label": "A", "v_star": [0.1, 1.0], "error": [1e-6] if spoiled else [1e-6, 1e-5]}],
     }
-
-
-def findings() -> dict[str, Any]:
-    """Return what `viscopade hardcases --format json` prints, in small; its last check is spoiled."""
-    chart = {
-        "title": "t", "x_label": "x", "y_label": "y", "x_scale": "log", "y_scale": "linear",
-        "curves": [{"name": "c", "x": [1.0, 2.0], "y": [3.0, 4.0], "look": "line"}],
-    }  # fmt: skip
-    whole = {
-        "summary": "s",
-        "tables": [{"title": "t", "header": ["a", "b"], "rows": [["x", 1], ["y", 2.5]]}],
-        "charts": [chart],
-        "checks": [{"statement": "s", "measured": 0, "relation": "=="}],
-    }
-    case = {"name": "n", "title": "t", "question": "q", "thorough": False, "result": whole, "passes": True}
-    return {"cases": [case]}
 
 
 def _document(random: Random, whole: dict[str, Any]) -> bytes:

@@ -377,7 +377,7 @@ def test_other_environments(environment):
 def test_what_to_install_is_said_before_any_work(words, user, packages, extras, tmp_path, monkeypatch):
     for package in EXTRAS:
         monkeypatch.setitem(sys.modules, package, None)  # importing it fails, as if it were not there
-    for module, work in ((bench, "run"), (hard_cases, "check"), (figures, "render")):
+    for module, work in ((bench, "run"), (hard_cases, "measured"), (figures, "render")):
         monkeypatch.setattr(module, work, lambda *_, **__: print("computed"))
     result = called(*words, tmp_path / "new")
     assert (result.returncode, result.stdout) == (2, "")

@@ -1,7 +1,6 @@
 """Tables and sentences on terminals: no number is cut in two, at any width."""
 
 import fcntl
-import json
 import os
 import pty
 import struct
@@ -29,19 +28,13 @@ COMMANDS = (
     ("invert", "--epsilon", "0.9", "--speed", "1", *MATERIAL),
     ("reproduce",),
     ("claims", "--only", "pole-of-2-5", "--only", "twenty-terms"),
-    ("hardcases", "--from"),
 )
 
 
 @pytest.fixture(scope="module", params=COMMANDS, ids=lambda words: words[0])
-def command(request, tmp_path_factory):
+def command(request):
     """A command, and what it prints in a pipe."""
     words = request.param
-    if words[0] == "hardcases":
-        whole = json.loads((ROOT / "docs" / "hard-cases" / "hard-cases.json").read_text(encoding="utf-8"))
-        few = tmp_path_factory.mktemp("few") / "few.json"
-        few.write_text(json.dumps(whole | {"cases": whole["cases"][:2]}))
-        words = (*words, few)
     return words, run(words)
 
 
@@ -53,8 +46,6 @@ def test_no_number_is_cut(command, width, monkeypatch):
 
 def test_a_wide_terminal_gets_what_a_pipe_gets(command, monkeypatch):
     words, printed = command
-    if words[0] == "hardcases":
-        pytest.skip("its words are never wider than a page")
     assert on_terminal(monkeypatch, words, 2000) == printed
 
 

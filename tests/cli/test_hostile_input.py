@@ -78,7 +78,7 @@ def test_what_takes_long_is_never_accepted(grammar):
     """Else a hundred thousand inputs would take days."""
     attempts = [grammar.attempt(2, number) for number in range(3000)]
     for command in ("claims", "figures", "reproduce", "hardcases"):
-        ends = [tuple(tail) for tail in (*inputs.TAIL[command], ("--from", inputs.FINDINGS))]
+        ends = [tuple(tail) for tail in inputs.TAIL[command]]
         words = [a.words for a in attempts if a.command == command and not {"-h", "--help", "--version"} & {*a.words}]
         assert len(words) > 100
         assert [line for line in words if not any(line[-len(end) :] == end for end in ends)] == []
@@ -164,7 +164,7 @@ def test_an_endless_file_is_refused():
 def test_an_endless_word_does_not_hide_the_remedy():
     result = called("hardcases", "--only", "1" * 30_000)
     assert result.returncode == 2
-    assert "accepted are" in result.stderr
+    assert "expected one of" in result.stderr
     assert len(result.stderr) < 2000
 
 

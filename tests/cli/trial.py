@@ -93,7 +93,7 @@ class Sandbox:
             if name.startswith("odd") or name == "\udcff.toml":
                 os.symlink(inputs.SCENE, name)
         self._files = {}
-        self.put({inputs.SCENE: b"", inputs.RESULT: b"", inputs.FINDINGS: b""})
+        self.put({inputs.SCENE: b"", inputs.RESULT: b""})
 
     def put(self, files):
         """Write the files of an input; those of the one before are left if it has none of that name."""

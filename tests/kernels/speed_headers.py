@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from tests.compiled import WARNINGS, compiler
+from tests.kernels import long_double
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
-from viscopade_lab.hard_cases import million
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 FORMS = {"double": np.float64, "float": np.float32}
@@ -243,14 +243,13 @@ class Truth:
     """
 
     def __init__(self, values, beta):
-        if not million.enough():
+        if not long_double.enough():
             pytest.skip("long double is too short here for a reference")
         self.speed, self.beta = (np.asarray(x).astype(np.longdouble) for x in np.broadcast_arrays(values, beta))
         self.w = self.beta**2 * self.beta**2 * self.beta * self.speed
         v_star = self.w ** (np.longdouble(1) / 10)
         self.v_star = v_star.astype(float)
-        found = million.long_double_values("v_star", v_star)
-        eps, loss = found.epsilon, found.loss
+        eps, loss = (long_double.values(name, v_star) for name in ("epsilon", "one_minus_epsilon"))
         far = loss > 0.5
         self.eps, self.loss = np.where(far, eps, 1 - loss), np.where(far, 1 - eps, loss)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from flint import fmpq_poly
 
+from tests.kernels.contracted import Contracted
 from viscopade.arithmetic.chebyshev import greatest, to_fmpq, to_fraction
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
 from viscopade.collision import exact, panel_proof
@@ -13,7 +14,6 @@ from viscopade.kernels.expressions import Arithmetic, Run
 from viscopade.kernels.forms import rounding_bounds, speed_table, speed_table_last_place
 from viscopade.kernels.forms.speed_table import MantissaPiece, Table
 from viscopade.kernels.forms.speed_table_last_place import DEGREE, LastPlaceTable
-from viscopade_lab.hard_cases.machine import Contracted
 
 SMALL = Table(2, -96, 3, FLOAT)
 FULL = LastPlaceTable()

@@ -19,7 +19,6 @@ FENCE = "`" * 8
 # Pages whose neighbours stand below them in the contents.
 FOLDERS = {
     "docs/usage/simulators": "simulators/*",
-    "docs/results/hard-cases": "../hard-cases/*",
     "notebooks/README": "[0-9]*",
     "derivations/README": "[0-9]*",
 }

@@ -1,118 +1,92 @@
-"""Hard cases: a suite that tries to break every part of the package, measures what happens, and says it.
-
-A module a case; each has a `CASE`, whose `run` computes everything anew. `check` runs them, `from_json` reads what was
-found before.
-"""
+"""Hard cases: scripts that measure viscopade at its numerically hardest inputs, and hold it to bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from textwrap import fill
 
+from viscopade.generated import marker_line
 from viscopade.progress import quietly, track
-from viscopade_lab.hard_cases import (
-    always,
-    compilers,
-    data_precision,
-    extremes,
-    kernel_rounding,
-    near_elastic,
-    overflow,
-    pade_systems,
-    printed_digits,
-    processors,
-    round_trips,
-    rounding_modes,
-    truncated_series,
+from viscopade_lab.hard_cases import compilers, extremes, pade_systems, rounded_data, rounding, truncated_series
+from viscopade_lab.hard_cases.case import Case, Finding, Row, number, svg
+
+__all__ = ["CASES", "HEADER", "PAGE", "Case", "Finding", "Row", "files", "measured", "named", "rows"]
+
+CASES = tuple(
+    Case.of(module.__name__, module.__doc__ or "", module.measure)
+    for module in (truncated_series, pade_systems, rounded_data, rounding, extremes, compilers)
 )
-from viscopade_lab.hard_cases.finding import Case, Chart, ChartCurve, Check, Finding, Outcome, ResultTable, from_json
-
-__all__ = [
-    "CASES",
-    "Case",
-    "Chart",
-    "ChartCurve",
-    "Check",
-    "Finding",
-    "Outcome",
-    "ResultTable",
-    "check",
-    "command",
-    "from_json",
-    "merged",
-    "named",
-]
-
-CASES: tuple[Case, ...] = (
-    truncated_series.CASE,
-    pade_systems.CASE,
-    data_precision.CASE,
-    printed_digits.CASE,
-    kernel_rounding.CASE,
-    overflow.CASE,
-    near_elastic.CASE,
-    extremes.CASE,
-    round_trips.CASE,
-    always.CASE,
-    compilers.CASE,
-    processors.CASE,
-    rounding_modes.CASE,
-)
+HEADER = ("case", "question", "nearest to its bound", "measured", "bound", "holds")
+PAGE = "hard-cases.md"
+_SPECIAL = {ord(character): "\\" + character for character in "\\|*_<>[]#~$"}  # Markdown takes them for commands
 
 
-def check(names: Iterable[str] | None = None, *, thorough: bool = False) -> tuple[Finding, ...]:
-    """Run the cases of these names; None means all.
-
-    Parameters
-    ----------
-    names : iterable of str, optional
-        Of `CASES`.
-    thorough : bool
-        More points, higher orders, more inputs: minutes instead of seconds.
+def named(names: Iterable[str]) -> tuple[Case, ...]:
+    """Return the cases of these names; all if there is no name.
 
     Raises
     ------
     ValueError
         If there is no case of a name.
     """
-    cases = named(names)
-    return tuple(_found(cases[i], thorough) for i in track(range(len(cases)), "hard cases"))
-
-
-def named(names: Iterable[str] | None = None) -> tuple[Case, ...]:
-    """Return the cases of these names, as `check` takes them."""
-    by_name = {case.name: case for case in CASES}
-    wanted = list(by_name) if names is None else list(dict.fromkeys(names))
+    known = {case.name: case for case in CASES}
+    wanted = list(dict.fromkeys(names)) or list(known)
     for name in wanted:
-        if name not in by_name:
-            raise ValueError(f"there is no hard case {name!r}: accepted are {', '.join(by_name)}")
-    return tuple(by_name[name] for name in wanted)
+        if name not in known:
+            raise ValueError(f"there is no hard case {name!r}: expected one of {', '.join(known)}")
+    return tuple(known[name] for name in wanted)
 
 
-def merged(known: Iterable[Finding], fresh: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return findings with those of the same cases that were found afresh in their place, in the order of `CASES`."""
-    by_name = {finding.name: finding for finding in (*known, *fresh)}
-    order = [case.name for case in CASES if case.name in by_name]
-    return tuple(by_name[name] for name in dict.fromkeys([*order, *by_name]))
+def measured(cases: Sequence[Case], thorough: bool) -> list[Finding]:
+    """Run cases."""
+    found = []
+    for i in track(range(len(cases)), "hard cases"):
+        with quietly():
+            found.append(cases[i].measure(thorough))
+    return found
 
 
-def command(findings: Sequence[Finding]) -> str:
-    """Return the command that finds these again."""
-    names = [finding.name for finding in findings]
-    only = [] if names == [case.name for case in CASES] else [f"--only {name}" for name in names]
-    thorough = ["--thorough"] if any(finding.thorough for finding in findings) else []
-    return " ".join(["viscopade hardcases", *only, *thorough])
+def rows(cases: Sequence[Case], findings: Sequence[Finding]) -> list[tuple[str, ...]]:
+    """Return the one table, for `HEADER`: of each case the row that is nearest to its bound."""
+    return [
+        (case.name, case.question, *_cells(finding.worst)[:3], "yes" if finding.holds else "NO")
+        for case, finding in zip(cases, findings, strict=True)
+    ]
 
 
-def _found(case: Case, thorough: bool) -> Finding:
-    """Run a case; the progress of its parts would be shown within that of the whole."""
-    with quietly():
-        return Finding(case.name, case.title, case.question, thorough, _result(case, thorough))
+def files(cases: Sequence[Case], findings: Sequence[Finding], command: str) -> dict[str, str | bytes]:
+    """Return the page and its pictures, by name.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without Matplotlib.
+    """
+    pairs = list(zip(cases, findings, strict=True))
+    parts = [
+        f"<!-- {marker_line(command)} -->\n\n# Hard cases\n\n" + _text(
+            "Each section tests a part of viscopade at its numerically hardest inputs. A row of a table has a measured "
+            "number, and the bound that it must not exceed."
+        ) + f"\n`{command}` measures everything again, and fails if a bound does not hold.\n"
+    ]  # fmt: skip
+    for case, finding in pairs:
+        parts += [
+            f'<a id="{case.name}"></a>\n\n## {_escaped(case.title)}\n',
+            _text(f"{case.question} {finding.summary}") + "\n",
+            f"![{_escaped(case.title)}]({case.name}.svg)\n",
+            "| measured | value | bound | holds |\n|---|---|---|---|\n"
+            + "".join(f"| {' | '.join(map(_escaped, _cells(row)))} |\n" for row in finding.rows),
+        ]
+    return {PAGE: "\n".join(parts)} | {f"{case.name}.svg": svg(case, finding) for case, finding in pairs}
 
 
-def _result(case: Case, thorough: bool) -> Outcome:
-    """Run a case; what it cannot bear is a failure, and the other cases are still run."""
-    try:
-        return case.run(thorough)
-    except Exception as error:
-        summary = f"The case stopped in {type(error).__name__}: {' '.join(str(error).split())}"
-        return Outcome(summary, (), (), (Check("The case runs to its end: exceptions", 1, "==", 0),))
+def _cells(row: Row) -> tuple[str, str, str, str]:
+    return row.what, number(row.measured), number(row.bound), "yes" if row.holds else "NO"
+
+
+def _escaped(text: str) -> str:
+    return text.translate(_SPECIAL)
+
+
+def _text(text: str) -> str:
+    return fill(_escaped(text), 120, break_on_hyphens=False, break_long_words=False)

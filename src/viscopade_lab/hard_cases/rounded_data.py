@@ -1,0 +1,174 @@
+"""Padé from rounded data.
+
+How wrong are eps and the poles of [m/m+3] if the coefficients h_k, or the printed a_i and b_i, have few digits?
+
+Let a/b come from h and a~/b~ from h + dh, N = 2m + 3, and [p]_N be the terms of a polynomial up to v*^N. Both meet the
+order conditions, so that a~ b - a b~ = [b b~ dh]_N exactly. With |dh_l| <= u |h_l| that bounds the change of eps, and
+of b~ at a pole of a/b; a polynomial of degree n has a root within n |b~/b~'| of any point. Of the printed digits,
+a'/b' - a/b = (da - eps db)/b' exactly, with half a unit of the last digit of each coefficient; a_1 = b_1 as printed
+count as one. Every system is solved in fractions: the error of the data is the only one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from decimal import ROUND_HALF_EVEN, Context
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import acb, acb_poly, arb, arb_poly
+
+from viscopade.arithmetic.balls import ball_of, bits_for, working
+from viscopade.plots.sheet import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from viscopade.theory import paper
+from viscopade.theory.pade import DOUBLET_TOLERANCE, Pade, Root, pade, rational_pade
+from viscopade.theory.series import series
+from viscopade_lab.hard_cases.case import Finding, Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUICK, THOROUGH = (1, 3, 5, 7, 10, 13, 20), tuple(range(41))
+V_STARS = tuple(Fraction(k, 5) for k in range(1, 26))
+DIGITS, DIGITS_PER_M = 50, 2  # a doublet at v* = p has a residue as small as about p^(2m + 3)
+PRINTED_SPEEDS = tuple(Fraction(10) ** k for k in range(-8, 4))
+
+
+def roundings(h: Sequence[Fraction]) -> dict[str, tuple[list[Fraction], Fraction]]:
+    """Return the series rounded to few digits and to double, with the unit roundoff u: |dh_l| <= u |h_l|."""
+    found = {}
+    for digits in (6, 10, 15):
+        to = Context(prec=digits, rounding=ROUND_HALF_EVEN)
+        short = [Fraction(to.divide(h_k.numerator, h_k.denominator)) for h_k in h]
+        found[f"{digits} digits"] = short, Fraction(1, 2 * 10 ** (digits - 1))
+    return found | {"double": ([Fraction(float(h_k)) for h_k in h], Fraction(1, 2**53))}
+
+
+class Change(NamedTuple):
+    """What rounding h_k changes: eps and the farthest pole relatively, both as parts of their bounds, new doublets."""
+
+    epsilon: float
+    pole: float
+    of_bound: float
+    doublets: int
+
+
+def change(p: Pade, h: Sequence[Fraction], u: Fraction) -> Change:
+    """Compare [m/m+3] of rounded data with that of the exact series."""
+    digits = DIGITS + DIGITS_PER_M * p.m
+    q = rational_pade(h[: 2 * p.m + 4], p.m, p.n, digits)
+    with working(2 * bits_for(digits)):
+        (a, b), (_, b_q) = ((acb_poly(list(one.a)), acb_poly(list(one.b))) for one in (p, q))
+        a_q = acb_poly(list(q.a))
+        errors, parts = [], []
+        for v_star in V_STARS:
+            v = acb(ball_of(v_star))
+            errors.append(_middle(abs(a_q(v) * b(v) / (b_q(v) * a(v)) - 1)))
+            parts.append(errors[-1] / _middle(ball_of(u) * _weight(b * b_q, p.h, v) / abs(a(v) * b_q(v))))
+        moved = [nearest(pole, q.poles) for pole in p.poles]
+        for pole, distance in zip(p.poles, moved, strict=True):
+            x = pole.value
+            at_pole = ball_of(u) * _weight(b * b_q, p.h, x) / abs(a(x))
+            reach = p.n * at_pole / abs(b_q.derivative()(x)) / abs(x)
+            parts.append(distance / float(reach.upper()) if reach.is_finite() else 0.0)
+        doublets = sum(nearest(pair.pole, p.poles) > DOUBLET_TOLERANCE for pair in q.doublets())
+    return Change(max(errors), max(moved), max(parts), doublets)
+
+
+def _middle(ball: arb) -> float:
+    return float(ball.mid())
+
+
+def _weight(product: acb_poly, h: Sequence[arb], x: acb) -> arb:
+    """Return sum_l |h_l x^l [product]_(N-l)(x)|: u times that bounds [product dh]_N(x)."""
+    sums, total, power = [], acb(0), acb(1)
+    for k in range(len(h)):
+        total += product[k] * power
+        sums.append(total)
+        power *= x
+    sizes = (abs(h_l) * abs(x) ** k for k, h_l in enumerate(h))
+    return sum((size * abs(term) for size, term in zip(sizes, reversed(sums), strict=True)), arb(0))
+
+
+def nearest(pole: Root, others: Iterable[Root]) -> float:
+    """Return the distance to the nearest of the others, in parts of the pole's modulus."""
+    place = complex(pole.value)
+    # In double precision the conjugate of the nearest, or the other of a close pair, may seem as near.
+    candidates = sorted(others, key=lambda other: abs(complex(other.value) - place))[:2]
+    return min(_middle(abs(other.value - pole.value) / abs(pole.value)) for other in candidates)
+
+
+def printed(m: int, n: int, a: Sequence[str], b: Sequence[str]) -> tuple[float, float]:
+    """Return the largest change of eps by printing, and of eps or 1 - eps in parts of the bound.
+
+    Exact are a_0, b_0 and zeros: they have no last digit.
+    """
+    full = pade(m, n, 120)
+    with working(bits_for(120) + 64):
+        halves = [
+            [
+                arb(0) if c.is_exact() else ball_of(Fraction(paper.last_digit(text)) / 2)
+                for text, c in zip(*pair, strict=True)
+            ]
+            for pair in ((a, full.a), (b, full.b))
+        ]
+        tops, bottoms = ([ball_of(Fraction(text)) for text in row] for row in (a, b))
+        alike = m > 0 and Fraction(a[1]) == Fraction(b[1])
+        worst, part = 0.0, 0.0
+        for v_star in PRINTED_SPEEDS:
+            v = ball_of(v_star)
+            own = arb_poly(list(full.a))(v) / arb_poly(list(full.b))(v)
+            allowed = arb_poly(halves[0])(v) + abs(own) * arb_poly(halves[1])(v)
+            if alike:  # both are rounded alike: (1 - eps) v* times the error of one
+                allowed += halves[1][1] * v * ((1 - own) - 1 - abs(own))
+            bottom = arb_poly(bottoms)(v)
+            difference = abs(arb_poly(tops)(v) / bottom - own)
+            worst = max(worst, float((difference / abs(own)).upper())) if full.usable else worst
+            part = max(part, float((difference * abs(bottom) / allowed).upper()))
+    return worst, part
+
+
+def measure(thorough: bool) -> Finding:
+    """Round the series and the paper's table."""
+    degrees = THOROUGH if thorough else QUICK
+    h = [Fraction(h_k) for h_k in series(2 * max(degrees) + 3, DIGITS + DIGITS_PER_M * max(degrees)).decimals()]
+    exact = {m: rational_pade(h[: 2 * m + 4], m, m + 3, DIGITS + DIGITS_PER_M * m) for m in degrees}
+    found = {name: {m: change(exact[m], *data) for m in degrees} for name, data in roundings(h).items()}
+    return judged(found, {f"[{m}/{n}]": printed(m, n, *rows) for (m, n), rows in paper.TABLE.items()})
+
+
+def judged(found: dict[str, dict[int, Change]], table: dict[str, tuple[float, float]]) -> Finding:
+    """Hold all changes to their bounds."""
+    rows = [
+        *(
+            Row(f"h_k to {name}: change of eps and poles / its bound", max(one.of_bound for one in by_m.values()), 1)
+            for name, by_m in found.items()
+        ),
+        *(Row(f"{label} as printed: change of eps / its bound", part, 1) for label, (_, part) in table.items()),
+    ]
+    trusted = {
+        name: max((m for m in by_m if all(by_m[k].pole <= DOUBLET_TOLERANCE for k in by_m if k <= m)), default=-1)
+        for name, by_m in found.items()
+    }
+    last = max(found["double"])
+    doublets = ", ".join(f"{by_m[last].doublets} ({name})" for name, by_m in found.items())
+    summary = (
+        f"All poles stay within {DOUBLET_TOLERANCE:.0%} up to m = "
+        f"{', '.join(f'{m} ({name})' for name, m in trusted.items())}. Beyond, rounding makes Froissart doublets: "
+        f"[{last}/{last + 3}] has {doublets} that the exact series does not give it. The paper's printed digits "
+        f"change eps by {max(change for change, _ in table.values()):.1e} of it at most where the approximant has "
+        "neither pole nor zero at v* > 0."
+    )
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2)
+        for (name, by_m), color, mark in zip(found.items(), (VERMILION, BLUE, GREEN, PURPLE), "osv^", strict=True):
+            style = {"color": color, "marker": mark, "markersize": 3, "label": name}
+            left.semilogy(list(by_m), [max(one.pole, 1e-18) for one in by_m.values()], **style)
+            right.semilogy(list(by_m), [max(one.epsilon, 1e-18) for one in by_m.values()], **style)
+        left.axhline(DOUBLET_TOLERANCE, color=BLACK, linewidth=0.8)
+        left.set(title="farthest pole moves by", xlabel="$m$ of $[m/m+3]$", ylabel="part of its modulus")
+        right.set(title=r"$\varepsilon$ changes by, $v_\ast \leq 5$", xlabel="$m$ of $[m/m+3]$", ylabel="relatively")
+        left.legend(loc="lower right", frameon=False, fontsize=9)
+
+    return Finding(tuple(rows), summary, draw)

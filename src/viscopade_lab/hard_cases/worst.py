@@ -1,0 +1,297 @@
+"""Search for the arguments at which the rounding errors of exported functions are the largest.
+
+A function is compared with the exact value of its own formula, with the same machine numbers, in ball arithmetic. Tried
+are random arguments first, then neighbours of the worst ones, at distances of one to thousands of numbers of the type.
+`python -m tools.hard_arguments` writes what is found into the list that the test vectors take.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb
+
+from viscopade.approximation.inverse import WHOLE_FORM
+from viscopade.arithmetic.balls import ball_of, working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.kernels import prove_lacunary, requests, truth
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
+from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
+from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
+from viscopade.kernels.forms.speed_table import REST, Table
+from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, restitution
+from viscopade.kernels.machine import TYPES
+from viscopade.kernels.names import FAST
+
+Array = npt.NDArray[Any]
+Inputs = Callable[[Any], dict[str, Any]]
+
+BETA = 1.307
+"""Of the paper's ice, in (s/cm)^(1/5); in a type, the number nearest to it."""
+SEED = 1911
+BITS = 200  # of ball arithmetic
+LEAST = 2.0**-40  # of v* and 1 - eps; below, sums are their first terms
+STARTS = 6  # of the search by neighbours
+NEIGHBOURS, REACH = 12, 12  # tried of each start in a round, up to 2^REACH numbers away
+
+
+class Function(NamedTuple):
+    """An exported function, or a branch of it or a row of its table, of one number x of a type.
+
+    Attributes
+    ----------
+    family, name : str
+    form : Format
+    computed, exact : callable
+        What code gives for an array of x, each operation rounded; and the exact value of the formula for one x.
+    low, high : float
+        Where x is looked for.
+    bound : Fraction
+        The proven bound of the error, relative to the exact value.
+    ulp : bool
+        Whether the bound is in units in the last place instead.
+    scale : float
+        The function's first argument is x times this.
+    second : tuple of float
+        Its second argument, if it has one.
+    """
+
+    family: str
+    name: str
+    form: Format
+    computed: Callable[[Array], Array]
+    exact: Callable[[float], arb]
+    low: float
+    high: float
+    bound: Fraction
+    ulp: bool = False
+    scale: float = 1.0
+    second: tuple[float, ...] = ()
+
+    def errors(self, x: Array) -> list[float]:
+        """Return the errors as parts of the bound; infinite if a result is no finite number."""
+        with np.errstate(all="ignore"), working(BITS):
+            values = np.broadcast_to(self.computed(x), x.shape).tolist()
+            return [self._error(at, value) for at, value in zip(x.tolist(), values, strict=True)]
+
+    def _error(self, x: float, value: float) -> float:
+        if not math.isfinite(value):
+            return math.inf
+        exact = self.exact(x)
+        size = abs(float(exact))
+        unit = 2.0 ** (math.frexp(size)[1] - self.form.precision) if self.ulp else size
+        return float(abs(exact - value)) / (unit * float(self.bound))
+
+
+class Worst(NamedTuple):
+    """The argument with the largest error of those tried, and this error as a part of its bound."""
+
+    x: float
+    error: float
+
+
+def worst(function: Function, number: int, rounds: int) -> Worst:
+    """Look at `number` random arguments, then in rounds at neighbours of the worst ones; each time at the same ones."""
+    kind = TYPES[function.form.name]
+    generator = np.random.default_rng(SEED)
+    low, high = kind(function.low), kind(function.high)
+    spread = np.exp(generator.uniform(np.log(function.low), np.log(function.high), number // 2))
+    even = generator.uniform(function.low, function.high, number - number // 2)
+    x = np.clip(np.concatenate([spread, even, [low, high]]).astype(kind), low, high)
+    errors = function.errors(x)
+    found = [Worst(float(x[i]), errors[i]) for i in np.argsort(errors)[::-1][:STARTS]]
+    bits = np.int32 if kind is np.float32 else np.int64
+    for _ in range(rounds):
+        for i, start in enumerate(found):
+            steps = generator.choice(np.array([-1, 1]), NEIGHBOURS) * 2.0 ** generator.uniform(0, REACH, NEIGHBOURS)
+            near = np.clip((np.full(NEIGHBOURS, start.x, kind).view(bits) + steps.astype(bits)).view(kind), low, high)
+            errors = function.errors(near)
+            best = int(np.argmax(errors))
+            found[i] = max(start, Worst(float(near[best]), errors[best]), key=lambda one: one.error)
+    return max(found, key=lambda one: one.error)
+
+
+# --- functions --------------------------------------------------------------------------------------------------------
+
+_ROOTS: Mapping[str, Callable[..., Any]] = {
+    "sqrt": np.sqrt,
+    "cbrt": np.cbrt,
+    "pow": np.power,
+    "log2": np.log2,
+    "exp2": np.exp2,
+}
+
+
+def _machine(form: Format) -> Arithmetic:
+    """Return the arithmetic of a type; functions of the library are rounded once, from type double."""
+    kind = TYPES[form.name]
+
+    def rounded(root: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda *x: root(*(np.asarray(z, np.float64) for z in x)).astype(kind)
+
+    return Arithmetic(kind, {name: rounded(root) for name, root in _ROOTS.items()})
+
+
+_EXACTLY = Arithmetic(
+    lambda text: ball_of(Fraction(text)),
+    {
+        "sqrt": arb.sqrt,
+        "cbrt": lambda x: x.root(3),
+        "pow": lambda x, y: (x.log() * y).exp(),
+        "log2": lambda x: x.log() / arb.const_log2(),
+        "exp2": lambda x: (x * arb.const_log2()).exp(),
+    },
+)
+
+
+def of_branch(
+    family: str, name: str, form: Format, branch: CodeBranch, result: str, constants: Mapping[str, float],
+    inputs: Inputs, ends: tuple[float, float], bound: Fraction | str, exactly: Mapping[str, Fraction] | None = None,
+    scale: float = 1.0, second: tuple[float, ...] = (),
+) -> Function:  # fmt: skip
+    """Return a result of a branch as a function of x; `exactly` are constants that the formula has in other digits."""
+    kind, by = TYPES[form.name], _machine(form)
+    numbers = {n: kind(c) for n, c in constants.items()}
+    balls = {n: ball_of(Fraction(c)) for n, c in constants.items()}
+    balls |= {n: ball_of(c) for n, c in (exactly or {}).items()}
+
+    def computed(x: Array) -> Array:
+        return np.asarray(read(branch, [result], {**numbers, **inputs(x)}, by)[result])
+
+    def exact(x: float) -> arb:
+        return cast(arb, read(branch, [result], {**balls, **inputs(arb(x))}, _EXACTLY)[result])
+
+    return Function(family, name, form, computed, exact, *ends, Fraction(bound), False, scale, second)
+
+
+def functions(rows: int) -> Iterator[Function]:
+    """Yield all exported functions, and some rows of each table."""
+    for kernel in (*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()):
+        for form in FORMATS.values():
+            yield from _of_quotient(kernel, form)
+    for inverse in requests.INVERSE.in_powers_of_a_root():
+        for variant in inverse.variants:
+            yield from _of_inverse(inverse, variant)
+    for accuracy in HALF_LINE:
+        yield from _compact(prove_lacunary.half_line_kernel(accuracy))
+    for (tier, size), table in TABLES.items():
+        if size == FAST:
+            yield from _of_table(prove_lacunary.speed_kernel(tier).name, table, rows)
+    for form in FORMATS.values():
+        for name in last_place.FUNCTIONS:
+            yield _full(form, name)
+    yield _full_from_speed()
+
+
+def _of_quotient(kernel: Quotient, form: Format) -> Iterator[Function]:
+    try:
+        a, b = kernel.rounded(form)
+    except ValueError:  # there are no functions of a type that does not hold the coefficients
+        return
+    if isinstance(kernel, PadeKernel):
+        high, bound = max(proof.high or Fraction(0) for proof in kernel.bounds), dict(kernel.rounding)[form.name]
+    else:
+        variant = cast(Any, kernel).variant(form)
+        high, bound = variant.certificate.high, variant.rounding
+    numbers = formulas.dense(a=a, b=b)
+    near, _ = formulas.epsilon_branches(numbers)
+    ends = LEAST, float(high)
+    yield of_branch("quotients", f"epsilon_{kernel.name}", form, near, "epsilon", numbers, _v_star, ends, bound)
+
+
+def _v_star(x: Any) -> dict[str, Any]:
+    return {"v_star": x}
+
+
+def _of_inverse(kernel: Any, variant: Any) -> Iterator[Function]:
+    form, kind = variant.form, TYPES[variant.form.name]
+    numbers = formulas.constants(kernel.powers, variant.a, variant.b)
+    near, far = formulas.inverse_branches(kernel.powers, WHOLE_FORM)
+    below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
+    bound = dict(variant.sizes)["v_star"].relative
+    for function, inputs, branch, ends in (
+        ("v_star", _of_epsilon, near, (0.5, one)),
+        ("v_star", _of_epsilon, far, (LEAST, below)),
+        ("v_star_from_loss", _of_loss, near, (LEAST, 0.5)),
+        ("v_star_from_loss", _of_loss, far, (above, one)),
+    ):
+        name = f"{function}_{kernel.name}"
+        yield of_branch("inverse", name, form, branch, "v_star", numbers, inputs, ends, bound)
+
+
+def _of_epsilon(x: Any) -> dict[str, Any]:
+    return {"epsilon": x, "loss": 1 - x}
+
+
+def _of_loss(x: Any) -> dict[str, Any]:
+    return {"epsilon": 1 - x, "loss": x}
+
+
+def _compact(kernel: Any) -> Iterator[Function]:
+    """Yield the functions of a speed without tables: those of Fortran, Julia, Rust and JavaScript."""
+    parts = table_free.table_free_program(kernel.powers)
+    branch = CodeBranch(None, (*formulas.w_program(), *parts.common, parts.inverse), parts.results)
+    exactly = {table_free.THIRTIETH: Fraction(1, table_free.ROOT)}
+    for variant in kernel.variants:
+        form, a, b = variant.form, variant.a, variant.b
+        bounds = table_free.rounding_bounds(kernel.powers, a, b, table_free.LIBRARY[form.name])
+        beta = form.nearest(Fraction(str(BETA)))
+        numbers = table_free.numbers(kernel.powers, a, b, form) | {"beta": beta}
+        ends = 2.0 ** (10 - form.largest), 2.0 ** (table_free.LARGEST[form.name] - 2)
+        for result in parts.results:
+            name = f"{result}_{kernel.name.replace('halfline', 'compact')}"
+            given, bound = (lambda x: {"speed": x}), bounds[result].everywhere
+            yield of_branch("compact", name, form, branch, result, numbers, given, ends, bound, exactly, 1.0, (beta,))
+
+
+def _of_table(kernel: str, table: Table, rows: int) -> Iterator[Function]:
+    """Yield eps and 1 - eps^2 on some rows, as functions of the mantissa m of w = v*^10, for an exact w."""
+    inside = range(table.switch % 7, table.size, table.size // rows)
+    row = table.sums(table.names)
+    for form in (DOUBLE, FLOAT) if table.form == FLOAT else (DOUBLE,):
+        unit = Fraction(1, 2**form.precision)
+        for index in sorted({*inside, table.switch - 1, table.switch}):  # the last with base 1, the first with base 0
+            base, (exponent, low, high), proven = table.base(index), table.interval(index), table.bounds(index)
+            # |dp| <= rounding min(eps, 1 - eps), and the smaller one is |p|, but for the formula's error.
+            size = dict(proven.rounding)[form.name] * (1 + proven.error)
+            constants = {f"c{n}": c for n, c in enumerate(table.rows[index])}
+            constants |= {"base": float(base), REST: float(1 - base)}
+            ends = float(low), float(form.nearest(high * (1 - 2 * unit)))
+            for result, bound in (("restitution", size + unit), ("dissipation", size + 6 * unit)):
+                name, scale = f"{result}_{kernel}", 2.0**exponent
+                given = lambda x: {"m": x}  # noqa: E731
+                yield of_branch("tables", name, form, row, result, constants, given, ends, bound, None, scale, (1.0,))
+
+
+def _full(form: Format, name: str) -> Function:
+    """Return eps or 1 - eps of full accuracy; exact is the true value."""
+
+    def exact(x: float) -> arb:
+        found = truth.enclosed(arb(x))
+        return found.epsilon if name == "epsilon" else found.loss
+
+    def computed(x: Array) -> Array:
+        return np.asarray(last_place.evaluated_in(form, name, x))
+
+    bound = last_place.largest_ulp(form, name)
+    return Function("full", f"{name}_full", form, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
+
+
+def _full_from_speed() -> Function:
+    """Return eps of the table of full accuracy, for beta = 1, where w is exact."""
+    table = LastPlaceTable()
+
+    def exact(x: float) -> arb:
+        return truth.enclosed(arb(x).root(10)).epsilon
+
+    def computed(x: Array) -> Array:
+        return restitution(x, np.ones_like(x))
+
+    ends, name = (2.0**table.first, 2.0**60), "restitution_lookup_full"
+    return Function("full", name, DOUBLE, computed, exact, *ends, table.proven.ulp, ulp=True, second=(1.0,))

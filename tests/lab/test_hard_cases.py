@@ -1,0 +1,340 @@
+"""Hard cases: every bound holds in the quick run, and fails for a measurement that is wrong on purpose."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from fractions import Fraction
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from flint import fmpq
+
+from tests.cli import called
+from viscopade.arithmetic.balls import working
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels import requests
+from viscopade.theory import paper
+from viscopade.theory.pade import exact_solution, rational_pade
+from viscopade.theory.series import series
+from viscopade_lab import hard_cases
+from viscopade_lab.hard_cases import compilers, extremes, pade_systems, rounded_data, rounding, truncated_series, worst
+from viscopade_lab.hard_cases.case import Case, Finding, Row
+
+PAGE = Path(__file__).parents[2] / "docs" / "hard-cases"
+
+
+def failing(finding):
+    return [row.what for row in finding.rows if not row.holds]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The page that the quick run writes, and what the command printed."""
+    out = tmp_path_factory.mktemp("page")
+    return out, called("hardcases", "--out", out)
+
+
+# --- the frame --------------------------------------------------------------------------------------------------------
+
+
+def test_every_bound_holds_in_the_quick_run(page):
+    _, result = page
+    assert (result.returncode, result.stderr) == (0, "")
+    lines = [line.split() for line in result.stdout.splitlines() if line.strip()]
+    assert [line[0] for line in lines[2:]] == [case.name for case in hard_cases.CASES]
+    assert {line[-1] for line in lines[2:]} == {"yes"}
+
+
+def assert_page_is_short(folder):
+    """Each case has one paragraph, one picture as wide as a column of a page, and one table of at most 12 rows."""
+    text = (folder / "hard-cases.md").read_text()
+    sections = text.split('\n<a id="')[1:]
+    assert [section.partition('"')[0] for section in sections] == [case.name for case in hard_cases.CASES]
+    for case, section in zip(hard_cases.CASES, sections, strict=True):
+        assert re.findall(r"!\[.*\]\((.*)\)", section) == [f"{case.name}.svg"]
+        table = [line for line in section.splitlines() if line.startswith("| ")]
+        assert 4 <= len(table) - 1 <= 12
+        assert all(line.endswith("| yes |") for line in table[1:])
+        words = section.split("\n\n")[2].split()
+        assert 40 <= len(words) <= 130
+        assert float(ET.parse(folder / f"{case.name}.svg").getroot().get("width").removesuffix("pt")) == 7.3 * 72
+
+
+def test_the_page_is_short(page):
+    assert_page_is_short(page[0])
+
+
+def test_the_committed_page_is_that_of_the_thorough_run():
+    assert_page_is_short(PAGE)
+    assert "`viscopade hardcases --thorough`" in (PAGE / "hard-cases.md").read_text()
+    assert {path.name for path in PAGE.iterdir()} == {"hard-cases.md", *(f"{c.name}.svg" for c in hard_cases.CASES)}
+
+
+def test_a_bound_that_fails_gives_exit_status_1(monkeypatch):
+    broken = Finding((Row("a", 0.5, 1), Row("b", 2, 1)), "", lambda figure: None)
+    monkeypatch.setattr(hard_cases, "CASES", (Case("c", "C", "Does it?", lambda thorough: broken),))
+    result = called("hardcases")
+    assert result.returncode == 1
+    assert result.stdout.split()[-5:] == ["b", "2", "1", "NO"] or result.stdout.split()[-4:] == ["b", "2", "1", "NO"]
+
+
+def test_a_name_that_is_no_case_is_refused():
+    result = called("hardcases", "--only", "nothing")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith("viscopade: there is no hard case 'nothing': expected one of truncated-series, ")
+
+
+@pytest.mark.parametrize(
+    ("measured", "part"), [(0.5, 0.25), (2, 1), (3, 1.5), (math.nan, math.inf), (math.inf, math.inf)]
+)
+def test_a_row_holds_up_to_its_bound(measured, part):
+    row = Row("a", measured, 2)
+    assert (row.part, row.holds) == (part, part <= 1)
+
+
+def test_a_count_holds_if_it_is_zero():
+    assert [Row("a", n, 0).part for n in (0, 1)] == [0, math.inf]
+
+
+# --- truncated series -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def truncated():
+    given = truncated_series.coefficients(40)
+    return given, truncated_series.places(given)
+
+
+@pytest.mark.parametrize("factor", [1.003, 0.997])
+def test_a_place_that_is_off_is_noticed(truncated, factor):
+    given, found = truncated
+    assert failing(truncated_series.judged(given, found)) == []
+    assert "round-off where the sum leaves / its bound" in failing(truncated_series.judged(given, found * factor))
+
+
+def test_a_place_far_off_is_noticed_by_the_remainder(truncated):
+    given, found = truncated
+    assert any("latest" in what for what in failing(truncated_series.judged(given, found * 1.2)))
+    assert any("earliest" in what for what in failing(truncated_series.judged(given, found * 0.8)))
+
+
+def test_another_singularity_is_noticed(truncated):
+    given, found = truncated
+    moved = given._replace(v_s=given.v_s * complex(1, 0.05))
+    assert any("pair of poles" in what for what in failing(truncated_series.judged(moved, found)))
+
+
+# --- Padé -------------------------------------------------------------------------------------------------------------
+
+
+def test_algorithms_solve_the_order_conditions():
+    h = [fmpq(int(x.numerator), int(x.denominator)) for x in map(Fraction, series(15, 40).decimals())]
+    for m in range(6):
+        assert pade_systems.berlekamp_massey(h, m, fmpq(1)) == exact_solution(h, m, m + 3)[1]
+
+
+def test_the_condition_number_is_that_of_finite_differences():
+    """Each h_l moved by 2^-200 of itself, and the system solved in fractions."""
+    m, step = 3, fmpq(1, 2**200)
+    h = [fmpq(int(x.numerator), int(x.denominator)) for x in map(Fraction, series(9, 40).decimals())]
+    exact = exact_solution(h, m, m + 3)[1]
+    total = [0.0] * len(exact)
+    for i, h_i in enumerate(h):
+        moved = exact_solution([*h[:i], h_i * (1 + step), *h[i + 1 :]], m, m + 3)[1]
+        for j, (x, y) in enumerate(zip(moved, exact, strict=True)):
+            total[j] += float(abs((x / y - 1) / step)) if y != 0 else 0.0
+    assert pade_systems.condition_number(h, exact, m, 200) == pytest.approx(max(total), rel=1e-9)
+
+
+def test_too_few_digits_are_noticed():
+    found = pade_systems.lost(7)
+    assert failing(pade_systems.judged([found, found._replace(m=8)])) == []
+    short = pade_systems.judged([found, found._replace(m=8, chosen=pade_systems.DIGITS + 5)])
+    assert sum("digits lost" in what for what in failing(short)) >= 2
+    assert len(failing(pade_systems.judged([found, found._replace(m=8, last=6.0)]))) == 1
+
+
+@pytest.fixture(scope="module")
+def seven():
+    h = [Fraction(text) for text in series(17, 80).decimals()]
+    return h, rational_pade(h, 7, 10, 64)
+
+
+def test_rounded_data_are_within_their_bounds_and_wrong_ones_are_not(seven):
+    """Six digits taken for nine."""
+    h, p = seven
+    short, u = rounded_data.roundings(h)["6 digits"]
+    assert rounded_data.change(p, short, u).of_bound < 1
+    assert rounded_data.change(p, short, u / 1000).of_bound > 1
+
+
+def test_the_change_of_eps_by_linear_algebra(seven):
+    """The system for rounded data solved by mpmath."""
+    h, p = seven
+    short, u = rounded_data.roundings(h)["6 digits"]
+    with mpmath.workdps(60):
+        rows = [
+            [mpmath.mpf(short[k - j].numerator) / short[k - j].denominator if k >= j else 0 for j in range(1, 11)]
+            for k in range(8, 18)
+        ]
+        right = [-mpmath.mpf(short[k].numerator) / short[k].denominator for k in range(8, 18)]
+        b = [mpmath.mpf(1), *mpmath.lu_solve(mpmath.matrix(rows), mpmath.matrix(right))]
+        a = [
+            sum(b[j] * short[k - j].numerator / mpmath.mpf(short[k - j].denominator) for j in range(k + 1))
+            for k in range(8)
+        ]
+        changes = []
+        for v_star in rounded_data.V_STARS:
+            v = mpmath.mpf(v_star.numerator) / v_star.denominator
+            own = [mpmath.polyval([mpmath.mpf(str(c)) for c in reversed(part)], v) for part in p.decimals()]
+            changes.append(abs(mpmath.polyval(a[::-1], v) / mpmath.polyval(b[::-1], v) / (own[0] / own[1]) - 1))
+    assert rounded_data.change(p, short, u).epsilon == pytest.approx(float(max(changes)), rel=1e-6)
+
+
+def test_a_printed_digit_that_is_off_is_noticed():
+    (m, n), (a, b) = list(paper.TABLE.items())[-1]
+    assert rounded_data.printed(m, n, a, b)[1] <= 1
+    last = b[-1][:-1] + ("3" if b[-1][-1] in "12" else "1")
+    assert rounded_data.printed(m, n, a, [*b[:-1], last])[1] > 1
+
+
+# --- round-off --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def searched():
+    return list(worst.functions(1))
+
+
+def test_every_function_is_what_the_vectors_say(searched):
+    """The bits of test vectors, which come from a program of their own, and arguments that are listed."""
+    for function in searched:
+        x = np.array([function.low, function.high, math.sqrt(function.low * function.high)]).astype(
+            worst.TYPES[function.form.name]
+        )
+        assert all(math.isfinite(error) for error in function.errors(x)), function.name
+    names = {(function.name, function.form.name) for function in searched}
+    assert {family: sum(f.family == family for f in searched) > 0 for family in rounding.FAMILIES}
+    assert len(names) > 30
+
+
+def test_listed_arguments_are_bad_enough(searched):
+    """A short search finds nothing that is much worse than what test vectors have."""
+    from tools.hard_arguments import known
+
+    for function in searched[::3]:
+        if function.family != "tables":
+            listed = np.array(known(function)).astype(worst.TYPES[function.form.name])
+            assert worst.worst(function, 40, 0).error < 1.3 * max(function.errors(listed)), function.name
+
+
+def test_a_search_is_the_same_again_and_better_than_chance(searched):
+    function = searched[0]
+    found = worst.worst(function, 100, 3)
+    assert found == worst.worst(function, 100, 3)
+    assert found.error > worst.worst(function, 100, 0).error
+    assert function.errors(np.array([found.x]))[0] == found.error
+
+
+@pytest.mark.parametrize("family", ["quotients", "compact", "full"])
+def test_a_result_that_is_off_is_noticed(searched, family):
+    """By some units in the last place, as by a wrong last bit of a coefficient."""
+    function = next(f for f in searched if f.family == family and f.form == DOUBLE)
+    wrong = function._replace(computed=lambda x: function.computed(x) * (1 + 2.0**-47))
+    assert worst.worst(function, 40, 1).error < 1 < worst.worst(wrong, 40, 1).error
+
+
+def test_a_float_that_is_double_is_noticed(searched):
+    """It has no last rounding: a search that looked at the wrong type would find next to nothing."""
+    function = next(f for f in searched if f.family == "full" and f.form == FLOAT)
+    assert worst.worst(function, 200, 2).error > 0.9
+    exact = function._replace(computed=lambda x: np.array([float(function.exact(float(v))) for v in x]))
+    with working(worst.BITS):
+        assert worst.worst(exact, 20, 0).error < 1e-6
+
+
+def test_bounds_that_fail_are_noticed():
+    errors = {family: [0.5] for family in rounding.FAMILIES}
+    good = errors, [rounding.FarQuotient("a", 0, 0.5, 1e6)], {name: [1e-17] * 150 for name in rounding.losses()}, [1.0]
+    assert failing(rounding.judged(*good)) == []
+    for i, wrong in enumerate(
+        (
+            errors | {"inverse": [1.1]},
+            [rounding.FarQuotient("a", 1, 0.5, 1e6)],
+            dict.fromkeys(good[2], [1e-15] * 150),
+            [1.1],
+        )
+    ):
+        assert failing(rounding.judged(*good[:i], wrong, *good[i + 1 :])) != []
+
+
+def test_a_difference_loses_what_is_said():
+    """Of 1 - 1.1534e-16, 1 minus eps is 2^-53."""
+    naive, *direct = rounding.losses().values()
+    assert naive[7] == pytest.approx(abs(2.0**-53 / 1.153449e-16 - 1), rel=1e-4)
+    assert max(map(max, direct)) < 1e-15
+
+
+# --- extremes ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wrong", [1, 1 + 1e-12])
+def test_a_wrong_digit_is_noticed(wrong):
+    elastic, _ = extremes.expansions(False)
+    value = extremes.collision("v_star", "1e-10", 40).one_minus_epsilon
+    with working(256):
+        found, last = extremes.differences(value * wrong, "1e-10", 40, elastic["one_minus_epsilon"])
+    finding = extremes.judged({("v* -> 0", "one_minus_epsilon"): found}, last, 0, 0, 0.5)
+    assert finding.holds == (wrong == 1)
+
+
+def test_faults_are_counted(monkeypatch):
+    assert extremes.faults(extremes.QUICK._replace(nested=(("1", (20, 30)),), losses=(), epsilons=())) == 0
+    true = extremes.collision
+    monkeypatch.setattr(extremes, "collision", lambda given, at, n: true(given, "1.1" if n == 20 else at, n))
+    assert extremes.faults(extremes.QUICK._replace(nested=(("1", (20, 30)),), losses=(), epsilons=())) > 0
+
+
+def test_what_is_not_refused_is_counted(monkeypatch):
+    assert extremes.accepted_outside() == 0
+    monkeypatch.setattr(extremes, "OUTSIDE", (lambda: None,))
+    assert extremes.accepted_outside() == 1
+
+
+# --- compilers --------------------------------------------------------------------------------------------------------
+
+FILE = "vectors_pade.json"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("1.0 + ", "1.0 - "),
+        ("VISCOPADE_PADE_H", "VISCOPADE_PADE_H\n#error"),
+        ("v_star >= 0.0", "v_star > 0.0"),
+    ],
+)
+def test_a_wrong_header_is_found(old, new):
+    build = next((one for one in compilers.builds(False) if one.label == "gcc"), None)
+    if build is None:
+        pytest.skip("there is no gcc")
+    text = requests.file(compilers.header_of(FILE))
+    assert old in text
+    right, wrong = (compilers.judged([compilers.run(build, FILE, one)]) for one in (text, text.replace(old, new)))
+    assert (failing(right), failing(wrong) != []) == ([], True)
+
+
+def test_errors_of_vectors():
+    build = compilers.Build("plain", (), "")
+    vector = compilers.Vector("f", "double", (1.0,), Fraction(1, 3), Fraction(1, 2**50), None)
+    part, excess = compilers._error(vector, 1 / 3 + 2.0**-49, build)
+    assert (part, excess) == (pytest.approx(2, abs=0.02), pytest.approx(16, abs=1))
+    known = vector._replace(exact=Fraction(1), error=Fraction(0))
+    assert [compilers._error(known, x, build)[0] for x in (1.0, 1 - 2.0**-53, math.nan)] == [0, math.inf, math.inf]
+    assert compilers._error(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD"))[0] == 0
+    refused = vector._replace(exact=math.nan, error=Fraction(0))
+    assert [compilers._error(refused, x, build)[0] for x in (math.nan, 1.0)] == [0, math.inf]
