@@ -242,9 +242,10 @@ def test_a_search_is_the_same_again_and_better_than_chance(searched):
 
 @pytest.mark.parametrize("family", ["quotients", "compact", "full"])
 def test_a_result_that_is_off_is_noticed(searched, family):
-    """By some units in the last place, as by a wrong last bit of a coefficient."""
+    """By a few times its bound: some units in the last place, but for roots."""
     function = next(f for f in searched if f.family == family and f.form == DOUBLE)
-    wrong = function._replace(computed=lambda x: function.computed(x) * (1 + 2.0**-47))
+    off = 1 + 4 * float(function.bound) * (2.0**-52 if function.ulp else 1)
+    wrong = function._replace(computed=lambda x: function.computed(x) * off)
     assert worst.worst(function, 40, 1).error < 1 < worst.worst(wrong, 40, 1).error
 
 
@@ -313,9 +314,9 @@ FILE = "vectors_pade.json"
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("1.0 + ", "1.0 - "),
-        ("VISCOPADE_PADE_H", "VISCOPADE_PADE_H\n#error"),
-        ("v_star >= 0.0", "v_star > 0.0"),
+        ("const double a1 = VISCOPADE_CONSTANT(0x1.008e4", "const double a1 = VISCOPADE_CONSTANT(0x1.108e4"),
+        ("const double u = 1.0 / v_star;", "const double u = 1.0 / v_star, unused = u;"),
+        ("v_star >= 0.0", "v_star >= 1e-300"),
     ],
 )
 def test_a_wrong_header_is_found(old, new):
@@ -332,7 +333,7 @@ def test_errors_of_vectors():
     build = compilers.Build("plain", (), "")
     vector = compilers.Vector("f", "double", (1.0,), Fraction(1, 3), Fraction(1, 2**50), None)
     part, excess = compilers._error(vector, 1 / 3 + 2.0**-49, build)
-    assert (part, excess) == (pytest.approx(2, abs=0.02), pytest.approx(16, abs=1))
+    assert (part, excess) == (pytest.approx(2, abs=0.03), pytest.approx(16, abs=1))
     known = vector._replace(exact=Fraction(1), error=Fraction(0))
     assert [compilers._error(known, x, build)[0] for x in (1.0, 1 - 2.0**-53, math.nan)] == [0, math.inf, math.inf]
     assert compilers._error(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD"))[0] == 0
