@@ -16,7 +16,6 @@ from flint import fmpq
 from tests.cli import called
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
-from viscopade.kernels import requests
 from viscopade.theory import paper
 from viscopade.theory.pade import exact_solution, rational_pade
 from viscopade.theory.series import series
@@ -323,7 +322,7 @@ def test_a_wrong_header_is_found(old, new):
     build = next((one for one in compilers.builds(False) if one.label == "gcc"), None)
     if build is None:
         pytest.skip("there is no gcc")
-    text = requests.file(compilers.header_of(FILE))
+    text = compilers.exported(compilers.header_of(FILE))
     assert old in text
     right, wrong = (compilers.judged([compilers.run(build, FILE, one)]) for one in (text, text.replace(old, new)))
     assert (failing(right), failing(wrong) != []) == ([], True)

@@ -12,7 +12,6 @@ __all__ = [
     "registry",
     "registry_arrays",
     "requests",
-    "rounding",
     "toolchain",
     "truth",
     "v_star",

@@ -7,7 +7,6 @@ __all__ = [
     "description",
     "read",
     "render",
-    "runners",
     "tables",
     "units",
 ]

@@ -6,6 +6,5 @@ __all__ = [
     "last_place",
     "speed",
     "syntax",
-    "tables",
     "wording",
 ]
