@@ -42,15 +42,7 @@ _Laurent = dict[int, fmpq]
 
 @dataclass(frozen=True)
 class PowerExpansion:
-    """Power expansion: y^start times a power series in y, y = at^root.
-
-    Attributes
-    ----------
-    root : tuple of int
-        Numerator and denominator of the exponent in y = at^root.
-    coefficients : tuple of (int, flint.arb)
-        Powers of y, ascending, and their coefficients; none is zero.
-    """
+    """Powers of y = at^root, ascending, with their coefficients, none of which is zero."""
 
     root: tuple[int, int]
     coefficients: tuple[tuple[int, arb], ...]
@@ -65,14 +57,7 @@ class PowerExpansion:
 class LogExpansion:
     """Logarithmic expansion factor X^power (p_0(ln X) + p_1(ln X)/X + …), X = scale at^root.
 
-    Attributes
-    ----------
-    scale : flint.arb
-    root : tuple of int
-        Numerator and denominator of an exponent, as `power` is.
-    factor : flint.arb
-    power : tuple of int
-    polynomials : tuple of flint.arb_poly
+    `root` and `power` are numerators and denominators.
     """
 
     scale: arb
@@ -96,24 +81,30 @@ Expansion = PowerExpansion | LogExpansion
 
 @lru_cache(maxsize=8)
 def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
-    """Return the expansions for v* -> 0.
-
-    Parameters
-    ----------
-    order : int
-        Highest power of kappa = v*^2, at least 3.
-    digits : int
-        Significant digits of the coefficients.
-
-    Returns
-    -------
-    dict of str to PowerExpansion
-        "one_minus_epsilon", "x_max" and "tau_c" in v*, to v*^(2 order), and "v_star", the inverse, in 1 - eps.
-    """
+    """Return 1 - eps, x_max and tau_c for v* -> 0, to v*^(2 order), order >= 3, and v* as a series in 1 - eps."""
     bits = bits_for(digits) + GUARD_BITS + 8 * order
-    ends, times = turning_point_series(order, digits)
+    ends, times = (arb_series(values, order + 1) for values in turning_point_series(order, digits))
     with working(bits, 2 * order + 1):
-        return _elastic(arb_series([1, *ends[1:]], order + 1), arb_series(times, order + 1), order)  # G_0 = 1
+        ends[0] = 1  # V(0), exactly
+        k_of_kappa = (arb_series([0, (arb(25) / 16).root(5)], order + 1) * (ends.log() / 5).exp()).reversion()
+        forward, backward, both_times, curve_k = (
+            _in_v_star(series, order)
+            for series in (
+                ends(k_of_kappa),
+                _mirrored(ends, order)(k_of_kappa),
+                (times + _mirrored(times, order))(k_of_kappa),
+                k_of_kappa,
+            )
+        )
+        eps0 = backward / forward
+        k_0, rest = _end_of_contact(eps0, order)
+        loss = 1 - eps0 / k_0
+        x_max = (arb(25) / 16).root(5) * ((forward.log() * -4) / 5).exp()
+        tau_c = arb(5).sqrt() * (x_max.log() / -4).exp() * (both_times - curve_k * rest)
+        root_of_loss = _shifted(_shifted(loss, -2).sqrt(), 1)
+        in_v_star = {"one_minus_epsilon": loss, "x_max": x_max, "tau_c": tau_c}
+        expansions = {name: _expansion(series, (1, 1), 2 * order) for name, series in in_v_star.items()}
+        return expansions | {"v_star": _expansion(root_of_loss.reversion(), (1, 2), 2 * order - 1)}
 
 
 @lru_cache(maxsize=8)
@@ -137,25 +128,6 @@ def elastic_in_closed_form(digits: int) -> dict[str, PowerExpansion]:
         return {name: PowerExpansion((1, 1), c) for name, c in found.items()} | {
             "v_star": PowerExpansion((1, 2), v_star)
         }
-
-
-def _elastic(ends: arb_series, times: arb_series, order: int) -> dict[str, PowerExpansion]:
-    """Assemble the expansions from V(K) and D(K) = sum D_n K^n."""
-    kappa_of_k = arb_series([arb(0), (arb(25) / 16).root(5)], order + 1) * (ends.log() / 5).exp()
-    k_of_kappa = kappa_of_k.reversion()
-    forward = _in_v_star(ends(k_of_kappa), order)
-    backward = _in_v_star(_mirrored(ends, order)(k_of_kappa), order)
-    both_times = _in_v_star((times + _mirrored(times, order))(k_of_kappa), order)
-    curve_k = _in_v_star(k_of_kappa, order)
-    eps0 = backward / forward
-    k_0, rest = _end_of_contact(eps0, order)
-    loss = 1 - eps0 / k_0
-    x_max = (arb(25) / 16).root(5) * ((forward.log() * -4) / 5).exp()
-    tau_c = arb(5).sqrt() * (x_max.log() / -4).exp() * (both_times - curve_k * rest)
-    root_of_loss = _shifted(_shifted(loss, -2).sqrt(), 1)
-    found = {"one_minus_epsilon": loss, "x_max": x_max, "tau_c": tau_c}
-    inverse = _expansion(root_of_loss.reversion(), (1, 2), 2 * order - 1)
-    return {name: _expansion(value, (1, 1), 2 * order) for name, value in found.items()} | {"v_star": inverse}
 
 
 def _expansion(series: arb_series, root: tuple[int, int], highest: int) -> PowerExpansion:
@@ -252,45 +224,24 @@ def _ball(number: fmpq) -> arb:
 
 @lru_cache(maxsize=8)
 def viscous(order: int, digits: int) -> dict[str, LogExpansion]:
-    """Return the expansions for v* -> infinity.
-
-    Parameters
-    ----------
-    order : int
-        Highest power of 1/W relative to the leading terms, at least 1.
-    digits : int
-        Significant digits of the coefficients.
-
-    Returns
-    -------
-    dict of str to LogExpansion
-        "epsilon", "x_max" and "tau_c" in v*, and "v_star", the inverse, in eps.
-    """
+    """Return eps, x_max and tau_c for v* -> infinity, to W^-order relative to the first term, and v* in eps."""
     constant, time = way_in(order, digits)
-    with working(bits_for(digits) + GUARD_BITS):
-        return _viscous(constant, time, order)
-
-
-def _viscous(constant: _Polynomials, time: _Polynomials, order: int) -> dict[str, LogExpansion]:
-    """Assemble the expansions from the constant of the motion and the time at the start (`way_in`)."""
     length = order + 1
-    twelve = arb(12)
     near = near_turning_point(length)
-    turn = _solved(constant, lambda y: _at_turning_point(y, near, length), length)
-    end = _solved(constant, lambda y: _at_end(y, near, length), length)
-    ratio = _times(end, end, length)
-    lasted = [a - b for a, b in zip(_end_time(end, near, length), time, strict=True)]
-    slow = (-2, 5)
-    over_eps = _reverted(ratio, length)
-    scale = twelve.root(3)
-    return {
-        "epsilon": LogExpansion(scale, (10, 3), arb(3), (-1, 1), tuple(ratio)),
-        "x_max": LogExpansion(scale, (10, 3), twelve.root(5) ** 4 / 4, slow, tuple(_times(turn, turn, length))),
-        "tau_c": LogExpansion(scale, (10, 3), 1 / twelve.root(5), slow, tuple(lasted)),
-        "v_star": LogExpansion(
-            arb(3), (-1, 1), 1 / twelve.root(10), (3, 10), tuple(_to_the(over_eps, arb(3) / 10, length))
-        ),
-    }
+    with working(bits_for(digits) + GUARD_BITS):
+        turn = _solved(constant, lambda y: _at_turning_point(y, near, length), length)
+        end = _solved(constant, lambda y: _at_end(y, near, length), length)
+        ratio = _times(end, end, length)
+        lasted = [a - b for a, b in zip(_end_time(end, near, length), time, strict=True)]
+        inverse = _to_the(_reverted(ratio, length), arb(3) / 10, length)
+        twelve, slow = arb(12), (-2, 5)
+        scale = twelve.root(3)
+        return {
+            "epsilon": LogExpansion(scale, (10, 3), arb(3), (-1, 1), tuple(ratio)),
+            "x_max": LogExpansion(scale, (10, 3), twelve.root(5) ** 4 / 4, slow, tuple(_times(turn, turn, length))),
+            "tau_c": LogExpansion(scale, (10, 3), 1 / twelve.root(5), slow, tuple(lasted)),
+            "v_star": LogExpansion(arb(3), (-1, 1), 1 / twelve.root(10), (3, 10), tuple(inverse)),
+        }
 
 
 @dataclass(frozen=True)
