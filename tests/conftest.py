@@ -6,8 +6,6 @@ another at the end; those of `TOGETHER`, which need the same proofs, go to one w
 """
 
 import os
-import shutil
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -38,9 +36,9 @@ QUICK = frozenset(
         *files("approximation", "half_line"),
         *files("kernels", "rounding", "speed_page"),
         *files("simulators", "liggghts", "mercurydpm", "verification", "yade"),
-        *files("scene", "cost", "encounter", "tolerance"),
+        *files("scene", "encounter", "tolerance"),
         *files("fitting", "flight", "read"),
-        *files("cli", "latex", "writer"),
+        *files("cli", "writer"),
     )
 )
 TOGETHER = (
@@ -71,17 +69,6 @@ def pytest_ignore_collect(collection_path, config):
     """Leave out what is not quick, before it is imported."""
     quick = not collection_path.name.startswith("test_") or file(collection_path) in QUICK
     return True if config.getoption("quick") and not quick else None
-
-
-def pytest_configure(config):
-    """Give the run a cache directory of its own, which its workers and processes share."""
-    if not hasattr(config, "workerinput"):
-        os.environ["VISCOPADE_CACHE"] = tempfile.mkdtemp(prefix="viscopade")
-
-
-def pytest_unconfigure(config):
-    if not hasattr(config, "workerinput"):
-        shutil.rmtree(os.environ["VISCOPADE_CACHE"], ignore_errors=True)
 
 
 def place(item):

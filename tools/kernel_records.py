@@ -1,7 +1,7 @@
 """Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
 
-So are the small tables of speed, and the kernels for all kappa, and for all eps, by laws of contact with nu = 1 and
-nu = 2.
+So are the small tables of speed, the kernels for all kappa, and for all eps, by laws of contact with nu = 1 and nu = 2,
+and the array tables of the named laws.
 
 python -m tools.kernel_records
 """
@@ -9,13 +9,15 @@ python -m tools.kernel_records
 from __future__ import annotations
 
 import argparse
+from itertools import product
 from pathlib import Path
 
 from viscopade import store
+from viscopade.collision.curve import curve_tables
 from viscopade.kernels import requests
 from viscopade.kernels.forms.speed_kernel import TABLES
+from viscopade.theory.law import ENDS, NAMED, law_of
 
-CURVES = "curve_tables-"  # with which fits begin: nothing that exports read
 TARGET = Path(__file__).parents[1] / "src" / "viscopade" / store.FOLDER
 
 
@@ -27,12 +29,12 @@ def main() -> None:
             request.prove()
         for tier, size in TABLES:
             requests.Request(from_speed=(tier,), size=size).render("c")
+        for name, end in product(NAMED, ENDS):
+            curve_tables(law_of(name, end))
     TARGET.mkdir(exist_ok=True)
     for old in TARGET.glob("*.json"):
         old.unlink()
     for name, text in records.items():
-        if name.startswith(CURVES):
-            continue
         (TARGET / name).write_text(text, "utf-8")
 
 

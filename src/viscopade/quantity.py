@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from viscopade.records import Node
-from viscopade.store import recorded
 
 if TYPE_CHECKING:
     import pint
@@ -156,9 +155,9 @@ def _decimal(text: str, unit: str) -> Decimal | None:
         return Decimal(match[1]) * size
 
 
-@recorded
+@lru_cache(maxsize=256)
 def _size_of_unit(name: str, unit: str) -> Decimal:
-    """Return a unit in terms of another one: a record, because Pint's registry takes longer to make than a scene."""
+    """Return a unit in terms of another one."""
     registry = _registry()
     size = float(registry.Quantity(1.0, registry.Unit(name)).to(unit).magnitude)
     if not 0 < size < math.inf:

@@ -16,7 +16,6 @@ from viscopade.scene import check as checks
 from viscopade.scene import read, runners
 from viscopade.scene.check import SceneCheck, check_code
 from viscopade.scene.choice import choose
-from viscopade.scene.cost import Costs
 from viscopade.scene.render import file_name, render
 from viscopade.scene.units import Scale
 
@@ -54,7 +53,7 @@ def need(language):
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
 def test_every_example_gets_a_validated_kernel(file):
-    made = choose(read.from_toml(file.read_bytes(), file.name), Costs())
+    made = choose(read.from_toml(file.read_bytes(), file.name))
     language = made.scene.code.language
     found = check_code(made, render(made, f"viscopade scene {file.name}"))
     if not there(language):

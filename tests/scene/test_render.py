@@ -20,7 +20,6 @@ from viscopade.kernels.targets.languages import target, targets
 from viscopade.scene import read
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, candidates
 from viscopade.scene.choice import Choice, Offer
-from viscopade.scene.cost import Costs, Price
 from viscopade.scene.description import Meeting, SpeedLimits
 from viscopade.scene.encounter import encounters
 from viscopade.scene.render import file_name, names, prefix, render
@@ -92,8 +91,8 @@ def chosen(made, kind="compact"):
         looked_for = (wanted, "1e-3", code.format, place)
         entries = registry.entries()
         found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
-    offer = Offer(found, Price(1.0, "counted"), ())
-    return Choice(made, met, [offer], offer, Costs(), "no kernel is cheaper", ())
+    offer = Offer(found, ())
+    return Choice(made, met, [offer], offer, "no kernel is cheaper", ())
 
 
 @cache

@@ -25,7 +25,6 @@ from viscopade.approximation.minimax import (
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
-from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 
 
@@ -93,12 +92,8 @@ def most_accurate(
     price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both", law: Law = VISCOELASTIC
 ) -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    return _most_accurate(price, *interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
-
-
-@recorded
-def _most_accurate(price: int, low: Fraction, high: Fraction | None, measure: Measure, law: Law) -> Fit | None:
-    return min(_fits(price, (low, high), measure, law), key=lambda fit: fit.error, default=None)
+    fits = _fits(price, interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
+    return min(fits, key=lambda fit: fit.error, default=None)
 
 
 def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:

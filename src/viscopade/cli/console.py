@@ -7,8 +7,7 @@ import io
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import zip_longest
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
@@ -16,13 +15,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from viscopade import arguments, extras
-from viscopade.cli.latex import latex_cell
 from viscopade.cli.writer import check_targets, write
 from viscopade.theory.law import ACCEPTED_LAWS, ENDS, VISCOELASTIC
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from viscopade.collision.spheres import Pair
     from viscopade.theory.law import Law
 
@@ -132,6 +128,7 @@ class Degrees(_Pair):
 PICTURES = ("svg", "png", "pdf")
 LONGEST = 1 << 24  # bytes of a file that is read
 _ENDLESS = 1_000_000  # columns: wider than any table
+_IN_A_PIPE = 100  # columns of a table that no terminal shows
 _NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
 
 ORDER = Whole("order", 0, arguments.MAX_ORDER)
@@ -139,20 +136,13 @@ DIGITS = Whole("digits", 1, arguments.MAX_DIGITS)
 STYLE = click.option(
     "--format",
     "style",
-    type=click.Choice(["text", "json", "csv", "latex"]),
+    type=click.Choice(["text", "json", "csv"]),
     default="text",
     show_default=True,
     help="Format of the output.",
 )
 # 30 unless a material is given: those numbers are double precision.
 DIGITS_IF_EXACT = click.option("--digits", type=DIGITS, help="Significant digits; not with a material.  [default: 30]")
-
-
-def _leave_cache_alone(context: click.Context, _: click.Parameter, wanted: bool) -> None:
-    if wanted:
-        from viscopade import store
-
-        context.with_resource(store.without_cache())
 
 
 def _checked_output(_context: click.Context, _: click.Parameter, path: str | None) -> Path | None:
@@ -184,13 +174,6 @@ def deliver(text: str, output: Path | None) -> None:
         write(output, text)
 
 
-NO_CACHE = click.option(
-    "--no-cache",
-    is_flag=True,
-    expose_value=False,
-    callback=_leave_cache_alone,
-    help="Neither read nor write kernels in the user's cache directory.",
-)
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
@@ -334,7 +317,7 @@ def read_file(file: Path, accepted: str, *, longest: int = LONGEST) -> bytes:
 def show(
     style: str, header: Sequence[str], rows: Iterable[Sequence[object]], whole: dict[str, Any], title: str | None = None
 ) -> None:
-    """Print a table as text, CSV or LaTeX, or `whole` as one JSON object; numbers are never broken across lines."""
+    """Print a table as text or CSV, or `whole` as one JSON object."""
     cells = [[str(cell) for cell in row] for row in rows]
     if style == "json":
         click.echo(json.dumps(whole, ensure_ascii=False))
@@ -342,70 +325,38 @@ def show(
         buffer = io.StringIO()
         csv.writer(buffer, lineterminator="\n").writerows([header, *cells])
         click.echo(buffer.getvalue(), nl=False)
-    elif style == "latex":
-        lines = [" & ".join(map(latex_cell, row)) + r" \\" for row in ([*header], *cells)]
-        body = "\n".join([lines[0], r"\hline", *lines[1:]])
-        click.echo(f"\\begin{{tabular}}{{{'l' * len(header)}}}\n{body}\n\\end{{tabular}}")
     else:
         _print_table(header, cells, title)
 
 
 def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> None:
-    """Print a table, with its heads on several lines if needed; a table too wide becomes one record a row."""
-    from rich.console import Console
-
-    limit = terminal_width()
-    console = Console(width=_ENDLESS, force_terminal=limit is not None, markup=False, highlight=False)
-    width = _ENDLESS if limit is None else limit
-    longest = [max(map(len, column), default=0) for column in zip(*cells, strict=True)] or [0] * len(header)
-    stacked = ["\n".join(_wrapped(name, length)) for name, length in zip(header, longest, strict=True)]
-    for heads in (header, stacked):
-        table = _table(heads, cells, title)
-        if console.measure(table).maximum <= width:
-            with console.capture() as capture:
-                console.print(table)
-            click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
-            return
-    click.echo("\n".join(_records(header, cells, title, width)))
-
-
-def _table(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None) -> Table:
+    """Print a table whose heads and sentences take several lines if it is too wide; no number is ever cut."""
     from rich import box
+    from rich.console import Console
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
-    for name in header:
-        table.add_column(name, no_wrap=True)
+    table = Table(*header, box=box.SIMPLE_HEAD, title=title, title_justify="left")
     for row in cells:
         table.add_row(*row)
-    return table
-
-
-def _records(header: Sequence[str], cells: Sequence[Sequence[str]], title: str | None, width: int) -> Iterator[str]:
-    """Yield the lines of records, the form of a table too wide for the terminal: one cell below the other."""
-    yield from [] if title is None else _wrapped(title, width)
-    column = max((len(name) for name in header if len(name) <= width // 2), default=0)
-    for row in cells:
-        yield ""
-        for name, cell in ((name, cell) for name, cell in zip(header, row, strict=True) if cell):
-            beside = _wrapped(cell, width - column - 4)
-            if len(name) <= column and all(len(line) <= width - column - 4 for line in beside):
-                yield from (f"  {label:{column}}  {line}" for label, line in zip_longest([name], beside, fillvalue=""))
-            else:
-                yield from (f"  {line}" for line in _wrapped(name, width - 2))
-                yield from (f"    {line}" for line in _wrapped(cell, width - 4))
-    yield ""
+    console = Console(width=_ENDLESS, color_system=None, force_terminal=False, markup=False, highlight=False)
+    width = terminal_width() or _IN_A_PIPE
+    if console.measure(table).maximum > width:
+        for column, *texts in zip(table.columns, header, *cells, strict=True):
+            column.min_width = max(len(word) for text in texts for word in [*text.split(), ""])
+            if not any(" " in text for text in texts[1:]):
+                column.width = column.min_width
+    with console.capture() as capture:
+        console.print(table, width=max(width, console.measure(table).minimum))
+    click.echo("\n".join(line.rstrip() for line in capture.get().splitlines()))
 
 
 def say(text: str, indent: int = 0) -> None:
     """Print a text; on a terminal, lines break at spaces, and all lines but the first are indented."""
     width = terminal_width()
-    click.echo(text if width is None else "\n".join(_wrapped(text, width, " " * indent)))
-
-
-def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
-    """Return the lines of a text broken at spaces; a word longer than a line, such as a number, stays whole."""
-    return wrap(text, max(width, 1), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    if width is not None:  # a word longer than a line, such as a number, stays whole
+        lines = wrap(text, width, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+        text = "\n".join(lines)
+    click.echo(text)
 
 
 def terminal_width() -> int | None:

@@ -11,7 +11,6 @@ from click.core import ParameterSource
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
     DIGITS,
-    NO_CACHE,
     ORDER,
     OUTPUT,
     STYLE,
@@ -98,7 +97,6 @@ if TYPE_CHECKING:
     show_default=True,
     help="Significant digits, for series-csv and series-json.",
 )
-@NO_CACHE
 @OUTPUT
 def export(target: str, order: int, digits: int, output: Path | None, **wanted: Any) -> None:
     """Generate code or tables of proven kernels.
@@ -112,7 +110,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     from viscopade.kernels import requests
 
     of_series = target.startswith("series-")
-    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted, "no_cache"}
+    used = {"order", "digits"} if of_series else set() if target == "version-header" else {*wanted}
     _refuse_unused(target, used | {"target", "output"})
     if of_series:
         text = requests.render_series(target.removeprefix("series-"), order, digits)
@@ -144,11 +142,6 @@ def _refuse_unused(target: str, used: set[str]) -> None:
 )
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the generated file to.")
 @click.option(
-    "--costs",
-    type=click.Path(path_type=Path),
-    help="Result of `viscopade bench --out`: rank kernels by measured time. Default: by counted operations.",
-)
-@click.option(
     "--check/--no-check",
     "checking",
     default=True,
@@ -156,13 +149,11 @@ def _refuse_unused(target: str, used: set[str]) -> None:
     "with the exact eps.",
 )
 @click.option("--cc", help="Command of the C compiler for the check. Default: the environment's CC, or cc.")
-@NO_CACHE
 @STYLE
 def scene_command(
     file: Path | None,
     example: str | None,
     out: Path | None,
-    costs: Path | None,
     checking: bool,
     cc: str | None,
     style: str,
@@ -173,9 +164,8 @@ def scene_command(
     its keys, and the folder that `viscopade --examples-dir` prints has ready scenes. With --out, the kernel's code is
     written.
     """
-    from viscopade.kernels import toolchain
     from viscopade.scene import check as run
-    from viscopade.scene import choice, cost, render, tables
+    from viscopade.scene import choice, render, tables
 
     if (file is None) == (example is None):
         raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
@@ -185,11 +175,7 @@ def scene_command(
         raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
     if out is not None:
         check_targets([out / render.file_name(scene)], parents=True)
-    by = cost.Costs()
-    if costs is not None:
-        content = read_file(costs, "what `viscopade bench --out` wrote")
-        by = cost.measured(cost.MeasuredTimes.from_json(content, str(costs)), scene.code, toolchain.processor())
-    found = choice.choose(scene, by)
+    found = choice.choose(scene)
     verdict = text = None
     if out is not None or checking:
         text = render.render(found, f"viscopade scene {words}{example or source.name}")
@@ -202,7 +188,7 @@ def scene_command(
         return
     say(tables.summary(found))
     show(style, tables.columns(found), tables.pairs(found), {}, title=scene.title)
-    show(style, tables.KERNELS, tables.kernels(found), {}, title=f"Kernels, {found.costs.unit}; errors are proven")
+    show(style, tables.KERNELS, tables.kernels(found), {}, title="Kernels, operations; errors are proven")
     for line in tables.sentences(found):
         say(line)
     if verdict is not None:

@@ -1,6 +1,7 @@
 r"""The exact functions of any law of contact in double precision, on NumPy arrays.
 
-`curve` makes a table of a law when it is first asked for, and `store` keeps it. With s = ln kappa,
+`curve` reads the table of a named law, which is a record of the package, and makes that of another law when it is
+first asked for. With s = ln kappa,
 
     L(s) = ln((1 - eps)/eps) - s,    X(s) = ln x_max,    T(s) = tau_c/x_max
 
@@ -192,7 +193,7 @@ class Curve:
 def curve(law: Law | str) -> Curve:
     """Return the functions of a law of contact in double precision.
 
-    The first call for a law takes seconds to a minute. Later ones, of other processes too, read the user's cache.
+    The tables of the named laws come with the package. For another law, the first call takes seconds to a minute.
 
     Parameters
     ----------
@@ -218,7 +219,7 @@ def _curve(law: Law) -> Curve:
     return Curve(law, curve_tables(law))
 
 
-@recorded
+@recorded("curve_tables")
 def curve_tables(law: Law) -> Tables:
     """Make the tables of a law."""
     power = 1 / float(law.damping + 1)

@@ -55,13 +55,13 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
     return of_half_line(_half_line_powers(wanted, measure_of(measure)), measure)
 
 
-@recorded
+@recorded("half_line_powers")
 def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
     candidates = _levelled(BEST[measure], lambda powers: half_line.fit_half_line(powers, measure))
     return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
 
 
-@recorded
+@recorded("of_half_line")
 def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     quotient = half_line.fit_half_line(powers, measure).quotient
@@ -105,7 +105,7 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
     return of_inverse(_inverse_powers(wanted, law, low), law, low)
 
 
-@recorded
+@recorded("inverse_powers")
 def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> Powers:
     if epsilon_min:
         candidates = _on_interval(wanted, epsilon_min, law)
@@ -114,7 +114,7 @@ def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC, epsilon_min: Frac
     return _first(wanted, candidates, lambda powers: of_inverse(powers, law, epsilon_min), INVERSE_ACCURACY)
 
 
-@recorded
+@recorded("of_inverse")
 def of_inverse(powers: Powers, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> InverseKernel:
     """Return the best kernel for epsilon_min <= eps <= 1 with given powers, all up to their degrees if epsilon_min > 0.
 

@@ -69,7 +69,7 @@ def in_types(
     return (first, second), ()
 
 
-@recorded
+@recorded("of_pade")
 def of_pade(m: int, n: int, law: Law = VISCOELASTIC) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
@@ -139,7 +139,7 @@ def of_minimax(
     return _of_minimax(*minimax.degrees_of(m, n, law, interval), *interval, measure, law)
 
 
-@recorded
+@lru_cache(maxsize=256)
 def _of_minimax(
     m: int, n: int, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
 ) -> MinimaxKernel:
@@ -162,7 +162,7 @@ def accurate(
     return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
 
 
-@recorded
+@recorded("accurate")
 def _accurate(
     wanted: Fraction, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
 ) -> MinimaxKernel:

@@ -20,7 +20,7 @@ USUAL = Fraction(10) ** _DECADES
 USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 
-@recorded
+@recorded("of_v_star")
 def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
     """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 

@@ -27,7 +27,7 @@ from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.v_star import log_error
-from viscopade.scene.cost import Operations, id_of
+from viscopade.scene.cost import Operations
 from viscopade.scene.description import Code, Scene, Tolerance
 from viscopade.scene.encounter import Encounter, Impacts, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
@@ -79,11 +79,6 @@ class Candidate(ABC):
     @abstractmethod
     def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
         """Return the formula's eps for a pair, to find the place of its largest error."""
-
-    @property
-    def bench_id(self) -> str | None:
-        """The kernel's id in the benchmark, if the benchmark measures it."""
-        return None
 
     @property
     def bytes(self) -> int:
@@ -372,11 +367,6 @@ class RegistryKernel(Candidate):
     def bytes(self) -> int:
         """Size of the table."""
         return self.entry.bytes
-
-    @property
-    def bench_id(self) -> str | None:
-        """The id in the benchmark."""
-        return id_of(self.entry) if self.code.target.measured else None
 
     @property
     def operations(self) -> Operations:

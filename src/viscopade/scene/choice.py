@@ -10,22 +10,25 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.progress import track
 from viscopade.scene import sense
 from viscopade.scene.candidate import BestApproximant, Candidate, candidates, cheaper_polynomial, uncovered
-from viscopade.scene.cost import COUNTED, Costs, Price
 from viscopade.scene.description import Scene
 from viscopade.scene.encounter import Encounter, Impacts, impacts
 
-AS_CHEAP = 1.05  # prices that differ by less are equal: the smaller table decides, then the error
+AS_CHEAP = 1.05  # costs that differ by less are equal: the smaller table decides, then the error
 WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
 _CHEAPEST = "no kernel is cheaper"
 
 
 @dataclass(frozen=True)
 class Offer:
-    """An offer: a candidate with its price, and the names of the tolerances that it exceeds."""
+    """An offer: a candidate, and the names of the tolerances that it exceeds."""
 
     candidate: Candidate
-    price: Price
     failing: tuple[str, ...]
+
+    @property
+    def cost(self) -> int:
+        """The weighted number of operations."""
+        return self.candidate.operations.count
 
     @property
     def suffices(self) -> bool:
@@ -34,8 +37,8 @@ class Offer:
 
     @property
     def rank(self) -> tuple[float, int, Fraction]:
-        """The key for comparison: price, size of the table, error."""
-        return self.price.value, self.candidate.bytes, self.candidate.errors.epsilon
+        """The key for comparison: cost, size of the table, error."""
+        return self.cost, self.candidate.bytes, self.candidate.errors.epsilon
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,6 @@ class Choice:
     offers : sequence of Offer
         All candidates, the cheapest first.
     chosen : Offer
-    costs : Costs
     reason : str
         Why the next cheaper one does not suffice.
     warnings : sequence of str
@@ -62,7 +64,6 @@ class Choice:
     encounters: Sequence[Impacts]
     offers: Sequence[Offer]
     chosen: Offer
-    costs: Costs
     reason: str
     warnings: Sequence[str]
     notes: Sequence[str] = ()
@@ -73,7 +74,7 @@ class Choice:
         return "No kernel is cheaper." if self.reason == _CHEAPEST else f"Cheaper, but rejected: {self.reason}."
 
 
-def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
+def choose(scene: Scene) -> Choice:
     """Return the choice of the cheapest kernel within the tolerance.
 
     Raises
@@ -87,19 +88,17 @@ def choose(scene: Scene, costs: Costs = COUNTED) -> Choice:
     found = list(candidates(scene, met))
     offers = []
     for i in track(range(len(found)), "errors on the scene"):
-        candidate = found[i]
-        failing = candidate.errors.failing(scene.tolerance)
-        offers.append(Offer(candidate, costs.of(candidate.bench_id, candidate.operations), tuple(failing)))
+        offers.append(Offer(found[i], tuple(found[i].errors.failing(scene.tolerance))))
     offers.sort(key=lambda offer: offer.rank)
     enough = [offer for offer in offers if offer.suffices]
     if not enough:
         raise _nothing(scene, met, offers)
-    as_cheap = [offer for offer in enough if offer.price.value <= AS_CHEAP * enough[0].price.value]
-    chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.price.value, offer.rank))
+    as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
+    chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.rank))
     spheres = [encounter for encounter in met if isinstance(encounter, Encounter)]
     warnings = [text for encounter in spheres for text in sense.warnings(scene, encounter)]
     notes = [text for encounter in spheres for text in sense.notes(scene, encounter)]
-    return Choice(scene, met, offers, chosen, costs, _reason(scene, offers, chosen), warnings, notes)
+    return Choice(scene, met, offers, chosen, _reason(scene, offers, chosen), warnings, notes)
 
 
 def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
@@ -133,7 +132,7 @@ def _reason(scene: Scene, offers: Sequence[Offer], chosen: Offer) -> str:
         if cheaper is not None:
             label, error, unit = cheaper
             texts.append(f"the best of the kind with fewer operations, {label}, is off by {error:.3g} {unit} (sampled)")
-    # At the same price, a smaller table would be preferred.
+    # At the same cost, a smaller table would be preferred.
     less = [offer for offer in offers if offer.rank[:2] < chosen.rank[:2]]
     failing = [offer for offer in less if not offer.suffices]
     if failing:

@@ -8,6 +8,7 @@ from typing import Any
 from viscopade.arithmetic.decimals import at_most
 from viscopade.scene.check import SceneCheck
 from viscopade.scene.choice import WORDS, Choice, Offer
+from viscopade.scene.cost import COSTS
 from viscopade.scene.encounter import Encounter, Impacts, LawImpacts, mean_free_time
 from viscopade.scene.render import error_sentences, file_name
 
@@ -59,8 +60,7 @@ def kernels(choice: Choice) -> Iterator[tuple[str, ...]]:
     for offer in choice.offers:
         found = (at_most(value) for value in vars(offer.candidate.errors).values())
         verdict = "chosen" if offer is choice.chosen else "yes" if offer.suffices else "no"
-        price = f"{offer.price.value:.3g}" + (" (estimated)" if offer.price.how == "estimated" else "")
-        yield offer.candidate.label, price, f"{offer.candidate.bytes:,}", *found, verdict
+        yield offer.candidate.label, str(offer.cost), f"{offer.candidate.bytes:,}", *found, verdict
 
 
 def summary(choice: Choice) -> str:
@@ -75,7 +75,7 @@ def sentences(choice: Choice) -> Iterator[str]:
     """Yield the sentences of the answer."""
     tolerance = choice.scene.tolerance.given().items()
     yield "Tolerance: " + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in tolerance) + "."
-    yield f"Costs are {choice.costs.source}."
+    yield f"Costs are {COSTS}."
     yield from error_sentences(choice)
     yield choice.against_cheaper
     for encounter in choice.encounters:
@@ -103,7 +103,6 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
         "title": scene.title,
         "tolerance": scene.tolerance.given(),
         "pairs": [_pair(choice, encounter) for encounter in choice.encounters],
-        "costs": {"unit": choice.costs.unit, "source": choice.costs.source},
         "kernels": [_offer(offer, offer is chosen) for offer in choice.offers],
         "chosen": chosen.candidate.name,
         "file": file_name(choice.scene),
@@ -143,8 +142,7 @@ def _offer(offer: Offer, chosen: bool) -> dict[str, Any]:
     return {
         "name": offer.candidate.name,
         "label": offer.candidate.label,
-        "cost": offer.price.value,
-        "cost_is": offer.price.how,
+        "cost": offer.cost,
         "bytes": offer.candidate.bytes,
         "errors": {name: at_most(value) for name, value in vars(offer.candidate.errors).items()},
         "failing": list(offer.failing),

@@ -184,7 +184,7 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
     return float(round(number / unit) * unit)
 
 
-@recorded
+@recorded("double_rows")
 def double_rows() -> tuple[DoubleRow, ...]:
     """Return the table of type double: a row for [0, NEAR], which only eps uses, then one for each panel."""
     return (_double_row_near(), *(_double_row(panel) for panel in smaller_panels()))
@@ -210,7 +210,7 @@ def _step(panel: SmallerOnPanel) -> Fraction:
     return DOUBLE.ulp(panel.centre) * Fraction(2) ** CLEARED
 
 
-@recorded
+@recorded("float_rows")
 def float_rows() -> tuple[tuple[float, ...], ...]:
     """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
     degree = DEGREES[FLOAT]
@@ -404,7 +404,7 @@ class UlpBound(NamedTuple):
     ulp: Fraction
 
 
-@recorded
+@recorded("ulp_bounds")
 def ulp_bounds(form: Format, function: str) -> tuple[UlpBound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 

@@ -366,13 +366,13 @@ class Table(Layout):
         return self.proven.error + self.rounding(form)
 
 
-@recorded
+@recorded("table_rows")
 def table_rows(table: Table) -> tuple[tuple[float, ...], ...]:
     """Return all rows of a table."""
     return tuple(table.row(i) for i in track(range(table.size), f"table of degree {table.degree}"))
 
 
-@recorded
+@recorded("table_rise")
 def table_rise(table: Table) -> Fraction:
     """Return the largest increase of eps from one row to the next, or 0."""
     return max(max(table.rise_after(i) for i in range(table.size - 1)), Fraction(0))
@@ -398,14 +398,14 @@ def check_row_results(table: Layout) -> None:
             raise ArithmeticError("the results of a speed table are not eps = base + p, eps speed, and 1 - eps^2")
 
 
-@recorded
+@recorded("table_bounds")
 def table_bounds(table: Table) -> RowBounds:
     """Prove the bounds of a whole table."""
     check_row_results(table)
     return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 
-@recorded
+@recorded("of_w")
 def of_w(form: Format) -> Fraction:
     """Return a bound of the relative errors of eps and of 1 - eps by the rounding of w = beta^5 v.
 

@@ -127,13 +127,13 @@ class LastPlaceTable(Layout):
 _EXPORTED = LastPlaceTable()
 
 
-@recorded
+@recorded("last_place_rows")
 def last_place_rows(table: LastPlaceTable) -> tuple[tuple[float, ...], ...]:
     """Return all rows of a table."""
     return tuple(table.row(i) for i in track(range(table.size), "table of full accuracy"))
 
 
-@recorded
+@recorded("last_place_bounds")
 def last_place_bounds(table: LastPlaceTable) -> FullBounds:
     """Prove the bounds of a whole table."""
     check_row_results(table)

@@ -128,7 +128,6 @@ class Target:
     kinds: Kinds = field(default_factory=lambda: COMPACT)
     templates: Mapping[str, str] = field(default_factory=dict)  # those with names of their own
     functions: FunctionText | None = None  # of quotients in v*, in compact languages
-    measured: bool = False  # whether benchmarks measure this code
 
     # Compact kernels.
     assumed: str = ""  # what their bounds assume of the arithmetic

@@ -44,7 +44,6 @@ TARGET = Target(
         "v_star": frozenset({"polynomial", "half-line", "full"}),
     },
     templates={"check": "check.c.jinja"},
-    measured=True,
     include='#include "{file}" (C99; C++17 or later, or GNU C++)',
     is_taken=lambda name: _HEADERS.fullmatch(name) is not None,
 )
