@@ -1,7 +1,7 @@
 """Records: what was fitted and proven once is data of the package, and a function that is asked for it again reads it.
 
-`recorded` marks a function whose result is a record: the same for the same arguments, and costly. `tools.kernel_records`
-makes the records of the package, in data/kernels. What has no record there is made, once a process.
+`recorded` marks a function whose result is a record: the same for the same arguments, and costly. The records of the
+package, in data/kernels, are made by `tools.kernel_records`. What has no record there is made, once a process.
 
 A record is JSON: doubles are hexadecimal, fractions "p/q".
 """

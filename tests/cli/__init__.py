@@ -5,6 +5,7 @@ matter; everything else is `main` with these words in `sys.argv`.
 """
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -40,3 +41,26 @@ def called(*words, environment=None):
         stream.flush()
         printed.append(stream.buffer.getvalue().decode())
     return subprocess.CompletedProcess(list(words), status, *printed)
+
+
+def printed(*words):
+    """Call a command that must succeed, and return what it prints."""
+    result = called(*words)
+    assert (result.returncode, result.stderr) == (0, ""), result.stderr
+    return result.stdout
+
+
+def json_of(*words):
+    """Return the JSON that a command prints."""
+    return json.loads(printed(*words, "--format", "json"))
+
+
+def refused(*words, environment=None):
+    """Call a command that must be refused, and return the one line that says why."""
+    result = called(*words, environment=environment)
+    assert (result.returncode, result.stdout) == (2, "")
+    line = result.stderr.removesuffix("\n")
+    assert line.startswith("viscopade: ")
+    assert line.isprintable()
+    assert len(line) < 5300
+    return line

@@ -55,20 +55,3 @@ def test_formulas_that_do_not_accept_an_eps_are_named():
     assert {row["formula"] for row in whole["rows"]} == {"hertz/stiffness", "hertz/stiffness, limitForce on"}
     assert len(whole["refused"]) == 4
     assert "hooke would be given coefficientRestitution = 0.04, and accepts 0.05 to 1" in run(*words).output
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (("--program", "x"), "program is 'x': accepted is"),
-        (("--epsilon", "2"), "epsilon is '2': accepted is a number from 0.001 to 1"),
-        (("--time-step", "3"), "time-step is 3 contact times"),
-        (("--time-step", "1", "--contact-time", "0"), "time-step is 0 contact times"),
-        (("--step-error", "0"), "step-error is 0: accepted is 1e-08 to 1"),
-        (("--contact-time", "1"), "accepted with it is --time-step"),
-    ],
-)
-def test_refusals(words, says):
-    found = run(*words)
-    assert found.exit_code
-    assert says in f"{found.output}{found.exception}"

@@ -2,13 +2,12 @@
 
 import csv
 import io
-import json
 import re
 
 import numpy as np
 import pytest
 
-from tests.cli import called
+from tests.cli import json_of, printed
 from viscopade import Pair, Sphere
 from viscopade.arrays import double
 from viscopade.collision import exact
@@ -29,24 +28,11 @@ def data(tmp_path):
     return file
 
 
-def printed(*words):
-    result = called(*words)
-    assert (result.returncode, result.stderr) == (0, "")
-    return result.stdout
-
-
-def refused(*words):
-    result = called(*words)
-    assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr.count("\n") == 1
-    return result.stderr
-
-
 # --- fit ------------------------------------------------------------------------------------------------------------
 
 
 def test_json_has_the_keys_that_others_rely_on(data):
-    found = json.loads(printed("fit", data, *MATERIAL, "--format", "json"))
+    found = json_of("fit", data, *MATERIAL)
     assert abs(found["beta"] - PAIR.beta) < 3 * found["beta_standard_error"]
     low, high = found["interval_95"]
     assert low < found["interval_68"][0] < found["beta"] < found["interval_68"][1] < high
@@ -74,8 +60,8 @@ def test_a_csv_becomes_a_line_for_lammps_with_an_error_bar_in_two_commands(data,
     assert re.search(r"^pair_coeff", text, re.MULTILINE)
     assert picture.read_text().count('id="band"') == 1
     found = from_toml(scene.read_bytes(), str(scene))
-    speed = json.loads(printed("fit", data, "--format", "json"))["epsilon"]["speed"]
-    value = json.loads(printed("fit", data, "--format", "json"))["epsilon"]["value"]
+    speed = json_of("fit", data)["epsilon"]["speed"]
+    value = json_of("fit", data)["epsilon"]["value"]
     assert found.pair(found.meetings[0]).epsilon(speed) == pytest.approx(value, abs=1e-5)
 
 
@@ -92,7 +78,7 @@ def test_contact_times_give_the_young_modulus(data, tmp_path):
         SPEED, PAIR.epsilon(SPEED), PAIR.contact_time(SPEED))), strict=True)]  # fmt: skip
     data.write_text("speed,epsilon,contact_time\n" + "\n".join(rows))
     words = ("--radius", "5 mm", "--density", "2500", "--poisson-ratio", "0.22")
-    found = json.loads(printed("fit", data, *words, "--format", "json"))
+    found = json_of("fit", data, *words)
     assert found["young_modulus"]["value"] == pytest.approx(7e10, rel=1e-6)
     assert found["dissipative_constant"]["value"] == pytest.approx(5e-7, rel=1e-6)
 
@@ -114,7 +100,7 @@ def test_an_outlier_is_named_beside_the_verdict(data):
 
 
 def test_lines_are_left_out_if_asked(data):
-    found = json.loads(printed("fit", data, "--without", "3", "--without", "13", "--format", "json"))
+    found = json_of("fit", data, "--without", "3", "--without", "13")
     assert [point["point"] for point in found["points"]][:2] == ["line 2", "line 4"]
     assert len(found["points"]) == 10
 
@@ -131,44 +117,11 @@ def test_bounces_in_air_with_their_contacts(tmp_path):
         speed = launch / np.sqrt(1 + s * s)
     file = tmp_path / "drop.csv"
     file.write_text("time (ms)\n" + "\n".join(f"{1000 * t:.9f}" for t in instants))
-    words = ("fit", file, *MATERIAL, "--wall", "--gravity", "9.81", "--format", "json")
-    found = json.loads(printed(*words, "--air-density", "1.2"))
+    words = ("fit", file, *MATERIAL, "--wall", "--gravity", "9.81")
+    found = json_of(*words, "--air-density", "1.2")
     assert found["beta"] == pytest.approx(wall.beta, rel=1e-5)
-    without = json.loads(printed(*words))
+    without = json_of(*words)
     assert abs(without["beta"] / wall.beta - 1) > 1e-3
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
-        (("--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
-        (("--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
-        (("--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
-        (("--radius", "1 cm"), "the sphere also needs --density"),
-        (("--air-density", "1.2"), "the sphere also needs --radius, --density"),
-        (("--drag-coefficient", "0.5"), "accepted with it is --air-density"),
-        (("--wall",), "accepted with it are the sphere's radius"),
-        (("--without", "99"), "there is no point 'line 99': accepted are line 2 to line 13"),
-        (("--law", "nothing"), "law is 'nothing'"),
-        (("--column", "speed"), "is no NAME=HEADER"),
-        (("--unit", "speed=m/s"), "has the unit 'cm/s' in its header"),
-        (("--resolution", "1 ms"), "accepted with speed and epsilon is a column sigma_epsilon"),
-        (
-            ("--radius", "1cm", "--density", "2500", "--poisson-ratio", "0.2"),
-            "accepted is --young-modulus, or a column",
-        ),
-    ],
-)
-def test_options_that_do_not_fit_are_refused_in_one_line(data, words, message):
-    assert message in refused("fit", data, *words)
-
-
-def test_existing_files_of_others_stay(data, tmp_path):
-    mine = tmp_path / "mine.toml"
-    mine.write_text("mine")
-    assert "mine.toml" in refused("fit", data, *MATERIAL, "--scene", mine)
-    assert mine.read_text() == "mine"
 
 
 # --- table and plot -------------------------------------------------------------------------------------------------
@@ -189,7 +142,7 @@ def test_a_plain_table_is_over_v_star():
 
 def test_a_table_of_a_material_has_its_contacts():
     words = ("--epsilon", "0.9", "--speed", "1 m/s", "--from", "1 cm/s", "--to", "1", "--points", "3")
-    found = json.loads(printed("table", *MATERIAL, *words, "--format", "json"))
+    found = json_of("table", *MATERIAL, *words)
     pair = PAIR.calibrated(1.0, 0.9)
     assert found["speed"] == pytest.approx([0.01, 0.1, 1.0])
     assert found["curves"][0]["epsilon"] == pytest.approx(pair.epsilon(np.array([0.01, 0.1, 1.0])).tolist())
@@ -198,9 +151,7 @@ def test_a_table_of_a_material_has_its_contacts():
 
 def test_all_curves_have_one_eps_at_the_speed():
     words = ("--epsilon", "0.6", "--speed", "1", "--from", "0.1", "--to", "10", "--points", "3")
-    found = json.loads(
-        printed("table", *words, "--law", "1,1", "--pade", "3/6", "--program", "liggghts", "--format", "json")
-    )
+    found = json_of("table", *words, "--law", "1,1", "--pade", "3/6", "--program", "liggghts")
     curves = {each["name"]: each["epsilon"] for each in found["curves"]}
     assert curves["viscoelastic"][1] == pytest.approx(0.6)
     assert curves["law 1,1"][1] == pytest.approx(0.6)
@@ -209,8 +160,8 @@ def test_all_curves_have_one_eps_at_the_speed():
 
 
 def test_beta_has_its_unit():
-    words = ("table", "--from", "1 cm/s", "--to", "2 cm/s", "--points", "2", "--format", "json", "--beta")
-    found = json.loads(printed(*words, "1.307 (s/cm)^(1/5)"))["curves"][0]["epsilon"]
+    words = ("table", "--from", "1 cm/s", "--to", "2 cm/s", "--points", "2", "--beta")
+    found = json_of(*words, "1.307 (s/cm)^(1/5)")["curves"][0]["epsilon"]
     assert found[0] == pytest.approx(double.epsilon(np.sqrt(1.307)))
 
 
@@ -222,30 +173,3 @@ def test_a_picture_has_each_curve_and_the_data(data, tmp_path):
     assert 'id="data"' in text
     printed("plot", "--pade", "3/6", "-o", tmp_path / "v.png")
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--law", "1,1"), "--law and --program need spheres"),
-        (("--epsilon", "0.9"), "accepted is a scene, or --beta, or --epsilon with --speed"),
-        (("--speed", "1"), "the options do not describe spheres"),
-        (("--beta", "1", "--law", "1,1"), "--law and --program need --speed"),
-        (("--from", "2", "--to", "1"), "accepted is 0 < --from < --to"),
-        (("--from", "0"), "accepted is 0 < --from < --to"),
-        (("--epsilon", "0.9", "--speed", "0"), "speed is 0: accepted is a number > 0"),
-        (("--epsilon", "1.9", "--speed", "1"), "epsilon is 1.9"),
-        (("--beta", "x"), "beta is 'x'"),
-        (("--beta", "1", *MATERIAL), "--beta and a material are given"),
-        (("--dissipative-constant", "1"), "needs a material"),
-        (("--epsilon", "0.5", "--speed", "1", "--program", "nothing"), "nothing"),
-        (("--pade", "1/1"), "does not exist"),
-    ],
-)
-def test_what_describes_no_curve_is_refused_in_one_line(words, message):
-    assert message in refused("table", *words)
-
-
-def test_a_picture_needs_a_name_of_a_picture(tmp_path):
-    assert "accepted is a name that ends in .svg, .png or .pdf" in refused("plot", "-o", tmp_path / "x.gif")
-    assert "--data needs spheres" in refused("plot", "-o", tmp_path / "x.svg", "--data", "data.csv")

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import errno
 import os
+import resource
+import signal
 import stat
+import sys
 from collections.abc import Callable
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viscopade.cli import writer
 from viscopade.cli.writer import WriteError, write, write_all
 from viscopade.generated import MARKER
 
@@ -38,21 +39,10 @@ def refused(directory: Path, action: Callable[[], None], message: str) -> None:
     assert contents(directory) == before
 
 
-def test_a_new_file(tmp_path: Path) -> None:
-    write(tmp_path / "table.csv", OURS)
-    assert contents(tmp_path) == {"table.csv": OURS.encode()}
-
-
 def test_a_path_may_be_a_string(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     write("table.csv", OURS)
     assert contents(tmp_path) == {"table.csv": OURS.encode()}
-
-
-def test_text_is_written_as_utf8_with_its_newlines(tmp_path: Path) -> None:
-    text = OURS + "Müller and Pöschel: ε\n"
-    write(tmp_path / "table.csv", text)
-    assert (tmp_path / "table.csv").read_bytes() == text.encode("utf-8")
 
 
 @given(st.text(st.characters(exclude_characters="\r", exclude_categories=["Cs"])))
@@ -120,29 +110,6 @@ def test_missing_directories_are_made_only_if_asked(tmp_path: Path) -> None:
     assert contents(tmp_path) == {"a": None, "a/b": None, "a/b/table.csv": OURS.encode()}
 
 
-@pytest.mark.parametrize(("times", "written"), [(1, True), (9, True), (10, False)])
-def test_a_directory_that_another_run_takes_away_is_made_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int, written: bool
-) -> None:
-    """Another run that made it, and failed, removes it between our look at it and our first file there."""
-    target, stage = tmp_path / "new" / "deeper" / "a.csv", writer._stage
-    left = [None] * times
-
-    def staged(path: Path, content: bytes, undo: ExitStack) -> Path:
-        if left:
-            left.pop()
-            path.parent.rmdir()
-            path.parent.parent.rmdir()
-        return stage(path, content, undo)
-
-    monkeypatch.setattr(writer, "_stage", staged)
-    if written:
-        write_all({target: OURS}, parents=True)
-        assert contents(tmp_path / "new" / "deeper") == {"a.csv": OURS.encode()}
-    else:
-        refused(tmp_path, lambda: write_all({target: OURS}, parents=True), "cannot write .*No such file or directory")
-
-
 @pytest.mark.parametrize("parents", [False, True])
 def test_a_file_where_a_directory_should_be(tmp_path: Path, parents: bool) -> None:
     (tmp_path / "file").write_text(FOREIGN)
@@ -159,64 +126,6 @@ def test_an_unknown_text_or_newline_is_refused(tmp_path: Path) -> None:
     refused(tmp_path, lambda: write(tmp_path / "a", OURS + "\r\n"), "carriage return")
 
 
-@pytest.mark.parametrize("call", ["open", "fsync", "chmod", "replace"])
-@pytest.mark.parametrize("failure", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
-def test_an_interruption_leaves_the_old_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, failure: BaseException
-) -> None:
-    (tmp_path / "a").write_text(OLD)
-    before = contents(tmp_path)
-
-    def fail(*args: object, **kwargs: object) -> None:
-        raise failure
-
-    owner = Path if call in ("open", "chmod") else writer.os
-    original = getattr(owner, call)
-    if call == "open":  # only the temporary file's
-        monkeypatch.setattr(Path, "open", lambda path, mode: fail() if mode == "xb" else original(path, mode))
-    else:
-        monkeypatch.setattr(owner, call, fail)
-    expected = WriteError if isinstance(failure, OSError) else KeyboardInterrupt
-    with pytest.raises(expected) as caught:
-        write_all({tmp_path / "a": OURS, tmp_path / "new" / "b": OURS}, parents=True)
-    monkeypatch.undo()
-    if expected is WriteError:
-        assert str(caught.value) == f"cannot write {tmp_path / 'a'}: No space left on device"
-    assert contents(tmp_path) == before
-
-
-def test_no_file_is_replaced_before_all_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "a").write_text(OLD)
-    (tmp_path / "b").write_text(OLD)
-    before = contents(tmp_path)
-    calls = iter([None, OSError(errno.EIO, "Input/output error")])
-
-    def fsync(descriptor: int) -> None:
-        if failure := next(calls):
-            raise failure
-
-    monkeypatch.setattr(writer.os, "fsync", fsync)
-    with pytest.raises(WriteError, match=r"cannot write .*b: Input/output error"):
-        write_all({tmp_path / "a": OURS, tmp_path / "b": OURS})
-    assert contents(tmp_path) == before
-
-
-def test_each_file_is_whole_if_the_second_cannot_be_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "a").write_text(OLD)
-    (tmp_path / "b").write_text(OLD)
-    replace = os.replace
-
-    def failing(source: Path, target: Path) -> None:
-        if target.name == "b":
-            raise PermissionError(errno.EACCES, "Permission denied")
-        replace(source, target)
-
-    monkeypatch.setattr(writer.os, "replace", failing)
-    with pytest.raises(WriteError, match=r"cannot write .*b: Permission denied"):
-        write_all({tmp_path / "a": OURS, tmp_path / "b": OURS})
-    assert contents(tmp_path) == {"a": OURS.encode(), "b": OLD.encode()}
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write everywhere")
 def test_an_unwritable_directory(tmp_path: Path) -> None:
     tmp_path.chmod(0o555)
@@ -224,3 +133,121 @@ def test_an_unwritable_directory(tmp_path: Path) -> None:
         refused(tmp_path, lambda: write(tmp_path / "a", OURS), "cannot write .*a: Permission denied")
     finally:
         tmp_path.chmod(0o755)
+
+
+# --- interrupted at every call that touches files, in a child: what is left is what a crash would leave --------------
+
+
+def content(version: str, name: str) -> bytes:
+    """Return a content that shows when a part of it is missing."""
+    return f"{MARKER} 0: {version} of {name}\n".encode() * 2000
+
+
+NAMES = ("a.h", "b.csv", "c.svg", "new/d.h")
+
+
+def ended(action: Callable[[], None]) -> int:
+    """Run an action in a child; return its exit status, 3 for a `WriteError`, or minus its signal."""
+    child = os.fork()
+    if not child:
+        status = 1
+        try:
+            action()
+            status = 0
+        except WriteError:
+            status = 3
+        except KeyboardInterrupt:
+            status = 4
+        finally:
+            sys.setprofile(None)
+            os._exit(status)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def acting_at(step: int, act: Callable[[], None]) -> None:
+    """Act just before a call that touches files, the one of this number."""
+    seen = 0
+
+    def profile(frame: object, event: str, function: object) -> None:
+        nonlocal seen
+        places = {getattr(function, "__module__", None), type(getattr(function, "__self__", None)).__module__}
+        if event == "c_call" and places & {"posix", "_io"} and getattr(function, "__name__", "") != "fspath":
+            seen += 1
+            if seen == step:
+                act()
+
+    sys.setprofile(profile)
+
+
+def fail() -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize(
+    ("act", "ends", "cleans_up"),
+    [
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), {-signal.SIGKILL}, False),
+        (lambda: signal.raise_signal(signal.SIGINT), {4}, True),
+        (fail, {0, 3}, True),
+    ],
+    ids=["killed", "interrupted", "a failing call"],
+)
+def test_nothing_is_lost_or_half_written(
+    tmp_path: Path, act: Callable[[], None], ends: set[int], cleans_up: bool
+) -> None:
+    new = {name: content("new", name) for name in NAMES}
+    replaced = set()
+    for step in range(1, 1000):
+        directory = tmp_path / str(step)
+        directory.mkdir()
+        for name in NAMES[:2]:
+            (directory / name).write_bytes(content("old", name))
+
+        def write_new(directory: Path = directory, step: int = step) -> None:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            acting_at(step, act)
+            write_all({directory / name: data for name, data in new.items()}, parents=True)
+
+        end = ended(write_new)
+        found = {str(path.relative_to(directory)): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+        targets = {name: found.pop(name, b"") for name in NAMES}
+        assert all(
+            data in (new[name], content("old", name) if name in NAMES[:2] else b"") for name, data in targets.items()
+        )
+        assert not cleans_up or not found  # no temporary file is left
+        replaced.add(sum(targets[name] == new[name] for name in NAMES))
+        if end == 0 and targets == new:
+            break
+        assert end in ends
+    assert step > 20
+    assert replaced == {*range(len(NAMES) + 1)} or act is fail
+
+
+def test_a_full_disk(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text(OLD)
+
+    def write_too_much() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+        write_all({tmp_path / "b": OURS, tmp_path / "a": content("new", "a")})
+
+    assert ended(write_too_much) == 3
+    assert contents(tmp_path) == {"a": OLD.encode()}
+
+
+def test_runs_at_once_leave_whole_files(tmp_path: Path) -> None:
+    versions = [{tmp_path / "x" / str(i): content(f"run {run}", str(i)) for i in range(6)} for run in range(4)]
+    children = []
+    for version in versions:
+        child = os.fork()
+        if not child:
+            try:
+                write_all(version, parents=True)
+            finally:
+                os._exit(0)
+        children.append(child)
+    for child in children:
+        os.waitpid(child, 0)
+    for path in versions[0]:
+        assert path.read_bytes() in [version[path] for version in versions]
+    assert len([*(tmp_path / "x").iterdir()]) == 6

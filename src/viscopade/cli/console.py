@@ -341,6 +341,7 @@ def _print_table(header: Sequence[str], cells: Sequence[Sequence[str]], title: s
     console = Console(width=_ENDLESS, color_system=None, force_terminal=False, markup=False, highlight=False)
     width = terminal_width() or _IN_A_PIPE
     if console.measure(table).maximum > width:
+        table.pad_edge = False
         for column, *texts in zip(table.columns, header, *cells, strict=True):
             column.min_width = max(len(word) for text in texts for word in [*text.split(), ""])
             if not any(" " in text for text in texts[1:]):

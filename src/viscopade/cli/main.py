@@ -126,6 +126,8 @@ def main() -> None:
             status = _run_command()
             if sys.stdout is not None:  # closed by the caller
                 sys.stdout.flush()
+    except (click.Abort, KeyboardInterrupt):  # the former is a RuntimeError
+        _fail("interrupted", 130)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
     except (ValueError, TypeError) as error:
@@ -142,6 +144,4 @@ def main() -> None:
     except OSError as error:  # the disk is full, for instance
         _forget(sys.stdout)
         _fail(f"cannot print: {error.strerror or error}" if error.errno in NO_ROOM else error, 1)
-    except (click.Abort, KeyboardInterrupt):
-        _fail("interrupted", 130)
     sys.exit(status if isinstance(status, int) else 0)

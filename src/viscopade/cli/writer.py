@@ -76,13 +76,14 @@ def write_all(contents: Mapping[str | os.PathLike[str], str | bytes], *, parents
         if path.suffix not in _PICTURES and b"\r" in content:
             raise WriteError(f"cannot write {path}: the text contains a carriage return")
     check_targets(files, parents=parents)
-    staged = {path: path.with_name(f".viscopade-{secrets.token_hex(8)}.tmp") for path in files}
+    staged: dict[Path, Path] = {}
     try:
-        for path, temporary in staged.items():
+        for path, content in files.items():
             with _reporting(path):
+                staged[path] = temporary = path.with_name(f".viscopade-{secrets.token_hex(8)}.tmp")
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with temporary.open("xb") as file:  # like any new file, with the permissions that the umask leaves
-                    file.write(files[path])
+                    file.write(content)
                 if path.exists():
                     shutil.copymode(path, temporary)
         for path, temporary in staged.items():

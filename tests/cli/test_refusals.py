@@ -1,0 +1,417 @@
+"""What is refused: a table of wrong words and files, each with the one line that it gets, and hostile values."""
+
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+import click
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.cli import called, refused
+from tests.cli.test_scenes import EXAMPLES, SMALL
+from viscopade.cli.main import command
+from viscopade.kernels import requests
+from viscopade.records import Node
+from viscopade.scene.read import from_toml
+
+BALL = ("--radius", 0.01, "--density", 2500, "--young-modulus", 1e7, "--poisson-ratio", 0.3)
+MATERIAL = BALL
+
+BAD = [
+    (["coefficients", "--order", "-1"], "order is -1: accepted is an integer from 0 to 1000"),
+    (["coefficients", "--order", "2.5"], "order is '2.5': accepted is an integer from 0 to 1000"),
+    (["coefficients", "--order", "1" * 5000], "accepted is an integer from 0 to 1000"),
+    (["coefficients", "--digits", "0"], "digits is 0: accepted is an integer from 1 to 5000"),
+    (["coefficients", "--digits", "1000000"], "digits is 1000000: accepted is an integer from 1 to 5000"),
+    (["coefficients", "--digits", "٣"], "accepted is an integer"),
+    (["coefficients", "--digits", ""], "accepted is an integer"),
+    (["coefficients", "--format", "xml"], "'xml' is not one of 'text', 'json', 'csv'"),
+    (["coefficients", "extra"], "extra"),
+    (["pade", "-1", "3"], "m is -1: accepted is an integer from 0 to 200"),
+    (["pade", "3", "-6"], "n is -6: accepted is an integer from 0 to 200"),
+    (["pade", "three", "6"], "m is 'three': accepted is an integer from 0 to 200"),
+    (["pade", "3", "1e3"], "n is '1e3'"),
+    (["pade"], "Missing argument 'M'"),
+    (["pade", "3", "--law", "hertz"], "law is 'hertz': accepted is viscoelastic, linear, tsuji, hunt-crossley[:n]"),
+    (
+        ["coefficients", "--law", "1.37,0.1"],
+        "the exponents 137/100,1/10 have too large denominators: accepted are a, b",
+    ),
+    (["coefficients", "--end", "top"], "'top' is not one of 'force', 'return'"),
+    (["epsilon", "--law", "linear", "--end", "return", "--kappa", "2"], "accepted is a smaller kappa, or end 'force'"),
+    (["invert", "--law", "tsuji", "--end", "return", "--epsilon", "1e-30"], "accepted is a larger epsilon, or end"),
+    (
+        ["epsilon", "--law", "hunt-crossley:1", "--beta", "1 s/m", "--speed", "1"],
+        "beta is '1 s/m': accepted is a plain",
+    ),
+    (["epsilon", "--law", "linear", "--beta", "1 s", "--speed", "1"], "accepted is a plain number, for the law 1,0"),
+    (["epsilon", "--kappa", "1", "--v-star", "1"], "the options do not give one v*: accepted is --v-star, --kappa"),
+    (["epsilon", "--law", "1,-1", "--kappa", "1"], "b is '-1': accepted is a rational number such as 3/2 or 0.25"),
+    (["epsilon", *BALL, "--dissipative-constant", "1", "--speed", "1", "--law", "tsuji"], "and none of --v-star"),
+    (
+        ["invert", "--epsilon", "0.5", *BALL, "--speed", "1", "--law", "tsuji"],
+        "accepted with it is the law viscoelastic",
+    ),
+    (["pade", "1", "3"], "[1/3] does not exist"),
+    (["pade", "3", "6", "--digits", "-5"], "digits is -5"),
+    (["epsilon"], "accepted is --v-star, --kappa, --beta with --speed, or a material with --speed"),
+    (["epsilon", "--v-star", "-1"], "v_star is '-1': accepted is 0, infinity, or a number from 1e-1000 to 1e100"),
+    (["epsilon", "--v-star", "one"], "v_star is 'one'"),
+    (["epsilon", "--v-star", "nan"], "v_star is 'nan'"),
+    (["epsilon", "--v-star", "1e300"], "v_star is '1e300'"),
+    (["epsilon", "--v-star", "1" * 30000], "v_star is '1111"),
+    (["epsilon", "--v-star", "1", "--digits", "5001"], "digits is 5001"),
+    (["epsilon", "--v-star", "1", "--speed", "1"], "the options do not give one v*: accepted is --v-star"),
+    (["epsilon", "--beta", "1", "--speed", "-1"], "speed is '-1'"),
+    (["epsilon", "--radius", "1", "--speed", "1"], "a material also needs --young-modulus, --poisson-ratio, --density"),
+    (["epsilon", "--wall", "--v-star", "1"], "a material also needs"),
+    (["epsilon", *BALL, "--dissipative-constant", "1e-5"], "a material is given: accepted with it is --speed"),
+    (["epsilon", *BALL, "--dissipative-constant", "-1", "--speed", "1"], "dissipative_constant is -1.0"),
+    (["epsilon", *BALL, "--dissipative-constant", "1", "--speed", "1", "--digits", "30"], "none of --v-star"),
+    (["epsilon", *BALL, "--dissipative-constant", "1", "--speed", "x"], "speed is 'x'"),
+    (["invert"], "--epsilon and --one-minus-epsilon: neither given, accepted is exactly one"),
+    (["invert", "--epsilon", "0"], "epsilon is '0': accepted is 1, or a number from 1e-330 to 1 - 1e-1990"),
+    (["invert", "--epsilon", "1.01"], "epsilon is '1.01'"),
+    (["invert", "--epsilon", "-0.5"], "epsilon is '-0.5'"),
+    (["invert", "--epsilon", "0.5", "--one-minus-epsilon", "0.5"], "accepted is exactly one"),
+    (["invert", "--epsilon", "0.5", "--speed", "0"], "speed is '0'"),
+    (["invert", "--epsilon", "0.5", *BALL], "a material also needs --speed"),
+    (["claims", "--only", "everything"], "there is no claim 'everything': accepted are"),
+    (["figures"], "Missing option '--out'"),
+    (["figures", "--out", "x", "--only", "nothing"], "'nothing' is not one of 'seriesDiverging'"),
+    (["figures", "--out", "x", "--end", "return"], "accepted is --end with --law"),
+    (["figures", "--out", "x", "--law", "1,1", "--only", "audit"], "accepted is one of them"),
+    (["figures", "--out", "x", "--law", "nothing"], "law is 'nothing': accepted is viscoelastic"),
+    (["figures", "--out", "x", "--format", "gif"], "'gif' is not one of 'svg', 'pdf', 'png'"),
+    (["export", "cobol"], "'cobol' is not one of 'c', 'python', 'cuda', 'glsl', 'wgsl'"),
+    (["export", "c", "--pade", "3-6"], "degrees are '3-6': accepted is M/N"),
+    (["export", "c", "--pade", "-3/6"], "accepted is M/N"),
+    (["export", "c", "--pade", "300/1"], "accepted is M/N"),
+    (["export", "c", "--pade", "1/1"], "[1/1] does not exist"),
+    (["export", "c", "--pade", "0/1"], "pade is 0/1: accepted is m + n >= 2"),
+    (["export", "c", "--pade", "3/6", "--pade", "3/6"], "asked for twice"),
+    (["export", "c", "--minimax", "1/4"], "minimax is given without an interval: accepted is minimax with v_star_max"),
+    (
+        ["export", "c", "--v-star-max", "5"],
+        "v_star_max is given without minimax or accuracy: accepted is v_star_max with minimax or accuracy (--minimax, ",
+    ),
+    (["export", "c", "--minimax", "1/4", "--v-star-max", "-3"], "accepted is a number greater than v_star_min = 0"),
+    (["export", "c", "--minimax", "1/4", "--v-star-max", "nan"], "accepted is a number greater than v_star_min = 0"),
+    (
+        ["export", "c", "--minimax", "1/4", "--v-star-max", "1e9"],
+        "accepted is a number greater than v_star_min = 0, at",
+    ),
+    (["export", "c", "--minimax", "1/4", "--v-star-min", "3", "--v-star-max", "2"], "greater than v_star_min = 3"),
+    (
+        ["export", "c", "--minimax", "1/1", "--v-star-max", "1"],
+        "accepted is at least",
+    ),
+    (["export", "c", "--minimax", "1/40", "--v-star-max", "1"], "n is 40: accepted is an integer from 0 to 15"),
+    (["export", "c", "--minimax", "2/0", "--v-star-max", "1000"], "100 % is 1): accepted are degrees and intervals"),
+    (["export", "c", "--accuracy", "1e-17", "--v-star-max", "5"], "accepted is a number from 1e-15 to 0.99"),
+    (["export", "c", "--accuracy", "abc", "--v-star-max", "5"], "accepted is a number from 1e-15 to 0.99"),
+    (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
+    (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "accepted are other degrees"),
+    (
+        ["export", "rust", "--law", "4,1/3", "--accuracy", "1e-3", "--kappa-max", "2"],
+        "the law 4,1/3 needs a degree of at least 11, which no [m/n] tried for an accuracy has: accepted is a law with",
+    ),
+    (
+        ["export", "c", "--law", "4,0", "--accuracy", "1e-3", "--kappa-max", "inf"],
+        "accepted is a finite end of the interval",
+    ),
+    (["export", "python", "--full"], "accepted for kernels of full accuracy is c"),
+    (["export", "python", "--from-speed", "1e-3"], "accepted for kernels of speed is c"),
+    (["export", "c", "--from-speed", "1e-6"], "'1e-6' is not one of '1e-3', '1e-5', '1e-7', '1e-10', 'full'"),
+    (
+        ["export", "c", "--from-speed", "1e-3", "--from-speed", "1e-5"],
+        "accepted is one accuracy, as a file holds one kernel",
+    ),
+    (["export", "c", "--from-speed", "1e-3", "--size", "small"], "asked for is 1e-3 (small): accepted are 1e-3 (fast)"),
+    (["export", "c", "--from-speed", "full", "--size", "small"], "asked for is full (small): accepted are"),
+    (["export", "c", "--size", "small"], "size is given without from_speed: accepted is size with from_speed"),
+    (["export", "c", "--from-speed", "1e-3", "--full"], "accepted is one kind of kernels in a file"),
+    (["export", "c", "--full", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
+    (["export", "c", "--accuracy", "1e-3", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
+    (["export", "latex", "--accuracy", "1e-3"], "accepted for half-line and inverse kernels is c, python, cuda, glsl"),
+    (["export", "c", "--accuracy", "1e-9"], "accepted is a number >"),
+    (["export", "c", "--inverse", "1e-5", "--epsilon-min", "2"], "accepted is 0, or a number from 2e-4 to 0.99"),
+    (["export", "c", "--epsilon-min", "0.5"], "accepted is epsilon_min with inverse (--inverse)"),
+    (
+        ["export", "c", "--accuracy", "1e-3", "--v-star-min", "1"],
+        "accepted is an interval with both ends (--v-star-max)",
+    ),
+    *(
+        (["export", "c", *kind, "--measure", "relative"], "measure is given without minimax or accuracy: accepted is")
+        for kind in ([], ["--pade", "3/6"], ["--inverse", "1e-3"], ["--full"], ["--from-speed", "1e-3"])
+    ),
+    *(
+        (["export", target, *words], f"{words[0]} changes nothing in {target}: accepted with it{accepted}")
+        for target, words, accepted in (
+            ("version-header", ["--accuracy", "1e-3"], ": --output"),
+            ("version-header", ["--from-speed", "1e-3"], ": --output"),
+            ("version-header", ["--digits", "50"], ": --output"),
+            ("series-json", ["--accuracy", "1e-3"], ": --order, --digits, --output"),
+            ("series-csv", ["--full"], ": --order, --digits, --output"),
+            ("c", ["--digits", "40"], ": --pade, --minimax, --accuracy"),
+            ("vectors", ["--order", "40"], ": --pade, --minimax, --accuracy"),
+        )
+    ),
+    (["scene"], "accepted is a scene: either FILE, or --example NAME"),
+    (["scene", "x.toml", "--example", "ice_rings"], "accepted is a scene: either FILE, or --example NAME"),
+    (
+        ["scene", "--example", "../x"],
+        "there is no example scene '../x': accepted are acetate, boulders, glass_beads, ice_",
+    ),
+    (["nonsense"], "No such command 'nonsense'"),
+    (["--nonsense"], "No such option"),
+    (("fit", "data.csv", "--plot", "x.svg", "--scene", "x.svg", *MATERIAL), "--scene and --plot are the same file"),
+    (("fit", "data.csv", "--gravity", "3"), "accepted with speed and epsilon are no options of a flight"),
+    (("fit", "data.csv", "--plot", "x.bmp"), "accepted is a name that ends in .svg, .png or .pdf"),
+    (("fit", "data.csv", "--scene", "x.toml"), "the sphere also needs --radius, --density, --poisson-ratio"),
+    (("fit", "data.csv", "--radius", "1 cm"), "the sphere also needs --density"),
+    (("fit", "data.csv", "--air-density", "1.2"), "the sphere also needs --radius, --density"),
+    (("fit", "data.csv", "--drag-coefficient", "0.5"), "accepted with it is --air-density"),
+    (
+        (
+            "fit",
+            "data.csv",
+            "--wall",
+        ),
+        "accepted with it are the sphere's radius",
+    ),
+    (("fit", "data.csv", "--without", "99"), "there is no point 'line 99': accepted are line 2 to line 13"),
+    (("fit", "data.csv", "--law", "nothing"), "law is 'nothing'"),
+    (("fit", "data.csv", "--column", "speed"), "is no NAME=HEADER"),
+    (("fit", "data.csv", "--unit", "speed=m/s"), "has the unit 'cm/s' in its header"),
+    (("fit", "data.csv", "--resolution", "1 ms"), "accepted with speed and epsilon is a column sigma_epsilon"),
+    (
+        ("fit", "data.csv", "--radius", "1cm", "--density", "2500", "--poisson-ratio", "0.2"),
+        "accepted is --young-modulus, or a column",
+    ),
+    (("table", "--law", "1,1"), "--law and --program need spheres"),
+    (("table", "--epsilon", "0.9"), "accepted is a scene, or --beta, or --epsilon with --speed"),
+    (("table", "--speed", "1"), "the options do not describe spheres"),
+    (("table", "--beta", "1", "--law", "1,1"), "--law and --program need --speed"),
+    (("table", "--from", "2", "--to", "1"), "accepted is 0 < --from < --to"),
+    (("table", "--from", "0"), "accepted is 0 < --from < --to"),
+    (("table", "--epsilon", "0.9", "--speed", "0"), "speed is 0: accepted is a number > 0"),
+    (("table", "--epsilon", "1.9", "--speed", "1"), "epsilon is 1.9"),
+    (("table", "--beta", "x"), "beta is 'x'"),
+    (("table", "--beta", "1", *MATERIAL), "--beta and a material are given"),
+    (("table", "--dissipative-constant", "1"), "needs a material"),
+    (("table", "--epsilon", "0.5", "--speed", "1", "--program", "nothing"), "nothing"),
+    (("table", "--pade", "1/1"), "does not exist"),
+    (
+        (
+            "simulators",
+            "lammps",
+        ),
+        "accepted is a scene, or a material with --speed",
+    ),
+    (
+        ("simulators", "lammps", *MATERIAL, "--speed", "1"),
+        "--epsilon and --dissipative-constant: neither given, accepted is",
+    ),
+    (("simulators", "lammps", *MATERIAL, "--epsilon", "0.9"), "a material also needs --speed"),
+    (("simulators", "lammps", *MATERIAL, "--epsilon", "1.5", "--speed", "1"), "epsilon is 1.5"),
+    (("simulators", "lammps", *MATERIAL, "--epsilon", "0.9", "--speed", "-1"), "speed is -1"),
+    (
+        (
+            "simulators",
+            "lammps",
+            "none.toml",
+        ),
+        "cannot read none.toml",
+    ),
+    (("simulators", "lammps", EXAMPLES / "rubber.toml", "--tier", "1e-3"), "--tier is given for"),
+    (("simulators", "lammps", EXAMPLES / "rubber.toml", "--speed", "1"), "either a scene or a material"),
+    (("audit", "--program", "x"), "program is 'x': accepted is"),
+    (("audit", "--epsilon", "2"), "epsilon is '2': accepted is a number from 0.001 to 1"),
+    (("audit", "--time-step", "3"), "time-step is 3 contact times"),
+    (("audit", "--time-step", "1", "--contact-time", "0"), "time-step is 0 contact times"),
+    (("audit", "--step-error", "0"), "step-error is 0: accepted is 1e-08 to 1"),
+    (("audit", "--contact-time", "1"), "accepted with it is --time-step"),
+    (["scene", "none.toml"], "No such file"),
+    (["scene", "folder"], "Is a directory"),
+    (["scene", "bytes.toml"], "not text in UTF-8"),
+    (["scene", "/dev/zero"], "more than 16777216 bytes: accepted is a scene in TOML"),
+    (["scene", "a\x1b[31m\u202e.toml"], r"a\x1b[31m\u202e.toml: the text is not TOML"),
+    (["scene", "small.toml", "--no-check", "--cc", "cc"], "accepted is --cc with the check of code in C"),
+    (["scene", "rust.toml", "--cc", "cc"], "accepted is --cc with the check of code in C"),
+    (["claims", "--only", "1" * 30_000], "accepted are"),
+    (["plot", "-o", "x.gif"], "accepted is a name that ends in .svg, .png or .pdf"),
+    (["plot", "-o", "x.svg", "--data", "data.csv"], "--data needs spheres"),
+    # files that must stay as they are
+    (["fit", "data.csv", *BALL, "--scene", "mine.toml"], "mine.toml: it was not generated by viscopade"),
+    (["scene", "small.toml", "--out", "folder"], "small.h: it was not generated by viscopade"),
+    (["export", "c", "-o", "mine.toml"], "mine.toml: it was not generated by viscopade"),
+    (["reproduce", "--out", "folder"], "viscopade_pade.h: it was not generated by viscopade"),
+    (["figures", "--out", "folder", "--only", "localSlope"], "localSlope.svg: it was not generated by viscopade"),
+    (["export", "c", "-o", "folder"], "folder: it is a directory"),
+    (["export", "c", "-o", "missing/x.h"], "there is no directory missing"),
+    (["export", "c", "-o", "mine.toml/x.h"], "Not a directory"),
+    (["export", "c", "-o", "locked/x.h"], "cannot write locked/x.h: Permission denied"),
+    (["reproduce", "--out", "mine.toml"], "Not a directory"),
+]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A directory with the files of the table, some of which are not ours."""
+    files = {
+        "data.csv": "speed (cm/s),epsilon,sigma_epsilon\n" + "".join(f"{v},0.9,0.01\n" for v in range(1, 13)),
+        "small.toml": SMALL,
+        "rust.toml": SMALL + '[code]\nlanguage = "rust"\n',
+        "a\x1b[31m\u202e.toml": "x = [",
+        **dict.fromkeys(
+            ("mine.toml", *(f"folder/{n}" for n in ("small.h", "viscopade_pade.h", "localSlope.svg"))), "mine"
+        ),
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    (tmp_path / "locked").mkdir()
+    may = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "locked" and may(path, mode))
+    monkeypatch.chdir(tmp_path)
+    return lambda: {path: path.read_bytes() if path.is_file() else None for path in tmp_path.rglob("*")}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"), BAD, ids=lambda x: " ".join(map(str, x))[:60] if isinstance(x, (list, tuple)) else ""
+)
+def test_bad_input_is_one_line_and_status_two(words, message, here):
+    before = here()
+    assert message in refused(*words)
+    assert here() == before
+
+
+def test_targets_are_refused_before_the_work(here, monkeypatch):
+    monkeypatch.setattr(requests.Request, "render", lambda *_: pytest.fail("it was made"))
+    assert "mine.toml" in refused("export", "c", "--pade", "100/100", "-o", "mine.toml")
+
+
+def test_no_command_shows_the_help():
+    result = called()
+    assert result.returncode == 2
+    assert "Commands:" in result.stdout + result.stderr
+
+
+HOSTILE = (
+    *("", " ", "\n", "-1", "1e400", "nan", "inf", "0x10", "1_000", "9" * 5000, "1" * 30_000, "\u0661", "1/0", "1j"),
+    *(
+        "x" * 5000,
+        "a\nb",
+        "\x1b[31mred",
+        "\u202egpj.exe",
+        "\udcff",
+        "--",
+        "$(id)",
+        "../..",
+        "{0}",
+        "%s%n",
+        "1 parsec^-9 m",
+    ),
+    *("1 " + "(" * 50 + "m", "2**2**2**2**9999 m", "1 m; import os", "1:2", ":", "a=b", "=", "3/6/1", "-3/6"),
+)
+
+
+def test_every_option_takes_or_refuses_hostile_values():
+    """By the types of all options: what they do not refuse here, the table above has."""
+    tried = 0
+    for name in command.list_commands(click.Context(command)):
+        one = command.get_command(click.Context(command), name)
+        context = click.Context(one, info_name=name)
+        for option in one.params:
+            for value in HOSTILE:
+                with suppress(click.UsageError):
+                    option.type(value, option, context)
+                tried += 1
+    assert tried > 2000
+
+
+# --- scenes ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[tolerance]\nabsolute = 0.1", "", "small.toml: tolerance is missing"),
+        ('material = "glass"', 'material = "iron"', "body.ball.material is 'iron': accepted is glass"),
+        ('"70 GPa"', '"70 km"', "material.glass.young_modulus is '70 km': accepted is a pressure > 0"),
+        ('"70 GPa"', "-1", "material.glass.young_modulus is -1: accepted is a pressure > 0"),
+        ("0.22", "0.6", "material.glass.poisson_ratio is 0.6: accepted is a number > -1 and <= 0.5"),
+        ("absolute = 0.1", "absolute = 1e-18", "tolerance.absolute is 1e-18: accepted is "),
+        (
+            'dissipative_constant = "1e-7 s"',
+            'dissipative_constant = "1e-7 s"\nrestitution = { epsilon = 0.5, speed = "1 m/s", radius = "1 mm" }',
+            "material.glass.dissipative_constant is 1e-07 s, but material.glass.restitution leads to",
+        ),
+        ('dissipative_constant = "1e-7 s"\n', "", "material.glass.dissipative_constant is missing"),
+        ("[speed]", "[sped]", "sped is not known: accepted are"),
+        ('max = "1 m/s"', 'max = "1 mm/s"', "speed is "),
+        ("absolute = 0.1", 'absolute = "tight"', "tolerance.absolute is 'tight': accepted is"),
+        ("[speed]", "[speed", "small.toml: the text is not TOML: "),
+        (
+            '"70 GPa"',
+            f"0x{'f' * 5000}",
+            "material.glass.young_modulus is or holds",
+        ),  # TOML has no limit for such integers, Python has one
+        ("[material.glass]", f"title = 0x{'f' * 5000}\n[material.glass]", "small.toml: "),
+    ],
+)
+def test_a_wrong_scene_is_refused(old, new, message, here):
+    assert SMALL.count(old) == 1
+    Path("small.toml").write_text(SMALL.replace(old, new))
+    assert f"small.toml: {message.removeprefix('small.toml: ')}" in refused("scene", "small.toml", "--no-check")
+
+
+def test_numbers_beyond_all_doubles_are_refused_by_name():
+    with pytest.raises(ValueError, match=r"^x: y is .*: accepted is a number$"):
+        Node("x", "y", 10**400).within("a number", lambda number: True)
+    with pytest.raises(ValueError, match=r"^x: y is .*: accepted is a positive integer"):
+        Node("x", "y", 2**60).count()
+
+
+def clean(text):
+    """Read a scene, or see that it is refused in one line that names it."""
+    line = "s.toml: read"
+    try:
+        from_toml(text, "s.toml")
+    except ValueError as error:
+        line = str(error)
+    assert re.fullmatch(r"s\.toml: [^\n]+", line)
+
+
+RAW = (
+    *("0", "-1", "1e400", "nan", "true", "0x" + "f" * 5000, "9" * 5000, "1979-05-27", "[]", "{}", "[1, 2]", '["ball"]'),
+    *(
+        "{ min = 2, max = 1 }",
+        "{ a = 1 }",
+        '"\\u001b[31m"',
+        "[" * 5000 + "]" * 5000,
+        "{a=" * 300 + "1" + "}" * 300,
+        "=",
+    ),
+    *(f'"{value}"' for value in HOSTILE if value.isprintable() and len(value) < 100),
+)
+
+
+@settings(max_examples=150)
+@given(st.integers(0, SMALL.count("\n") - 1), st.sampled_from((*RAW, None)))
+def test_changed_scenes_are_read_or_refused_by_name(line, raw):
+    """With a value of a line replaced, or without the line."""
+    lines = SMALL.splitlines()
+    lines[line] = "" if raw is None else f"{lines[line].partition('=')[0]} = {raw}"
+    clean("\n".join(lines))
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_refused_by_name(content):
+    clean(content)
