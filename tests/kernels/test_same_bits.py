@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import terminal
+from tests.cli import printed
 from tests.kernels.languages import LANGUAGES, TYPES, Code
 
 ROOT = Path(__file__).parents[2]
@@ -117,7 +117,7 @@ def text_of(language, kind):
     """Return the exported file, or what the command writes."""
     if (language, kind) in EXPORTED:
         return (ROOT / "exports" / EXPORTED[language, kind]).read_text()
-    return terminal.run(["export", LANGUAGES[language].target, *EXPORT[kind].split()])
+    return printed("export", LANGUAGES[language].target, *EXPORT[kind].split())
 
 
 CASES = [

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import terminal
 from tests.patience import HANGS
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.double import exact_of_speed as exact_at
@@ -565,13 +564,6 @@ def test_the_command_prints_and_writes(tmp_path):
     assert drawn.read_bytes().startswith(b"\x89PNG")
     again = command("--from", str(out), "--format", "json")
     assert len(json.loads(again.stdout)["rows"]) == len(rows)
-
-
-@pytest.mark.parametrize("width", terminal.WIDTHS)
-def test_no_number_is_cut_on_a_terminal(quick, width, monkeypatch):
-    monkeypatch.setattr(bench, "run", lambda *_: quick)
-    shown = terminal.on_terminal(monkeypatch, ["bench"], width)
-    terminal.assert_nothing_is_cut(terminal.run(["bench"]), shown, width)
 
 
 @pytest.mark.parametrize(
