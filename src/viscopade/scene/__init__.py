@@ -3,7 +3,6 @@
 __all__ = [
     "check",
     "choice",
-    "cost",
     "description",
     "read",
     "render",
