@@ -1,7 +1,6 @@
-"""`vp.restitution`: both backends give the same bits, and both are called as NumPy's ufuncs are."""
+"""`vp.restitution`: both backends give the same bits, and take `out`, `where` and `dtype` as NumPy's ufuncs do."""
 
 import copy
-import io
 import math
 import os
 import pickle
@@ -33,7 +32,7 @@ except ImportError:
 
 FULL = LastPlaceTable()
 HEADER = Path(__file__).parents[2] / "exports" / "viscopade_speed_full.h"
-NUMPY = native.numpy_restitution()
+NUMPY = native.numpy_restitution
 COMPILED = {name: native.compiled_restitution(name) for name in _native.instruction_sets()} if _native else {}
 BACKENDS = {"numpy": NUMPY, **COMPILED}
 
@@ -97,7 +96,7 @@ def check_agreement(compiled, dtype, number, seed):
 def test_backends_agree_to_the_last_bit(dtype, compiled):
     check_agreement(compiled, dtype, 30_000, seed=1)
     grid = edges(dtype)
-    assert same(quiet(compiled.outer, grid, grid), quiet(NUMPY.outer, grid, grid))
+    assert same(quiet(compiled, grid[:, None], grid), quiet(NUMPY, grid[:, None], grid))
 
 
 @pytest.mark.slow
@@ -196,20 +195,6 @@ def test_invalid_values_are_reported_as_numpy_does(restitution, pair):
         assert math.isnan(restitution(*pair))
     with np.errstate(invalid="raise"), pytest.raises(FloatingPointError, match="invalid value encountered in rest"):
         restitution(*pair)
-    log, calls = io.StringIO(), []
-    with np.errstate(invalid="log", call=log):
-        restitution(*pair)
-    assert log.getvalue() == "Warning: invalid value encountered in restitution\n"
-    with np.errstate(invalid="call", call=lambda *arguments: calls.append(arguments)):
-        restitution(*pair)
-    assert calls == [("invalid value", 8)]
-
-
-@each_backend
-def test_invalid_values_can_be_printed(restitution, capfd):
-    with np.errstate(invalid="print"):
-        restitution(-1.0, 1.0)
-    assert "Warning: invalid value encountered in restitution" in "".join(capfd.readouterr())
 
 
 @each_backend
@@ -282,7 +267,6 @@ CALLS = {
     "durations": ((1.0, np.timedelta64(1, "s")), {}),
     "records": ((np.zeros(1, "f8,f8"), 1.0), {}),
     "one argument": ((1.0,), {}),
-    "four arguments": ((1.0, 2.0, None, 4.0), {}),
     "named arguments": ((), {"speed": 1.0, "beta": 1.0}),
     "unknown keyword": ((1.0, 1.0), {"axis": 0}),
     "dtype f4": ((a([1.0, 1e-50]), 1.0), {"dtype": "f4"}),
@@ -291,44 +275,24 @@ CALLS = {
     "dtype i4": ((1.0, 1.0), {"dtype": "i4"}),
     "dtype f2": ((1.0, 1.0), {"dtype": "f2"}),
     "dtype object": ((1.0, 1.0), {"dtype": object}),
-    "dtype f4, safe": ((a([1.0]), 1.0), {"dtype": "f4", "casting": "safe"}),
     "complex as f8": ((a([1j]), 1.0), {"dtype": "f8"}),
-    "complex as f8, unsafe": ((a([2 + 0j]), 1.0), {"dtype": "f8", "casting": "unsafe"}),
-    "casting no": ((a([1.0, 2.0]), 1), {"casting": "no"}),
-    "casting bad": ((1.0, 1.0), {"casting": "some"}),
-    "signature d": ((a([1, 2], "f4"), 1.0), {"signature": "dd->d"}),
-    "signature f": ((a([1.0, 2.0]), 1.0), {"signature": "ff->f"}),
-    "signature wrong": ((1.0, 1.0), {"signature": "gg->g"}),
-    "signature and dtype": ((1.0, 1.0), {"signature": "dd->d", "dtype": "f8"}),
-    "order F": ((np.ones((2, 3)), 1.0), {"order": "F"}),
-    "order bad": ((1.0, 1.0), {"order": "Z"}),
     "out": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2)}),
     "out positional": ((a([1.0, 2.0]), 1.0, np.zeros(2)), {}),
-    "out in a tuple": ((a([1.0, 2.0]), 1.0), {"out": (np.zeros(2),)}),
-    "out None": ((a([1.0, 2.0]), 1.0), {"out": (None,)}),
-    "out twice": ((a([1.0]), 1.0, np.zeros(1)), {"out": np.zeros(1)}),
     "out f4": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4")}),
-    "out f4, safe": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4"), "casting": "safe"}),
     "out f8 of f4": ((a([1, 2], "f4"), 1.0), {"out": np.zeros(2)}),
     "out complex": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, complex)}),
     "out integers": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, int)}),
     "out other endian": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, ">f8")}),
     "out too small": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(1)}),
-    "out larger": ((1.0, 1.0), {"out": np.zeros((2, 3))}),
     "out no axes": ((1.0, 1.0), {"out": np.zeros(())}),
-    "out a list": ((1.0, 1.0), {"out": [0.0]}),
-    "out empty tuple": ((1.0, 1.0), {"out": ()}),
-    "out two": ((1.0, 1.0), {"out": (np.zeros(1), np.zeros(1))}),
     "where": ((a([1.0, 2.0, -1.0]), 1.0), {"out": np.zeros(3), "where": [True, True, False]}),
     "where, more axes": ((a([1.0, 2.0]), 1.0), {"out": np.zeros((2, 2)), "where": [[True], [False]]}),
     "where with f4": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2, "f4"), "where": [False, True]}),
     "where False": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2), "where": False}),
-    "where numbers": ((a([1.0, 2.0]), 1.0), {"out": np.zeros(2), "where": [1.0, 0.0]}),
     "masked": ((np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0]), 1.0), {}),
     "masked, both": ((np.ma.array([1.0, 2.0], mask=[0, 1]), np.ma.array([1.0, 2.0], mask=[1, 0])), {}),
     "masked second": ((1.0, np.ma.array([1.0, 2.0], mask=[0, 1])), {}),
     "masked constant": ((np.ma.masked, 1.0), {}),
-    "subok": ((np.ma.array([1.0, 2.0], mask=[0, 1]), 1.0), {"subok": False}),
 }
 
 
@@ -357,7 +321,6 @@ def test_the_backends_are_called_alike(call):
         assert np.array_equal(*results)
     else:
         assert same(*results)
-        assert results[0].flags["F_CONTIGUOUS"] == results[1].flags["F_CONTIGUOUS"]
 
 
 def vp_compiled():
@@ -415,7 +378,7 @@ def test_all_shapes_types_and_strides(data, shapes):
         data.draw(arrays(shape, data.draw(st.sampled_from(kinds))))
         for shape, kinds in zip(shapes.input_shapes, (DTYPES, DTYPES, ["u1"]), strict=True)
     )
-    keywords = {"order": data.draw(st.sampled_from("CFAK"))}
+    keywords = {}
     if data.draw(st.booleans()):
         shape = np.broadcast_shapes(speed.shape, beta.shape)
         kind = data.draw(st.sampled_from(["f4", "f8", ">f8"]))
@@ -426,7 +389,6 @@ def test_all_shapes_types_and_strides(data, shapes):
     assert first[1] == second[1] == []
     assert np.array_equal(first[0], second[0])
     assert first[0].dtype == second[0].dtype
-    assert np.squeeze(first[0]).strides == np.squeeze(second[0]).strides
 
 
 @each_backend
@@ -476,26 +438,6 @@ def test_in_place_with_where_keeps_the_rest(restitution):
 
 
 @each_backend
-def test_outer(restitution):
-    speed, beta = np.geomspace(1e-3, 1, 6).reshape(2, 3), np.ones(4)
-    assert same(restitution.outer(speed, beta), restitution(speed[..., None], beta))
-
-
-@needs_extension
-def test_methods_without_meaning_stay_in_bounds():
-    """`reduce` and others feed results back, one at a time."""
-    f = vp_compiled()
-    values = np.geomspace(0.1, 10, 7)
-    running = [values[0]]
-    for value in values[1:]:
-        running.append(f(running[-1], value))
-    assert np.array_equal(f.accumulate(values), running)
-    assert f.reduce(values) == running[-1]
-    for name in ("reduce", "accumulate", "reduceat", "at"):
-        assert not hasattr(NUMPY, name)
-
-
-@each_backend
 def test_several_threads(restitution):
     speed = np.geomspace(1e-6, 1e6, 200_000)
     betas = np.linspace(0.5, 5, 8)
@@ -505,60 +447,8 @@ def test_several_threads(restitution):
     assert all(map(same, alone, together))
 
 
-class Wrapped(np.ndarray):
-    """A subclass that says how it was made."""
-
-    def __array_wrap__(self, array, context=None, return_scalar=False):
-        made = super().__array_wrap__(array, context)
-        made.context = context
-        return made
-
-
-class Diverted:
-    def __init__(self, answer):
-        self.answer = answer
-
-    def __array_ufunc__(self, ufunc, method, *inputs, **keywords):
-        return NotImplemented if self.answer is None else (self.answer, ufunc.__name__, method, inputs, keywords)
-
-
-class MoreDiverted(Diverted):
-    pass
-
-
-class Without:
-    __array_ufunc__ = None
-
-
 @each_backend
-def test_subclasses_and_overrides(restitution):
-    speed = np.ones(2).view(Wrapped)
-    result = restitution(speed, 1.0)
-    assert type(result) is Wrapped
-    assert (result.context[0], result.context[2]) == (restitution, 0)
-    assert type(restitution(1.0, speed)) is Wrapped
-    assert type(restitution(speed, 1.0, subok=False)) is np.ndarray
-    first, second = Diverted("first"), MoreDiverted("second")
-    assert restitution(first, 1.0) == ("first", "restitution", "__call__", (first, 1.0), {})
-    assert restitution(1.0, second, dtype=float)[1:] == ("restitution", "__call__", (1.0, second), {"dtype": float})
-    assert restitution(first, second)[0] == "second"
-    assert restitution(Diverted(None), second)[0] == "second"
-    assert restitution(1.0, 1.0, out=first)[4] == {"out": (first,)}
-    assert restitution.outer(first, 1.0)[2] == "outer"
-    with pytest.raises(TypeError, match="all returned NotImplemented"):
-        restitution(Diverted(None), 1.0)
-    with pytest.raises(TypeError, match="does not support ufuncs"):
-        restitution(Without(), 1.0)
-
-
-@each_backend
-def test_looks_like_a_ufunc(restitution):
-    for name in ("nin", "nout", "nargs", "ntypes", "identity", "signature", "__name__"):
-        assert getattr(restitution, name) == getattr(NUMPY, name)
-    assert list(restitution.types) == list(NUMPY.types)
-    assert repr(restitution).startswith("<ufunc 'restitution'")
-    assert restitution.__doc__ == NUMPY.__doc__ or "[, signature]" in restitution.__doc__
-    assert restitution.__doc__.startswith("restitution(x1, x2, /, out=None, *, where=True, casting='same_kind'")
+def test_has_the_docstring(restitution):
     assert native.DOC in restitution.__doc__
 
 
@@ -566,7 +456,7 @@ def test_pickled_by_name():
     for pickled in (pickle.dumps(vp.restitution), pickle.dumps([vp.restitution])):
         assert pickle.loads(pickled) in (vp.restitution, [vp.restitution])
     assert copy.deepcopy(vp.restitution) is vp.restitution
-    assert copy.copy(NUMPY) is NUMPY
+    assert pickle.loads(pickle.dumps(NUMPY)) is NUMPY
 
 
 # --- which backend ----------------------------------------------------------------------------------------------------
@@ -582,8 +472,8 @@ SHOWN = "import viscopade as vp; print(vp.backend(), type(vp.restitution).__name
 
 def test_the_environment_chooses():
     value = NUMPY(0.1, 1.307).hex()
-    assert python(SHOWN, VISCOPADE_BACKEND="numpy").stdout.split() == ["numpy", "Ufunc", value]
-    expected = ["compiled", "ufunc", value] if COMPILED else ["numpy", "Ufunc", value]
+    assert python(SHOWN, VISCOPADE_BACKEND="numpy").stdout.split() == ["numpy", "function", value]
+    expected = ["compiled", "ufunc", value] if COMPILED else ["numpy", "function", value]
     assert python(SHOWN).stdout.split() == python(SHOWN, VISCOPADE_BACKEND="").stdout.split() == expected
 
 
@@ -598,7 +488,7 @@ def test_without_the_extension(monkeypatch):
     monkeypatch.delattr("viscopade.kernels._native", raising=False)
     for wanted in (None, "", "numpy"):
         name, restitution = native.chosen_backend(wanted)
-        assert (name, type(restitution)) == ("numpy", type(NUMPY))
+        assert (name, restitution) == ("numpy", NUMPY)
     with pytest.raises(ImportError, match="VISCOPADE_BACKEND is 'compiled', but the extension could not be loaded"):
         native.chosen_backend("compiled")
 
@@ -611,7 +501,7 @@ def test_unknown_instructions_are_refused():
 
 def test_backend_is_what_runs():
     assert vp.backend() in native.BACKENDS
-    assert isinstance(vp.restitution, type(NUMPY)) == (vp.backend() == "numpy")
+    assert (vp.restitution is NUMPY) == (vp.backend() == "numpy")
 
 
 def test_a_compiler_was_used_if_there_is_one():

@@ -13,8 +13,6 @@ from typing import Any
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-from viscopade.kernels.ufunc import Ufunc
-
 FENCE = "`" * 8
 # Pages whose neighbours stand below them in the contents.
 FOLDERS = {
@@ -104,8 +102,6 @@ def reference(table: re.Match[str]) -> str:
 def directive(name: str) -> str:
     """Return the directive that shows the docstring of a public name."""
     thing: Any = resolve_name(name)
-    if isinstance(thing, Ufunc):
-        return f".. autodata:: {name}\n   :no-value:\n\n"
     return f".. autoclass:: {name}\n   :members:\n\n" if inspect.isclass(thing) else f".. autofunction:: {name}\n\n"
 
 

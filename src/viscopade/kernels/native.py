@@ -6,20 +6,30 @@ The environment variable VISCOPADE_BACKEND, read once, asks for one of the two.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from os import environ
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from viscopade.kernels.ufunc import Array, Ufunc
+Array = npt.NDArray[Any]
 
 BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
 
+_INVALID = "invalid value encountered in restitution"
+_FLAGS: Sequence[Any] = ("external_loop", "buffered", "zerosize_ok", "copy_if_overlap")
+_PART = 2048  # elements at once: all that belongs to them stays in the cache
+_READ = ("readonly", "nbo", "aligned", "overlap_assume_elementwise")
+_WRITE = ("nbo", "aligned", "allocate", "no_broadcast", "overlap_assume_elementwise")
+
 DOC = """The coefficient of restitution eps at a speed, in double precision or, for float32, in single precision.
 
-A NumPy ufunc: arguments are numbers, lists or arrays of any shapes that broadcast, and `out`, `where`, `dtype` and the
-other keywords are those of all ufuncs. It runs the kernel `lookup_full` of exports/viscopade_speed_full.h.
+Arguments are numbers, lists or arrays of any shapes that broadcast; `out`, `where` and `dtype` are those of NumPy's
+ufuncs. Compiled, it is a ufunc; without a C compiler, a function of Python with the same bits. It runs the kernel
+`lookup_full` of exports/viscopade_speed_full.h.
 
 Parameters
 ----------
@@ -53,9 +63,64 @@ Examples
 """
 
 
-def numpy_restitution() -> Ufunc:
-    """Return the `restitution` that NumPy computes."""
-    return Ufunc("restitution", DOC, _by_numpy)
+def numpy_restitution(
+    x1: Any, x2: Any, /, out: Array | None = None, *, where: Any = True, dtype: npt.DTypeLike | None = None
+) -> Any:
+    """Return what the compiled `restitution` does, by NumPy: with its broadcasting, types, masks and overlaps."""
+    kind = _computed_type(x1, x2, dtype)
+    first, second = (np.asarray(x, kind if type(x) in (bool, int, float) else None) for x in (x1, x2))
+    operands: list[Any] = [first, second, out]
+    flags: list[Any] = [_READ, _READ, ("writeonly", *_WRITE)]
+    types: list[Any] = [kind] * 3
+    if where is not True:
+        operands.append(np.asarray(where))
+        flags[2] = ("writeonly" if out is None else "readwrite", *_WRITE, "writemasked")
+        flags.append(("readonly", "arraymask"))
+        types.append(np.dtype(np.bool_))
+    invalid = False
+    with np.nditer(operands, _FLAGS, flags, types, casting="same_kind", buffersize=_PART) as iterator:
+        if iterator.itersize:
+            for speed, beta, epsilon, *masks in iterator:
+                chosen = masks[0] if masks else ...
+                v, b = speed[chosen], beta[chosen]
+                with np.errstate(all="ignore"):
+                    values = _by_numpy(v, b)
+                invalid |= bool((np.isnan(values) & ~np.isnan(v) & ~np.isnan(b)).any())
+                epsilon[chosen] = values
+        result: Array = iterator.operands[2]
+    if invalid and np.geterr()["invalid"] == "raise":
+        raise FloatingPointError(_INVALID)
+    if invalid and np.geterr()["invalid"] == "warn":
+        warnings.warn(_INVALID, RuntimeWarning, stacklevel=2)
+    if out is not None:
+        return out
+    if any(isinstance(x, np.ma.MaskedArray) for x in (x1, x2)):
+        mask = np.ma.getmaskarray(x1) | np.ma.getmaskarray(x2)
+        result = np.ma.array(result, mask=np.broadcast_to(mask, result.shape))
+    return result[()]
+
+
+numpy_restitution.__doc__ = DOC
+
+
+def _computed_type(x1: Any, x2: Any, dtype: npt.DTypeLike | None) -> np.dtype[Any]:
+    """Return the type to compute in, as NumPy does: float or double, to which both arguments cast safely."""
+    if dtype is not None:
+        if np.dtype(dtype) not in (np.float32, np.float64):
+            raise TypeError("No loop matching the specified signature and casting was found for restitution")
+        return np.dtype(dtype)
+    # Python's numbers adapt to the other argument, and an integer may be as large as it likes.
+    plain = (0 if type(x) is int else x if type(x) in (bool, float) else np.asarray(x) for x in (x1, x2))
+    try:
+        common = np.result_type(*plain)
+    except TypeError:  # strings, dates
+        common = np.dtype(object)
+    if common.kind in "biu":
+        return np.dtype(np.float64)
+    for form in (np.float32, np.float64):
+        if common.kind == "f" and np.can_cast(common, form):
+            return np.dtype(form)
+    raise TypeError("ufunc 'restitution' not supported for the input types: expected real numbers, at most doubles")
 
 
 def _by_numpy(speed: Array, beta: Array) -> Array:
@@ -99,7 +164,7 @@ def chosen_backend(wanted: str | None) -> tuple[str, Any]:
     if wanted not in (*BACKENDS, "", None):
         raise ValueError(f"{VARIABLE} is {wanted!r}: accepted is {' or '.join(BACKENDS)}")
     if wanted == "numpy":
-        return "numpy", numpy_restitution()
+        return "numpy", numpy_restitution
     try:
         return "compiled", compiled_restitution()
     except ImportError as error:
@@ -108,7 +173,7 @@ def chosen_backend(wanted: str | None) -> tuple[str, Any]:
                 f"{VARIABLE} is {wanted!r}, but the extension could not be loaded ({error}): was there a C compiler "
                 "when viscopade was installed? Accepted is numpy, too"
             ) from error
-    return "numpy", numpy_restitution()
+    return "numpy", numpy_restitution
 
 
 _BACKEND, restitution = chosen_backend(environ.get(VARIABLE))
