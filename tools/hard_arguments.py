@@ -8,6 +8,8 @@ rounding error; the search is the same each time, so that it leaves a list that 
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 
 from viscopade.kernels.machine import TYPES
@@ -44,4 +46,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()
