@@ -165,7 +165,7 @@ def test_there_and_back_where_the_powers_are_high(epsilon):
         assert close(back.mpf()["tau_c"], there.mpf()["tau_c"], 13)
 
 
-@pytest.mark.parametrize(("law", "epsilon"), [("1/3,10", "0.999999"), ("3/2,5/2", "1e-30")])
+@pytest.mark.parametrize(("law", "epsilon"), [("1/3,10", "0.999999"), ("3/2,5/2", "1e-2")])
 def test_laws_whose_epsilon_falls_slower_than_1_over_kappa(law, epsilon):
     """The first guess is the limit of (1 - eps)/eps that is the smaller one, where Newton's method converges."""
     found = exact.invert(epsilon, 12, law=law_of(law, "return"))
@@ -177,6 +177,19 @@ def test_laws_whose_epsilon_falls_slower_than_1_over_kappa(law, epsilon):
 def test_an_epsilon_that_is_reached_too_slowly_is_refused():
     with pytest.raises(ValueError, match=r"does not end at x = 0.*accepted is a larger epsilon"):
         exact.invert("1e-9", 5, law=law_of("3/2,0", "return"))
+
+
+@pytest.mark.parametrize(
+    ("law", "last", "beyond"),
+    [("hunt-crossley:1", "12000", "13000"), ("kelvin-voigt:1", "400", "450"), ("1/2,1", "1e5", "1e30")],
+)
+def test_damping_too_strong_to_be_followed_to_x_0_is_refused(law, last, beyond):
+    of = law_of(law, "return")
+    assert exact.collision(kappa=last, digits=5, law=of).epsilon > 0
+    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*accepted is a smaller kappa"):
+        exact.collision(kappa=beyond, law=of)
+    with pytest.raises(ValueError, match=r"does not end at x = 0, or too slowly.*accepted is a larger epsilon"):
+        exact.invert("1e-30", law=of)
 
 
 def test_speeds_and_betas():
@@ -242,6 +255,21 @@ def test_damping_that_holds_the_bodies_back_is_noticed(name):
     law = law_of(name, "return")
     with pytest.raises(NoEndError):
         integrate(Dyadic(-30, 0), 60, Motion.of(law))
+
+
+@pytest.mark.parametrize(
+    "law", [law_of(name, "return") for name in ("viscoelastic", "3/2,1", "1,1/2", "1/2,1")], ids=str
+)
+def test_the_bound_of_the_slope_in_k(law):
+    """-nu/(2 - nu) <= d ln P/d ln k <= 0 where the end is x = 0, by differences, from small k on."""
+    with working(200):
+        for mantissa in (1, 4, 9, 24, 70, 200):
+            k, above = Dyadic(-mantissa, -2), Dyadic(-mantissa * 1025, -12)
+            low, high = (ends(integrate(c, 90, Motion.of(law))).p for c in (k, above))
+            slope = (high / low).log() / (arb(1025) / 1024).log()
+            least = -arb(law.nu.numerator) / (2 * law.nu.denominator - law.nu.numerator)
+            assert not slope < least - arb(10) ** -15
+            assert not slope > 0
 
 
 # --- wrong on purpose -------------------------------------------------------------------------------------------------

@@ -28,9 +28,8 @@ from flint import arb, fmpz
 from viscopade import arguments
 from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
-from viscopade.collision.creep import Creep, ends_of, unloading
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
-from viscopade.collision.validation import Ends
+from viscopade.collision.validation import Ends, ends
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -578,7 +577,7 @@ def _determined(wanted: _Wanted, digits: int) -> Collision:
         forth, back = _branches(k, accuracy, wanted.law)
         with working(accuracy + GUARD_BITS):
             try:
-                balls = wanted.enclosed(_AtK(k.ball(), ends_of(forth), ends_of(back), wanted.law))
+                balls = wanted.enclosed(_AtK(k.ball(), ends(forth), ends(back), wanted.law))
                 return Collision(digits, **balls, given=wanted.given)
             except (ArithmeticError, ValueError):
                 accuracy, more = accuracy + more, 2 * more
@@ -622,27 +621,27 @@ def _solved(wanted: _Wanted, k: Dyadic, known: int, accuracy: int) -> Dyadic:
     return k
 
 
-def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch | Creep]:
+def _branches(k: Dyadic, accuracy: int, law: Law = VISCOELASTIC) -> tuple[Branch, Branch]:
     motion = Motion.of(law)
-    return integrate(k, accuracy, motion), unloading(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
+    return integrate(k, accuracy, motion), integrate(Dyadic(-k.mantissa, k.exponent), accuracy, motion)
 
 
-def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
+def _at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Enclose the collision at k, with more bits where they are needed, as against an attractive force."""
     for _ in range(MAX_ATTEMPTS):
         forth, back = _branches(k, accuracy, law)
         with working(accuracy + GUARD_BITS):
             try:
-                return _AtK(k.ball(), ends_of(forth), ends_of(back), law), (forth, back)
+                return _AtK(k.ball(), ends(forth), ends(back), law), (forth, back)
             except ArithmeticError:
                 accuracy *= 2
     raise ArithmeticError("the end was not enclosed")
 
 
-def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch | Creep]]:
+def _roughly_at(k: Dyadic, accuracy: int, law: Law) -> tuple[_AtK, tuple[Branch, Branch]]:
     """Return what a step of Newton's method needs, without a proof unless the force may be attractive."""
     forth, back = _branches(k, accuracy, law)
-    if isinstance(back, Creep) or back.motion.attractive:
+    if back.motion.attractive:
         return _at(k, accuracy, law)
     with working(accuracy + GUARD_BITS):
         loading, unloading = (Ends(branch.p_end, arb(0), branch.work()) for branch in (forth, back))
@@ -696,7 +695,7 @@ def _elastic(digits: int, law: Law, beta: Fraction | None = None, with_kappa: bo
     for _ in range(MAX_ATTEMPTS):
         forth, back = _branches(zero, accuracy, law)
         with working(accuracy + GUARD_BITS):
-            at = _AtK(arb(0), ends_of(forth), ends_of(back), law)
+            at = _AtK(arb(0), ends(forth), ends(back), law)
             balls = {name: ball_of(number) for name, number in given.items()}
             try:
                 return Collision(digits, arb(0), arb(1), arb(0), **at.course(arb(0)), given=given, **balls)

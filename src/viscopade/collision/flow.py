@@ -16,7 +16,7 @@ They may come from anywhere: `validation` proves how far they are off, from the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -38,7 +38,9 @@ LONGEST_FIRST_STEP = (
     0.2258  # of `Motion.radius`: for n_a = 5 a quarter of the distance 0.911 of the nearest singularity
 )
 MAX_PIECES = 20_000
-MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 against strong damping
+MAX_SLOW_PIECES = 4_000  # of unloading to x = 0 close below the damping that holds the bodies back
+# Largest k^2/(2 n_b - n_a) of unloading to x = 0 for nu < 2: the number of pieces grows like that, to about 4000 here.
+STRONGEST_DAMPING = 25_000
 # Largest |h k|: p grows like exp(h k), and is zero again at |h k| = 2 pi, which Newton's iteration must avoid.
 LARGEST_GROWTH = 6.0
 SPARE_BITS = 4  # the last coefficients may exceed what the accuracy asks for by so much
@@ -46,7 +48,7 @@ AIM_BITS = 3  # new steps aim lower by so much, so that few must be repeated
 
 
 class NoEndError(ArithmeticError):
-    """Contact does not end: damping holds the bodies back, and they do not reach x = 0, or not in `MAX_SLOW_PIECES`."""
+    """Contact does not end: damping holds the bodies back, and they do not reach x = 0, or too slowly."""
 
 
 class Motion(NamedTuple):
@@ -248,9 +250,12 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     Raises
     ------
     NoEndError
-        If the end is at r = 0, and unloading does not reach it.
+        If the end is at r = 0, and unloading does not reach it, or too slowly.
     """
-    steps = _steps(k, accuracy, motion, k.mantissa < 0 and motion.attractive)
+    more = 2 * motion.n_b - motion.n_a
+    if k.mantissa < 0 and not motion.delayed and more > 0 and k.ball() ** 2 > STRONGEST_DAMPING * more:
+        raise NoEndError("x = 0 is reached too slowly")
+    steps = _steps(k, accuracy, motion)
     bits, pieces = steps.bits, [steps.piece(0, 0, steps.first())]
     while not _ends_in(pieces[-1], k, bits, motion):
         stopped = len(pieces) == MAX_SLOW_PIECES or sum(pieces[-1].y) <= 0  # p > 0 is lost in its errors
@@ -263,39 +268,13 @@ def integrate(k: Dyadic, accuracy: int, motion: Motion = HERTZ) -> Branch:
     return Branch(k, bits, tuple(pieces), _root(pieces[-1], k, bits, motion), motion)
 
 
-def beginning(k: Dyadic, accuracy: int, motion: Motion, enough: Callable[[arb, arb], bool]) -> Branch:
-    """Integrate the beginning of unloading (k < 0), where p is of order 1/k: up to a joint where r and p are enough.
-
-    `root` is the end of the last piece. `accuracy` is the number of bits that p has, relatively.
-
-    Raises
-    ------
-    ArithmeticError
-        If r and p were not enough anywhere.
-    """
-    steps = _steps(k, accuracy, motion, absolute=False)
-    pieces = [steps.piece(0, 0, steps.first())]
-    with working(steps.bits + 64):
-        while not enough(*at_joint(pieces[-1], steps.bits)):
-            if len(pieces) == MAX_PIECES:
-                raise ArithmeticError("the beginning of unloading does not end")
-            pieces.append(steps.next(pieces[-1]))
-    return Branch(k, steps.bits, tuple(pieces), 1 << steps.bits, motion)
-
-
-def at_joint(piece: Piece, bits: int) -> tuple[arb, arb]:
-    """Return r and p behind a piece, without a proof. To be called within `working`."""
-    r = fixed_point((1 << bits) - sum(piece.u), 0, bits)
-    return r, fixed_point(sum(piece.y), 0, bits) / (2 * piece.h.ball())
-
-
-def _steps(k: Dyadic, accuracy: int, motion: Motion, absolute: bool) -> _Steps:
+def _steps(k: Dyadic, accuracy: int, motion: Motion) -> _Steps:
     size = max(k.size, 0)
     if k.mantissa < 0:
         accuracy += min(size, 10)
     terms = int(TERMS_PER_BIT * accuracy) + 10
     bits = accuracy + (4 if k.mantissa < 0 else 2) * size + 2 * terms.bit_length() + 8
-    return _Steps(k, bits, terms, accuracy, motion, absolute)
+    return _Steps(k, bits, terms, accuracy, motion, absolute=k.mantissa < 0 and motion.attractive)
 
 
 @dataclass(frozen=True)

@@ -38,17 +38,8 @@ class Ends(NamedTuple):
     """Integral of p r^(n_b-1) dr over the branch."""
 
 
-class Joint(NamedTuple):
-    """Proven enclosures behind some pieces of a branch."""
-
-    r: arb
-    p: arb
-    time: arb
-    """Integral of r^(m-1) ds up to there."""
-
-
-def ends(branch: Branch, after: int = 0) -> Ends:
-    """Enclose p at the end, and the time and the work of the pieces from number `after` on.
+def ends(branch: Branch) -> Ends:
+    """Enclose p at the end, the time and the work.
 
     Raises
     ------
@@ -57,28 +48,10 @@ def ends(branch: Branch, after: int = 0) -> Ends:
     """
     # Where bits are many because u is of order 1/k^2 at first, so many are not needed of anything else.
     with working(branch.bits - 2 * max(branch.k.size, 0) + GUARD_BITS):
-        return _ends(branch, after)
+        return _ends(branch)
 
 
-def joint(branch: Branch, count: int) -> Joint:
-    """Enclose the motion of unloading behind the first `count` pieces, whether the force is attractive there or not.
-
-    Raises
-    ------
-    ArithmeticError
-        As for `ends`.
-    """
-    with working(branch.bits - 2 * max(branch.k.size, 0) + GUARD_BITS):
-        functions = [_Functions.of(branch, piece) for piece in branch.pieces[:count]]
-        residuals = [_residual(branch.k, f) for f in functions]
-        for f in functions:
-            _require_motion(f, arb(1))
-        eta = _absolute(branch, functions, residuals, arb(1))
-        time = sum((f.time(arb(1)) for f in functions), arb(0)) * (1 + _plus_minus(eta))
-        return Joint(functions[-1].r(arb(1)), functions[-1].p(arb(1)) * (1 + _plus_minus(eta)), time)
-
-
-def _ends(branch: Branch, after: int) -> Ends:
+def _ends(branch: Branch) -> Ends:
     functions = [_Functions.of(branch, piece) for piece in branch.pieces]
     residuals = [_residual(branch.k, f) for f in functions]
     for f in functions[:-1]:
@@ -87,18 +60,18 @@ def _ends(branch: Branch, after: int) -> Ends:
     if branch.k.mantissa < 0 and branch.motion.attractive:
         z = _last(branch, lambda z: bool(0 <= functions[-1].r(z) <= 2))
         eta = _absolute(branch, functions, residuals, z)
-        return _completed(branch, _summed(branch, functions, z, eta, eta, after), functions[-1].r(z))
+        return _completed(branch, _summed(branch, functions, z, eta, eta), functions[-1].r(z))
     shares = _shares(branch, functions, residuals)
     eta = 2 * sum(shares, arb(0)).abs_upper()
     if not eta < arb(1) / 4:
         raise ArithmeticError("the residual is too large")
     z, eta_end = _before_the_end(branch, functions, residuals, shares, eta)
-    return _completed(branch, _summed(branch, functions, z, eta, eta_end, after), functions[-1].r(z))
+    return _completed(branch, _summed(branch, functions, z, eta, eta_end), functions[-1].r(z))
 
 
-def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb, after: int) -> Ends:
+def _summed(branch: Branch, functions: list[_Functions], z: arb, eta: arb, eta_end: arb) -> Ends:
     """Enclose the integrals up to z in the last piece, and p there, from bounds of the errors of p^2."""
-    pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))[after:]
+    pairs = list(zip(functions, [arb(1)] * (len(functions) - 1) + [z], strict=True))
     uncertain = 1 + _plus_minus(eta)
     time = sum((f.time(limit) for f, limit in pairs), arb(0)) * uncertain
     work = arb(0) if branch.k.size > ENERGY_FROM else sum((f.work(limit) for f, limit in pairs), arb(0)) * uncertain
