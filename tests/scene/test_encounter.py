@@ -445,7 +445,7 @@ def test_errors_of_a_bound_hold(eps, width, both, relative, off, where):
 
 
 def met_in(path):
-    return encounter.impacts(read.from_toml(path.read_bytes(), path.name))
+    return encounter.encounters(read.from_toml(path.read_bytes(), path.name))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

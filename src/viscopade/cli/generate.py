@@ -187,7 +187,7 @@ def scene_command(
         show(style, tables.KERNELS, tables.kernels(found), tables.to_json(found, verdict))
         return
     say(tables.summary(found))
-    show(style, tables.columns(found), tables.pairs(found), {}, title=scene.title)
+    show(style, tables.PAIRS, tables.pairs(found), {}, title=scene.title)
     show(style, tables.KERNELS, tables.kernels(found), {}, title="Kernels, operations; errors are proven")
     for line in tables.sentences(found):
         say(line)

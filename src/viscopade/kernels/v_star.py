@@ -9,7 +9,6 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision import panel_proof
-from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.rounding_bounds import BITS, ULPS, of_powers
 from viscopade.store import recorded
@@ -31,22 +30,14 @@ def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fractio
     largest : Fraction or None
         The bound holds for 1/largest <= speed <= largest; None for every positive speed of the type.
     """
-    of_ln_v_star = log_error(formulas.v_star_branch(), form, largest, beta=0)
     # The slope of the rows is that of eps but for their errors.
     slope = panel_proof.steepest() * (1 + Fraction(1, 2**20))
     with working(BITS):
+        log = None if largest is None else ball_of(largest).log()
+        relative = of_powers(formulas.v_star_branch(), "v_star", form, {"speed": 0, "beta": 0}, log)
+        of_ln_v_star = exact_middle((-(1 - relative).log()).abs_upper())
         change = exact_middle((ball_of(of_ln_v_star * slope).exp() - 1).abs_upper())
     return change + 4 * Fraction(panel_proof.proven_error())
-
-
-def log_error(branch: CodeBranch, form: Format, largest: Fraction | None, **errors: int) -> Fraction:
-    """Return a bound of the error of ln v*, as a branch computes it of a speed and of other inputs with these errors.
-
-    `form` and `largest` are those of `of_v_star`.
-    """
-    with working(BITS):
-        log = None if largest is None else ball_of(largest).log()
-        return exact_middle((-(1 - of_powers(branch, "v_star", form, {"speed": 0, **errors}, log)).log()).abs_upper())
 
 
 def stated(forms: Sequence[Format]) -> str:

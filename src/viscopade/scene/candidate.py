@@ -6,33 +6,27 @@ import math
 import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import cast
 
 import numpy as np
-from flint import arb, arb_poly
 
 from viscopade.approximation import cheapest, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure
-from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import expressions, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.minimax import MinimaxKernel
-from viscopade.kernels.forms.rounding_bounds import BITS
 from viscopade.kernels.forms.speed_table import LAST_ULPS
 from viscopade.kernels.registry import HOST, Entry, limits
-from viscopade.kernels.targets.languages import targets
-from viscopade.kernels.v_star import log_error
 from viscopade.scene.cost import Operations
 from viscopade.scene.description import Code, Scene, Tolerance
-from viscopade.scene.encounter import Encounter, Impacts, Interval
+from viscopade.scene.encounter import Encounter, Interval
 from viscopade.scene.tolerance import HOPELESS, Bound, Errors, allowed, worst
 from viscopade.scene.units import Scale
-from viscopade.theory.law import VISCOELASTIC, law_of
 
 LARGEST_V_STAR = Fraction(1000)  # of quotients of polynomials
 STEEPEST = 4  # |d ln eps/d ln v*| and |d ln(1 - eps)/d ln v*| are less: 10/3 at most
@@ -40,7 +34,6 @@ WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the spee
 LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
-PARTS = 1024  # of the range of v*, on each of which a quotient's steepness is enclosed
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 
 
@@ -50,11 +43,11 @@ class Candidate(ABC):
 
     Attributes
     ----------
-    encounters : sequence of Impacts
+    encounters : sequence of Encounter
         The pairs of the scene.
     """
 
-    encounters: Sequence[Impacts]
+    encounters: Sequence[Encounter]
 
     @property
     @abstractmethod
@@ -77,7 +70,7 @@ class Candidate(ABC):
         """The largest errors on the scene (proven), with rounding."""
 
     @abstractmethod
-    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the formula's eps for a pair, to find the place of its largest error."""
 
     @property
@@ -96,7 +89,7 @@ class Candidate(ABC):
         """
         return max(self._sampled(encounter, measure) for encounter in self.encounters)
 
-    def _sampled(self, encounter: Impacts, measure: str) -> tuple[float, float, str]:
+    def _sampled(self, encounter: Encounter, measure: str) -> tuple[float, float, str]:
         low, high = (float(v) for v in encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
         eps, loss = encounter.restitution(v_star)
@@ -150,7 +143,7 @@ class PairConstant(Candidate):
         assert found is not None
         return found
 
-    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the constant."""
         return np.full_like(v_star, float(self.values[list(self.encounters).index(encounter)]))
 
@@ -231,15 +224,9 @@ class BestApproximant(Candidate):
     @property
     def label(self) -> str:
         """The kernel in words."""
-        of_speed = ", v* by pow" if self._by_pow else ""
+        of_speed = ", v* by pow" if self.code.argument == "speed" else ""
         kind = "best series" if self.kernel.n == 0 else "best quotient"
-        everywhere = " for all v*" if self.kernel.interval is None else ""
-        return f"{kind} {self.kernel.label}{everywhere}{of_speed}"
-
-    @property
-    def _by_pow(self) -> bool:
-        """Whether v* is a power of the speed that takes pow."""
-        return self.code.argument == "speed" and self.kernel.law.power_of_speed not in (0, 1)
+        return f"{kind} {self.kernel.label}{of_speed}"
 
     @property
     def name(self) -> str:
@@ -251,7 +238,7 @@ class BestApproximant(Candidate):
         """Operations: those of the formula, and v*."""
         near, _ = self._in_v_star(FORMATS[self.code.format])
         simple = expressions.simple_operations(near.program, near.results["epsilon"])
-        return Operations(simple, int(self.kernel.n > 0), int(self._by_pow))
+        return Operations(simple, int(self.kernel.n > 0), int(self.code.argument == "speed"))
 
     def _in_v_star(self, form: Format) -> tuple[expressions.CodeBranch, dict[str, float]]:
         """Return the formula in powers of v*, and its coefficients."""
@@ -264,24 +251,14 @@ class BestApproximant(Candidate):
         """Errors on the scene."""
         variant = self.kernel.variant(FORMATS[self.code.format])
         bound = variant.error
-        rounding = Fraction(variant.rounding) * self._of_rounding(bound)
-        of_v_star = self.of_v_star
+        rounding, of_v_star = Fraction(variant.rounding), _of_v_star(self.code)
         if variant.certificate.measure == "both":
             both, relative = bound * (1 + of_v_star) + of_v_star, rounding
         else:
             both, relative = of_v_star, bound + rounding
         return _worst(self.encounters, self.code, Bound(both, relative * (1 + of_v_star), _of_product(self.code)))
 
-    @property
-    def of_v_star(self) -> Fraction:
-        """What the rounding of v* adds to the errors of eps and 1 - eps, relatively."""
-        return _of_v_star(self.code)
-
-    def _of_rounding(self, bound: Fraction) -> Fraction:
-        """Return eps at the rounded v* over eps, at most, but for the factor 1 + `of_v_star`."""
-        return Fraction(1)
-
-    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
         near, given = self._in_v_star(DOUBLE)
         return np.asarray(machine.computed(near, "epsilon", {**given, "v_star": v_star}, DOUBLE))
@@ -289,47 +266,6 @@ class BestApproximant(Candidate):
     def request(self) -> requests.Request:
         """Return the request to `viscopade export` for this kernel."""
         return self.wanted
-
-
-@dataclass(frozen=True)
-class LawQuotient(BestApproximant):
-    """The candidate of a best approximant for another law than the paper's; also of a ready one for all v*.
-
-    Attributes
-    ----------
-    in_speed : Fraction
-        Bound of the error of ln v* if the kernel is given a speed.
-    """
-
-    in_speed: Fraction
-
-    @property
-    def of_v_star(self) -> Fraction:
-        """The error of ln v* times the steepness of the quotient; twice, for terms of second order."""
-        return 2 * self.in_speed * self.steepness if self.in_speed else Fraction(0)
-
-    def _of_rounding(self, bound: Fraction) -> Fraction:
-        """Return that of the quotient, whose steepness is known, times what it is off at either v*."""
-        return (1 + bound) / (1 - bound)
-
-    @cached_property
-    def steepness(self) -> Fraction:
-        """A bound of |d ln f/d ln v*| and |d ln(1 - f)/d ln v*| of the quotient f on the scene (proven)."""
-        low, high = interval(self.encounters, self.code)
-        a, b = (list(map(Fraction, c)) for c in self.kernel.rounded(FORMATS[self.code.format]))
-        a, b = (c + [Fraction(0)] * (max(len(a), len(b)) - len(c)) for c in (a, b))
-        d = self.kernel.law.d
-        with working(BITS):
-            n, q, s = (arb_poly(list(map(ball_of, c))) for c in (a, b, [y - x for x, y in zip(a, b, strict=True)][d:]))
-            steepest = arb(0)
-            for i in range(PARTS):
-                start, end = (ball_of(low + (high - low) * Fraction(j, PARTS)) for j in (i, i + 1))
-                x = start.union(end)
-                # x f'/f = x (N'/N - D'/D), and with D - N = x^d s: x f'/(1 - f) = x N'/D - N (d + x s'/s)/D
-                of_f = x * (n.derivative()(x) / n(x) - q.derivative()(x) / q(x))
-                of_rest = (x * n.derivative()(x) - n(x) * (d + x * s.derivative()(x) / s(x))) / q(x)
-                steepest = steepest.max(abs(of_f)).max(abs(of_rest))
-            return exact_middle(steepest.abs_upper()) if steepest.is_finite() else HOPELESS
 
 
 @dataclass(frozen=True)
@@ -392,7 +328,7 @@ class RegistryKernel(Candidate):
             found.append(Bound(both, last * (1 + both), loss, apart).errors(epsilon))
         return worst(found)
 
-    def epsilon(self, encounter: Impacts, v_star: FloatArray) -> FloatArray:
+    def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the kernel's eps, without rounding."""
         return registry_arrays.entry_epsilon(self.entry, v_star)
 
@@ -405,11 +341,11 @@ class RegistryKernel(Candidate):
         return requests.Request(accuracy=(self.entry.tier,))
 
 
-def _worst(encounters: Sequence[Impacts], code: Code, bound: Bound) -> Errors:
+def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
     return worst([bound.errors(in_format(encounter, code)[1]) for encounter in encounters])
 
 
-def in_format(encounter: Impacts, code: Code) -> tuple[Interval, Interval]:
+def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:
     """Return the ranges of v* and of eps, widened by the rounding of beta, the speed and v*.
 
     For type double the encounter's own ranges are wide enough.
@@ -418,8 +354,6 @@ def in_format(encounter: Impacts, code: Code) -> tuple[Interval, Interval]:
         return encounter.v_star, encounter.epsilon
     (low, high), (least, most) = encounter.v_star, encounter.epsilon
     wide = low * (1 - WIDER), high * (1 + WIDER)
-    if encounter.law != VISCOELASTIC:
-        return wide, encounter.epsilon_on(wide)
     wider = STEEPEST * WIDER
     return wide, (least * (1 - wider), 1 - (1 - most) * (1 - wider))
 
@@ -440,17 +374,12 @@ def _of_v_star(code: Code) -> Fraction:
 # --- all of them ------------------------------------------------------------------------------------------------------
 
 
-def candidates(scene: Scene, encounters: Sequence[Impacts]) -> Iterator[Candidate]:
+def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
     code = scene.code
-    constant = PairConstant(encounters, scene.tolerance, code)
-    yield constant
+    yield PairConstant(encounters, scene.tolerance, code)
     target = code.target
     kinds = target.kinds[code.argument]
-    if scene.contact_law != VISCOELASTIC:
-        if "polynomial" in kinds and constant.errors.failing(scene.tolerance):
-            yield from _of_law(scene, encounters)
-        return
     if "polynomial" in kinds:
         found = best_polynomial(scene, encounters)
         if found is not None:
@@ -463,47 +392,9 @@ def candidates(scene: Scene, encounters: Sequence[Impacts]) -> Iterator[Candidat
             yield RegistryKernel(encounters, entry, code)
 
 
-def _of_law(scene: Scene, encounters: Sequence[Impacts]) -> Iterator[Candidate]:
-    """Yield the best quotient on the range of v*, and the ready ones for all v*, of another law."""
-    found = best_polynomial(scene, encounters)
-    if found is not None:
-        yield found
-    for ready in requests.READY_LAWS:
-        if law_of(ready.law) == scene.contact_law:
-            for accuracy in ready.accuracy:
-                asked = replace(ready, accuracy=(accuracy,))
-                (kernel,) = asked.prove()
-                if any(v.form.name == scene.code.format for v in kernel.variants):
-                    yield _approximant(scene, encounters, kernel, asked)
-
-
-def _approximant(
-    scene: Scene, encounters: Sequence[Impacts], kernel: MinimaxKernel, request: requests.Request
-) -> BestApproximant:
-    if scene.contact_law == VISCOELASTIC:
-        return BestApproximant(encounters, kernel, scene.code, request)
-    return LawQuotient(encounters, kernel, scene.code, request, _in_speed(scene, encounters))
-
-
-def _in_speed(scene: Scene, encounters: Sequence[Impacts]) -> Fraction:
-    """Return a bound of the error of ln v* that a kernel of another law computes from a speed in the scene's units."""
-    if scene.code.argument == "v_star":
-        return Fraction(0)
-    unit = Scale(*scene.scale).speed
-    ends = (Fraction(v / unit) for encounter in encounters for v in encounter.speeds)
-    largest = max(max(v, 1 / v) for v in ends) * (1 + WIDER)
-    branch = formulas.factor_branch(scene.contact_law.power_of_speed, str)
-    return log_error(branch, FORMATS[scene.code.format], largest, factor=0)
-
-
-def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:
+def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
     """Return the reason why no compact kernel is proven on this scene (v* or beta beyond the type's range), or None."""
     code = scene.code
-    if scene.contact_law != VISCOELASTIC:
-        accepted = [t.name for t in targets() if "polynomial" in t.kinds.get(code.argument, ())]
-        if code.language in accepted:
-            return None
-        return f"language is {code.language!r}: accepted for quotients of the law {scene.law} are {', '.join(accepted)}"
     if not code.target.compact:
         return None
     low, high = (pick(in_format(e, code)[0][i] for e in encounters) for i, pick in enumerate((min, max)))
@@ -514,8 +405,7 @@ def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:
             f"{float(least):.3g} to {float(largest):.3g}"
         )
     scale = Scale(*scene.scale)
-    met = [e for e in encounters if isinstance(e, Encounter)]
-    betas = [scale.beta(pair.beta) for e in met for pair in (e.weakest, e.strongest)]
+    betas = [scale.beta(pair.beta) for e in encounters for pair in (e.weakest, e.strongest)]
     # beta^2, beta^4 and beta^5 must be normal numbers.
     exponent = (FORMATS[code.format].largest - 2) / 5
     if not 2.0**-exponent <= min(betas) <= max(betas) <= 2.0**exponent:
@@ -526,7 +416,7 @@ def uncovered(scene: Scene, encounters: Sequence[Impacts]) -> str | None:
     return None
 
 
-def best_polynomial(scene: Scene, encounters: Sequence[Impacts]) -> BestApproximant | None:
+def best_polynomial(scene: Scene, encounters: Sequence[Encounter]) -> BestApproximant | None:
     """Return the cheapest best approximant within the tolerance on the range of v* of all pairs, or None.
 
     Of those in the measure "relative" only such that are cheaper than the one in "both" are looked for.
@@ -537,8 +427,7 @@ def best_polynomial(scene: Scene, encounters: Sequence[Impacts]) -> BestApproxim
     first = _best(scene, encounters, (low, high), "both")
     if first is not None and not first.errors.failing(scene.tolerance):
         price, accuracy = minimax.cost(first.kernel.m, first.kernel.n), _accuracy(scene, encounters, "relative")
-        law = scene.contact_law
-        fit = cheapest.most_accurate(price - 1, high, low, "relative", law) if accuracy is not None else None
+        fit = cheapest.most_accurate(price - 1, high, low, "relative") if accuracy is not None else None
         if accuracy is None or fit is None or fit.error > accuracy:
             return first
     found = [c for c in (first, _best(scene, encounters, (low, high), "relative")) if c is not None]
@@ -546,7 +435,7 @@ def best_polynomial(scene: Scene, encounters: Sequence[Impacts]) -> BestApproxim
     return min(fine or found, key=lambda c: minimax.cost(c.kernel.m, c.kernel.n), default=None)
 
 
-def _best(scene: Scene, encounters: Sequence[Impacts], ends: Interval, measure: Measure) -> BestApproximant | None:
+def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure: Measure) -> BestApproximant | None:
     """Return the cheapest approximant in a measure, of which more is asked if there is none in the scene's format."""
     accuracy = _accuracy(scene, encounters, measure)
     low, high = ends
@@ -555,23 +444,21 @@ def _best(scene: Scene, encounters: Sequence[Impacts], ends: Interval, measure: 
             return None
         text = _short(accuracy * factor)
         try:
-            kernel = prove_rational.accurate(text, high, low, measure, scene.contact_law)
+            kernel = prove_rational.accurate(text, high, low, measure)
         except (ValueError, ArithmeticError):
             return None
         if any(v.form.name == scene.code.format for v in kernel.variants):
             request = requests.Request(
-                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure, law=scene.law
+                accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
             )
-            return _approximant(scene, encounters, kernel, request)
+            return BestApproximant(encounters, kernel, scene.code, request)
     return None
 
 
-def _accuracy(scene: Scene, encounters: Sequence[Impacts], measure: Measure) -> Fraction | None:
+def _accuracy(scene: Scene, encounters: Sequence[Encounter], measure: Measure) -> Fraction | None:
     """Return what a kernel's error may be in a measure, or None if no kernel is that accurate."""
     ranges = [in_format(encounter, scene.code)[1] for encounter in encounters]
-    law = scene.contact_law
-    lost = _of_v_star(scene.code) if law == VISCOELASTIC else 4 * law.d * _in_speed(scene, encounters)
-    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * lost
+    accuracy = allowed(scene.tolerance, ranges, measure) * Fraction(999, 1000) - 2 * _of_v_star(scene.code)
     return None if accuracy < LEAST_ACCURACY else min(accuracy, Fraction(1, 2))
 
 
@@ -585,7 +472,7 @@ def _short(accuracy: Fraction) -> str:
     return text.replace("e-0", "e-")
 
 
-def interval(encounters: Sequence[Impacts], code: Code) -> Interval:
+def interval(encounters: Sequence[Encounter], code: Code) -> Interval:
     """Return the range of v* of all pairs, rounded outwards to three digits; a very low start becomes 0."""
     ranges = [in_format(encounter, code)[0] for encounter in encounters]
     low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
@@ -600,10 +487,9 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
 
 def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
-    if found.kernel.interval is None:
-        return None
-    low, high = found.kernel.interval
+    bound = found.kernel.bound
+    assert bound.high is not None
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
-    measure = cast(Measure, found.kernel.bounds[0].measure)
-    fit = cheapest.most_accurate(price, high, low, measure, found.kernel.law)
+    measure = cast(Measure, bound.measure)
+    fit = cheapest.most_accurate(price, bound.high, bound.low, measure)
     return None if fit is None else (fit.label, float(fit.error), RELATIVE_TO[measure])

@@ -12,22 +12,18 @@ import numpy.typing as npt
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.arrays.double import exact_of_speed
-from viscopade.collision.curve import ERROR
 from viscopade.generated import MARKER, template
 from viscopade.kernels.targets.language import Runner
 from viscopade.kernels.toolchain import ToolchainError
 from viscopade.scene import runners
 from viscopade.scene.candidate import PairConstant
 from viscopade.scene.choice import WORDS, Choice
-from viscopade.scene.encounter import Encounter, restitution_of_law
-from viscopade.scene.render import damping, file_name, layout
+from viscopade.scene.render import file_name, layout
 from viscopade.scene.units import Scale
-from viscopade.theory.law import VISCOELASTIC
 
 SPEEDS = 20_000  # for each pair
 COLLISIONS = 1_000_000  # of all pairs, about
 REFERENCE = 1e-15  # more than the relative error of what is compared with, in double precision (sampled)
-REFERENCE_OF_LAW = 2 * ERROR  # likewise, for another law than the paper's
 _SEED = 7
 
 Array = npt.NDArray[Any]
@@ -60,7 +56,7 @@ class Collisions:
     """Collisions of all pairs: inputs for the code, in the scene's units and format, and the exact results."""
 
     speed: Array
-    beta: Array  # or the factor of another law
+    beta: Array
     argument: Array
     pair: npt.NDArray[np.int32]
     eps: FloatArray
@@ -149,14 +145,7 @@ def _collisions(choice: Choice) -> Collisions:
     speed, given = (np.concatenate(values) for values in zip(*made, strict=True))
     pair = np.repeat(np.arange(pairs, dtype=np.int32), size)
     wide = [values.astype(np.float64) for values in (speed, given)]
-    law, by_v_star = choice.scene.contact_law, choice.scene.code.argument == "v_star"
-    if law != VISCOELASTIC:
-        v_star = wide[1] * wide[0] ** float(law.power_of_speed)
-        argument = v_star.astype(speed.dtype) if by_v_star else given
-        return Collisions(
-            speed, given, argument, pair, *restitution_of_law(law, argument.astype(np.float64) if by_v_star else v_star)
-        )
-    if by_v_star:
+    if choice.scene.code.argument == "v_star":
         argument = _v_star(speed, given)
         v_star = argument.astype(np.float64)
         eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
@@ -166,16 +155,13 @@ def _collisions(choice: Choice) -> Collisions:
 
 
 def _of_pair(choice: Choice, pair: int, size: int) -> tuple[Array, Array]:
-    """Return speeds, and betas or factors, of a pair."""
+    """Return speeds and betas of a pair."""
     encounter, scale = choice.encounters[pair], Scale(*choice.scene.scale)
     kind = np.float32 if choice.scene.code.format == "float" else np.float64
     random = np.random.default_rng((_SEED, pair)).random((2, size))
     random[:, :2] = [0, 1], [0, 1]  # the ends
     slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
-    if isinstance(encounter, Encounter):
-        weakest, strongest = (scale.beta(p.beta) for p in (encounter.weakest, encounter.strongest))
-    else:
-        weakest = strongest = damping(choice.scene, encounter)
+    weakest, strongest = (scale.beta(p.beta) for p in (encounter.weakest, encounter.strongest))
     return _between(slowest, fastest, random[0]).astype(kind), _between(weakest, strongest, random[1]).astype(kind)
 
 
@@ -201,12 +187,11 @@ def _compared(choice: Choice, given: Collisions, how: str, found: FloatArray) ->
         "dissipation": _largest(np.abs(found[1] - dissipation) / dissipation),
         "absolute": _largest(off),
     }
-    reference = REFERENCE if choice.scene.contact_law == VISCOELASTIC else REFERENCE_OF_LAW
     limits, proven = choice.scene.tolerance.given(), vars(choice.chosen.candidate.errors)
     # Measures without a tolerance must still meet twice the file's bounds (libraries may round differently).
     others = {name: 2 * float(bound) for name, bound in proven.items() if name not in limits}
     for name, limit in (limits | others).items():
-        if not errors[name] <= limit + reference:
+        if not errors[name] <= limit + REFERENCE:
             raise ToolchainError(
                 f"the generated code fails its check: {WORDS[name]} is {errors[name]:.3g}, more than {limit:.3g}"
             )

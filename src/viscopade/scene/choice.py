@@ -11,7 +11,7 @@ from viscopade.progress import track
 from viscopade.scene import sense
 from viscopade.scene.candidate import BestApproximant, Candidate, candidates, cheaper_polynomial, uncovered
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter, Impacts, impacts
+from viscopade.scene.encounter import Encounter, encounters
 
 AS_CHEAP = 1.05  # costs that differ by less are equal: the smaller table decides, then the error
 WORDS = {"epsilon": "relative error of eps", "dissipation": "relative error of 1 - eps^2", "absolute": "error of eps"}
@@ -48,7 +48,7 @@ class Choice:
     Attributes
     ----------
     scene : Scene
-    encounters : sequence of Impacts
+    encounters : sequence of Encounter
     offers : sequence of Offer
         All candidates, the cheapest first.
     chosen : Offer
@@ -61,7 +61,7 @@ class Choice:
     """
 
     scene: Scene
-    encounters: Sequence[Impacts]
+    encounters: Sequence[Encounter]
     offers: Sequence[Offer]
     chosen: Offer
     reason: str
@@ -82,7 +82,7 @@ def choose(scene: Scene) -> Choice:
     ValueError
         If there is none: one line that says what the best one reaches.
     """
-    met = impacts(scene)
+    met = encounters(scene)
     for i in track(range(len(met)), "pairs"):
         met[i].epsilon  # noqa: B018  computed once, and kept
     found = list(candidates(scene, met))
@@ -95,9 +95,8 @@ def choose(scene: Scene) -> Choice:
         raise _nothing(scene, met, offers)
     as_cheap = [offer for offer in enough if offer.cost <= AS_CHEAP * enough[0].cost]
     chosen = min(as_cheap, key=lambda offer: (offer.candidate.bytes, offer.rank))
-    spheres = [encounter for encounter in met if isinstance(encounter, Encounter)]
-    warnings = [text for encounter in spheres for text in sense.warnings(scene, encounter)]
-    notes = [text for encounter in spheres for text in sense.notes(scene, encounter)]
+    warnings = [text for encounter in met for text in sense.warnings(scene, encounter)]
+    notes = [text for encounter in met for text in sense.notes(scene, encounter)]
     return Choice(scene, met, offers, chosen, _reason(scene, offers, chosen), warnings, notes)
 
 
@@ -107,7 +106,7 @@ def _excess(scene: Scene, offer: Offer) -> tuple[Fraction, str]:
     return max((getattr(errors, name) / Fraction(repr(limit)), name) for name, limit in given.items())
 
 
-def _nothing(scene: Scene, met: Sequence[Impacts], offers: Sequence[Offer]) -> ValueError:
+def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) -> ValueError:
     """Return the refusal of a tolerance that no kernel keeps."""
     reason = uncovered(scene, met)
     if reason is not None:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 from viscopade.collision.spheres import Pair, Sphere
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.simulators.setup import SI, Units
-from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 if TYPE_CHECKING:
     from viscopade.kernels.targets.language import Target
@@ -153,8 +152,6 @@ class Meeting:
         The speed at which eps was given, if it was.
     relative_error : float or None
         Relative standard error of this pair's own A, if known.
-    factor : float or None
-        With another law than the paper's: v* is this factor times a power of the speed in m/s.
     """
 
     first: str
@@ -163,7 +160,6 @@ class Meeting:
     dissipative_constant: float | None = None
     known_at: float | None = None
     relative_error: float | None = None
-    factor: float | None = None
 
     @property
     def name(self) -> str:
@@ -242,8 +238,6 @@ class Scene:
         Of the numbers in generated files.
     scale : tuple of float
         These units of length, mass and time in SI units.
-    law : str
-        Name or exponents of the law of contact. Scenes of another law than the paper's have no materials and bodies.
     """
 
     source: str
@@ -257,12 +251,6 @@ class Scene:
     volume_fraction: float | None = None
     units: Units = SI
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    law: str = "viscoelastic"
-
-    @property
-    def contact_law(self) -> Law:
-        """The law of contact."""
-        return law_of(self.law)
 
     def sphere(self, name: str, radius: float | None = None) -> Sphere:
         """Return a body; a sphere without a given radius has its typical one."""
@@ -273,15 +261,7 @@ class Scene:
         return material.sphere(body.sizes.typical if radius is None else radius)
 
     def pair(self, meeting: Meeting, radii: tuple[float | None, float | None] = (None, None)) -> Pair:
-        """Return the pair of bodies that meet, with their typical radii unless radii are given.
-
-        Raises
-        ------
-        ValueError
-            If the scene has another law than the paper's: its bodies have no radii.
-        """
-        if self.contact_law != VISCOELASTIC:
-            raise ValueError(f"law is {self.law!r}: accepted here is a scene of viscoelastic spheres, without law")
+        """Return the pair of bodies that meet, with their typical radii unless radii are given."""
         spheres = [self.sphere(name, r) for name, r in zip((meeting.first, meeting.second), radii, strict=True)]
         return with_constant(Pair(*spheres), meeting.dissipative_constant)
 

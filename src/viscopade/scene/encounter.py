@@ -3,115 +3,30 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import TypeVar
 
 import numpy as np
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact, limits
-from viscopade.collision.curve import curve
 from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
 from viscopade.simulators.setup import Contact
-from viscopade.theory.law import VISCOELASTIC, Law
 
 DIGITS = 20
 # Wider than what double precision does to beta and v*: the true range lies inside.
 _PADDING = Fraction(1, 10**12)
-LARGEST_LOG = 100.0  # of v*, more than what is accepted
 _LAST_DIGIT = Fraction(1, 10 ** (DIGITS - 2))
 
 Interval = tuple[Fraction, Fraction]
-AnyImpacts = TypeVar("AnyImpacts", bound="Impacts")
-
-
-class Impacts(ABC):
-    """Impacts of two kinds of bodies by any law of contact, with their ranges of v* and eps."""
-
-    meeting: Meeting
-    speeds: tuple[float, float, float]
-
-    @property
-    def name(self) -> str:
-        """Names of both bodies."""
-        return self.meeting.name
-
-    @property
-    @abstractmethod
-    def law(self) -> Law:
-        """The law of contact."""
-
-    @property
-    @abstractmethod
-    def v_star(self) -> Interval:
-        """The range of v*, rounded outwards."""
-
-    @cached_property
-    def epsilon(self) -> Interval:
-        """The range of eps, proven: eps falls with v*."""
-        return self.epsilon_on(self.v_star)
-
-    def epsilon_on(self, v_star: Interval) -> Interval:
-        """Return the proven range of eps on one of v*."""
-        low, high = v_star
-        return proven_epsilon(high, self.law)[0], proven_epsilon(low, self.law)[1]
-
-    @abstractmethod
-    def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return eps and 1 - eps in double precision."""
 
 
 @dataclass(frozen=True)
-class LawImpacts(Impacts):
-    """Impacts of two bodies by another law than the paper's.
-
-    Attributes
-    ----------
-    meeting : Meeting
-        With the factor of v* = factor speed^p.
-    speeds : (float, float, float)
-        The slowest, a typical and the fastest impact.
-    factor : float
-    of : Law
-    """
-
-    meeting: Meeting
-    speeds: tuple[float, float, float]
-    factor: float
-    of: Law
-
-    @property
-    def law(self) -> Law:
-        """The law of contact."""
-        return self.of
-
-    @cached_property
-    def v_star(self) -> Interval:
-        """The range of v*; for nu > 2 it falls with the speed."""
-        power, log = float(self.of.power_of_speed), math.log(self.factor)
-        ends = (min(max(log + power * math.log(v), -LARGEST_LOG), LARGEST_LOG) for v in self.speeds[::2])
-        low, high = sorted(Fraction(math.exp(end)) for end in ends)
-        return low * (1 - _PADDING), high * (1 + _PADDING)
-
-    def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return eps and 1 - eps from the law's table."""
-        return restitution_of_law(self.of, v_star)
-
-
-def restitution_of_law(law: Law, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return eps and 1 - eps of a law, to `curve.ERROR` (sampled)."""
-    functions, kappa = curve(law), v_star**law.d
-    return np.asarray(functions.epsilon(kappa)), np.asarray(functions.one_minus_epsilon(kappa))
-
-
-@dataclass(frozen=True)
-class Encounter(Impacts):
+class Encounter:
     """An encounter: two kinds of bodies with their ranges of beta, v* and eps.
 
     Attributes
@@ -132,9 +47,9 @@ class Encounter(Impacts):
     speeds: tuple[float, float, float]
 
     @property
-    def law(self) -> Law:
-        """The paper's law."""
-        return VISCOELASTIC
+    def name(self) -> str:
+        """Names of both bodies."""
+        return self.meeting.name
 
     @cached_property
     def v_star(self) -> Interval:
@@ -142,6 +57,12 @@ class Encounter(Impacts):
         slowest, _, fastest = self.speeds
         low, high = Fraction(self.weakest.v_star(slowest)), Fraction(self.strongest.v_star(fastest))
         return low * (1 - _PADDING), high * (1 + _PADDING)
+
+    @cached_property
+    def epsilon(self) -> Interval:
+        """The range of eps, proven: eps falls with v*."""
+        low, high = self.v_star
+        return proven_epsilon(high)[0], proven_epsilon(low)[1]
 
     def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return eps and 1 - eps to the last digits of type double."""
@@ -167,34 +88,19 @@ class Encounter(Impacts):
 
 
 @lru_cache(maxsize=256)
-def proven_epsilon(v_star: Fraction, law: Law = VISCOELASTIC) -> Interval:
+def proven_epsilon(v_star: Fraction) -> Interval:
     """Return proven bounds of eps at a v*."""
-    value = Fraction(exact.collision(v_star, DIGITS, law=law).decimals()["epsilon"])
+    value = Fraction(exact.collision(v_star, DIGITS).decimals()["epsilon"])
     return value * (1 - _LAST_DIGIT), min(value * (1 + _LAST_DIGIT), Fraction(1))
 
 
-def impacts(scene: Scene) -> Sequence[Impacts]:
-    """Return the impacts of all pairs that meet, by the scene's law.
+def encounters(scene: Scene) -> list[Encounter]:
+    """Return the encounters of all pairs that meet.
 
     Raises
     ------
     ValueError
         If physical properties of a pair are beyond double precision.
-    """
-    law = scene.contact_law
-    if law == VISCOELASTIC:
-        return encounters(scene)
-    met = [(m, m.speeds.of(False), m.factor or 0.0) for m in scene.meetings]
-    return [_moderate(scene, LawImpacts(*given, law)) for given in met]
-
-
-def encounters(scene: Scene) -> list[Encounter]:
-    """Return the encounters of all pairs of viscoelastic spheres that meet.
-
-    Raises
-    ------
-    ValueError
-        If the scene has another law, or physical properties of a pair are beyond double precision.
     """
     return [_encounter(scene, meeting) for meeting in scene.meetings]
 
@@ -212,11 +118,6 @@ def _encounter(scene: Scene, meeting: Meeting) -> Encounter:
         max(pairs, key=lambda p: p.beta),
         meeting.speeds.of(pair.second.is_wall),
     )
-    return _moderate(scene, found)
-
-
-def _moderate(scene: Scene, found: AnyImpacts) -> AnyImpacts:
-    """Return impacts whose v* is a number that occurs; refuse others."""
     low, high = found.v_star
     if not 1e-30 <= low <= high <= 1e30:
         raise ValueError(

@@ -6,12 +6,10 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
 from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
-from viscopade.collision import exact
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.quantity import factor, quantity, words
@@ -33,9 +31,7 @@ from viscopade.scene.description import (
     geometric_mean,
     with_constant,
 )
-from viscopade.scene.encounter import DIGITS
 from viscopade.simulators.setup import Units
-from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 MOST_BODIES = 40
 TAIL = 1e-6
@@ -45,8 +41,7 @@ SAME = 0.01  # two values of A that differ relatively by less agree
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 T = TypeVar("T")
 
-_ANY_LAW = ("name", "title", "law", "contact", "speed", "tolerance", "code", "units")
-_TOP = (*_ANY_LAW, "material", "body", "gas")
+_TOP = ("name", "title", "contact", "speed", "tolerance", "code", "units", "material", "body", "gas")
 
 
 def from_toml(content: bytes | str, source: str) -> Scene:
@@ -65,13 +60,6 @@ def from_toml(content: bytes | str, source: str) -> Scene:
         One line that names the file, the key, what is there and what is accepted.
     """
     whole = Node(source, "", _parsed(content, source)).only(*_TOP)
-    law = "viscoelastic" if (given := whole.get("law")) is None else given.text().replace(" ", "")
-    try:
-        other = law_of(law) != VISCOELASTIC
-    except ValueError as error:
-        raise ValueError(f"{source}: {error}") from None
-    if other:
-        return _of_law(whole, law)
     materials = {
         name: _material(node) for name, node in _named(whole.need("material", "one table or more, [material.NAME]"))
     }
@@ -80,18 +68,8 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     }
     default = None if (node := whole.get("speed")) is None else _speeds(node)
     meetings = tuple(_meetings(whole, materials, bodies, default))
-    found = _scene(whole, materials, bodies, meetings, "viscoelastic")
-    for i, meeting in enumerate(meetings):
-        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "")
-    return found
-
-
-def _scene(
-    whole: Node, materials: Mapping[str, Material], bodies: Mapping[str, Body], meetings: tuple[Meeting, ...], law: str
-) -> Scene:
-    units, scale = _units(whole.get("units"))
-    title = whole.get("title")
-    return Scene(
+    (units, scale), title = _units(whole.get("units")), whole.get("title")
+    found = Scene(
         source=whole.source,
         name=_name(whole.get("name"), whole.source),
         title=whole.source if title is None else title.text(),
@@ -103,58 +81,10 @@ def _scene(
         volume_fraction=_volume_fraction(whole.get("gas")),
         units=units,
         scale=scale,
-        law=law,
     )
-
-
-def _of_law(whole: Node, law: str) -> Scene:
-    """Return a scene with another law than the paper's: contacts with their damping, no materials and bodies."""
-    whole.only(*_ANY_LAW)
-    default = None if (node := whole.get("speed")) is None else _speed_limits(node)
-    listed = whole.need("contact", "one contact or more, [[contact]]").items()
-    if not listed:
-        raise whole["contact"].refuse("at least one contact")
-    meetings: dict[frozenset[str], Meeting] = {}
-    for node in listed:
-        node.only("between", "speed", "restitution", "kappa")
-        between = node.need("between", "a list of two bodies")
-        if len(between.items()) != 2:
-            raise between.refuse("a list of two bodies")
-        first, second = map(_identifier, between.items())
-        if frozenset((first, second)) in meetings:
-            raise between.refuse("each pair once")
-        speeds = default if (part := node.get("speed")) is None else _speed_limits(part)
-        meetings[frozenset((first, second))] = Meeting(
-            first, second, _required_speeds(node, speeds), factor=_factor(node, law_of(law))
-        )
-    return _scene(whole, {}, {}, tuple(meetings.values()), law)
-
-
-def _speed_limits(node: Node) -> Speeds:
-    """Return the slowest and the fastest speed: a law other than the paper's has no spheres of a gas."""
-    return _speeds(node.only("min", "max"))
-
-
-def _factor(node: Node, law: Law) -> float:
-    """Return v* at 1 m/s: from eps or from kappa at a speed."""
-    if node.has("restitution") == node.has("kappa"):
-        which = "both" if node.has("kappa") else "neither"
-        raise ValueError(f"{node.source}: {node.key}: restitution and kappa: {which} given, accepted is one of them")
-    if node.has("kappa"):
-        known = node["kappa"].only("value", "speed")
-        kappa = known.need("value", "a number > 0").number(positive=True)
-    else:
-        known = node["restitution"].only("epsilon", "one_minus_epsilon", "speed")
-        restitution = _restitution(known)
-        kappa = _checked(known, lambda: exact.invert(**restitution, digits=DIGITS, law=law).floats()["kappa"])
-        if not kappa:
-            raise ValueError(f"{node.source}: {known.key} has no dissipation, eps is 1: accepted is an epsilon < 1")
-    speed = _required(known, "speed", "speed")
-    with suppress(OverflowError):
-        factor = float(kappa ** (1 / law.d)) * math.pow(speed, -law.power_of_speed)
-        if 0 < factor < math.inf:
-            return factor
-    raise known.refuse("a kappa at 1 m/s that double precision can hold")
+    for i, meeting in enumerate(meetings):
+        _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "")
+    return found
 
 
 def _parsed(content: bytes | str, source: str) -> dict[str, object]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -11,18 +10,15 @@ from typing import Any
 
 from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE
-from viscopade.generated import WIDTH, marker_line, template
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Name
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.machine import computed
-from viscopade.kernels.targets.syntax import shortest, text
-from viscopade.kernels.targets.wording import end_condition, variable
+from viscopade.kernels.targets.syntax import text
 from viscopade.scene.candidate import Candidate, PairConstant, RegistryKernel
 from viscopade.scene.choice import WORDS, Choice
 from viscopade.scene.description import Scene
-from viscopade.scene.encounter import Encounter, Impacts, LawImpacts
 from viscopade.scene.units import Scale
-from viscopade.theory.law import VISCOELASTIC
 
 _RESERVED = re.compile(r"gl_|webgl_|viscopade", re.IGNORECASE)  # beginnings of names that are not ours
 _IN_A_ROW = 3
@@ -69,8 +65,6 @@ def layout(choice: Choice) -> dict[str, Any]:
     number = target.number(scene.code.format)
     constant, spread = isinstance(candidate, PairConstant), _is_spread(scene)
     typical = ", for typical radii" if spread else ""
-    damping = damping_name(scene)
-    values = f"beta in {scene.units.beta}{typical}" if damping == "beta" else f"v* / {_power_words(scene)}"
     return {
         "target": target,
         "element": lambda array, index: target.element.format(array=array, index=index),
@@ -83,36 +77,12 @@ def layout(choice: Choice) -> dict[str, Any]:
         "batch": scene.code.use == "batch",
         "argument": scene.code.argument,
         "spread": spread,
-        "what": "epsilon" if constant else damping,
-        "damping": damping,
-        "v_star_of_speed": _v_star_of_speed(scene),
-        "v_star_is": "sqrt(beta) speed^(1/10)" if damping == "beta" else variable(scene.contact_law)[5:],
-        "values_are": "By pair, eps" if constant else f"By pair, {values}",
+        "what": "epsilon" if constant else "beta",
+        "values_are": f"By pair, {'eps' if constant else f'beta in {scene.units.beta}{typical}'}",
         **_formulas(scene),
         "number": number.type,
         "suffix": number.suffix,
     }
-
-
-def damping_name(scene: Scene) -> str:
-    """Return the name of a pair's number: beta, or the factor of v* = factor speed^p of another law."""
-    return "beta" if scene.contact_law == VISCOELASTIC else "factor"
-
-
-def _power_words(scene: Scene) -> str:
-    """Return the power of the speed in v* of another law, in words."""
-    power = scene.contact_law.power_of_speed
-    return "1" if not power else "speed" if power == 1 else f"speed^({power})"
-
-
-def _v_star_of_speed(scene: Scene) -> str | None:
-    """Return v* of the speed and a factor in the language's words; None for the paper's law."""
-    if damping_name(scene) == "beta":
-        return None
-    number = scene.code.target.number(scene.code.format)
-    form = number.form
-    branch = formulas.factor_branch(scene.contact_law.power_of_speed, lambda p: shortest(form.nearest(p), form))
-    return text(branch.results["v_star"], number.syntax)
 
 
 def _formulas(scene: Scene) -> dict[str, str]:
@@ -188,15 +158,6 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     """Return what the template needs of a pair."""
     scene, encounter, candidate = choice.scene, choice.encounters[index], choice.chosen.candidate
     values = candidate.values if isinstance(candidate, PairConstant) else None
-    found: dict[str, object] = {
-        "name": name,
-        "capitals": name.upper(),
-        "index": index + scene.code.target.first_index,
-        "title": encounter.name,
-    }
-    if not isinstance(encounter, Encounter):
-        value = float(values[index]) if values else damping(scene, encounter)
-        return found | {"value": _constant(scene, value)}
     pair = Scale(*scene.scale).pair(encounter.pair)
     # No power of a radius in the formula leaves the range of the format, whatever the units.
     first, second = (0.0 if s.is_wall else s.mass / s.radius**3 for s in (pair.first, pair.second))
@@ -205,20 +166,15 @@ def _pair(choice: Choice, index: int, name: str) -> dict[str, object]:
     unit = {"of_wall": 1.0, "densities": densities, "ratio": ratio, "first": pair.first.radius}
     of_wall = pair.beta / float(computed(formulas.beta_of_radii_branch(), "beta", unit, DOUBLE))
     value = float(values[index]) if values else pair.beta
-    return found | {
+    return {
+        "name": name,
+        "capitals": name.upper(),
+        "index": index + scene.code.target.first_index,
+        "title": encounter.name,
         "value": _constant(scene, value),
         "of_wall": _constant(scene, of_wall),
         "densities": _constant(scene, densities),
     }
-
-
-def damping(scene: Scene, encounter: Impacts) -> float:
-    """Return a pair's beta, or the factor of another law, in the scene's units."""
-    scale = Scale(*scene.scale)
-    if isinstance(encounter, Encounter):
-        return scale.beta(encounter.pair.beta)
-    assert isinstance(encounter, LawImpacts)
-    return encounter.factor * math.pow(scale.speed, encounter.law.power_of_speed)
 
 
 def _constant(scene: Scene, value: float) -> str:
@@ -233,10 +189,8 @@ def _constant(scene: Scene, value: float) -> str:
     try:
         return number.constant(number.form.nearest(Fraction(value)))
     except (ValueError, OverflowError):
-        beta = f"beta, or beta times a radius, is {value:.3g} in {scene.units.beta}"
-        what = beta if damping_name(scene) == "beta" else f"a contact's factor is {value:.3g}"
         raise ValueError(
-            f"{scene.source}: units: {what}: accepted are "
+            f"{scene.source}: units: beta, or beta times a radius, is {value:.3g} in {scene.units.beta}: accepted are "
             f"units in which it is a normal number of type {number.form.name}"
         ) from None
 
@@ -254,8 +208,7 @@ def _head(choice: Choice, command: str) -> list[str]:
     paragraphs = [
         # Without a title of its own it has the name of the file, as it was given.
         re.split(r"[/\\]", scene.title)[-1] if scene.title == scene.source else scene.title,
-        *([] if damping_name(scene) == "beta" else [f"Law of contact: {scene.law}, {scene.contact_law.equation}."]),
-        f"End condition: {end_condition(scene.contact_law)}.",
+        f"End condition: {END_CONDITION}.",
         "Tolerance: "
         + ", ".join(f"{WORDS[name]} at most {limit:g}" for name, limit in scene.tolerance.given().items())
         + ".",
@@ -267,13 +220,8 @@ def _head(choice: Choice, command: str) -> list[str]:
     lines = [marker_line(command), ""]
     for paragraph in paragraphs:
         lines += [*wrap(paragraph, WIDTH, subsequent_indent="    "), ""]
-    if damping_name(scene) == "beta":
-        given = f"and beta in {scene.units.beta} for typical radii"
-    else:
-        power = _power_words(scene)
-        given = f"and factor = v* / {power}, {variable(scene.contact_law)}"
     lines += [
-        f"Pairs, with speeds in {scene.units.speed} {given}:",
+        f"Pairs, with speeds in {scene.units.speed} and beta in {scene.units.beta} for typical radii:",
         "",
         *(f"    {i}  {line}" for i, line in enumerate(_lines(choice), scene.code.target.first_index)),
         "",
@@ -294,7 +242,7 @@ def _use(choice: Choice) -> list[str]:
     scene, target, file = choice.scene, choice.scene.code.target, file_name(choice.scene)
     pair, qualifier = names(choice)[0], qualifier_of(scene)
     constant = isinstance(choice.chosen.candidate, PairConstant)
-    what = "epsilon" if constant else damping_name(scene)
+    what = "epsilon" if constant else "beta"
     title = choice.encounters[0].name
     index = target.pair.format(qualifier=qualifier, pair=pair, PAIR=pair.upper(), title=title)
     if _is_spread(scene) and not constant:
@@ -320,7 +268,7 @@ def _lines(choice: Choice) -> Iterator[str]:
         slowest, _, fastest = (v / scale.speed for v in encounter.speeds)
         (low, high), (least, most) = (tuple(map(float, ends)) for ends in (encounter.v_star, encounter.epsilon))
         yield (
-            f"{encounter.name}: {damping_name(scene)} = {damping(scene, encounter):.10g}, speeds {slowest:.4g} to "
+            f"{encounter.name}: beta = {scale.beta(encounter.pair.beta):.10g}, speeds {slowest:.4g} to "
             f"{fastest:.4g}, v* {low:.4g} to {high:.4g}, eps {least:.6g} to {most:.6g}"
         )
 

@@ -9,36 +9,19 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.scene.check import SceneCheck
 from viscopade.scene.choice import WORDS, Choice, Offer
 from viscopade.scene.cost import COSTS
-from viscopade.scene.encounter import Encounter, Impacts, LawImpacts, mean_free_time
+from viscopade.scene.encounter import Encounter, mean_free_time
 from viscopade.scene.render import error_sentences, file_name
 
 PAIRS = (
     "pair", "A (s)", "beta (s/m)^(1/5)", "speeds (m/s)", "v*", "eps", "contact lasts (s)", "overlap/radius",
 )  # fmt: skip
-OF_LAW = "pair", "kappa at 1 m/s", "speeds (m/s)", "kappa", "eps"
 KERNELS = ("kernel", "cost", "table (bytes)", "of eps", "of 1 - eps^2", "absolute", "enough")
-
-
-def columns(choice: Choice) -> tuple[str, ...]:
-    """Return the names of the columns of `pairs`."""
-    return PAIRS if all(isinstance(encounter, Encounter) for encounter in choice.encounters) else OF_LAW
 
 
 def pairs(choice: Choice) -> Iterator[tuple[str, ...]]:
     """Yield a row for each pair of bodies."""
     for encounter in choice.encounters:
         slowest, _, fastest = encounter.speeds
-        if isinstance(encounter, LawImpacts):
-            d = encounter.law.d
-            yield (
-                encounter.name,
-                f"{encounter.factor**d:.4g}",
-                _span(slowest, fastest),
-                _span(*(float(v) ** d for v in encounter.v_star)),
-                _span(*map(float, encounter.epsilon)),
-            )
-            continue
-        assert isinstance(encounter, Encounter)
         yield (
             encounter.name,
             f"{encounter.pair.A:.4g}",
@@ -79,7 +62,7 @@ def sentences(choice: Choice) -> Iterator[str]:
     yield from error_sentences(choice)
     yield choice.against_cheaper
     for encounter in choice.encounters:
-        free = mean_free_time(choice.scene, encounter) if isinstance(encounter, Encounter) else None
+        free = mean_free_time(choice.scene, encounter)
         if free is not None:
             yield f"{encounter.name}: the mean free time is about {free:.3g} s."
     yield from (f"{text}." for text in choice.notes)
@@ -113,18 +96,8 @@ def to_json(choice: Choice, found: SceneCheck | None) -> dict[str, Any]:
     }
 
 
-def _pair(choice: Choice, encounter: Impacts) -> dict[str, Any]:
+def _pair(choice: Choice, encounter: Encounter) -> dict[str, Any]:
     slowest, typical, fastest = encounter.speeds
-    if isinstance(encounter, LawImpacts):
-        return {
-            "pair": encounter.name,
-            "law": choice.scene.law,
-            "factor": encounter.factor,
-            "speed": [slowest, typical, fastest],
-            "v_star": [float(v) for v in encounter.v_star],
-            "epsilon": [float(e) for e in encounter.epsilon],
-        }
-    assert isinstance(encounter, Encounter)
     return {
         "pair": encounter.name,
         "dissipative_constant": encounter.pair.A,

@@ -132,11 +132,6 @@ class Law:
         return 1 / self.nu - Fraction(1, 2)
 
     @property
-    def power_of_speed(self) -> Fraction:
-        """The p of v* ~ v^p, 1/10 for the paper's law; 0 if eps does not depend on the speed."""
-        return 2 * self.c / self.d
-
-    @property
     def e(self) -> Fraction:
         """Exponent in eps = eps0 H(delta), delta = 2/(a+1) v*^n_a eps0^e (section 2.3): 1/2 for the paper's law."""
         return Fraction(2 * self.n_b - self.n_a, self.d)

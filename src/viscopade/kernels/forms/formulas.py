@@ -25,7 +25,7 @@ is N/D, and "limit" is what is left of eps v*^k, or of v* y^(-j), for large v*.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -103,14 +103,6 @@ def beta_of_radii_branch() -> CodeBranch:
     program = (Statement("shape", (ONE + Name("densities") * ratio * ratio * ratio) / Call("sqrt", (ONE + ratio,))),)
     beta = Name("of_wall") / Name("first") * Call("pow", (shape, Literal("0.4")))
     return CodeBranch(None, program, {"beta": beta})
-
-
-def factor_branch(power: Fraction, written: Callable[[Fraction], str]) -> CodeBranch:
-    """Return v* = factor speed^power of another law than the paper's; `written` gives the power's literal."""
-    factor, speed = Name("factor"), Name("speed")
-    if power in (0, 1):
-        return CodeBranch(None, (), {"v_star": factor * speed if power else factor})
-    return CodeBranch(None, (), {"v_star": factor * Call("pow", (speed, Literal(written(power))))})
 
 
 def beta_branch() -> CodeBranch:
