@@ -201,38 +201,15 @@ def check_pade(key: Sequence[Any], value: Value, sample: Sample) -> None:
 
 def check_best(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a best approximant: its certificates, rounding, and that it is accurate enough."""
-    accuracy, low, high, measure, *law = key
+    accuracy, low, high, measure = key
     first = value["variants"][0]
     total = Fraction(first["certificate"]["bound"]) + Fraction(first["rounding"])
     claim(total <= Fraction(accuracy), "the kernel is not as accurate as was asked for")
     for variant in sample.of(value["variants"]):
         bound = variant["certificate"]
         claim([bound["low"], bound["high"], bound["measure"]] == [low, high, measure], "another interval or measure")
-        if law:
-            check_law(law[0], variant, sample)
-            check_quotient_rounding(variant, variant["form"], Fraction(10**3), Fraction(variant["rounding"]), sample)
-            continue
         certificate_checker.Checker(entry_of(bound, variant)).check()
         check_quotient_rounding(variant, variant["form"], Fraction(high), Fraction(variant["rounding"]), sample)
-
-
-def check_law(law: Mapping[str, str], variant: Value, sample: Sample) -> None:
-    """Check the error of a kernel of kappa at some places, by the law's closed form."""
-    a, b = ([real(number(c)) for c in variant[letter]] for letter in "ab")
-    for kappa in map(real, places(sample, Fraction(1, 10**4), Fraction(10**7), 100)):
-        epsilon = closed_form(law, kappa)
-        off = abs(mp.polyval(a[::-1], kappa) / mp.polyval(b[::-1], kappa) - epsilon)
-        claim(off <= real(Fraction(variant["certificate"]["bound"])) * min(epsilon, 1 - epsilon), f"wrong at {kappa}")
-
-
-def closed_form(law: Mapping[str, str], kappa: Any) -> Any:
-    """Return eps of a law with nu = 1, by Lambert's function, or of a spring-dashpot with the end of the force."""
-    if law["elastic"] == law["damping"]:
-        return (1 + mp.lambertw(-(1 + kappa) * mp.exp(-1 - kappa)).real) / kappa
-    claim(law == {"elastic": "1", "damping": "0", "end": "force"}, "no closed form is known")
-    zeta = kappa / 2
-    root = mp.sqrt(zeta**2 - 1 + 0j)
-    return mp.exp(-(zeta / root) * mp.log((zeta + root) / (zeta - root))).real
 
 
 def places(sample: Sample, low: Fraction, high: Fraction, count: int = 12) -> Iterator[Fraction]:
@@ -293,9 +270,6 @@ def far_half_line(machine: Machine, top: Powers, bottom: Powers, v: Fraction) ->
 
 def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check a kernel of v*(eps) on (0, 1]: its certificates on a part of the panels, and rounding."""
-    if key[1:]:
-        check_inverse_of_law(key[0], key[1], value, sample)
-        return
     check_in_powers({"kind": "inverse", "root": "1/10"}, key[0], value, sample)
     for variant in value["variants"]:
         machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
@@ -312,38 +286,6 @@ def check_inverse(key: Sequence[Any], value: Value, sample: Sample) -> None:
             beta = machine(machine(computed * computed) / fifth)
             exact = exact**2 / mp.root(real(speed), 5)
             within(beta, exact, Fraction(sizes["beta"]["relative"]), f"rounding of beta at eps = {float(epsilon):g}")
-
-
-def check_inverse_of_law(powers: Any, law: Mapping[str, str], value: Value, sample: Sample) -> None:
-    """Check the error of a kernel of kappa(eps) at some places, by the law's closed form, and its rounding."""
-    claim(value["powers"] == powers, "another kernel than the key's")
-    order = 1 if law["elastic"] == law["damping"] else 2  # of the root, and y^order in the formula
-    for variant in value["variants"]:
-        machine, sizes = Machine(variant["form"], sample.random), dict(variant["sizes"])
-        top, bottom = (given(value["powers"][p], variant[c]) for p, c in (("top", "a"), ("bottom", "b")))
-        bound = real(Fraction(variant["certificate"]["bound"]))
-        for kappa in map(real, places(sample, Fraction(1, 10**4), Fraction(10**7), 100)):
-            epsilon = closed_form(law, kappa)
-            y = mp.root((1 - epsilon) / epsilon, order)
-            off = abs(y**order * polynomial(top, y) / polynomial(bottom, y) / kappa - 1)
-            claim(off <= bound, f"wrong at {kappa}")
-        for epsilon in places(sample, Fraction(1, 2**10), 1 - Fraction(1, 2**10)):
-            y = mp.root(real((1 - epsilon) / epsilon), order)
-            exact = y**order * polynomial(top, y) / polynomial(bottom, y)
-            computed = inverse_of_law(machine, top, bottom, epsilon, order)
-            within(computed, exact, Fraction(sizes["v_star"]["relative"]), f"rounding at eps = {float(epsilon):g}")
-
-
-def inverse_of_law(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction, order: int) -> Fraction:
-    """Return kappa of y = ((1 - eps)/eps)^(1/order) for eps >= 1/2, else of u = 1/y."""
-    loss = machine(1 - epsilon)
-    ratio = machine(loss / epsilon if loss <= epsilon else epsilon / loss)
-    y = ratio if order == 1 else machine(fraction(mp.sqrt(real(ratio))))
-    if loss <= epsilon:
-        return machine(machine(machine.power(y, order) * machine.horner(top, y)) / machine.horner(bottom, y))
-    top, bottom = ({max(part) - k: c for k, c in part.items()} for part in (top, bottom))
-    upper, lower = machine.horner(top, y), machine.horner(bottom, y)
-    return machine(machine(upper / lower) / y) if order == 1 else machine(upper / machine(y * lower))
 
 
 def inverse(machine: Machine, top: Powers, bottom: Powers, epsilon: Fraction) -> Fraction:

@@ -1,7 +1,6 @@
 """Maker of the package's own records of kernels, from the equation of motion on: everything in exports/ is made anew.
 
-So are the small tables of speed, the kernels for all kappa, and for all eps, by laws of contact with nu = 1 and nu = 2,
-and the array tables of the named laws.
+So are the small tables of speed, and the array tables of the named laws.
 
 python -m tools.kernel_records
 """
@@ -25,8 +24,6 @@ def main() -> None:
     """Replace the records in the folder of the package."""
     with store.anew() as records:
         requests.files()
-        for request in requests.READY_LAWS:
-            request.prove()
         for tier, size in TABLES:
             requests.Request(from_speed=(tier,), size=size).render("c")
         for name, end in product(NAMED, ENDS):

@@ -195,11 +195,19 @@ def test_reproduce_as_json():
     assert whole["agreeing"] == len(whole["entries"]) == 32
 
 
-def test_pade_proves_its_error_up_to_a_v_star():
-    words = ["pade", "2", "--law", "hunt-crossley", "--digits", "8", "--v-star-max", "1"]
-    bound = json_of(*words)["proven_error"]
-    assert 1.8e-4 < float(bound) < 2e-4
-    assert f"proven: |[2/3] - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= 1" in called(*words).stdout
+def test_pade_states_its_error_up_to_a_v_star():
+    bound = json_of("pade", "3", "--digits", "8", "--v-star-max", "1")["proven_error"]
+    assert bound == "2.6e-4"
+    assert (
+        f"proven: |[3/6] - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= 1"
+        in called("pade", "3", "--digits", "8", "--v-star-max", "1").stdout
+    )
+    (sampled,) = json_of("pade", "2", "--law", "hunt-crossley", "--digits", "8", "--v-star-max", "1")["sampled"]
+    assert sampled["v_star_max"] == "1"
+    assert 1.8e-4 < float(sampled["error"]) < 2e-4
+    text = called("pade", "2", "--law", "hunt-crossley", "--digits", "8").stdout
+    assert f"sampled, not proven: |[2/3] - eps| <= {sampled['error']} min(eps, 1 - eps) for 0 <= v* <= 1\n" in text
+    assert "for 0 <= v* <= 5" in text
 
 
 SOFT = ["simulators", "mujoco", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "1"]

@@ -115,10 +115,8 @@ BAD = [
     (["export", "c", "--accuracy", "abc", "--v-star-max", "5"], "accepted is a number from 1e-15 to 0.99"),
     (["export", "c", "--accuracy", "1e-12", "--v-star-max", "1000"], "or a shorter interval"),
     (["export", "c", "--minimax", "3/6", "--v-star-max", "5", "--measure", "relative"], "accepted are other degrees"),
-    (
-        ["export", "rust", "--law", "4,1/3", "--accuracy", "1e-3", "--kappa-max", "2"],
-        "the law 4,1/3 needs a degree of at least 11, which no [m/n] tried for an accuracy has: accepted is a law with",
-    ),
+    (["export", "c", "--law", "linear", "--accuracy", "1e-3", "--v-star-max", "2"], "accepted with it is pade alone"),
+    (["export", "vectors", "--law", "linear", "--pade", "2/4"], "nothing is proven of it: accepted for vectors is visco"),
     (
         ["export", "c", "--law", "4,0", "--accuracy", "1e-3", "--kappa-max", "inf"],
         "accepted is a finite end of the interval",

@@ -17,11 +17,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
 
 import viscopade as vp
 from tests import compiled, daily
-from tests.closed_forms import nu_1
 from tests.kernels import languages
 from tests.kernels.languages import (
     FORMS,
@@ -34,11 +32,9 @@ from tests.kernels.languages import (
 )
 from tests.kernels.speed_headers import machine_flags, named_compiler
 from viscopade.arithmetic.balls import working
-from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import double
-from viscopade.generated import MARKER
+from viscopade.generated import END_CONDITION, MARKER
 from viscopade.kernels import requests, truth
-from viscopade.kernels.forms.kernel import law_name
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.names import TIERS
@@ -47,8 +43,6 @@ from viscopade.kernels.targets import quotients, vectors
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
 from viscopade.kernels.targets.table_free import name_of, names_of
-from viscopade.kernels.targets.wording import end_condition
-from viscopade.theory.law import VISCOELASTIC, law_of
 
 OTHERS = {
     "minimax-relative": Request(minimax=((2, 3),), v_star_min="0.5", v_star_max="3", measure="relative"),
@@ -63,11 +57,6 @@ REQUESTS = {
     "inverse": requests.INVERSE,
     "full": Request(full=True),
     **{f"speed-{tier}": Request(from_speed=(tier,)) for tier in TIERS},
-    **{f"{of.law}-{'inverse' if of.inverse else 'forward'}": of for of in requests.READY_LAWS},
-    "hunt-crossley-interval": Request(law="hunt-crossley", accuracy=("1e-4",), kappa_max="2"),
-    "linear-inverse-interval": Request(law="linear", inverse=("1e-4",), epsilon_min="0.1"),
-    "linear-in-float": Request(law="linear", accuracy=("1e-5",), kappa_max="inf"),
-    "hunt-crossley-inverse-in-float": Request(law="hunt-crossley", inverse=("1e-5",)),
     **OTHERS,
 }
 COMPACT = {target.name for target in targets() if target.compact}
@@ -78,7 +67,6 @@ UNWRITTEN = {
     "minimax": SHADERS,
     "inverse": COMPACT,
     "inverse-interval": COMPACT,
-    **{name: SHADERS for name in REQUESTS if name.endswith(("-forward", "-inverse"))},
 }
 
 
@@ -164,12 +152,11 @@ def arguments(function, form, number, generator):
 def domains(name):
     """Return the ends of the domain of functions of one variable, by function and type."""
     request = REQUESTS[name]
-    of = {"quotient": quotients.functions_of_v_star, "root": quotients.functions_of_epsilon}.get(kind(request).id)
     found = {}
-    for kernel in request.prove() if of is not None and not name.startswith("half-line") else ():
+    for kernel in request.prove() if kind(request).id == "quotient" else ():
         for form in FORMS.values():
             try:
-                functions = of(kernel, form)
+                functions = quotients.functions_of_v_star(kernel, form)
             except ValueError:
                 continue
             found |= {(f"{f.function}_{kernel.name}", form.name): f.ends for f in functions}
@@ -256,11 +243,7 @@ def test_a_file_says_what_it_is(name, target):
     lines, words = found.splitlines(), words_of(found)
     assert re.search(rf"{MARKER} {re.escape(vp.__version__)}", found[:1000])
     assert of.command(target) in found[:1000]
-    law = law_of(of.law)
-    assert end_condition(law) in words
-    if law != VISCOELASTIC and target not in {*JSON, "csv", "latex"}:
-        assert f"a = {law.elastic}, b = {law.damping}," in words
-        assert f"kappa = {law.kappa_text}" in words
+    assert END_CONDITION in words
     assert found.isascii()
     assert found.endswith("\n")
     assert not found.endswith("\n\n")
@@ -268,7 +251,7 @@ def test_a_file_says_what_it_is(name, target):
     assert not [line for line in lines if line != line.rstrip()]
     if target in ("c", "cuda") and kind(of).id not in IS_TABLE:
         assert "\n\n\n" not in found
-    if law == VISCOELASTIC and name not in OTHERS and kind(of).id not in IS_TABLE and target not in JSON:
+    if name not in OTHERS and kind(of).id not in IS_TABLE and target not in JSON:
         assert max(map(len, lines)) <= (120 if target == "c" else 132)
     for kernel in kernels:
         if name.startswith("half-line") and target in CODE and target_of(target).compact:
@@ -358,36 +341,6 @@ def check(compute, language, name, form, arity, of=None):
             good |= (np.abs([*arguments, least]) < smallest).any(axis=0)
         assert good.all(), (function, form, rows[~good][:5], result[~good][:5])
     return len(functions)
-
-
-@pytest.mark.parametrize(
-    ("name", "function", "most"),
-    [("hunt-crossley-interval", "epsilon_", 2), ("hunt-crossley-inverse-in-float", "v_star_inverse", 1)],
-)
-def test_vectors_of_a_law_are_exact(name, function, most):
-    """Those of a law are from the exact function; here they are compared with the closed form."""
-    data = json.loads(text(name, "vectors"))
-    rows = [dict(zip(data["columns"], row, strict=True)) for row in data["vectors"]]
-    assert not [row for row in rows if row["function"].startswith(("beta", "restitution"))]
-    checked = 0
-    for row in rows:
-        x = float.fromhex(row["x"])
-        if row["function"].startswith(function) and 1e-6 < x <= most and row["exact"] not in ("-", "0"):
-            with mp.workdps(80):
-                found, kappa = (row["exact"], x) if most == 2 else (x, row["exact"])
-                assert abs(nu_1(mpf(kappa)) / mpf(found) - 1) < 1e-18
-            if row["bits"] != "-":
-                least, greatest, bits = (float.fromhex(row[key]) for key in ("least", "most", "bits"))
-                assert least <= bits <= greatest
-            checked += 1
-    assert checked > 10
-
-
-def test_the_float_of_a_law_is_of_type_float():
-    """The kernels of the list are those of more than one law and type."""
-    kernels = [kernel for name in REQUESTS if "-" in name and "speed" not in name for kernel in REQUESTS[name].prove()]
-    assert len({law_name(kernel.law) for kernel in kernels}) == 4
-    assert any(variant.form == FLOAT for kernel in kernels for variant in kernel.variants)
 
 
 # --- C and C++ --------------------------------------------------------------------------------------------------------

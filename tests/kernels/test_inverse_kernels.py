@@ -15,7 +15,6 @@ from viscopade.collision import exact
 from viscopade.kernels.expressions import Arithmetic, Run, evaluate
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.registry_arrays import half_line_values
-from viscopade.theory.law import VISCOELASTIC
 
 
 class Kernel:
@@ -25,7 +24,7 @@ class Kernel:
         fit = inverse.fit_interval(*given) if len(given) > 1 else inverse.fit_whole(*given)
         self.quotient, self.error, self.points = fit.quotient, fit.error, fit.points
         self.epsilon_min = Fraction(given[2] if len(given) > 1 else 0)
-        self.form = inverse.inverse_form(VISCOELASTIC, whole=not self.epsilon_min)
+        self.form = inverse.INTERVAL_FORM if self.epsilon_min else inverse.WHOLE_FORM
 
     def of_portions(self, epsilon, loss):
         powers, numbers = self.quotient.powers, (tuple(map(float, part)) for part in (self.quotient.a, self.quotient.b))

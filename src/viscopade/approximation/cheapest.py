@@ -11,8 +11,6 @@ from viscopade import arguments
 from viscopade.approximation.machine_coefficients import MachineFit, machine
 from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.minimax import (
-    MAX_FIT_M,
-    MAX_FIT_N,
     MAX_M,
     MAX_N,
     Fit,
@@ -25,7 +23,9 @@ from viscopade.approximation.minimax import (
 from viscopade.approximation.target import TABLE_DIGITS
 from viscopade.arithmetic.formats import DOUBLE, Format
 from viscopade.collision.exact import Exact
-from viscopade.theory.law import VISCOELASTIC, Law
+
+CANDIDATES = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1) if max(m, n) >= 2]
+"""The degrees that are tried, ascending in m."""
 
 
 def cheapest_fit(
@@ -34,7 +34,6 @@ def cheapest_fit(
     v_star_min: Exact = 0,
     form: Format = DOUBLE,
     measure: Measure = "both",
-    law: Law = VISCOELASTIC,
 ) -> MachineFit:
     """Return the cheapest approximant with the wanted accuracy and coefficients of a format.
 
@@ -44,7 +43,7 @@ def cheapest_fit(
     ----------
     accuracy : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         Largest error in the measure, below 1 and at least four units of rounding of the format.
-    v_star_max, v_star_min, measure, law
+    v_star_max, v_star_min, measure
         As for `fit`.
     form : Format
         `formats.DOUBLE` or `formats.FLOAT`.
@@ -52,27 +51,17 @@ def cheapest_fit(
     Raises
     ------
     TypeError, ValueError
-        As for `fit`; or if no degrees up to [6/9] suit the law, or are accurate enough: one line says what would do.
+        As for `fit`; or if no degrees up to [6/9] are accurate enough: one line says what would do.
     """
-    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
-    candidates = _candidates(interval, law)
-    if not candidates:
-        needed, instead = (
-            (f"n = m + {law.whole_decay} on the half-line", "a finite end of the interval")
-            if interval[1] is None
-            else (f"a degree of at least {law.d}", f"a law with v* = kappa^(1/d), d = 1 to {MAX_N}")
-        )
-        raise ValueError(
-            f"the law {law} needs {needed}, which no [m/n] tried for an accuracy has: accepted is {instead}"
-        )
+    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
     least = Fraction(2) ** (2 - form.precision)
     accepted = f"a number below 1, and for type {form.name} at least {float(least):.3g}"
     limit = float(arguments.exact_number("accuracy", accuracy, accepted, lambda x: least <= x < 1))
 
     def good(price: int) -> list[Fit]:
-        return [fit for fit in _fits(price, interval, measure, law) if fit.error <= limit]
+        return [fit for fit in _fits(price, interval, measure) if fit.error <= limit]
 
-    prices = sorted({cost(*pair) for pair in candidates})
+    prices = sorted({cost(*pair) for pair in CANDIDATES})
     rounded: list[MachineFit] = []
     for price in prices[bisect_left(prices, True, key=lambda price: bool(good(price))) :]:
         new = [machine(fit, form) for fit in good(price)]
@@ -80,38 +69,26 @@ def cheapest_fit(
         if best is not None and best.error <= limit:
             return best
         rounded += new
-    m, n = candidates[-1]
-    errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure, law)]
+    m, n = CANDIDATES[-1]
+    errors = [fit.error for fit in rounded or _fits(prices[-1], interval, measure)]
     raise ValueError(
         f"accuracy is {limit:g}: accepted on {_shown(interval)} for type {form.name} is"
         f" {1.01 * min(errors, default=1):.3g} or more (what [m/n] up to [{m}/{n}] reach), or a shorter interval"
     )
 
 
-def most_accurate(
-    price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both", law: Law = VISCOELASTIC
-) -> Fit | None:
+def most_accurate(price: int, v_star_max: Exact, v_star_min: Exact = 0, measure: Measure = "both") -> Fit | None:
     """Return the best approximant among all degrees of a `cost`, or None if there is none; errors as for `fit`."""
-    fits = _fits(price, interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
+    fits = _fits(price, interval_of(v_star_min, v_star_max), measure_of(measure))
     return min(fits, key=lambda fit: fit.error, default=None)
 
 
-def _candidates(interval: Interval, law: Law) -> list[tuple[int, int]]:
-    """Return the degrees to be tried, ascending in m: on the half-line those with the law's limit."""
-    if interval[1] is None:
-        more = law.whole_decay or 0
-        pairs = [(m, m + more) for m in range(min(MAX_FIT_M, MAX_FIT_N - more) + 1)]
-    else:
-        pairs = [(m, n) for m in range(MAX_M + 1) for n in range(MAX_N + 1)]
-    return [pair for pair in pairs if max(pair) >= law.d]
-
-
 @lru_cache(maxsize=256)
-def _fits(price: int, interval: Interval, measure: Measure, law: Law) -> tuple[Fit, ...]:
+def _fits(price: int, interval: Interval, measure: Measure) -> tuple[Fit, ...]:
     """Return the best approximants of a cost, of those degrees for which there is a good one."""
     found = list[Fit]()
-    for m, n in _candidates(interval, law):
+    for m, n in CANDIDATES:
         if cost(m, n) == price:
             with suppress(ValueError):  # no best approximant, or no good one
-                found.append(_fit(m, n, interval, measure, TABLE_DIGITS, law))
+                found.append(_fit(m, n, interval, measure, TABLE_DIGITS))
     return tuple(found)

@@ -1,8 +1,7 @@
 r"""Best rational approximants of eps(v*) on an interval (section 2.7).
 
 Among N/D with a_0 = b_0 = 1 and a_1 = b_1, as eps = 1 - c v*^2 + … demands, `fit` finds the one whose largest error is
-least. For another law of contact it is a_i = b_i for i < d, as eps = 1 - c v*^d + …, v* = kappa^(1/d). The error is
-measured as
+least. The error is measured as
 
     "both"       max(|d eps|/eps, |d eps|/(1 - eps)), so that slow and fast collisions come out right, or
     "relative"   |d eps|/eps.
@@ -30,20 +29,18 @@ from viscopade.approximation.measure import Measure, measure_of
 from viscopade.approximation.target import STEP, TABLE_DIGITS, exact_target
 from viscopade.arithmetic.balls import decimal_string, working
 from viscopade.collision.exact import Exact
-from viscopade.theory.law import VISCOELASTIC, Law
 
 MAX_M, MAX_N = 6, 9
-MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for, and a search on the half-line
+MAX_FIT_M, MAX_FIT_N = 12, 15  # what a single fit may ask for
 LARGEST = 10**6  # v*
-INFINITY = "inf"  # as the end of an interval
 SMALLEST = Fraction(1, 10**6)  # v*, of an interval's end and length
 COEFFICIENT_DIGITS = 30  # beyond those of the error
 MAX_DIGITS = 150  # of eps
 NARROW_DIGITS = 9  # of the values, beyond those of the error
 
 
-Interval = tuple[Fraction, Fraction | None]
-"""Ends of an interval of v*; None is infinity."""
+Interval = tuple[Fraction, Fraction]
+"""Ends of an interval of v*."""
 
 
 class TooCoarse(ValueError):
@@ -52,25 +49,24 @@ class TooCoarse(ValueError):
 
 @dataclass(frozen=True)
 class Fit:
-    """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_i = b_i for i < d.
+    """A best approximant N/D = (1 + a_1 v* + … + a_m v*^m)/(1 + b_1 v* + … + b_n v*^n), a_1 = b_1.
 
     Attributes
     ----------
     m, n : int
         Degrees.
     interval : tuple of two Fractions
-        Where v* is; the second is None for the half-line.
+        Where v* is.
     measure : "both" or "relative"
         Of the error.
     a, b : tuple of str
         Coefficients, ascending, as decimal numbers.
     error, lower_bound : float
         Largest error in the measure (sampled), and what no approximant of these degrees can stay below (sampled).
-    points, deviations : tuple of float, length m + n + 2 - d
+    points, deviations : tuple of float, length m + n
         Where the error is largest, and its values there, of alternating signs.
     digits : int
         Digits of eps that were used.
-    law : Law
 
     Raises
     ------
@@ -89,11 +85,10 @@ class Fit:
     points: tuple[float, ...]
     deviations: tuple[float, ...]
     digits: int
-    law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
         _check(*self.exact, self)
-        number = self.m + self.n + 2 - self.law.d
+        number = self.m + self.n
         if not len(self.points) == len(self.deviations) == number:
             raise ValueError(f"there must be {number} points, not {len(self.points)}")
         if any(left * right >= 0 for left, right in pairwise(self.deviations)):
@@ -125,15 +120,15 @@ def _check(a: Sequence[Fraction], b: Sequence[Fraction], fit: Fit) -> None:
         raise ValueError(f"{fit.label} has {fit.m + 1} and {fit.n + 1} coefficients, not {len(a)} and {len(b)}")
     if not a[0] == b[0] == 1:
         raise ValueError("a_0 and b_0 must be 1")
-    for i, (top, bottom) in enumerate(zip_longest(a[: fit.law.d], b[: fit.law.d], fillvalue=0)):
+    for i, (top, bottom) in enumerate(zip_longest(a[:2], b[:2], fillvalue=0)):
         if top != bottom:
             raise ValueError(f"a_{i} and b_{i} must be the same number")
-    high = math.inf if fit.interval[1] is None else float(fit.interval[1])
+    low, high = map(float, fit.interval)
     scale = math.lcm(*(c.denominator for c in b))
     with working(128):
         roots: list[Any] = fmpz_poly([int(c * scale) for c in b]).complex_roots()  # with their multiplicities
         for root, _ in roots:
-            if root.imag == 0 and float(fit.interval[0]) <= float(root.real) <= high:
+            if root.imag == 0 and low <= float(root.real) <= high:
                 raise ValueError(f"the denominator of {fit.label} has a zero at v* = {float(root.real):.6g}")
 
 
@@ -147,23 +142,19 @@ def fit(
     v_star_min: Exact = 0,
     measure: Measure = "both",
     digits: SupportsIndex = TABLE_DIGITS,
-    law: Law = VISCOELASTIC,
 ) -> Fit:
     """Return the best approximant [m/n] of eps on [v_star_min, v_star_max].
 
     Parameters
     ----------
     m, n : int
-        Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2 (or d).
+        Degrees of numerator and denominator, 0 to 12 and 0 to 15, not both below 2.
     v_star_max, v_star_min : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
-        Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6. For a law with eps ~ v*^-k and a
-        whole k, v_star_max may be "inf"; then n must be m + k.
+        Ends of the interval, taken exactly: 0 <= v_star_min < v_star_max <= 10^6.
     measure : "both" or "relative"
         Of the error: see the module.
     digits : int
         Digits of eps to begin with; more are taken if the error asks for it.
-    law : Law
-        Of contact; v* = kappa^(1/d).
 
     Raises
     ------
@@ -173,35 +164,26 @@ def fit(
         If something is out of range, the error is not below 100 % (`TooCoarse`), or there is no best approximant: one
         line.
     """
-    interval, measure = interval_of(v_star_min, v_star_max, law), measure_of(measure)
-    return _fit(*degrees_of(m, n, law, interval), interval, measure, arguments.digits(digits), law)
+    interval, measure = interval_of(v_star_min, v_star_max), measure_of(measure)
+    return _fit(*degrees_of(m, n), interval, measure, arguments.digits(digits))
 
 
-def degrees_of(m: SupportsIndex, n: SupportsIndex, law: Law, interval: Interval) -> tuple[int, int]:
+def degrees_of(m: SupportsIndex, n: SupportsIndex) -> tuple[int, int]:
     """Check the degrees; errors as for `fit`."""
     m = arguments.integer("m", m, 0, MAX_FIT_M)
     n = arguments.integer("n", n, 0, MAX_FIT_N)
-    if max(m, n) < law.d:
+    if max(m, n) < 2:
         raise ValueError(
-            f"the degrees are [{m}/{n}]: accepted is at least {law.d} for one of them (as a_i = b_i for "
-            f"i < {law.d}, smaller ones leave only N/D = 1)"
+            f"the degrees are [{m}/{n}]: accepted is at least 2 for one of them (as a_1 = b_1, smaller ones leave only "
+            "N/D = 1)"
         )
-    if interval[1] is None and n - m != law.whole_decay:
-        raise ValueError(f"the degrees are [{m}/{n}]: accepted up to infinity is n = m + {law.whole_decay}")
     return m, n
 
 
-def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -> Interval:
+def interval_of(v_star_min: Exact, v_star_max: Exact) -> Interval:
     """Check the ends of an interval, and return them exactly; errors as for `fit`."""
     accepted = f"0, or a number from {float(SMALLEST)} to {LARGEST}"
     low = arguments.exact_number("v_star_min", v_star_min, accepted, lambda v: v == 0 or SMALLEST <= v <= LARGEST)
-    if v_star_max == INFINITY:
-        if law.whole_decay is None:
-            raise ValueError(
-                f"the interval has no end (inf): accepted for the law {law} is a number for v_star_max or kappa_max, "
-                "as no quotient follows its eps to infinity"
-            )
-        return low, None
     accepted = f"a number greater than v_star_min = {float(low):g}, at most {LARGEST}"
     high = arguments.exact_number("v_star_max", v_star_max, accepted, lambda v: low < v <= LARGEST)
     if high - low < SMALLEST * max(low, Fraction(1)):
@@ -213,16 +195,16 @@ def interval_of(v_star_min: Exact, v_star_max: Exact, law: Law = VISCOELASTIC) -
 
 
 @lru_cache(maxsize=1024)
-def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law) -> Fit:
+def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> Fit:
     if digits > MAX_DIGITS:
         raise ValueError(
             f"[{m}/{n}] on {_shown(interval)} is off by less than 1e-{MAX_DIGITS}: accepted are lower degrees"
         )
     try:
-        found = remez.solve(minimax_problem(m, n, interval, measure, digits, law))
+        found = remez.solve(minimax_problem(m, n, interval, measure, digits))
     except remez.TooAccurate as small:
         wanted = -math.log10(small.error) + NARROW_DIGITS if small.error > 0 else 0
-        return _fit(m, n, interval, measure, STEP * math.ceil(max(digits + STEP, wanted) / STEP), law)
+        return _fit(m, n, interval, measure, STEP * math.ceil(max(digits + STEP, wanted) / STEP))
     except remez.NoBest as reason:
         raise ValueError(f"[{m}/{n}] on {_shown(interval)}: {reason}; accepted are other degrees") from None
     if not found.error < 1:
@@ -234,34 +216,31 @@ def _fit(m: int, n: int, interval: Interval, measure: Measure, digits: int, law:
     # Middles are exact, so that they have a decimal.
     a, b = (tuple(str(decimal_string(c, places)) for c in values) for values in (found.a, found.b))
     levels = found.error, found.lower_bound, found.points, found.deviations
-    return Fit(m, n, interval, measure, a, b, *levels, digits, law)
+    return Fit(m, n, interval, measure, a, b, *levels, digits)
 
 
-def minimax_problem(
-    m: int, n: int, interval: Interval, measure: Measure, digits: int, law: Law = VISCOELASTIC
-) -> remez.Problem:
+def minimax_problem(m: int, n: int, interval: Interval, measure: Measure, digits: int) -> remez.Problem:
     """Return the approximation problem of `fit` for `remez.solve`."""
-    eps = exact_target(digits, law)
-    end = interval[1] or Fraction(LARGEST)
-    low, high = float(interval[0]), float(end)
+    eps = exact_target(digits)
+    low, high = map(float, interval)
     inside = (low if low >= interval[0] else math.nextafter(low, math.inf),
-              high if high <= end else math.nextafter(high, 0.0))  # fmt: skip
+              high if high <= interval[1] else math.nextafter(high, 0.0))  # fmt: skip
 
     def values(v_star: arb) -> tuple[arb, arb]:
         epsilon, loss, loss_ratio = eps.at(v_star)
-        return loss_ratio, 1 / loss_ratio if measure == "both" and loss < epsilon else v_star**law.d / epsilon
+        return loss_ratio, 1 / loss_ratio if measure == "both" and loss < epsilon else v_star**2 / epsilon
 
     return remez.Problem(
         full_powers(m, n),
         values,
         inside,
-        contact=law.d,
+        contact=2,
         digits=eps.digits,
-        coordinate=remez.Coordinate(half_line=interval[1] is None),
+        coordinate=remez.Coordinate(),
         beyond=(3 * high,) if 3 * high <= LARGEST else (),
     )
 
 
 def _shown(interval: Interval) -> str:
-    low, high = interval
-    return f"[{float(low):g}, inf)" if high is None else f"[{float(low):g}, {float(high):g}]"
+    low, high = map(float, interval)
+    return f"[{low:g}, {high:g}]"

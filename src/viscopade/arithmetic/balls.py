@@ -13,7 +13,7 @@ from fractions import Fraction
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
-from flint import arb, ctx
+from flint import arb, arb_series, ctx
 
 if TYPE_CHECKING:
     from mpmath import mp
@@ -65,6 +65,13 @@ def rational_power(base: arb, exponent: Fraction) -> arb:
     """Return a power of a positive ball."""
     power: arb = (base**exponent.numerator).root(exponent.denominator)
     return power
+
+
+def power_of_series(series: arb_series, exponent: Fraction) -> arb_series:
+    """Return a power of a series with a positive constant term."""
+    if exponent.denominator == 1:
+        return series ** int(exponent)
+    return (series.log() * ball_of(exponent)).exp()
 
 
 def decimal_string(ball: arb, digits: int) -> str | None:

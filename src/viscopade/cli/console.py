@@ -177,6 +177,15 @@ def deliver(text: str, output: Path | None) -> None:
 DIGITS_OPTION = click.option("--digits", type=DIGITS, default=30, show_default=True, help="Significant digits.")
 
 
+LAW = click.option(
+    "--law",
+    default="viscoelastic",
+    show_default=True,
+    metavar="NAME|A,B",
+    help=f"Law of contact x'' + x^A + kappa x^B x' = 0: {ACCEPTED_LAWS}.",
+)
+
+
 def with_law(command: Callable[..., None]) -> Callable[..., None]:
     """Decorate a command with --law and --end; `viscopade.theory.law.law_of` makes a law of what they are given."""
     command = click.option(
@@ -184,13 +193,7 @@ def with_law(command: Callable[..., None]) -> Callable[..., None]:
         type=click.Choice(ENDS),
         help="End of contact: where the force vanishes, or at x = 0.  [default: force]",
     )(command)
-    return click.option(
-        "--law",
-        default="viscoelastic",
-        show_default=True,
-        metavar="NAME|A,B",
-        help=f"Law of contact x'' + x^A + kappa x^B x' = 0: {ACCEPTED_LAWS}.",
-    )(command)
+    return LAW(command)
 
 
 def law_words(law: Law) -> tuple[dict[str, Any], str]:

@@ -111,7 +111,10 @@ def coefficients(order: int, digits: int, law: str, end: str | None, style: str)
 @click.argument("m", type=Whole("m", 0, arguments.MAX_DEGREE))
 @click.argument("n", type=Whole("n", 0, arguments.MAX_DEGREE), required=False)
 @DIGITS_OPTION
-@click.option("--v-star-max", help="Prove a bound of the error for 0 <= v* <= this number, 0.001 to 100.")
+@click.option(
+    "--v-star-max",
+    help="State the error for 0 <= v* <= this number, 0.001 to 100: proven for the viscoelastic law, else sampled.",
+)
 @with_law
 @STYLE
 def pade_command(
@@ -130,12 +133,22 @@ def pade_command(
     of = law_of(law, end)
     fields, line = law_words(of)
     p = pade(m, m + of.excess if n is None else n, digits, of)
-    bound = None
-    if v_star_max is not None:
+    errors = []  # sentences
+    if of != VISCOELASTIC:
+        from viscopade.kernels.prove_rational import sampled_errors
+
+        sampled = sampled_errors(p, of, v_star_max)
+        fields["sampled"] = [{"v_star_max": high, "error": error} for high, error in sampled]
+        errors = [
+            f"sampled, not proven: |{p.label} - eps| <= {error} min(eps, 1 - eps) for 0 <= v* <= {high}"
+            for high, error in sampled
+        ]
+    elif v_star_max is not None:
         from viscopade.kernels.prove_rational import error_up_to
 
-        bound = error_up_to(p.a, p.b, of, v_star_max)
+        bound = error_up_to(p.a, p.b, v_star_max)
         fields |= {"v_star_max": v_star_max, "proven_error": bound}
+        errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
     rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
@@ -146,8 +159,8 @@ def pade_command(
             say(line)
         say(f"{p.label} {p.verdict}")
         say(f"eps - {p.label} = {known_decimal(p.next_term, 10)} v*^{p.contact_order + 1} + …")
-        if bound is not None:
-            say(f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}")
+        for line in errors:
+            say(line)
         say(f"digits lost by the linear system: {p.digits_lost}; order conditions met within {p.residual:.1e}")
         for d in p.doublets():
             pole, zero = (" + i ".join(root.decimals(min(digits, 10))) for root in (d.pole, d.zero))

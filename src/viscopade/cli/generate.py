@@ -11,6 +11,7 @@ from click.core import ParameterSource
 from viscopade.approximation.measure import MEASURES
 from viscopade.cli.console import (
     DIGITS,
+    LAW,
     ORDER,
     OUTPUT,
     STYLE,
@@ -19,7 +20,6 @@ from viscopade.cli.console import (
     read_file,
     say,
     show,
-    with_law,
 )
 from viscopade.cli.writer import check_targets, write_all
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, SMALL, TARGETS, TIERS
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     "--pade",
     type=Degrees(),
     multiple=True,
-    help="Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table.",
+    help="Padé approximant, such as 3/6; repeat for more. Default: the four of the paper's table. With another --law, "
+    "the error is sampled, not proven.",
 )
 @click.option(
     "--minimax",
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     help="Largest proven error, such as 1e-5; repeat for more. With --v-star-max, this selects the cheapest best "
     "approximant on the interval. Without it, this selects the smallest kernel for all v* >= 0.",
 )
-@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps), of any --law.")
+@click.option("--inverse", multiple=True, help="Largest proven relative error of a kernel for v*(eps).")
 @click.option(
     "--epsilon-min", default="0", show_default=True, help="Smallest eps, for --inverse; 0 means all 0 < eps <= 1."
 )
@@ -64,11 +65,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Error relative to the smaller of eps and 1 - eps (both), or to eps (relative).",
 )
-@click.option(
-    "--kappa-max",
-    help="Largest kappa of the interval, in place of --v-star-max: kappa = v*^2 for the viscoelastic law.",
-)
-@with_law
+@LAW
 @click.option("--full", is_flag=True, help="Kernels of v* to the last place, in C.")
 @click.option(
     "--from-speed",
@@ -117,7 +114,7 @@ def export(target: str, order: int, digits: int, output: Path | None, **wanted: 
     elif target == "version-header":
         text = requests.file(requests.VERSION_HEADER)
     else:
-        request = requests.Request(**{**wanted, "end": wanted["end"] or "force"})
+        request = requests.Request(**wanted)
         text = (request if request != requests.Request() else requests.default(target)).render(target)
     deliver(text, output)
 

@@ -3,7 +3,6 @@
 __all__ = [
     "curve",
     "exact",
-    "law_panels",
     "limits",
     "panel_proof",
     "spheres",

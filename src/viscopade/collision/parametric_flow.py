@@ -359,10 +359,6 @@ class ParametricEnds(NamedTuple):
     """2 H c(z)."""
     error: arb
     """Bound of |p_true/p - 1|."""
-    everywhere: arb
-    """Bound of the same before the end."""
-    lost: arb
-    """Bound of what the work lacks between the last point and the end."""
 
 
 def parametric_ends(branch: ParametricBranch, origin: bool = False) -> ParametricEnds:
@@ -375,35 +371,6 @@ def parametric_ends(branch: ParametricBranch, origin: bool = False) -> Parametri
     """
     with working(branch.bits + 64):
         return _Proof(branch, origin).ends()
-
-
-def parametric_work(branch: ParametricBranch, ends: ParametricEnds) -> arb_poly:
-    """Enclose 2 c times the work, the integral of p r^(n_b-1) dr, as a polynomial in z.
-
-    Errors are in its first coefficient. In terms of the polynomials it is the integral of u_y^2 r^(n_b-1)/(2 H c) dy; p
-    has the relative error `ends.everywhere`.
-    """
-    ring, total, one = Wiener(branch.bits, branch.degree + 1), arb_poly(), fmpz_poly([1 << branch.bits])
-    degree = branch.degree + CUT_BEHIND
-    stride = 2 * degree + 1
-    with working(branch.bits + 64):
-        unit = arb(2) ** -branch.bits
-        for piece in branch.pieces:
-            packing = _Packing(branch.bits, degree, stride, 2 * len(piece.u) * stride)
-            slope, r = _ball(_packed(piece.y, stride)), _ball(one - _packed(piece.u, stride))
-            integrand = packing.product(slope, slope)
-            if branch.motion.n_b > 1:
-                power = branch.motion.n_b - 1
-                integrand = packing.product(integrand, packing.powers(r, [power])[power])
-            flat = integrand.polynomial.coeffs()
-            blocks = [fmpz_poly(flat[i : i + stride]) for i in range(0, len(flat), stride)]
-            integral = [fmpz_poly()] + [fmpz_poly([c // (j + 1) for c in b.coeffs()]) for j, b in enumerate(blocks)]
-            end = ring.element(branch.end.coeffs(), 0) if piece is branch.pieces[-1] else ring.element(one.coeffs(), 0)
-            value = _value(ring, integral, end)
-            error = value.error + integrand.error + len(flat)
-            total += (arb_poly(value.polynomial) + arb(0, error)) * (unit / piece.step.ball())
-        uncertain = _norm(total) * ends.everywhere + 2 * branch.scale.most() * ends.lost
-        return total + arb(0, uncertain.abs_upper())
 
 
 class _Proof:
@@ -558,15 +525,13 @@ class _Proof:
         n_a, n_b, d = self.branch.motion.n_a, self.branch.motion.n_b, self.branch.motion.d
         if self.branch.unloading and self.branch.motion.delayed:
             force = _norm(self._force(piece, r, slope)) / (2 * self._least_step(piece)) + self.k_most * most_p * eta
-            path = (most_r if n_b >= d else self._least(r) * self.unit) ** (n_b - d) * force
-            growth = path * force
+            growth = (most_r if n_b >= d else self._least(r) * self.unit) ** (n_b - d) * force * force
         else:
-            path = 2 * most_r**n_b
             growth = 2 * most_r**n_a / n_a + 4 * self.k_most * most_p * most_r**n_b / n_b
         growth = growth / (least_p * (1 - eta)) ** 2
         if not growth < 1:
             raise ArithmeticError("the end was not reached")
-        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper(), self.eta, (2 * most_p * path).abs_upper())
+        return ParametricEnds(slope_poly, step, (eta + growth).abs_upper())
 
 
 def _sum_element(branch: ParametricBranch, piece: ParametricPiece) -> tuple[FunctionBall, FunctionBall]:

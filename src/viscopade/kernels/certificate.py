@@ -14,18 +14,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Literal
+from itertools import pairwise
+from typing import Literal
 
 from flint import arb, arb_series
 
-from viscopade.arithmetic.balls import ball_of, rational_power, working
+from viscopade.arithmetic.balls import ball_of, power_of_series, rational_power, working
 from viscopade.arithmetic.decimals import rounded_up
-from viscopade.collision import exact
-from viscopade.collision.law_panels import power_of_series
+from viscopade.collision import exact, panel_proof
+from viscopade.kernels import reference
 from viscopade.kernels.enclosure import Formula
-from viscopade.kernels.reference import ENDS, TABLE, Reference, Stretch, reference_of
+from viscopade.kernels.reference import Rows
 from viscopade.progress import track
-from viscopade.theory.law import VISCOELASTIC, Law
 
 AnyMeasure = Literal["both", "relative", "speed"]
 Functions = Callable[[arb_series], list[arb_series]]
@@ -33,7 +33,9 @@ Functions = Callable[[arb_series], list[arb_series]]
 ORDER = 12  # of the Taylor polynomials on a part
 FEWEST_PARTS = 4
 DIGITS_OF_END = 25
-EXACT = 2.0**-60  # a formula whose limit is off by less has the right one
+MOST_PARTS = 1 << 9  # of a panel
+TIGHT = 0.999  # a bound that halving the parts lowers by less than this factor is tight
+DECAY = Fraction(10, 3)  # eps goes like v*^-DECAY
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,6 @@ class Certificate:
         |R - eps| <= bound times what it is relative to; decimal, rounded up.
     parts : tuple of (int, int)
         The panels that meet the interval, and into how many equal parts each was cut for the proof.
-    law : Law
-        Of contact. The panels of a law other than the paper's are those of `law_panels`, made anew.
     """
 
     measure: AnyMeasure
@@ -60,7 +60,6 @@ class Certificate:
     high: Fraction | None
     bound: str
     parts: tuple[tuple[int, int], ...]
-    law: Law = VISCOELASTIC
 
     def record(self) -> dict[str, object]:
         """Return the certificate as JSON-able data; ends of the interval as exact fractions "p/q"."""
@@ -69,18 +68,12 @@ class Certificate:
             "v_star_min": str(self.low),
             "v_star_max": None if self.high is None else str(self.high),
             "bound": self.bound,
-            **reference_of(self.law).record(self.measure, [panel for panel, _ in self.parts]),
+            **reference.record(),
             "parts": self.parts,
         }
 
 
-def prove(
-    formula: Formula,
-    low: Fraction,
-    high: Fraction | None,
-    measure: AnyMeasure = "both",
-    reference: Reference = TABLE,
-) -> Certificate:
+def prove(formula: Formula, low: Fraction, high: Fraction | None, measure: AnyMeasure = "both") -> Certificate:
     """Prove a bound of the deviation on low <= v* <= high that is tight, unless a pole is near.
 
     Parameters
@@ -90,49 +83,45 @@ def prove(
         Interval of v*; None is infinity, for a formula with a limit.
     measure : str
         As in `Certificate`, but not "speed": see `prove_inverse`.
-    reference : Reference
-        Of the law.
 
     Raises
     ------
     ValueError
-        If the interval is no such thing, or the force of the law is attractive.
+        If the interval is invalid.
     ArithmeticError
-        If there is no bound: the formula has a pole in the interval, or the law's panels do not reach so far. Close to
-        a pole the bound may be large, and not tight.
+        If there is no bound: the formula has a pole in the interval. Close to a pole the bound may be large, and not
+        tight.
     """
     if measure == "both" and not formula.has("loss_ratio"):
-        raise ValueError("1 - R must vanish like v*^d where the deviation is measured relative to 1 - eps")
-    proof = _Proof(formula, measure, reference)
-    with working(reference.bits, ORDER + 1):
-        if high is None:
-            end = proof.end()
-            if low >= end:
-                raise ValueError(f"low is {low}: accepted for an interval without an end is a number below {end}")
-            return proof.and_beyond(proof.on_panels(low, end))
-        return proof.on_panels(low, high)
+        raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
+    proof = _Proof(formula, measure)
+    with working(reference.BITS, ORDER + 1):
+        if high is not None:
+            return proof.on_panels(low, high)
+        if low >= panel_proof.END:
+            raise ValueError(
+                f"low is {low}: accepted for an interval without an end is a number below {panel_proof.END}"
+            )
+        return proof.and_beyond(proof.on_panels(low, panel_proof.END))
 
 
-def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0), reference: Reference = TABLE) -> Certificate:
+def prove_inverse(formula: Formula, epsilon_min: Fraction = Fraction(0)) -> Certificate:
     """Prove a bound of the relative error of v* = y^k N/D for epsilon_min <= eps <= 1 (0: for 0 < eps <= 1).
 
     Errors as for `prove`. The certificate's interval is one of v*, which covers that of eps.
     """
-    proof = _Proof(formula, "speed", reference)
-    with working(reference.bits, ORDER + 1):
-        high = _v_star_beyond(reference.law, epsilon_min) if epsilon_min else None
-        end = high or proof.end()
-        if high and high > ENDS[0] and reference.law.nu == 1:  # whose limit is sharp from there on
-            end = Fraction(ENDS[0])
-        found = proof.on_panels(Fraction(0), end)
-        return found if end == high else replace(proof.and_beyond(found, epsilon_min), high=high)
+    proof = _Proof(formula, "speed")
+    with working(reference.BITS, ORDER + 1):
+        if epsilon_min:
+            return proof.on_panels(Fraction(0), _v_star_beyond(epsilon_min))
+        return proof.and_beyond(proof.on_panels(Fraction(0), panel_proof.END))
 
 
-def _v_star_beyond(law: Law, epsilon_min: Fraction) -> Fraction:
+def _v_star_beyond(epsilon_min: Fraction) -> Fraction:
     """Return a v* whose eps is certainly below epsilon_min, by a little."""
-    near = exact.invert(epsilon_min, DIGITS_OF_END, law=law).v_star
+    near = exact.invert(epsilon_min, DIGITS_OF_END).v_star
     v_star = Fraction(float(near.mid())) * (1 + Fraction(1, 2**40))
-    if not exact.collision(v_star, DIGITS_OF_END, law=law).epsilon < ball_of(epsilon_min):
+    if not exact.collision(v_star, DIGITS_OF_END).epsilon < ball_of(epsilon_min):
         raise ArithmeticError(f"no v* with eps = {float(epsilon_min):g} was found")
     return v_star
 
@@ -143,21 +132,20 @@ class _Proof:
 
     formula: Formula
     measure: AnyMeasure
-    reference: Reference
 
     def on_panels(self, low: Fraction, high: Fraction) -> Certificate:
         """Prove a bound on an interval."""
-        stretches = self.reference.stretches(low, high)
+        stretches = reference.stretches(low, high)
 
         def bound(i: int, number: int) -> arb:
             return max(self.deviation(stretches[i].panel, *part) for part in stretches[i].parts(number))
 
         def message(i: int) -> str:
-            return f"no bound was found near v* = {float(self.reference.v_star(stretches[i].panel)):.6g} (a pole?)"
+            return f"no bound was found near v* = {float(reference.v_star_at(stretches[i].panel)):.6g} (a pole?)"
 
         most, numbers = self._halved(len(stretches), bound, message)
-        parts = tuple((stretch.place, number) for stretch, number in zip(stretches, numbers, strict=True))
-        return Certificate(self.measure, low, high, rounded_up(most), parts, self.reference.law)
+        parts = tuple((stretch.panel, number) for stretch, number in zip(stretches, numbers, strict=True))
+        return Certificate(self.measure, low, high, rounded_up(most), parts)
 
     def _halved(
         self, size: int, bound: Callable[[int, int], arb], message: Callable[[int], str]
@@ -171,61 +159,50 @@ class _Proof:
         bounds = [bound(i, FEWEST_PARTS) for i in track(range(size), "proof")]
         while True:
             worst = max(range(size), key=lambda i: float(bounds[i]))
-            finer, most = bound(worst, 2 * numbers[worst]), numbers[worst] >= self.reference.most_parts
+            finer, most = bound(worst, 2 * numbers[worst]), numbers[worst] >= MOST_PARTS
             if most and not (finer.is_finite() and bounds[worst].is_finite()):
                 raise ArithmeticError(message(worst))
-            if most or (finer.is_finite() and finer > bounds[worst] * self.reference.tight):
+            if most or (finer.is_finite() and finer > bounds[worst] * TIGHT):
                 return max(bounds), numbers
             bounds[worst], numbers[worst] = finer, 2 * numbers[worst]
 
-    def deviation(self, panel: Any, start: Fraction, end: Fraction) -> arb:
+    def deviation(self, panel: int, start: Fraction, end: Fraction) -> arb:
         """Bound the deviation on a part of a panel; infinity if it may be infinite."""
-        low, high = (self.reference.y(panel, z, self.formula.power) for z in (start, end))
+        low, high = (reference.y_at(panel, z, self.formula.power) for z in (start, end))
         results = self._results(panel, low.union(high))
         bound = _largest(lambda y: [self._ratio(result, panel, y) - 1 for result in results], low, high)
-        error = self.reference.error(panel, self.measure)
+        error = arb(panel_proof.proven_error())
         return ((bound + error) / (1 - error)).abs_upper()
 
-    def _results(self, panel: Any, y: arb) -> list[str]:
+    def _results(self, panel: int, y: arb) -> list[str]:
         """Return which results of the formula count on a part: relative to the smaller one of eps and 1 - eps."""
         if self.measure != "both":
             return [{"relative": "epsilon", "speed": "ratio"}[self.measure]]
-        epsilon = self.reference.course(panel, arb_series([y]), self.formula.power).epsilon[0]
+        epsilon = Rows(panel, arb_series([y]), self.formula.power).epsilon[0]
         half = arb(0.5, 2.0**-20)  # rows are not exact
         return [*([] if epsilon > half else ["epsilon"]), *([] if epsilon < half else ["loss_ratio"])]
 
-    def _ratio(self, result: str, panel: Any, y: arb_series) -> arb_series:
+    def _ratio(self, result: str, panel: int, y: arb_series) -> arb_series:
         """Return a result of the formula over the true one, as a function of y on a panel."""
+        rows = Rows(panel, y, self.formula.power)
         if result == "ratio":
-            return self.reference.inverse_ratio(self.formula, panel, y)
-        course = self.reference.course(panel, y, self.formula.power)
-        true: arb_series = getattr(course, result)
-        if self.reference.one_division:
-            return self.formula.over(true, result, y=y, v_star=course.v_star)
-        found: arb_series = self.formula.at(result, y=y, v_star=course.v_star) / true
+            return rows.inverse_ratio(self.formula)
+        found: arb_series = self.formula.at(result, y=y, v_star=rows.v_star) / getattr(rows, result)
         return found
 
-    def end(self) -> Fraction:
-        """Return where the panels end for a formula for all v*."""
-        (ratio,) = self._limit_ratio(self.reference.factor)(arb_series([0, 1]))
-        return self.reference.end(abs(ratio[0]) + (EXACT if self.measure == "speed" else 0))
-
-    def and_beyond(self, found: Certificate, epsilon_min: Fraction = Fraction(0)) -> Certificate:
+    def and_beyond(self, found: Certificate) -> Certificate:
         """Return the certificate without an end, given the one up to the end of the panels."""
-        law, power, end = self.reference.law, self.formula.power, ball_of(found.high or Fraction(0))
-        true = self.reference.limit(end)
-        functions, first, last = self._limit_ratio(true), arb(0), rational_power(1 / end, Fraction(1, power))
+        power, end = self.formula.power, ball_of(panel_proof.END)
+        true = reference.limit(end)
+        last = rational_power(1 / end, Fraction(1, power))
         if self.measure == "speed":
-            root = Fraction(1, power * law.d)
-            most = arb((true / rational_power(end**law.d, law.nu)).abs_upper())  # of eps
-            last = rational_power(most / (1 - most), root)
-            first = rational_power(ball_of(epsilon_min / (1 - epsilon_min)), root) if epsilon_min else first
-        whole = Stretch(0, None, Fraction(0), Fraction(1))
+            most = arb((true / rational_power(end, DECAY)).abs_upper())  # of eps
+            last = rational_power(most / (1 - most), Fraction(1, 2 * power))
         message = "no bound was found for large v*: does the formula have the right limit?"
 
         def bound(_: int, number: int) -> arb:
-            parts = ((first + (last - first) * ball_of(z) for z in part) for part in whole.parts(number))
-            return max(_largest(functions, *ends) for ends in parts)
+            ends = [last * ball_of(Fraction(i, number)) for i in range(number + 1)]
+            return max(_largest(self._limit_ratio(true), *part) for part in pairwise(ends))
 
         beyond, _ = self._halved(1, bound, lambda _: message)
         if not beyond < 1:
@@ -233,16 +210,14 @@ class _Proof:
         return replace(found, high=None, bound=max(found.bound, rounded_up(beyond), key=Fraction))
 
     def _limit_ratio(self, true: arb) -> Functions:
-        """Return the deviation for large v* as a function of u = 1/y, where eps v*^(nu d) is `true`."""
-        law, power, limit = self.reference.law, self.formula.power, self.formula.limit
+        """Return the deviation for large v* as a function of u = 1/y, where eps v*^(10/3) is `true`."""
+        power, limit = self.formula.power, self.formula.limit
         if self.measure != "speed":
             return lambda u: [limit(u=u, w=u**power) / true - 1]
 
         def of_speed(u: arb_series) -> list[arb_series]:
-            survives = 1 / (1 + u ** (power * law.d))  # 1 - eps
-            # A formula for an interval goes like v* if nu = 1.
-            own = limit(u=u) if self.formula.far else self.formula.at("ratio", y=1 / u)
-            return [own * power_of_series(survives / true, 1 / (law.nu * law.d)) - 1]
+            survives = 1 / (1 + u ** (2 * power))  # 1 - eps
+            return [limit(u=u) * power_of_series(survives / true, 1 / DECAY) - 1]
 
         return of_speed
 

@@ -10,7 +10,7 @@ from flint import arb, arb_poly, arb_series, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arithmetic.chebyshev import to_fmpq
-from viscopade.kernels.expressions import Arithmetic, CodeBranch, Operation, Run, evaluate, read
+from viscopade.kernels.expressions import Arithmetic, CodeBranch, Run, evaluate, read
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +47,6 @@ class Formula:
             If a denominator may vanish.
         """
         return self._evaluated(self.near, result, given)
-
-    def over(self, divisor: arb_series, result: str, **given: arb_series) -> arb_series:
-        """Return a result that is a quotient over a series, by one division; arguments and errors as for `at`."""
-        run, stated = self._run(self.near, given), self.near.results[result]
-        if not isinstance(stated, Operation):
-            raise TypeError(f"{result} is no quotient")
-        top, bottom = (evaluate(part, run, _SERIES) for part in (stated.left, stated.right))
-        return quotient(top, bottom * divisor)
 
     def limit(self, **given: arb_series) -> arb_series:
         """Return "limit", a result of the program near infinity, given its inputs and roots.

@@ -26,9 +26,7 @@ from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.names import FAST, FULL
 from viscopade.kernels.prove_rational import accuracy_of, in_types
-from viscopade.kernels.reference import reference_of
 from viscopade.store import recorded
-from viscopade.theory.law import VISCOELASTIC, Law
 
 INVERSE_ACCURACY = "accuracy of the inverse"  # in refusals
 EPSILON_MIN = Fraction(1, 5000), Fraction(99, 100)
@@ -74,7 +72,7 @@ def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     return HalfLineKernel(powers, variants, missing, found)
 
 
-def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELASTIC) -> InverseKernel:
+def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
     """Return the kernel for v*(eps) with the fewest coefficients and a proven error within the accuracy.
 
     Parameters
@@ -84,8 +82,6 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
     epsilon_min : like accuracy
         0 for all 0 < eps <= 1, or from 2e-4 to 0.99 for a kernel on [epsilon_min, 1]. For such ones the degrees m and
         n of numerator and denominator are tried that differ by at most `FARTHEST`.
-    law : Law
-        Of contact, with no attractive force; v* = kappa^(1/d). 0 is accepted for nu = 1 and 2, and for the paper's law.
 
     Raises
     ------
@@ -97,35 +93,28 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0, law: Law = VISCOELAS
     low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or least <= e <= most
     )
-    if not low and not inverse.whole_powers(law):
-        raise ValueError(
-            f"epsilon_min is 0: accepted for the law {law} is a number from 2e-4 to 0.99, as no quotient follows its "
-            "v* to eps = 0 (--epsilon-min)"
-        )
-    return of_inverse(_inverse_powers(wanted, law, low), law, low)
+    return of_inverse(_inverse_powers(wanted, low), low)
 
 
 @recorded("inverse_powers")
-def _inverse_powers(wanted: Fraction, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> Powers:
-    if epsilon_min:
-        candidates = _on_interval(wanted, epsilon_min, law)
-    else:
-        candidates = _levelled(inverse.whole_powers(law), lambda powers: inverse.fit_whole(powers, law))
-    return _first(wanted, candidates, lambda powers: of_inverse(powers, law, epsilon_min), INVERSE_ACCURACY)
+def _inverse_powers(wanted: Fraction, epsilon_min: Fraction = Fraction(0)) -> Powers:
+    whole = _levelled(inverse.WHOLE, inverse.fit_whole)
+    candidates = _on_interval(wanted, epsilon_min) if epsilon_min else whole
+    return _first(wanted, candidates, lambda powers: of_inverse(powers, epsilon_min), INVERSE_ACCURACY)
 
 
 @recorded("of_inverse")
-def of_inverse(powers: Powers, law: Law = VISCOELASTIC, epsilon_min: Fraction = Fraction(0)) -> InverseKernel:
+def of_inverse(powers: Powers, epsilon_min: Fraction = Fraction(0)) -> InverseKernel:
     """Return the best kernel for epsilon_min <= eps <= 1 with given powers, all up to their degrees if epsilon_min > 0.
 
     Errors as for `inverse.fit_whole` and `inverse.fit_interval`.
     """
     low = interval_start(epsilon_min)
-    form = inverse.inverse_form(law, whole=not low)
-    fit = inverse.fit_interval(powers.m, powers.n, low, law) if low else inverse.fit_whole(powers, law)
+    form = inverse.INTERVAL_FORM if low else inverse.WHOLE_FORM
+    fit = inverse.fit_interval(powers.m, powers.n, low) if low else inverse.fit_whole(powers)
     variants, missing = _variants(
         fit.quotient,
-        lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, form), low, reference_of(law)),
+        lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, form), low),
         lambda a, b, kind: rounding_bounds.inverse_sizes(powers, form, low, a, b, kind),
     )
     return InverseKernel(powers, variants, missing, "best N/D in the relative error of v*", epsilon_min)
@@ -174,7 +163,7 @@ def _levelled(choices: Iterable[Powers], fit: Callable[[Powers], LacunaryFit]) -
             yield fit(powers).error, powers
 
 
-def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[tuple[float, Powers]]:
+def _on_interval(wanted: Fraction, epsilon_min: Fraction) -> Iterator[tuple[float, Powers]]:
     """Yield the sampled errors and powers on [epsilon_min, 1], those with fewest coefficients and least error first.
 
     Degrees are left out where the most equal ones with the same sum are not accurate enough by far.
@@ -185,7 +174,7 @@ def _on_interval(wanted: Fraction, epsilon_min: Fraction, law: Law) -> Iterator[
         degrees.sort(key=lambda pair: (abs(pair[1] - pair[0]), pair))
         allowed = (full_powers(m, n) for m, n in degrees if max(m, n) <= inverse.MAX_DEGREE)
         found: list[tuple[float, Powers]] = []
-        for candidate in _levelled(allowed, lambda powers: inverse.fit_interval(powers.m, powers.n, low, law)):
+        for candidate in _levelled(allowed, lambda powers: inverse.fit_interval(powers.m, powers.n, low)):
             found.append(candidate)
             if min(found, key=itemgetter(0))[0] > HOPELESS * wanted:
                 break

@@ -9,14 +9,15 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import SupportsIndex, TypeVar
 
-from flint import arb
+from flint import arb, arb_poly
 
 from viscopade import arguments
 from viscopade.approximation import cheapest, machine_coefficients, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure, measure_of
-from viscopade.arithmetic.balls import known_decimal, working
-from viscopade.arithmetic.decimals import rounded_up
+from viscopade.arithmetic.balls import ball_of, bits_for, known_decimal, working
+from viscopade.arithmetic.decimals import below, rounded_up
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.collision import exact
 from viscopade.collision.exact import Exact
 from viscopade.kernels import certificate
 from viscopade.kernels.certificate import Certificate
@@ -24,13 +25,15 @@ from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.exact_formulas import Coefficients
 from viscopade.kernels.forms.minimax import MinimaxKernel, MinimaxVariant
 from viscopade.kernels.forms.quotient import PadeKernel, threshold
-from viscopade.kernels.reference import Reference, reference_of
+from viscopade.progress import track
 from viscopade.store import recorded
 from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade.theory.pade import Pade, Root, pade
 
 DIGITS = 40  # of the coefficients of Padé approximants
 USEFUL = tuple(map(Fraction, ("0.5", "1", "2", "5")))  # v* up to which errors of Padé approximants are stated
+
+SAMPLES, SAMPLE_DIGITS = 8, 30  # of sampled errors
 
 ATTEMPTS = 8
 LOOSER = 2  # a float's bound may exceed that of the double by this factor
@@ -71,25 +74,34 @@ def in_types(
 
 
 @recorded("of_pade")
-def of_pade(m: int, n: int, law: Law = VISCOELASTIC) -> PadeKernel:
+def of_pade(m: int, n: int) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
     Errors as for `pade.pade`.
     """
-    approximant = pade(m, n, DIGITS, law)
-    bare = without_proof(approximant, law)
-    ends = [v for v in USEFUL if bare.end is None or v < Fraction(bare.end[1]) * Fraction(9, 10)]
+    bare = without_proof(pade(m, n, DIGITS))
     bounds = list[Certificate]()
-    for end in ends:
+    for end in useful_ends(bare.end):
         try:
-            bounds.append(_certified(*bare.exact, (Fraction(0), end), "both", reference_of(law)))
+            bounds.append(_certified(*bare.exact, (Fraction(0), end), "both"))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
             break
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
 
 
+def sampled_pade(m: int, n: int, law: Law) -> PadeKernel:
+    """Return the kernel of a Padé approximant of another law, with sampled errors; arguments as for `pade.pade`."""
+    approximant = pade(m, n, DIGITS, law)
+    return replace(without_proof(approximant, law), sampled=sampled_errors(approximant, law))
+
+
+def useful_ends(first: tuple[str, Decimal] | None) -> list[Fraction]:
+    """Return the `USEFUL` v* before the first pole or zero, given what it is and its v*."""
+    return [v for v in USEFUL if first is None or v < Fraction(first[1]) * Fraction(9, 10)]
+
+
 def without_proof(approximant: Pade, law: Law = VISCOELASTIC) -> PadeKernel:
-    """Return the kernel of a Padé approximant, with `DIGITS` digits."""
+    """Return the kernel of a Padé approximant with `DIGITS` digits, without errors."""
     a, b = (tuple(map(Decimal, values)) for values in approximant.decimals(DIGITS))
     # The exporters state [m/n] - eps at order m + n + 1, whether or not the approximant does better.
     better = approximant.contact_order > approximant.m + approximant.n
@@ -114,9 +126,9 @@ def _first_positive(roots: Sequence[Root]) -> Decimal | None:
 
 def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKernel:
     """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
-    sizes = []
+    sizes, end = [], bounds[-1].high
+    assert end is not None
     for form in FORMATS.values():
-        end = bounds[-1].high or Fraction(0)
         try:
             bare.rounded(form)
             _require_horner(bare.label, *bare.exact, form, end)
@@ -133,18 +145,15 @@ def of_minimax(
     v_star_max: Exact,
     v_star_min: Exact = 0,
     measure: Measure = "both",
-    law: Law = VISCOELASTIC,
 ) -> MinimaxKernel:
     """Return the kernel of the best approximant [m/n]; arguments and errors as for `minimax.fit`."""
-    interval, measure = minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure)
-    return _of_minimax(*minimax.degrees_of(m, n, law, interval), *interval, measure, law)
+    interval, measure = minimax.interval_of(v_star_min, v_star_max), measure_of(measure)
+    return _of_minimax(*minimax.degrees_of(m, n), *interval, measure)
 
 
 @lru_cache(maxsize=256)
-def _of_minimax(
-    m: int, n: int, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
-) -> MinimaxKernel:
-    return _with_proofs(minimax.fit(m, n, minimax.INFINITY if high is None else high, low, measure, law=law))
+def _of_minimax(m: int, n: int, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
+    return _with_proofs(minimax.fit(m, n, high, low, measure))
 
 
 def accurate(
@@ -152,7 +161,6 @@ def accurate(
     v_star_max: Exact,
     v_star_min: Exact = 0,
     measure: Measure = "both",
-    law: Law = VISCOELASTIC,
 ) -> MinimaxKernel:
     """Return the cheapest kernel whose proven errors (formula and rounding in type double) sum to at most `accuracy`.
 
@@ -160,17 +168,14 @@ def accurate(
     Arguments and errors as for `cheapest.cheapest_fit`.
     """
     wanted = accuracy_of(accuracy)
-    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max, law), measure_of(measure), law)
+    return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), measure_of(measure))
 
 
 @recorded("accurate")
-def _accurate(
-    wanted: Fraction, low: Fraction, high: Fraction | None, measure: Measure, law: Law = VISCOELASTIC
-) -> MinimaxKernel:
+def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
     limit = wanted
-    end = minimax.INFINITY if high is None else high
     for _ in range(ATTEMPTS):
-        chosen = cheapest.cheapest_fit(limit, end, low, measure=measure, law=law)
+        chosen = cheapest.cheapest_fit(limit, high, low, measure=measure)
         kernel = _with_proofs(chosen.fit, wanted)
         error = kernel.variants[0].total
         if error <= wanted:
@@ -187,53 +192,86 @@ def _with_proofs(fit: minimax.Fit, limit: Fraction | None = None) -> MinimaxKern
         lambda error: f"the error would be {float(error):.3g}",
         limit,
     )
-    equal = ", ".join(("a_0 = b_0 = 1", *(f"a_{i} = b_{i}" for i in range(1, fit.law.d))))
-    source = f"best approximant with {equal} of the exact eps, in the measure |error|/{RELATIVE_TO[fit.measure]}"
+    relative_to = RELATIVE_TO[fit.measure]
+    source = f"best approximant with a_0 = b_0 = 1, a_1 = b_1 of the exact eps, in the measure |error|/{relative_to}"
     return MinimaxKernel(fit.m, fit.n, variants, missing, source)
 
 
 def _variant(fit: minimax.Fit, form: Format) -> MinimaxVariant:
     machine = machine_coefficients.machine(fit, form)
-    low, high = fit.interval
-    if high is not None:
-        _require_horner(fit.label, *machine.exact, form, high)
-    bound = _certified(*machine.exact, fit.interval, fit.measure, reference_of(fit.law))
-    switch = None if high is not None else Fraction(2) ** threshold(fit.label, *machine.exact, form)
-    size = rounding_bounds.quotient_rounding(*machine.exact, form, low, high, switch=switch)
+    _require_horner(fit.label, *machine.exact, form, fit.interval[1])
+    bound = _certified(*machine.exact, fit.interval, fit.measure)
+    size = rounding_bounds.quotient_rounding(*machine.exact, form, *fit.interval)
     return MinimaxVariant(form, machine.a, machine.b, bound, _relative_to_eps(size, Fraction(bound.bound)))
 
 
-def _certified(
-    a: Coefficients, b: Coefficients, interval: minimax.Interval, measure: Measure, reference: Reference
-) -> Certificate:
-    return certificate.prove(exact_formulas.quotient_formula(a, b, reference.law), *interval, measure, reference)
+def _certified(a: Coefficients, b: Coefficients, interval: minimax.Interval, measure: Measure) -> Certificate:
+    return certificate.prove(exact_formulas.quotient_formula(a, b), *interval, measure)
 
 
-def error_up_to(a: Sequence[arb], b: Sequence[arb], law: Law, v_star_max: Exact) -> str:
+def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> str:
     """Return a bound of |N/D - eps|/min(eps, 1 - eps) for 0 <= v* <= v_star_max, as a decimal string.
 
     Parameters
     ----------
     a, b : sequence of flint.arb
-        Coefficients of N and D, ascending in v* = kappa^(1/law.d); a_i = b_i for i < law.d.
-    law : Law
-        With no attractive force.
+        Coefficients of N and D, ascending in v*; a_0 = b_0 and a_1 = b_1.
     v_star_max : str, int, float, Fraction, Decimal, mpmath.mpf or NumPy scalar
         From 1e-3 to 100.
 
     Raises
     ------
     TypeError, ValueError
-        If v_star_max is no such number, the force of the law is attractive, or nothing was proven up to there, as for
-        an N/D with a pole.
+        If v_star_max is no such number, or nothing was proven up to there, as for an N/D with a pole.
     """
-    high = arguments.exact_number(
-        "v_star_max", v_star_max, "a number from 0.001 to 100", lambda v: Fraction(1, 1000) <= v <= 100
-    )
     try:
-        return _certified(a, b, (Fraction(0), high), "both", reference_of(law, stored=False)).bound
+        return _certified(a, b, (Fraction(0), end_of_interval(v_star_max)), "both").bound
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
+
+
+def end_of_interval(v_star_max: Exact) -> Fraction:
+    """Return the end of an interval of v* exactly, from 1e-3 to 100; errors as for `error_up_to`."""
+    return arguments.exact_number(
+        "v_star_max", v_star_max, "a number from 0.001 to 100", lambda v: Fraction(1, 1000) <= v <= 100
+    )
+
+
+def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tuple[tuple[str, str], ...]:
+    """Return ends V of intervals, and the largest error found for 0 < v* <= V, relative to min(eps, 1 - eps).
+
+    Parameters
+    ----------
+    approximant : Pade
+        Of a law; v* = kappa^(1/law.d).
+    law : Law
+    v_star_max : like that of `error_up_to`, or None
+        The only end. None: the `USEFUL` ones before the first pole or zero, as far as contact ends there.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If v_star_max is no such number, or contact does not end there.
+    """
+    ends = useful_ends(without_proof(approximant, law).end) if v_star_max is None else [end_of_interval(v_star_max)]
+    a, b = (arb_poly(list(coefficients)) for coefficients in (approximant.a, approximant.b))
+    found, most, last = list[tuple[str, str]](), arb(0), Fraction(0)
+    for end in ends:
+        points = SAMPLES * len(USEFUL) // len(ends)
+        for i in track(range(points), "samples of the error"):
+            v_star = last + (end - last) * Fraction(i + 1, points)
+            try:
+                true = exact.collision(v_star, SAMPLE_DIGITS, law=law)
+            except ValueError:  # contact does not end with so much damping
+                if v_star_max is not None:
+                    raise
+                return tuple(found)
+            with working(bits_for(SAMPLE_DIGITS) + 64):
+                off = abs(a(ball_of(v_star)) / b(ball_of(v_star)) - true.epsilon)
+                most = most.max((off / true.epsilon.min(true.one_minus_epsilon)).mid())
+        found.append((below(end), rounded_up(most)))
+        last = end
+    return tuple(found)
 
 
 def _require_horner(label: str, a: Sequence[Fraction], b: Sequence[Fraction], form: Format, end: Fraction) -> None:

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-from viscopade import arguments
-from viscopade.approximation import minimax
 from viscopade.approximation.measure import Measure
 from viscopade.generated import marker_line, template
 from viscopade.kernels import prove_lacunary, prove_rational
@@ -22,7 +19,7 @@ from viscopade.kernels.targets.language import Renderer, Target
 from viscopade.kernels.targets.languages import LANGUAGES, targets
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.progress import track
-from viscopade.theory.law import VISCOELASTIC, Law, law_of
+from viscopade.theory.law import VISCOELASTIC, law_of
 from viscopade.theory.paper import TABLE
 from viscopade.theory.series import series
 
@@ -33,7 +30,7 @@ Degrees = Sequence[tuple[int, int]]
 
 _OF_FITS = ("minimax", "accuracy")
 _NEEDED = {
-    **dict.fromkeys(("v_star_min", "v_star_max", "measure", "kappa_max"), _OF_FITS),
+    **dict.fromkeys(("v_star_min", "v_star_max", "measure"), _OF_FITS),
     "epsilon_min": ("inverse",),
     "size": ("from_speed",),
 }
@@ -68,10 +65,8 @@ class Request:
         Where the inverse ends; "0" for all of (0, 1].
     measure : "both" or "relative"
         Of the error of best approximants.
-    law, end : str
-        Law of contact and its end, for quotients of polynomials in v* = kappa^(1/d).
-    kappa_max : str or None
-        In place of v_star_max, as v*^d.
+    law : str
+        Law of contact, for Padé approximants in v* = kappa^(1/d); contact ends where the force vanishes.
     """
 
     full: bool = False
@@ -86,33 +81,17 @@ class Request:
     epsilon_min: str = "0"
     measure: Measure = "both"
     law: str = "viscoelastic"
-    end: str = "force"
-    kappa_max: str | None = None
 
     def __post_init__(self) -> None:
-        of = law_of(self.law, self.end)
-        if self.kappa_max is not None and self.v_star_max is not None:
-            raise ValueError("kappa_max and v_star_max are both given: accepted is one of them")
-        if self.minimax and not self.bounded:
-            raise ValueError(
-                "minimax is given without an interval: accepted is minimax with v_star_max or kappa_max (--v-star-max, "
-                "--kappa-max)"
-            )
+        if self.minimax and self.v_star_max is None:
+            raise ValueError("minimax is given without an interval: accepted is minimax with v_star_max (--v-star-max)")
         for name, needed in _NEEDED.items():
             if getattr(self, name) != getattr(Request, name) and not any(getattr(self, other) for other in needed):
                 others, flags = " or ".join(needed), ", ".join(f"--{other.replace('_', '-')}" for other in needed)
                 raise ValueError(f"{name} is given without {others}: accepted is {name} with {others} ({flags})")
-        if of.nu > 1 and not of.delayed:
-            raise ValueError(
-                f"the law is {self.law} with end {of.end!r}: accepted, as proofs need it, is the end 'force'"
-            )
-        asked = self.pade or self.minimax or self.inverse or self.accuracy
-        if of != VISCOELASTIC and (not asked or (self.accuracy and not self.bounded)):
-            raise ValueError(
-                f"the law is {self.law} with end {of.end!r}: accepted with it is accuracy or minimax with kappa_max "
-                "(--accuracy, --minimax, --kappa-max), pade (--pade), or inverse (--inverse)"
-            )
-        if not self.bounded and self.v_star_min != "0":
+        if law_of(self.law) != VISCOELASTIC and (not self.pade or self.minimax or self.accuracy):
+            raise ValueError(f"the law is {self.law}: accepted with it is pade alone (--pade)")
+        if self.v_star_max is None and self.v_star_min != "0":
             raise ValueError(
                 "v_star_min is given without v_star_max: accepted is an interval with both ends (--v-star-max)"
             )
@@ -127,21 +106,6 @@ class Request:
     def prove(self) -> list[Any]:
         """Return the requested kernels, with their proofs; None stands for full accuracy. Errors as for `quotients`."""
         return [kernel for kind in self._kinds for kernel in kind.kernels(self)]
-
-    @property
-    def bounded(self) -> bool:
-        """Whether an interval is given."""
-        return (self.v_star_max, self.kappa_max) != (None, None)
-
-    def _v_star_max(self, law: Law) -> str | Fraction:
-        """Return the end of the interval; a root of kappa_max is rounded up."""
-        if self.kappa_max is None:
-            return self.v_star_max or ""
-        if self.kappa_max == minimax.INFINITY:
-            return self.kappa_max
-        accepted = "a number from 1e-9 to 1e18, or inf"
-        kappa = arguments.exact_number("kappa_max", self.kappa_max, accepted, lambda x: Fraction("1e-9") <= x <= 10**18)
-        return kappa if law.d == 1 else Fraction(f"{float(kappa) ** (1 / law.d) * (1 + 2e-12):.12g}")
 
     @property
     def _kinds(self) -> list[Kind]:
@@ -167,21 +131,23 @@ class Request:
         ValueError
             If an approximant does not exist or is eps = 1, or cannot be as accurate as wanted.
         """
-        law = law_of(self.law, self.end)
+        law = law_of(self.law)
         for m, n in self.pade:
             if m + n < law.d:
                 raise ValueError(f"pade is {m}/{n}: accepted is m + n >= {law.d}, as 1 - eps begins with v*^{law.d}")
-        ends = self._v_star_max(law), self.v_star_min, self.measure, law
-        found: list[Quotient] = [prove_rational.of_pade(m, n, law) for m, n in self.pade]
+        ends = self.v_star_max, self.v_star_min, self.measure
+        found: list[Quotient] = [
+            prove_rational.of_pade(m, n) if law == VISCOELASTIC else prove_rational.sampled_pade(m, n, law)
+            for m, n in self.pade
+        ]
         found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)
         chosen = _by_name(prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
         return [*found, *chosen]
 
     def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
         """Return the requested half-line and inverse kernels, with their proofs; errors as for `quotients`."""
-        law = law_of(self.law, self.end)
         half_lines = _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
-        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min, law) for accuracy in self.inverse)
+        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
         return [*half_lines, *inverses]
 
     def render(self, target: str, module: str = MODULE) -> str:
@@ -197,6 +163,10 @@ class Request:
         kind = (self._kinds or KINDS)[0]
         if target not in kind.targets:
             raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.targets)}")
+        if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
+            raise ValueError(
+                f"the law is {self.law}, and nothing is proven of it: accepted for {target} is viscoelastic"
+            )
         render = kind.tables.get(target) or target_of(target).renderers.get(kind.id)
         if render is not None:
             return render(kind.kernels(self), self.command(target))
@@ -237,7 +207,7 @@ KINDS = (
     Kind(
         "quotient",
         "quotients of polynomials",
-        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.bounded),
+        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
         Request.quotients,
         {
             "csv": tables.csv_table,
@@ -251,7 +221,7 @@ KINDS = (
     Kind(
         "root",
         "half-line and inverse kernels",
-        lambda asked: asked.inverse or (asked.accuracy and not asked.bounded),
+        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
         Request.in_powers_of_a_root,
         {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},
         compact=table_free.render,
@@ -268,16 +238,6 @@ KINDS = (
 
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
-
-READY_LAWS = tuple(
-    request
-    for law in ("hunt-crossley", "hunt-crossley:1", "linear")
-    for request in (
-        Request(law=law, accuracy=("1e-5", "1e-10"), kappa_max=minimax.INFINITY),
-        Request(law=law, inverse=("1e-5", "1e-10")),
-    )
-)
-"""Kernels for all kappa, and for all eps, whose records are the package's own: nu = 1 and nu = 2."""
 
 HALF_LINE = Request(accuracy=speed_kernel.HALF_LINE)
 INVERSE = Request(inverse=("1e-3", "1e-5"))

@@ -16,7 +16,6 @@ from flint import arb
 from viscopade.arithmetic.balls import ball_of
 from viscopade.arrays import panels
 from viscopade.collision import exact, panel_proof
-from viscopade.theory.law import VISCOELASTIC, Law
 
 BITS = 256
 SHARP_DIGITS = 22
@@ -60,17 +59,9 @@ def sharply(w: Fraction) -> Portions:
     return Portions(found.epsilon, found.one_minus_epsilon)
 
 
-def at_v_star(v_star: Fraction, law: Law) -> Portions:
-    """Return eps and 1 - eps of a law at v* = kappa^(1/d) > 0, to `SHARP_DIGITS` digits."""
-    found = exact.collision(v_star, SHARP_DIGITS, law=law)
-    return Portions(found.epsilon, found.one_minus_epsilon)
-
-
 @lru_cache(maxsize=256)
-def exact_v_star(epsilon: Fraction, law: Law = VISCOELASTIC) -> arb:
-    """Return v*(eps) of a law, 0 < eps < 1."""
-    if law != VISCOELASTIC:
-        return exact.invert(epsilon, SHARP_DIGITS, law=law).v_star
+def exact_v_star(epsilon: Fraction) -> arb:
+    """Return v*(eps), 0 < eps < 1."""
     loss = ball_of(1 - epsilon)
     near = (loss / panel_proof.lambda_1_ball()).sqrt()
     if 2 * near < ball_of(panel_proof.ELASTIC):

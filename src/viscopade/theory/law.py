@@ -161,12 +161,6 @@ class Law:
         """The k of the approximants [m/m+k] that decay nearly like eps: 3 for the paper's law, eps ~ v*^(-10/3)."""
         return 0 if self.decay is None else max(round(self.decay * self.d), 1)
 
-    @property
-    def whole_decay(self) -> int | None:
-        """The k of eps ~ v*^-k if it is a whole number, as for nu = 1 and 2: then [m/m+k] serves all v* >= 0."""
-        power = None if self.decay is None else self.decay * self.d
-        return power.numerator if power is not None and power.denominator == 1 else None
-
     def kappa(self, speed: float, *, k: float, c: float, mass: float) -> float:
         """Return kappa = (c/mass) (k/mass)^(-(b+1)/(a+1)) v^(2/nu - 1).
 

@@ -12,10 +12,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from viscopade.generated import marker_line
-from viscopade.kernels.forms.kernel import law_name
 from viscopade.plots.sheet import PNG_DPI, STYLE, metadata, picture
 from viscopade.progress import quietly, track
-from viscopade.theory.law import Law
+from viscopade.theory.law import VISCOELASTIC, Law
 from viscopade_lab.figures import FORMATS, audit, cooling, laws, paper
 from viscopade_lab.figures.paper import Figure
 
@@ -58,7 +57,8 @@ def render_law(law: Law, formats: Iterable[str] = ("svg",)) -> dict[str, bytes]:
     formats = list(formats)
     _refuse_unknown("format", formats, FORMATS)
     ends = "" if law.end == "force" else f"_{law.end}"
-    name = f"approximants{law_name(law) or '_viscoelastic'}{ends}"
+    exponents = f"a{law.elastic}_b{law.damping}".replace("/", "o")
+    name = f"approximants_{'viscoelastic' if law == VISCOELASTIC else exponents}{ends}"
     of, command = laws.approximants_of(law), f"viscopade figures --law {law} --end {law.end}"
     with quietly():
         return {f"{name}.{kind}": picture(of.draw, of.description, command, kind) for kind in formats}

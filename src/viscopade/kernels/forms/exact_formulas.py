@@ -12,17 +12,15 @@ from viscopade.approximation.inverse import InverseForm
 from viscopade.approximation.lacunary import LacunaryQuotient
 from viscopade.kernels.enclosure import Formula
 from viscopade.kernels.forms import formulas
-from viscopade.theory.law import VISCOELASTIC, Law
 
 Coefficients = Sequence[Fraction | arb]
 
 
-def quotient_formula(a: Coefficients, b: Coefficients, law: Law = VISCOELASTIC) -> Formula:
-    """Return a law's eps = N/D with coefficients in ascending order; with a limit if N/D goes like eps at infinity."""
-    given = formulas.dense(a=a, b=b) | formulas.losses(a, b, law.d)
-    near, far = formulas.epsilon_branches(given)
-    follows = len(b) - len(a) == law.whole_decay and a[-1] != 0 != b[-1]
-    return Formula(1, near, far if follows else None, given)
+def quotient_formula(a: Coefficients, b: Coefficients) -> Formula:
+    """Return eps = N/D with coefficients in ascending order."""
+    given = formulas.dense(a=a, b=b) | formulas.losses(a, b)
+    near, _ = formulas.epsilon_branches(given)
+    return Formula(1, near, None, given)
 
 
 def half_line_formula(found: LacunaryQuotient) -> Formula:

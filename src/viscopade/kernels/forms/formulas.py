@@ -29,7 +29,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
-from viscopade.approximation.inverse import InverseForm
+from viscopade.approximation.inverse import DEGREES_LESS, WHOLE_FORM, InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.kernels.expressions import (
     Call,
@@ -124,21 +124,21 @@ def epsilon_branches(given: Mapping[str, object]) -> tuple[CodeBranch, CodeBranc
     top, bottom = _terms(given, "a"), _terms(given, "b")
     ratio = Name("numerator") / Name("denominator")
     near: dict[str, Expression] = {"epsilon": ratio}
-    if loss := _terms(given, "d"):  # of (D - N)/v*^d
+    if loss := _terms(given, "d"):  # of (D - N)/v*^2
         near["loss_ratio"] = by_horner("v_star", loss) / Name("denominator")
     return _in_v_star(top, bottom, near), _in_u(top, bottom, ratio, top[-1][0] - bottom[-1][0])
 
 
-def losses(a: Sequence[Any], b: Sequence[Any], order: int) -> dict[str, Any]:
-    """Return the coefficients d of (D - N)/v*^order; none if 1 - N/D does not vanish like v*^order.
+def losses(a: Sequence[Any], b: Sequence[Any]) -> dict[str, Any]:
+    """Return the coefficients d of (D - N)/v*^2; none if 1 - N/D does not vanish like v*^2.
 
     Balls that overlap are taken for the same coefficient.
     """
     size = max(len(a), len(b))
     a, b = ([*values, *[0 * b[0]] * (size - len(values))] for values in (a, b))
-    if any(c != d for c, d in zip(a[:order], b[:order], strict=True)):
+    if any(c != d for c, d in zip(a[:2], b[:2], strict=True)):
         return {}
-    return dense(d=[d - c for c, d in zip(a[order:], b[order:], strict=True)])
+    return dense(d=[d - c for c, d in zip(a[2:], b[2:], strict=True)])
 
 
 def _terms(given: Mapping[str, object], letter: str) -> Terms:
@@ -159,7 +159,7 @@ def _in_u(top: Terms, bottom: Terms, ratio: Expression, degree: int) -> CodeBran
         Statement("numerator", by_horner("u", _mirrored(top))),
         Statement("denominator", by_horner("u", _mirrored(bottom))),
     )
-    return CodeBranch(None, program, {"epsilon": ratio, "limit": Name("numerator") / Name("denominator")})
+    return CodeBranch(None, program, {"epsilon": ratio})
 
 
 # --- lacunary quotients -----------------------------------------------------------------------------------------------
@@ -201,19 +201,18 @@ def inverse_branches(form: Powers, of: InverseForm) -> tuple[CodeBranch, ...]:
     epsilon, loss = Name("epsilon"), Name("loss")
     shift, ratio = of.shift, Name("top") / Name("bottom")
     near = CodeBranch(
-        loss <= epsilon if of.whole else None,
+        loss <= epsilon if of == WHOLE_FORM else None,
         (Statement("y", _root(of.root, loss / epsilon)), *_sums(form, "y", shift)),
         {"v_star": power("y", shift) * Name("top") / Name("bottom"), "ratio": ratio},
     )
-    if not of.whole:
+    if of != WHOLE_FORM:
         return (near,)
     rest = shift + form.top[-1] - form.bottom[-1]
     far = CodeBranch(
         None,
         (Statement("u", _root(of.root, epsilon / loss)), *_sums(form, "u", rest)),
-        # Where u is eps nearly, u D^ may underflow.
-        {"v_star": ratio / power("u", rest) if of.root == 1 else Name("top") / (power("u", rest) * Name("bottom"))}
-        | ({"limit": ratio} if rest == of.rest else {}),
+        {"v_star": Name("top") / (power("u", rest) * Name("bottom"))}
+        | ({"limit": ratio} if form.bottom[-1] - form.top[-1] == DEGREES_LESS else {}),
     )
     return near, far
 
@@ -241,8 +240,6 @@ def _sums(form: Powers, variable: str, shift: int) -> Program:
 
 
 def _root(root: Fraction, argument: Expression) -> Expression:
-    if root == 1:
-        return argument
     if root == Fraction(1, 2):
         return Call("sqrt", (argument,))
     return Call("pow", (argument, Literal(str(float(root)))))

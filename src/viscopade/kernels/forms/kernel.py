@@ -26,9 +26,12 @@ class Kernel(ABC):
     ----------
     source : str
         One line: where the formula comes from.
+    law : Law
+        The law of contact; v* = kappa^(1/law.d). All but Padé approximants are of the paper's law.
     """
 
     source: str
+    law: Law = VISCOELASTIC
 
     @property
     @abstractmethod
@@ -44,11 +47,6 @@ class Kernel(ABC):
     def label(self) -> str:
         """The name in comments and messages."""
         return self.name
-
-    @property
-    @abstractmethod
-    def law(self) -> Law:
-        """The law of contact; v* = kappa^(1/law.d)."""
 
     @property
     def of_speed(self) -> bool:
@@ -122,7 +120,7 @@ class Fitted(Kernel, Generic[AnyVariant]):
     Attributes
     ----------
     variants : tuple of Variant
-        At least one; all of the same measure, law and interval.
+        At least one; all of the same measure and interval.
     missing : tuple of (str, str)
         For names of types without a variant, the reason.
     source : str
@@ -139,8 +137,8 @@ class Fitted(Kernel, Generic[AnyVariant]):
     def __post_init__(self) -> None:
         one_line("source", self.source)
         proofs = [v.certificate for v in self.variants]
-        if len({(proof.low, proof.high, proof.measure, proof.law) for proof in proofs}) != 1:
-            raise ValueError(f"{self.label}: the variants must be of one law, one interval and one measure")
+        if len({(proof.low, proof.high, proof.measure) for proof in proofs}) != 1:
+            raise ValueError(f"{self.label}: the variants must be of one interval and one measure")
         if any((len(v.a), len(v.b)) != self.lengths for v in self.variants):
             raise ValueError(f"{self.label}: wrong number of coefficients")
 
@@ -153,11 +151,6 @@ class Fitted(Kernel, Generic[AnyVariant]):
     def bound(self) -> Certificate:
         """The certificate with the largest bound."""
         return max(self.variants, key=lambda v: v.error).certificate
-
-    @property
-    def law(self) -> Law:
-        """The law of contact."""
-        return self.bound.law
 
     def variant(self, form: Format) -> AnyVariant:
         """Return the variant of a format.
@@ -177,21 +170,6 @@ class Fitted(Kernel, Generic[AnyVariant]):
 
 
 # --- names and numbers as text ----------------------------------------------------------------------------------------
-
-
-def law_name(law: Law) -> str:
-    """Return the part of functions' names for a law that is not the paper's: "_a3o2_b1o4" for a = 3/2, b = 1/4."""
-    return "" if law == VISCOELASTIC else f"_a{law.elastic}_b{law.damping}".replace("/", "o")
-
-
-def law_pattern(law: Law) -> str:
-    """Return the pattern of `law_name`."""
-    return "_aA_bB" if law_name(law) else ""
-
-
-def law_record(law: Law) -> dict[str, object]:
-    """Return a law that is not the paper's as JSON-able data."""
-    return {"law": str(law), "end": law.end, "kappa": law.kappa_text, "d": law.d} if law_name(law) else {}
 
 
 def measure_name(measure: str) -> str:

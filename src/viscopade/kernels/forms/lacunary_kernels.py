@@ -9,13 +9,13 @@ from fractions import Fraction
 from typing import ClassVar
 
 from viscopade.approximation import half_line
-from viscopade.approximation.inverse import InverseForm, inverse_form
+from viscopade.approximation.inverse import INTERVAL_FORM, WHOLE_FORM, InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, law_name, law_record, measure_name, scientific
+from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, measure_name, scientific
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
@@ -236,8 +236,6 @@ class HalfLineKernel(LacunaryKernel):
 class InverseKernel(LacunaryKernel):
     """Inverse kernel: v* = y^k N/D with y = ((1 - eps)/eps)^root, for epsilon_min <= eps <= 1 or for 0 < eps <= 1.
 
-    The law of contact is that of the certificates.
-
     Attributes
     ----------
     epsilon_min : Fraction
@@ -263,12 +261,12 @@ class InverseKernel(LacunaryKernel):
     def _name(self, error: str) -> str:
         """Return the name with the interval: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
         interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
-        return f"{INVERSE}{law_name(self.law)}_{interval}{error}"
+        return f"{INVERSE}_{interval}{error}"
 
     @property
     def form(self) -> InverseForm:
         """The root, and k."""
-        return inverse_form(self.law, whole=not self.epsilon_min)
+        return INTERVAL_FORM if self.epsilon_min else WHOLE_FORM
 
     @property
     def root(self) -> Fraction:
@@ -288,8 +286,7 @@ class InverseKernel(LacunaryKernel):
     @property
     def formula(self) -> str:
         """The formula as text."""
-        power = "" if self.root == 1 else f"^({self.root})"
-        return f"v* = {_power(self.form.shift)} N/D, y = ((1 - eps)/eps){power}, {self.powers_text}"
+        return f"v* = {_power(self.form.shift)} N/D, y = ((1 - eps)/eps)^({self.root}), {self.powers_text}"
 
     @property
     def branches(self) -> tuple[CodeBranch, ...]:
@@ -298,19 +295,14 @@ class InverseKernel(LacunaryKernel):
 
     def _head(self) -> dict[str, object]:
         ends = {"epsilon_min": str(self.epsilon_min), "epsilon_low": str(self.epsilon_low)}
-        return {**super()._head(), **ends, **law_record(self.law)}
+        return {**super()._head(), **ends}
 
     @property
     def proven(self) -> tuple[str, ...]:
         """Sentences on the proven errors of formula and rounding."""
-        of_beta = self.bound_of_beta
-        of_v_star = f"rounding of v_star: adds at most {self._per_type(lambda v: v.rounding('v_star') + ' v*')} (proven"
-        if not self.of_speed:
-            normal = ", where eps and 1 - eps are normal numbers" if self.form.linear else ""
-            return f"proven: |formula - v*| / v* <= {self._bounds}", f"{of_v_star}{normal})"
         return (
-            f"proven: |formula - v*| / v* <= {self._bounds}; |formula - beta| / beta <= {of_beta}",
-            f"{of_v_star})",
+            f"proven: |formula - v*| / v* <= {self._bounds}; |formula - beta| / beta <= {self.bound_of_beta}",
+            f"rounding of v_star: adds at most {self._per_type(lambda v: v.rounding('v_star') + ' v*')} (proven)",
             f"rounding of beta: adds at most {self._per_type(lambda v: self._of_beta(v) + ' beta')} (proven)",
         )
 

@@ -12,9 +12,6 @@ from viscopade.kernels.forms.kernel import (
     Fitted,
     Variant,
     hexadecimals,
-    law_name,
-    law_pattern,
-    law_record,
     measure_name,
 )
 from viscopade.kernels.forms.quotient import Quotient, Texts, Values, proven_errors, without_leading_zeros
@@ -51,7 +48,7 @@ class MinimaxVariant(Variant):
 
 @dataclass(frozen=True)
 class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
-    """A best rational approximant of eps on an interval of v*, or for all v*.
+    """A best rational approximant of eps on an interval of v*.
 
     Attributes
     ----------
@@ -73,9 +70,10 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
         return self.m + 1, self.n + 1
 
     @property
-    def interval(self) -> tuple[Fraction, Fraction] | None:
-        """The interval of v*; None for all v* >= 0."""
-        return None if self.bound.high is None else (self.bound.low, self.bound.high)
+    def interval(self) -> tuple[Fraction, Fraction]:
+        """The interval of v*."""
+        assert self.bound.high is not None
+        return self.bound.low, self.bound.high
 
     @property
     def bounds(self) -> tuple[Certificate, ...]:
@@ -85,32 +83,24 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
     @property
     def name(self) -> str:
         """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
-        return f"minimax_{self.m}_{self.n}{law_name(self.law)}_{self._name(identifier(self.bound.bound))}"
+        return f"minimax_{self.m}_{self.n}_{self._name(identifier(self.bound.bound))}"
 
     @property
     def lasting_name(self) -> str:
         """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
-        return f"minimax{law_name(self.law)}_{self._name(power_of_ten(self.variants[0].total))}"
+        return f"minimax_{self._name(power_of_ten(self.variants[0].total))}"
 
     def _name(self, error: str) -> str:
         """Return the part of the names with interval, error and measure."""
-        if self.interval is None:
-            ends = "all"
-        else:
-            low, high = self.interval
-            ends = f"v{identifier(below(high) if low == 0 else f'{above(low)}to{below(high)}')}"
-        return f"{ends}_{error}{measure_name(self.bound.measure)}"
+        low, high = self.interval
+        ends = identifier(below(high) if low == 0 else f"{above(low)}to{below(high)}")
+        return f"v{ends}_{error}{measure_name(self.bound.measure)}"
 
-    @property
-    def pattern(self) -> str:
-        """The form of the names."""
-        return f"minimax_M_N{law_pattern(self.law)}_{'all' if self.interval is None else 'vV'}_B"
+    pattern = "minimax_M_N_vV_B"
 
     @property
     def domain(self) -> str:
         """The interval."""
-        if self.interval is None:
-            return "all v* >= 0, as far as eps is a normal number"
         low, high = self.interval
         return f"{above(low)} <= v* <= {below(high)}"
 
@@ -132,9 +122,8 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
             "m": self.m,
             "n": self.n,
             "v_star_min": above(self.bound.low),
-            "v_star_max": None if self.bound.high is None else below(self.bound.high),
+            "v_star_max": below(self.interval[1]),
             "measure": self.bound.measure,
-            **law_record(self.law),
             "variants": [v.record() for v in self.variants],
             "missing": dict(self.missing),
             "source": self.source,

@@ -21,7 +21,7 @@ from viscopade.arithmetic.decimals import below
 from viscopade.arithmetic.formats import Format, float_text
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
-from viscopade.kernels.forms.kernel import Kernel, law_name, law_pattern, law_record, span
+from viscopade.kernels.forms.kernel import Kernel, span
 from viscopade.theory.law import VISCOELASTIC, Law
 
 QUOTIENT = "quotient"
@@ -55,10 +55,8 @@ class Quotient(Kernel):
         """The paper's name, "[3/6]"."""
         return f"[{self.m}/{self.n}]"
 
-    @property
-    @abstractmethod
-    def pattern(self) -> str:
-        """The pattern of the names, as a header explains it."""
+    pattern: ClassVar[str]
+    """The form of the names, as a header explains it."""
 
     @property
     def interval(self) -> tuple[Fraction, Fraction] | None:
@@ -118,6 +116,9 @@ class PadeKernel(Quotient):
         What is proven of the error of the exact formula.
     rounding : tuple of (str, str)
         For names of types, a bound of what rounding (of coefficients, too) adds, relative to eps, where `bounds` hold.
+    sampled : tuple of (str, str)
+        For another law than the paper's: v*, and the largest error up to there, relative to min(eps, 1 - eps), as found
+        at some points.
     law : Law
 
     Raises
@@ -139,6 +140,7 @@ class PadeKernel(Quotient):
     source: str
     bounds: tuple[Certificate, ...] = ()
     rounding: tuple[tuple[str, str], ...] = ()
+    sampled: tuple[tuple[str, str], ...] = ()
     law: Law = VISCOELASTIC
 
     def __post_init__(self) -> None:
@@ -177,13 +179,14 @@ class PadeKernel(Quotient):
 
     @property
     def name(self) -> str:
-        """The name with type and degree, "pade_3_6"."""
-        return f"pade_{self.m}_{self.n}{law_name(self.law)}"
+        """The name with type and degree, "pade_3_6"; of another law "pade_3_6_a3o2_b1o4" for a = 3/2, b = 1/4."""
+        exponents = f"_a{self.law.elastic}_b{self.law.damping}".replace("/", "o")
+        return f"pade_{self.m}_{self.n}{'' if self.law == VISCOELASTIC else exponents}"
 
     @property
-    def pattern(self) -> str:
+    def pattern(self) -> str:  # type: ignore[override]
         """The form of the names."""
-        return f"pade_M_N{law_pattern(self.law)}"
+        return "pade_M_N" if self.law == VISCOELASTIC else "pade_M_N_aA_bB"
 
     @property
     def facts(self) -> tuple[str, ...]:
@@ -192,15 +195,17 @@ class PadeKernel(Quotient):
 
     @property
     def proven(self) -> tuple[str, ...]:
-        """Sentences on the proven errors."""
-        return proven_errors(self.bounds, self.rounding)
+        """Sentences on the proven errors, or on the sampled ones."""
+        errors = ", ".join(f"{error} for 0 <= v* <= {high}" for high, error in self.sampled)
+        sampled = [f"sampled (not proven): |formula - eps| / min(eps, 1 - eps) is at most {errors}"] if errors else []
+        return (*proven_errors(self.bounds, self.rounding), *sampled)
 
     def record(self) -> dict[str, object]:
         """Return the formula as JSON-able data."""
         return {
             "m": self.m,
             "n": self.n,
-            **law_record(self.law),
+            **self._law_record(),
             "a": list(self.texts[0]),
             "b": list(self.texts[1]),
             "domain": self.domain,
@@ -212,6 +217,13 @@ class PadeKernel(Quotient):
             "rounding": dict(self.rounding),
             "source": self.source,
         }
+
+    def _law_record(self) -> dict[str, object]:
+        """Return a law that is not the paper's, and the sampled errors, as JSON-able data."""
+        if self.law == VISCOELASTIC:
+            return {}
+        law = {"law": str(self.law), "end": self.law.end, "kappa": self.law.kappa_text, "d": self.law.d}
+        return law | {"sampled": [{"v_star_max": high, "error": error} for high, error in self.sampled]}
 
     @property
     def texts(self) -> Texts:

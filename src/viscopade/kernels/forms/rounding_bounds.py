@@ -21,10 +21,8 @@ from viscopade.approximation.lacunary import Powers
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.decimals import rounded_up
 from viscopade.arithmetic.formats import Format
-from viscopade.collision.panel_proof import END
 from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.quotient import threshold
 from viscopade.kernels.reference import speeds
 from viscopade.kernels.rounding import Rounded, arithmetic, of_branch
 from viscopade.progress import track
@@ -37,7 +35,6 @@ PARTS = 32  # of the values of y, at first
 PARTS_OF_PANEL = (4, 16, 64)  # the more, the less do enclosures of alternating sums exceed what they enclose
 MOST_PARTS = 4096
 DIGITS = 2  # of printed bounds
-HEADROOM = 8  # binades: a quotient up to so many above the smallest normal number is one
 _NEARLY = Fraction(1, 16)  # by which a bound for all may exceed the largest found for a single argument
 _SLACK = Fraction(1, 2**16)  # by which a computed y may be beyond its part; its error is far below
 _NEAR = Fraction(1, 2**8)
@@ -66,9 +63,8 @@ def quotient_rounding(
     b: Sequence[Fraction],
     form: Format,
     low: Fraction,
-    high: Fraction | None,
+    high: Fraction,
     coefficients: bool = False,
-    switch: Fraction | None = None,
 ) -> arb:
     """Bound the relative rounding error of the computed quotient for low <= v* <= high.
 
@@ -78,45 +74,22 @@ def quotient_rounding(
         Coefficients in ascending order, numbers of the format.
     form : Format
     low, high : Fraction
-        Interval of v*, of which every number of the format is meant. None is infinity, as far as the quotient is a
-        normal number; then `switch` is given.
+        Interval of v*, of which every number of the format is meant.
     coefficients : bool
         Whether the coefficients are rounded to the format, too.
-    switch : Fraction
-        The v* beyond which code computes in powers of 1/v*, if it does so in the interval.
 
     Raises
     ------
     ArithmeticError
         If numerator or denominator may vanish.
     """
-    given = formulas.dense(a=a, b=b)
-    near, far = formulas.epsilon_branches(given)
-    if high is not None or switch is None:
-        return _of_quotient(near, given, form, (low, high or END), coefficients)
-    normal = Fraction(2) ** ((form.largest - HEADROOM) // (len(b) - len(a)))
+    exact = formulas.dense(a=a, b=b)
+    branch, _ = formulas.epsilon_branches(exact)
     with working(BITS):
-        numbers = {name: Rounded(ball_of(c), form) for name, c in given.items()}
-        bound = _of_quotient(near, given, form, (low, min(END, switch)), coefficients)
-        for branch, (start, end) in ((near, (END, switch)), (far, (max(switch, low), normal))):
-            waiting = list(_steps(start, end, Fraction(2)))
-            while waiting:
-                left, right = waiting.pop()
-                try:
-                    bound = _relative(branch, numbers, form, _between(left, right)).abs_upper().max(bound)
-                except ArithmeticError:
-                    if right - left < left / MOST_PARTS:
-                        raise
-                    waiting += [(left, (left + right) / 2), ((left + right) / 2, right)]
-    return bound
-
-
-def _of_quotient(branch: CodeBranch, exact: Mapping[str, Fraction], form: Format, ends: Part, rounded: bool) -> arb:
-    with working(BITS):
-        own = arb(2) ** -form.precision if rounded else 0
+        own = arb(2) ** -form.precision if coefficients else 0
         given = {name: Rounded(ball_of(c), form, own) for name, c in exact.items()}
         for number in PARTS_OF_PANEL:
-            parts = list(speeds(*ends, number))
+            parts = list(speeds(low, high, number))
             steps = track(range(len(parts)), "rounding")
             with suppress(ArithmeticError):
                 return max(_relative(branch, given, form, parts[i]) for i in steps).abs_upper()
@@ -164,8 +137,7 @@ def inverse_sizes(
     """Bound the rounding errors of v_star and beta, relative to the formula's value; nothing underflows there.
 
     The quotient of 1 - eps and eps has two roundings. (Where it is subnormal, the larger of eps and 1 - eps is
-    rounded to 1, and the quotient is exact but for less than that. Where v* goes like 1 - eps near 0, both are meant to
-    be normal numbers.)
+    rounded to 1, and the quotient is exact but for less than that.)
 
     Raises
     ------
@@ -180,8 +152,7 @@ def inverse_sizes(
             log = abs(y.log()) / ball_of(root)
             return _log_error(of_powers(branches[variable], variable, kind, {"epsilon": 0, "loss": unit}, log, root))
 
-        least = Fraction(2) ** (1 - kind.largest) if of.linear else kind.smallest
-        start = _below_root(least, root)
+        start = _below_root(kind.smallest, root)
         end = _above_root(1 / epsilon_min - 1, root) if epsilon_min else Fraction(1)
         numbers = formulas.constants(form, a, b)
         near, *far = (
@@ -189,8 +160,6 @@ def inverse_sizes(
             for variable, branch in branches.items()
         )
         relative = max(largest(on, _from(start, end), _of_v_star) for on in (near, *far))
-        if of.whole and of.root >= Fraction(1, 2):  # compact languages have no far branch
-            relative = relative.max(largest(near, _steps(Fraction(1), inverse_end(of, a, b, kind)), _of_v_star))
         sizes = {
             "v_star": relative,
             "beta": of_powers(formulas.beta_branch(), "beta", kind, {"speed": 0, "v_star": relative}),
@@ -254,18 +223,6 @@ def of_powers(
     by = by._replace(literal=lambda text: _Decimal(text, kind), operations=dict.fromkeys("+-", refused))
     found: Rounded = read(branch, [result], given, by)[result]
     return found.relative
-
-
-def inverse_end(of: InverseForm, a: Values, b: Values, kind: Format) -> Fraction:
-    """Return the largest power of 2 up to which neither y^k N nor D can overflow, for full polynomials.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    top, bottom = ([Fraction(0)] * of.shift + [*map(Fraction, a)], [*map(Fraction, b)])
-    return Fraction(2) ** threshold("N/D", top, bottom, kind)
 
 
 def rounding_of_w(form: Format) -> Fraction:
@@ -395,11 +352,11 @@ def _from(start: Fraction, end: Fraction) -> Iterator[Part]:
     yield from ((max(low, reached), high) for low, high in _uniform(end) if high > reached)
 
 
-def _steps(start: Fraction, end: Fraction, step: Fraction = _STEP) -> Iterator[Part]:
-    """Yield parts that cover [start, end], the ends of each of which have the ratio `step`."""
+def _steps(start: Fraction, end: Fraction) -> Iterator[Part]:
+    """Yield parts that cover [start, end], the ends of each of which have the ratio `_STEP`."""
     while start < end:
-        yield start, start * step
-        start *= step
+        yield start, start * _STEP
+        start *= _STEP
 
 
 def _below_root(number: Fraction, root: Fraction) -> Fraction:

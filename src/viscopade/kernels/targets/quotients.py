@@ -1,4 +1,4 @@
-"""Quotients in v*, and inverses of laws, in compact languages: functions that are NaN outside the kernel's domain.
+"""Quotients in v* in compact languages: functions that are NaN outside the kernel's domain.
 
 All texts come from the program of `viscopade.kernels.forms.formulas`; a target's `FunctionText` says how its language
 writes a function. C and Python have templates of their own, with more functions.
@@ -16,19 +16,16 @@ from typing import NamedTuple
 
 from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import WIDTH
-from viscopade.kernels.expressions import Expression, Name, Program, Statement
+from viscopade.kernels.expressions import Expression, Name, Program
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.kernel import Kernel
-from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
-from viscopade.kernels.forms.rounding_bounds import inverse_end
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
 from viscopade.kernels.targets.wording import (
     AnyKernel,
     comment,
     distinct,
-    lacunary_preamble,
     lasting_kernels,
     preamble,
     variable,
@@ -40,7 +37,6 @@ _IN_SHADERS = (
     "A shader may round sums and products to either neighbour: the rounding is up to twice that stated, which is that "
     "of IEEE 754"
 )
-_ROOT_ULPS = 9.0  # of v*, which goes like up to y^2, by a root: 2 for 1/sqrt(x) and one quotient
 
 
 def render(target: Target, kernels: Sequence[Quotient], command: str, module: str = "viscopade") -> str:
@@ -74,39 +70,6 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         if kernel.interval is None and kernel.end is None and _holds(partial(kernel.rounded, number.form))
     ]
     lines = [*preamble(chosen, command), "", *_usage(target, chosen, calls, ends, in_shaders)]
-    return _file(target, lines, functions, module)
-
-
-def render_inverse(target: Target, kernels: Sequence[InverseKernel], command: str, module: str = "viscopade") -> str:
-    """Return the text of a file with functions of eps, and of 1 - eps, for each kernel of another law than the paper's.
-
-    Parameters and errors are those of `render`; a root of an order above 2 is refused where nothing is known of pow.
-    """
-    for kernel in kernels:
-        if kernel.root < Fraction(1, 2) and not target.written.power:
-            raise ValueError(
-                f"{kernel.name} takes a root of order {kernel.root.denominator}, and nothing is guaranteed of pow in "
-                f"{target.name}: accepted for it are laws with v* = kappa or kappa^(1/2)"
-            )
-    functions = _texts(target, kernels, functions_of_epsilon)
-    calls = [
-        (f"{function}_{kernel.name}", given, f"{variable(kernel.law)} at {what}")
-        for kernel in kernels
-        for function, given, what in (
-            ("v_star", "epsilon", "eps"),
-            ("v_star_from_loss", "one_minus_epsilon", "1 - eps"),
-        )
-    ]
-    root = max((_ROOT_ULPS for kernel in kernels if kernel.root < 1), default=0.0)
-    added = f"{(2 * _QUOTIENT_ULPS + root) * FLOAT.epsilon:.1g}"
-    in_shaders = f"{_IN_SHADERS}, and quotients and roots may add {added} v*."
-    ends = [
-        f"eps = {float(_least_epsilon(kernel, number.form)):.3g} in type {number.type} ({kernel.label})"
-        for kernel in kernels
-        for number in target.numbers
-        if not kernel.epsilon_low and _holds(partial(kernel.variant, number.form))
-    ]
-    lines = [*lacunary_preamble(kernels, command, []), "", *_usage(target, kernels, calls, ends, in_shaders)]
     return _file(target, lines, functions, module)
 
 
@@ -201,29 +164,6 @@ def functions_of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]
         "epsilon", "v_star", domain_in(kernel, form), given, branch.program, branch.results["epsilon"]
     )
     return [found]
-
-
-def functions_of_epsilon(kernel: InverseKernel, form: Format) -> list[WrittenFunction]:
-    """Return v* of eps, and of 1 - eps: no branch for small eps, so that eps ends before a sum may overflow."""
-    variant = kernel.variant(form)
-    given = formulas.constants(kernel.powers, variant.a, variant.b)
-    branch = kernel.branches[0]
-    low = _least_epsilon(kernel, form)
-    ends = {"v_star": (low, Fraction(1)), "v_star_from_loss": (Fraction(0), 1 - low)}
-    found = []
-    for function, (argument, both) in formulas.portions().items():
-        least, most = ends[function]
-        domain = form.nearest(least, math.ceil), min(form.nearest(most, math.floor), 1.0)
-        start = (Statement(name, e) for name, e in zip(("epsilon", "loss"), both, strict=True) if e != Name(name))
-        program = (*start, *branch.program)
-        found.append(WrittenFunction(function, argument.name, domain, given, program, branch.results["v_star"]))
-    return found
-
-
-def _least_epsilon(kernel: InverseKernel, form: Format) -> Fraction:
-    variant = kernel.variant(form)
-    low = kernel.epsilon_low or 1 / inverse_end(kernel.form, variant.a, variant.b, form) ** int(1 / kernel.root)
-    return max(low, Fraction(2) ** (1 - form.largest))
 
 
 def _words(name: str, number: Number, function: WrittenFunction) -> dict[str, str]:

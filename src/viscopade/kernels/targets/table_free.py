@@ -31,7 +31,7 @@ from viscopade.kernels.forms.table_free import (
     LIBRARY,
     RoundingBound,
 )
-from viscopade.kernels.targets import quotients, slope
+from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines, lasting, lasting_lines
@@ -63,8 +63,6 @@ def render(
         written in the language's types.
     """
     inverses = [kernel for kernel in kernels if isinstance(kernel, InverseKernel)]
-    if inverses and len(inverses) == len(kernels) and not any(kernel.of_speed for kernel in inverses):
-        return quotients.render_inverse(target, inverses, command, module)
     if inverses:
         raise ValueError(
             f"the request has an inverse kernel: accepted for {target.name} are kernels of eps for all v* >= 0"

@@ -14,7 +14,6 @@ from viscopade.generated import END_CONDITION, WIDTH, generated_by, marker_line,
 from viscopade.kernels.forms.kernel import Kernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.wording import PROVEN, bound_text, distinct, end_condition, preamble
-from viscopade.theory.law import Law
 
 SERIES_SOURCE = "coefficients of the Maclaurin series eps = sum_k h_k v*^k (eq:epsSeriesAdvanced)"
 
@@ -41,20 +40,22 @@ def json_table(kernels: Sequence[Quotient], command: str) -> str:
     """Return one object; its "approximants" hold the numbers as decimal strings."""
     approximants = [kernel.record() for kernel in distinct(kernels)]
     source = "; ".join(dict.fromkeys(kernel.source for kernel in distinct(kernels)))
-    return _json(command, source, {"error": bound_text(kernels), "approximants": approximants}, kernels[0].law)
+    return _json(
+        command, source, {"error": bound_text(kernels), "approximants": approximants}, end_condition(kernels[0].law)
+    )
 
 
 def certificates(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "certificates" hold the data for independent checks of the kernels' proofs."""
     entries = [entry for kernel in distinct(kernels) for entry in kernel.certificates()]
-    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries}, kernels[0].law)
+    return _json(command, CERTIFICATE_SOURCE, {"certificates": entries})
 
 
 def records(kernels: Sequence[Kernel], command: str) -> str:
     """Return one object; its "approximants" hold the records of lacunary kernels."""
     source = "; ".join(dict.fromkeys(kernel.source for kernel in distinct(kernels)))
     rest: dict[str, object] = {"error": f"{PROVEN}.", "approximants": [kernel.record() for kernel in kernels]}
-    return _json(command, source, rest, kernels[0].law)
+    return _json(command, source, rest)
 
 
 def latex_table(kernels: Sequence[Quotient], command: str, digits: int = 15) -> str:
@@ -99,12 +100,12 @@ def _csv(head: Iterable[str], columns: tuple[str, ...], rows: Iterable[tuple[obj
     return "\n".join(lines) + "\n"
 
 
-def _json(command: str, source: str, rest: dict[str, object], law: Law | None = None) -> str:
+def _json(command: str, source: str, rest: dict[str, object], end: str = END_CONDITION) -> str:
     head = {
         "generated_by": generated_by(),
         "command": one_line("command", command),
         "source": source,
-        "end_condition": end_condition(law),
+        "end_condition": end,
     }
     return dumps(head | rest, indent=2, ensure_ascii=False) + "\n"
 

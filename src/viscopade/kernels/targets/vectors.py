@@ -27,7 +27,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
 from viscopade.arrays import double
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD
-from viscopade.generated import generated_by, one_line
+from viscopade.generated import END_CONDITION, generated_by, one_line
 from viscopade.kernels import truth
 from viscopade.kernels.expressions import CodeBranch, Name, Run, evaluate
 from viscopade.kernels.forms import formulas, last_place, table_free
@@ -41,10 +41,9 @@ from viscopade.kernels.machine import TYPES, computed, machine_arithmetic
 from viscopade.kernels.names import FULL
 from viscopade.kernels.targets import quotients
 from viscopade.kernels.targets.table_free import name_of
-from viscopade.kernels.targets.wording import at_least_one, end_condition
+from viscopade.kernels.targets.wording import at_least_one
 from viscopade.kernels.truth import Portions
 from viscopade.kernels.v_star import USUAL, of_v_star
-from viscopade.theory.law import VISCOELASTIC, Law
 
 HARD = "data/hard_arguments.csv"
 COLUMNS = ("function", "type", "x", "y", "exact", "nearest", "error", "least", "most", "bits")
@@ -138,7 +137,7 @@ def render(kernels: Sequence[Any], command: str) -> str:
         "generated_by": generated_by(),
         "command": one_line("command", command),
         "source": SOURCE,
-        "end_condition": end_condition(getattr(kernels[0], "law", None)),
+        "end_condition": END_CONDITION,
         "columns": COLUMNS,
     }
     with working(truth.BITS), np.errstate(all="ignore"):
@@ -307,13 +306,8 @@ def _of_v_star(
     kind: str,
     stated: Callable[[Fraction, Portions], Fraction | None],
     limit: float = 0.0,
-    law: Law = VISCOELASTIC,
-    high: Fraction = FARTHEST,
 ) -> Callable[[float], Answer]:
-    """Return the answer of a function of v*, given eps at infinity.
-
-    By a law other than the paper's, nothing is stated beyond v* = high.
-    """
+    """Return the answer of a function of v*, given eps at infinity."""
 
     def answer(x: float) -> Answer:
         if not x >= 0:
@@ -321,13 +315,7 @@ def _of_v_star(
         if x in (0, _INF):
             return _limits(kind, limit)[x == _INF], Fraction(0)
         v_star = Fraction(x)
-        if law == VISCOELASTIC:
-            return _answered(v_star**10, form, lambda p: _value(p, kind), lambda p: stated(v_star, p))
-        if v_star > high:
-            return None
-        portions = truth.at_v_star(v_star, law)
-        error = stated(v_star, portions)
-        return None if error is None else (_value(portions, kind), error)
+        return _answered(v_star**10, form, lambda p: _value(p, kind), lambda p: stated(v_star, p))
 
     return answer
 
@@ -394,12 +382,10 @@ def _of_quotient_in(kernel: Quotient, form: Format) -> Iterator[Function]:
     points = _numbers(form, *borders)
     given, name = formulas.dense(a=a, b=b), kernel.name
     bits = _quotient_bits(formulas.epsilon_branches(given), given, threshold, form)
-    high = bounds[-1][0] if bounds else Fraction(0)
-    answer = _of_v_star(form, "epsilon", stated, limit, kernel.law, high)
+    answer = _of_v_star(form, "epsilon", stated, limit)
     yield Function(f"epsilon_{name}", form, answer, bits, points, quotients.domain_in(kernel, form))
-    if kernel.of_speed:
-        pairs = _pairs(form, float(form.smallest))
-        yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, pairs)
+    pairs = _pairs(form, float(form.smallest))
+    yield Function(f"restitution_{name}", form, _of_pair(form, stated, limit), None, pairs)
 
 
 def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str]], Fraction]:
@@ -467,9 +453,7 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
             return _NAN, Fraction(0)
         if epsilon == 1:
             return 0.0, Fraction(0)
-        if kernel.form.linear and min(epsilon, 1 - epsilon) < form.least:
-            return None
-        exact = truth.exact_v_star(epsilon, kernel.law)
+        exact = truth.exact_v_star(epsilon)
         return exact, relative * _above(exact)
 
     def of_epsilon(x: float) -> Answer:
@@ -490,12 +474,10 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
     # Numbers of both types, of which 1 - eps is one, too: an exact v* takes long.
     inside = [low, *_beside(0.5, form), *_beside(1.0, form), *(n / 64 for n in (1, 6, 16, 48, 58, 63))]
     losses = [*(1 - x for x in inside), 2.0**-60, 2.0**-120]
-    ends = {} if kernel.of_speed else {f.function: f.ends for f in quotients.functions_of_epsilon(kernel, form)}
     for function, answer, among in (("v_star", of_epsilon, inside), ("v_star_from_loss", of_loss, losses)):
         points = [(x,) for x in (*_extremes(form), 2.0, *among)]
-        yield Function(f"{function}_{name}", form, answer, None, points, ends.get(function))
-    if kernel.of_speed:
-        yield Function(f"beta_{name}", form, beta, None, _OF_BETA)
+        yield Function(f"{function}_{name}", form, answer, None, points)
+    yield Function(f"beta_{name}", form, beta, None, _OF_BETA)
 
 
 # --- full accuracy ----------------------------------------------------------------------------------------------------

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
 from textwrap import wrap
 from typing import Any, Protocol, TypeVar
 
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
-from viscopade.kernels.forms.kernel import Kernel, law_pattern
-from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, INVERSE, NAMES, SPELLING, LacunaryKernel
-from viscopade.kernels.forms.quotient import Quotient
+from viscopade.kernels.forms.kernel import Kernel
+from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, NAMES, SPELLING, LacunaryKernel
+from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.v_star import assumed, stated
 from viscopade.theory.law import VISCOELASTIC, Law
 
@@ -22,22 +21,19 @@ PROVEN = (
     "of the order of evaluation below (to nearest, with or without fused multiply-add), and adds to the error"
 )
 
-OF_EXPONENTS = "of the law with the exponents a = A and b = B (o stands for the bar of a fraction)"
+SAMPLED = (
+    "sampled: compared with the exact eps at points of the interval, the largest error being stated; nothing is proven"
+)
 
 _PADE = "for the Pade approximant [M/N]"
 _MINIMAX = "for the best approximant [M/N] up to v* = V, with the proven bound B of its error"
 _LETTERS = "(p stands for the decimal point, m for the minus of an exponent)"
 _QUOTIENTS = {
     "pade_M_N": f"{_PADE}.",
-    "pade_M_N_aA_bB": f"{_PADE} {OF_EXPONENTS}.",
+    "pade_M_N_aA_bB": f"{_PADE} of the law with the exponents a = A and b = B (o stands for the bar of a fraction).",
     "minimax_M_N_vV_B": f"{_MINIMAX} {_LETTERS}.",
-    "minimax_M_N_aA_bB_vV_B": f"{_MINIMAX} {_LETTERS}, {OF_EXPONENTS}.",
-    "minimax_M_N_aA_bB_all_B": f"{_MINIMAX.replace('up to v* = V', 'for all v*')} {_LETTERS}, {OF_EXPONENTS}.",
 }
 """By the form of the functions' names, what they stand for."""
-
-_OF_V_STAR = ("The coefficient of normal restitution eps", ", as a rational function of", ":")
-_OF_EPSILON = ("v* as a function of the coefficient of normal restitution eps", ". Here", ".")
 
 AnyKernel = TypeVar("AnyKernel", bound=Kernel)
 
@@ -106,7 +102,7 @@ def preamble(kernels: Sequence[Quotient], command: str) -> list[str]:
     return [
         marker_line(command),
         "",
-        *(of_eps if law == VISCOELASTIC else _equation_lines(law, _OF_V_STAR)),
+        *(of_eps if law == VISCOELASTIC else _equation_lines(law)),
         "",
         "    [m/n](v*) = (a_0 + a_1 v* + ... + a_m v*^m) / (b_0 + b_1 v* + ... + b_n v*^n).",
         "",
@@ -134,6 +130,8 @@ def quotient_names(kernels: Sequence[Quotient]) -> list[str]:
 
 def bound_text(kernels: Sequence[Quotient]) -> str:
     """Return the sentence on the error bounds."""
+    if any(isinstance(kernel, PadeKernel) and kernel.sampled for kernel in kernels):
+        return f"{SAMPLED}."
     return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
 
 
@@ -143,8 +141,6 @@ def bound_text(kernels: Sequence[Quotient]) -> str:
 def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[Format]) -> list[str]:
     """Return the lines that begin a file of lacunary kernels; `forms` are the types of its functions of the speed."""
     chosen = distinct(kernels)
-    law, of_speed = chosen[0].law, chosen[0].of_speed
-    calls = of_speed or kernels[0].root < Fraction(1, 2)
     spheres = [
         "The coefficient of normal restitution eps of two viscoelastic spheres as a function of",
         "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity, or v* as a function",
@@ -153,23 +149,21 @@ def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Se
     return [
         marker_line(command),
         "",
-        *(spheres if of_speed else _equation_lines(law, _OF_EPSILON)),
+        *spheres,
         "",
-        *wrap(f"End condition: {end_condition(law)}.", WIDTH),
+        *wrap(f"End condition: {END_CONDITION}.", WIDTH),
         "",
         *(line for kernel in chosen for line in kernel_lines(kernel.name, kernel.facts)),
         "",
         *wrap(f"{PROVEN}.", WIDTH),
         *(["", *wrap(stated(forms), WIDTH)] if HALF_LINE in kinds(kernels) else []),
-        *(["", *wrap(f"{assumed('cbrt and pow')}.", WIDTH)] if calls else []),
+        "",
+        *wrap(f"{assumed('cbrt and pow')}.", WIDTH),
     ]
 
 
 def lacunary_names(kernels: Sequence[LacunaryKernel]) -> list[str]:
     """Return the lines that explain the names of lacunary kernels."""
-    if not kernels[0].of_speed:
-        of_laws = NAMES[INVERSE].replace(INVERSE, f"{INVERSE}{law_pattern(kernels[0].law)}")
-        return wrap(f"{of_laws} {SPELLING}, {OF_EXPONENTS}.", WIDTH)
     sentences = [NAMES[kind] for kind in NAMES if kind in kinds(kernels)]
     return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
 
@@ -177,17 +171,16 @@ def lacunary_names(kernels: Sequence[LacunaryKernel]) -> list[str]:
 # --- laws -------------------------------------------------------------------------------------------------------------
 
 
-def _equation_lines(law: Law, words: tuple[str, str, str]) -> list[str]:
-    """Return the lines that say what a law is, in which `words` say what the file has."""
-    begin, middle, end = words
+def _equation_lines(law: Law) -> list[str]:
+    """Return the lines that say what a law is."""
     return [
-        f"{begin} of the law of contact",
+        "The coefficient of normal restitution eps of the law of contact",
         "",
         f"    m xi'' + k xi^a + c xi^b xi' = 0,    a = {law.elastic}, b = {law.damping},",
         "",
-        f"with the effective mass m and the normal component v of the impact velocity{middle}",
+        "with the effective mass m and the normal component v of the impact velocity, as a rational function of",
         "",
-        f"    {variable(law)},    kappa = {law.kappa_text}{end}",
+        f"    {variable(law)},    kappa = {law.kappa_text}:",
     ]
 
 
@@ -196,9 +189,9 @@ def variable(law: Law) -> str:
     return "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
 
 
-def end_condition(law: Law | None) -> str:
+def end_condition(law: Law) -> str:
     """Return the end condition of a law as a sentence."""
-    if law is None or law.delayed:
+    if law.delayed:
         return END_CONDITION
     return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
 

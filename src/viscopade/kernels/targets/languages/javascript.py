@@ -20,7 +20,6 @@ TARGET = Target(
         "if (!({inside})) {{\n    return NaN;\n}}",
         "}}",
         mathematics="Math.{name}",
-        power="Math.pow({base}, {p})",
     ),
     include='import * as scene from "./{file}";',
     qualifier="scene.",
