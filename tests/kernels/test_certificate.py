@@ -26,7 +26,7 @@ from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays import double, panels
 from viscopade.arrays.panels import CENTRES, HALF_WIDTHS
 from viscopade.collision import exact, panel_proof
-from viscopade.kernels import certificate, prove_rational
+from viscopade.kernels import certificate, prove_rational, reference
 from viscopade.kernels.certificate import ORDER, prove
 from viscopade.kernels.forms import exact_formulas
 from viscopade.kernels.forms.exact_formulas import quotient_formula
