@@ -81,7 +81,7 @@ def of_pade(m: int, n: int) -> PadeKernel:
     """
     bare = without_proof(pade(m, n, DIGITS))
     bounds = list[Certificate]()
-    for end in useful_ends(bare.end):
+    for end in _useful_ends(None if bare.end is None else Fraction(bare.end[1])):
         try:
             bounds.append(_certified(*bare.exact, (Fraction(0), end), "both"))
         except ArithmeticError:  # of high degree, with a pole and a zero that nearly cancel
@@ -89,15 +89,16 @@ def of_pade(m: int, n: int) -> PadeKernel:
     return _with_bounds(bare, tuple(bounds)) if bounds else bare
 
 
+@lru_cache(maxsize=32)
 def sampled_pade(m: int, n: int, law: Law) -> PadeKernel:
     """Return the kernel of a Padé approximant of another law, with sampled errors; arguments as for `pade.pade`."""
     approximant = pade(m, n, DIGITS, law)
     return replace(without_proof(approximant, law), sampled=sampled_errors(approximant, law))
 
 
-def useful_ends(first: tuple[str, Decimal] | None) -> list[Fraction]:
-    """Return the `USEFUL` v* before the first pole or zero, given what it is and its v*."""
-    return [v for v in USEFUL if first is None or v < Fraction(first[1]) * Fraction(9, 10)]
+def _useful_ends(first: Fraction | None) -> list[Fraction]:
+    """Return the `USEFUL` v* before the first pole or zero."""
+    return [v for v in USEFUL if first is None or v < first * Fraction(9, 10)]
 
 
 def without_proof(approximant: Pade, law: Law = VISCOELASTIC) -> PadeKernel:
@@ -225,12 +226,12 @@ def error_up_to(a: Sequence[arb], b: Sequence[arb], v_star_max: Exact) -> str:
         If v_star_max is no such number, or nothing was proven up to there, as for an N/D with a pole.
     """
     try:
-        return _certified(a, b, (Fraction(0), end_of_interval(v_star_max)), "both").bound
+        return _certified(a, b, (Fraction(0), _end_of_interval(v_star_max)), "both").bound
     except ArithmeticError as error:
         raise ValueError(f"v_star_max is {v_star_max}: {error}; accepted is a smaller number") from None
 
 
-def end_of_interval(v_star_max: Exact) -> Fraction:
+def _end_of_interval(v_star_max: Exact) -> Fraction:
     """Return the end of an interval of v* exactly, from 1e-3 to 100; errors as for `error_up_to`."""
     return arguments.exact_number(
         "v_star_max", v_star_max, "a number from 0.001 to 100", lambda v: Fraction(1, 1000) <= v <= 100
@@ -253,7 +254,12 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
     TypeError, ValueError
         If v_star_max is no such number, or contact does not end there.
     """
-    ends = useful_ends(without_proof(approximant, law).end) if v_star_max is None else [end_of_interval(v_star_max)]
+    if v_star_max is None:
+        roots = (*approximant.poles, *approximant.zeros)
+        positive = [Fraction(root.decimals(min(approximant.digits, 10))[0]) for root in roots if root.positive]
+        ends = _useful_ends(min(positive, default=None))
+    else:
+        ends = [_end_of_interval(v_star_max)]
     a, b = (arb_poly(list(coefficients)) for coefficients in (approximant.a, approximant.b))
     found, most, last = list[tuple[str, str]](), arb(0), Fraction(0)
     for end in ends:
@@ -268,7 +274,7 @@ def sampled_errors(approximant: Pade, law: Law, v_star_max: Exact = None) -> tup
                 return tuple(found)
             with working(bits_for(SAMPLE_DIGITS) + 64):
                 off = abs(a(ball_of(v_star)) / b(ball_of(v_star)) - true.epsilon)
-                most = most.max((off / true.epsilon.min(true.one_minus_epsilon)).mid())
+                most = most.max((off / true.epsilon.min(true.one_minus_epsilon)).abs_upper())
         found.append((below(end), rounded_up(most)))
         last = end
     return tuple(found)
