@@ -2,7 +2,6 @@
 
 __all__ = [
     "formulas",
-    "kernel",
     "lacunary_kernels",
     "last_place",
     "minimax",

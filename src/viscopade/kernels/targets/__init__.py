@@ -6,5 +6,4 @@ __all__ = [
     "last_place",
     "speed",
     "syntax",
-    "wording",
 ]
