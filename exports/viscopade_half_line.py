@@ -230,7 +230,8 @@ def _portion_halfline_2p79em8(v_star: float, loss: bool) -> float:
         y8 = y4 * y4
         y12 = y6 * y6
         elastic = b0 + y6 * (b6 + y2 * (b8 + y * (b9 + y * (b10 + y12 * b22))))
-        lost = v_star * v_star * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y * (a18 + y8 * a26))))))
+        lost = v_star * v_star * (a0 + y6 * (a6 + y6 * (a12 + y * (a13 + y4 * (a17 + y \
+            * (a18 + y8 * a26))))))
         return lost / (elastic + lost) if loss else elastic / (elastic + lost)
     w = 1.0 / v_star
     u = math.cbrt(w)
@@ -239,8 +240,10 @@ def _portion_halfline_2p79em8(v_star: float, loss: bool) -> float:
     u6 = u4 * u2
     u8 = u4 * u4
     u12 = u6 * u6
-    elastic = w * w * w * u * (b22 + u12 * (b10 + u * (b9 + u * (b8 + u2 * (b6 + u6 * b0)))))
-    lost = a26 + u8 * (a18 + u * (a17 + u4 * (a13 + u * (a12 + u6 * (a6 + u6 * a0)))))
+    elastic = w * w * w * u * (b22 + u12 * (b10 + u * (b9 + u * (b8 + u2 * (b6 + u6 * \
+            b0)))))
+    lost = a26 + u8 * (a18 + u * (a17 + u4 * (a13 + u * (a12 + u6 * (a6 + u6 * \
+            a0)))))
     return lost / (elastic + lost) if loss else elastic / (elastic + lost)
 
 

@@ -6,7 +6,6 @@ __all__ = [
     "last_place",
     "minimax",
     "quotient",
-    "rounding_bounds",
     "speed_kernel",
     "speed_table",
     "speed_table_last_place",
