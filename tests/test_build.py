@@ -24,7 +24,7 @@ def shown(directory):
     code = "import viscopade as vp; print(vp.backend(), vp.restitution(0.1, 1.307).hex(), vp.__file__)"
     backend, value, path = run_installed(directory, "-c", code).split()
     assert Path(path).is_relative_to(directory / "installed")
-    assert value == native.numpy_restitution()(0.1, 1.307).hex()
+    assert value == native.numpy_restitution(0.1, 1.307).hex()
     return backend
 
 
@@ -83,7 +83,7 @@ import numpy as np
 from viscopade.kernels import native
 from viscopade.generated import __version__
 speed = 10 ** np.random.default_rng(1).uniform(-40, 40, 100_000)
-assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution()(speed, 1.2))
+assert np.array_equal(native.compiled_restitution()(speed, 1.2), native.numpy_restitution(speed, 1.2))
 """
     run_installed(tmp_path, "-c", code)
 

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from viscopade.collision.spheres import Pair
     from viscopade.theory.law import Law
     from viscopade.theory.pade import Pade, Root
-    from viscopade.theory.paper import PrintedCoefficient
 
 COMPARED_DIGITS = 20
 
@@ -58,8 +57,10 @@ def reproduce(context: click.Context, out: Path | None, style: str) -> None:
     entries = compare(ours)
     agreeing = sum(entry.agrees for entry in entries)
     header = ("[m/n]", "coefficient", "paper", "ours, rounded", "ours", "agrees")
-    whole = {"agreeing": agreeing, "entries": [_entry_json(entry) for entry in entries]}
-    show(style, header, map(_entry_row, entries), whole, title=CITATION)
+    rows = [(f"[{e.m}/{e.n}]", e.name, e.printed, e.rounded, e.ours, "yes" if e.agrees else "NO") for e in entries]
+    fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
+    whole = {"agreeing": agreeing, "entries": [{name: getattr(e, name) for name in fields} for e in entries]}
+    show(style, header, rows, whole, title=CITATION)
     if style == "text":
         say(f"{agreeing} of {len(entries)} printed numbers agree")
         for approximant in ours:
@@ -151,7 +152,11 @@ def pade_command(
         errors = [f"proven: |{p.label} - eps| <= {bound} min(eps, 1 - eps) for 0 <= v* <= {v_star_max}"]
     a, b = p.decimals()
     rows = [(name, i, value, "") for name, values in (("a", a), ("b", b)) for i, value in enumerate(values)]
-    rows += [(kind, i, *root.decimals(digits)) for kind, roots in _roots(p) for i, root in enumerate(roots, 1)]
+    rows += [
+        (kind, i, *root.decimals(digits))
+        for kind, roots in (("pole", p.poles), ("zero", p.zeros))
+        for i, root in enumerate(roots, 1)
+    ]
     header = ("what", "i", "value or real part", "imaginary part")
     show(style, header, rows, {**fields, **_pade_json(p)})
     if style == "text":
@@ -358,20 +363,6 @@ def _show_numbers(
             say(line)
 
 
-def _entry_row(entry: PrintedCoefficient) -> tuple[str, ...]:
-    agrees = "yes" if entry.agrees else "NO"
-    return f"[{entry.m}/{entry.n}]", entry.name, entry.printed, entry.rounded, entry.ours, agrees
-
-
-def _entry_json(entry: PrintedCoefficient) -> dict[str, Any]:
-    fields = ("m", "n", "symbol", "index", "printed", "rounded", "ours", "agrees")
-    return {name: getattr(entry, name) for name in fields}
-
-
-def _roots(p: Pade) -> tuple[tuple[str, tuple[Root, ...]], ...]:
-    return ("pole", p.poles), ("zero", p.zeros)
-
-
 def _root_json(root: Root, digits: int) -> dict[str, Any]:
     real_part, imaginary_part = root.decimals(digits)
     result: dict[str, Any] = {
@@ -388,7 +379,6 @@ def _root_json(root: Root, digits: int) -> dict[str, Any]:
 
 
 def _pade_json(p: Pade) -> dict[str, Any]:
-
     from viscopade.arithmetic.balls import known_decimal
 
     a, b = p.decimals()

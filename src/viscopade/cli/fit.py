@@ -246,7 +246,9 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
         advice = "" if found.main.robust else "; --without leaves a line out, --robust counts outliers less"
         say(f"  {label} is {abs(off):.0f} standard errors off{advice}", 2)
     header = ("quantity", "value", "standard error", *(f"{100 * level:.0f} % interval" for level in LEVELS), "unit")
-    show(style, header, rows, {}, title=_number_of_points(found))
+    counts = found.points.counts
+    number = f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
+    show(style, header, rows, {}, title=number)
     laws = [
         (
             fit.model.name,
@@ -254,7 +256,7 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
             f"{fit.chi2:.4g}",
             fit.degrees,
             f"{fit.scatter:.2g}",
-            _criterion(fit.aic),
+            f"{fit.aic:.2f}" if math.isfinite(fit.aic) else "too few points",
         )
         for fit in sorted(found.laws, key=lambda fit: fit.aic)
     ]
@@ -277,15 +279,6 @@ def _show(found: DampingFit, constants: Mapping[str, Constant], style: str) -> N
         )
     for sentence in _sentences(found):
         say(sentence)
-
-
-def _criterion(aic: float) -> str:
-    return f"{aic:.2f}" if math.isfinite(aic) else "too few points"
-
-
-def _number_of_points(found: DampingFit) -> str:
-    counts = found.points.counts
-    return f"{len(found.points)} points" if counts is None else f"{counts.sum():.0f} points in {len(counts)} groups"
 
 
 def _columns(found: DampingFit) -> list[tuple[str, Sequence[Any]]]:

@@ -166,7 +166,9 @@ def scene_command(
 
     if (file is None) == (example is None):
         raise click.UsageError("accepted is a scene: either FILE, or --example NAME")
-    words, source = ("", file) if file is not None else ("--example ", _example(str(example)))
+    if example is not None and example not in example_scenes():
+        raise click.UsageError(f"there is no example scene {example!r}: accepted are {', '.join(example_scenes())}")
+    words, source = ("", file) if file is not None else ("--example ", example_scenes()[str(example)])
     scene = read_scene(source)
     if cc is not None and not (checking and scene.code.target.runner.variable == "CC"):
         raise click.UsageError("--cc is given and would not be used: accepted is --cc with the check of code in C")
@@ -192,13 +194,6 @@ def scene_command(
         say(tables.checked(verdict))
     if out is not None:
         click.echo(f"wrote {render.file_name(scene)} to {out}")
-
-
-def _example(name: str) -> Path:
-    scenes = example_scenes()
-    if name not in scenes:
-        raise click.UsageError(f"there is no example scene {name!r}: accepted are {', '.join(scenes)}")
-    return scenes[name]
 
 
 def read_scene(file: Path) -> Scene:

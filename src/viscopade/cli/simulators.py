@@ -67,6 +67,8 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
+    from viscopade.simulators.render import render
+
     words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
     soft = {name: options.pop(name) for name in _SOFT}
     of_soft = target in simulators.SOFT
@@ -80,7 +82,15 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
             f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
         )
     found = _given(file, **options)
-    text = _soft_text(target, found, words, soft) if of_soft else _text(target, found, words, tier)
+    if of_soft:
+        text = _soft_text(target, found, words, soft)
+    elif found.setup is not None:
+        text = render(target, found.setup, words, tier or "1e-5")
+    else:
+        raise click.UsageError(
+            f"{target} needs a material: accepted is a scene, or --radius, --density, --young-modulus and "
+            "--poisson-ratio"
+        )
     deliver(text, output)
 
 
@@ -151,17 +161,6 @@ def _setup_of_material(
     strength = None if yield_strength is None else double("yield_strength", yield_strength)
     fastest = speed if speeds is None else speeds[1]
     return of_pair(pair, speed, speeds, tuple(limits.violations(pair, fastest, yield_strength=strength)))
-
-
-def _text(target: str, found: _Given, words: str, tier: str | None) -> str:
-    from viscopade.simulators.render import render
-
-    if found.setup is None:
-        raise click.UsageError(
-            f"{target} needs a material: accepted is a scene, or --radius, --density, --young-modulus and "
-            "--poisson-ratio"
-        )
-    return render(target, found.setup, words, tier or "1e-5")
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:

@@ -29,7 +29,6 @@ from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
-    from viscopade.arrays.checked import FloatArray
     from viscopade.collision.spheres import Pair
     from viscopade.plots.speeds import SpeedCurve
 
@@ -72,6 +71,8 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     need("plot", "matplotlib", *(["scipy"] if data is not None else []))
     kind = picture_kind("--output", output)
     check_targets([output])
+    import numpy as np
+
     from viscopade.plots import sheet, speeds
 
     curves, ends, _, of_v_star = _curves(file, **options)
@@ -86,7 +87,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         points = read.points(read_file(data, "CSV or a spreadsheet", longest=read.LONGEST), str(data))
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
-    draw = partial(speeds.draw_speeds, curves, _between(*ends, _DRAWN), points, **over)
+    draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, _DRAWN), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
     click.echo(f"wrote {output}")
 
@@ -105,7 +106,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
 
     curves, ends, pair, of_v_star = _curves(**options)
     number = max(2, round(3 * float(np.log10(ends[1] / ends[0]))) + 1) if points is None else points
-    speeds = _between(*ends, number)
+    speeds = np.geomspace(*ends, number)
     key = "v_star" if of_v_star else "speed"
     columns: list[tuple[str, Any]] = [("v*" if of_v_star else "speed (m/s)", speeds)]
     columns += [("eps" if len(curves) == 1 else each.name, each.epsilon(speeds)) for each in curves]
@@ -127,12 +128,6 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     show(style, [name for name, _ in columns], rows, whole)
 
 
-def _between(slowest: float, fastest: float, number: int) -> FloatArray:
-    import numpy as np
-
-    return np.geomspace(slowest, fastest, number)
-
-
 def _curves(
     file: Path | None,
     slowest: str | None,
@@ -152,6 +147,8 @@ def _curves(
     ValueError
         If the options do not describe spheres, a name is not known, or the speeds are not in order.
     """
+    import numpy as np
+
     from viscopade.plots import speeds
 
     at = None if speed is None else double("speed", speed)
@@ -173,7 +170,7 @@ def _curves(
     beta_found = found[0][1]
     curves = [speeds.viscoelastic(name, value) for name, value in found]
     if at is not None:
-        value = float(curves[0].epsilon(_one(at))[0])
+        value = float(curves[0].epsilon(np.array([at]))[0])
         curves += [speeds.of_law(law, value, at) for law in laws]
         for program in programs:
             curves += speeds.of_program(program, value, at)
@@ -189,12 +186,6 @@ def _ends(slowest: str | None, fastest: str | None, low: float, high: float) -> 
     if not 0 < low < high:
         raise ValueError(f"the ends are {low:g} and {high:g}: accepted is 0 < --from < --to")
     return low, high
-
-
-def _one(speed: float) -> FloatArray:
-    import numpy as np
-
-    return np.array([speed])
 
 
 def _viscoelastic(
