@@ -109,6 +109,14 @@ def test_backends_agree_on_millions_of_numbers(dtype, compiled, seed):
 
 
 @each_backend
+def test_eps_keeps_its_bits_if_beta_and_the_fifth_root_of_1_over_speed_grow_by_a_power_of_two(restitution):
+    generator = np.random.default_rng(11)
+    w, beta = np.exp2(generator.uniform(-60, 60, 3000)), np.exp2(generator.uniform(-30, 30, 3000))
+    speed, power = w / beta**5, generator.integers(-20, 21, 3000)
+    assert same(restitution(speed, beta), restitution(np.ldexp(speed, -5 * power), np.ldexp(beta, power)))
+
+
+@each_backend
 def test_blocks_and_single_numbers_agree(restitution):
     """The kernel takes blocks of speeds where it can, and NumPy parts of long arrays."""
     rng = np.random.default_rng(5)
