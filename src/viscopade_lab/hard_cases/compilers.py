@@ -71,20 +71,20 @@ def builds(thorough: bool) -> list[Build]:
     found = []
     for name in ("gcc", "clang", "g++", "clang++") if thorough else ("gcc",):
         start = (name, "-std=c++17") if "++" in name else (name, "-std=c99")
-        found += [Build("plain", (*start, *off), name, True), Build("plain", (*start, *native), f"{name}, FMA")]
-        found.append(Build("fast", (*start, *native, "-ffast-math"), f"{name}, fast"))
+        found += [Build("plain", (*start, *off), name, True), Build("plain", (*start, *native), f"{name} FMA")]
+        found.append(Build("fast", (*start, *native, "-ffast-math"), f"{name} -ffast-math"))
     found.append(Build("plain", ("tcc", "-std=c99"), "tcc", True))
     for mode in ("TOWARDZERO", "UPWARD", "DOWNWARD"):
         words = ("gcc", "-std=c99", "-frounding-math", *off)
-        found.append(Build("mode", words, mode.lower(), mode=f"FE_{mode}"))
+        found.append(Build("mode", words, f"gcc {mode.lower()}", mode=f"FE_{mode}"))
     if thorough:
         found.append(Build("processor", ("musl-gcc", "-std=c99", *off), "musl", True))
         for target, emulator, label in (
             ("aarch64-linux-gnu", "aarch64", "aarch64"), ("arm-linux-gnueabihf", "arm", "armhf"),
             ("riscv64-linux-gnu", "riscv64", "riscv64"), ("s390x-linux-gnu", "s390x", "s390x"),
-            ("i686-linux-gnu", "i386", "i386, x87"),
+            ("i686-linux-gnu", "i386", "i386 x87"),
         ):  # fmt: skip
-            standard = "-std=gnu17" if label in ("s390x", "i386, x87") else "-std=c99"
+            standard = "-std=gnu17" if label in ("s390x", "i386 x87") else "-std=c99"
             static = (f"{target}-gcc", "-O2", standard, "-static")
             found.append(Build("processor", static, label, emulator=(f"qemu-{emulator}",)))
     return [one for one in found if all(shutil.which(tool) for tool in (one.words[0], *one.emulator))]

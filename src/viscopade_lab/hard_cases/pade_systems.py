@@ -1,4 +1,4 @@
-"""Padé systems up to [60/63].
+"""Padé systems.
 
 Does the working precision cover the digits that the linear system of [m/m+3] loses, whatever the algorithm?
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DIGITS = 30
-QUICK = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25)
+QUICK, THOROUGH = (0, 1, 2, 3, 5, 7, 10, 13, 16, 20, 25), (*range(21), *range(25, 61, 5))
 LU_EXTRA_BITS = 10  # mpmath's lu_solve works with so many more than its context has
 
 
@@ -140,7 +140,7 @@ def _digits_gone(b: Sequence[Any], exact: Sequence[fmpq], bits: int) -> float:
 
 def measure(thorough: bool) -> Finding:
     """Measure all m."""
-    return judged([lost(m) for m in (range(61) if thorough else QUICK)])
+    return judged([lost(m) for m in (THOROUGH if thorough else QUICK)])
 
 
 def judged(found: Sequence[Lost]) -> Finding:
