@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import viscopade as vp
 from viscopade import Pair, Sphere
 from viscopade.collision import limits
-from viscopade.scene import description, encounter, read, sense, tolerance
+from viscopade.scene import encounter, read, sense
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Temperature, Tolerance
 from viscopade.scene.units import setup
 
@@ -100,18 +100,7 @@ def test_least_beta_is_not_at_a_corner(name):
     assert (i == shape[0] - 1 and 0 < j < shape[1] - 1) or (j == shape[1] - 1 and 0 < i < shape[0] - 1)
 
 
-def test_both_stationary_points_are_found():
-    """The larger one of two ranges may be that of the first or of the second body."""
-    for sizes, inner in (((WIDE, NARROW), 1), ((NARROW, WIDE), 0)):
-        weakest = met(scene_of(GLASS, GLASS, sizes=sizes)).weakest
-        radii = (weakest.first.radius, weakest.second.radius)
-        assert radii[inner] == sizes[inner][2] or radii[1 - inner] == sizes[1 - inner][2]
-        wide = 0 if sizes[0] is WIDE else 1
-        assert sizes[wide][0] < radii[wide] < sizes[wide][2]
-        assert radii[1 - wide] == sizes[1 - wide][2]
-
-
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(
     st.floats(0.02, 50),
     st.lists(st.floats(-3, 1), min_size=4, max_size=4),
@@ -165,7 +154,7 @@ def test_speeds_of_a_temperature_are_those_of_impacts(kind):
     assert speeds.mean() == pytest.approx(mean, rel=0.01)
 
 
-@pytest.mark.parametrize("tail", [1e-300, 1e-15, 1e-6, 0.4999])
+@pytest.mark.parametrize("tail", [1e-300, 0.4999])
 def test_tails_of_a_temperature(tail):
     s = math.sqrt(2 * 0.7)
     slowest, mean, fastest = Temperature(0.7, tail).of(wall=False)
@@ -186,10 +175,9 @@ def test_v_star_beyond_all_reason_is_refused():
         encounter.encounters(scene_of(strange))
 
 
-@pytest.mark.parametrize("sizes", [(1e-150, 1e-3, 2e-3), (1e-3, 1e-3, 1e150)])
-def test_extreme_radii_that_cannot_be_are_refused_with_the_files_name(sizes):
+def test_extreme_radii_that_cannot_be_are_refused_with_the_files_name():
     with pytest.raises(ValueError, match=r"^s\.toml: one-one: mass is .* accepted is"):
-        encounter.encounters(scene_of(GLASS, sizes=(sizes,)))
+        encounter.encounters(scene_of(GLASS, sizes=((1e-150, 1e-3, 2e-3),)))
 
 
 # --- duration, depth, mean free time, yield ---------------------------------------------------------------------------
@@ -415,32 +403,6 @@ def test_units_of_simulators():
     assert contact.pair.contact_time(contact.typical) == pytest.approx(1e6 * si.pair.contact_time(si.typical))
 
 
-# --- tolerances -------------------------------------------------------------------------------------------------------
-
-
-@settings(max_examples=200)
-@example(0.25, 1.0, 0.01, 0.0, 1.0, 1 / 3)
-@example(0.25, 0.1, 0.01, 0.0, 1.0, 0.0)
-@example(0.75, 1.0, 0.01, 0.0, -1.0, 1.0)
-@example(0.75, 0.0, 0.01, 0.0, 1.0, 0.0)
-@example(0.01, 1.0, 0.0, 0.01, -1.0, 1.0)
-@given(
-    st.floats(1e-3, 0.999999), st.floats(0, 1), st.floats(0, 1e-2), st.floats(0, 1e-2), st.floats(-1, 1),
-    st.floats(0, 1),
-)  # fmt: skip
-def test_errors_of_a_bound_hold(eps, width, both, relative, off, where):
-    """Perturb eps anywhere in the range by as much as a bound allows."""
-    top = eps + width * (0.9999999 - eps)
-    bound = tolerance.Bound(Fraction(both), Fraction(relative))
-    errors = bound.errors((Fraction(eps), Fraction(top)))
-    true = Fraction(eps + where * (top - eps))
-    true = min(max(true, Fraction(eps)), Fraction(top))
-    delta = Fraction(off) * (Fraction(both) * min(true, 1 - true) + Fraction(relative) * true)
-    assert abs(delta) / true <= errors.epsilon
-    assert abs(delta) <= errors.absolute
-    assert abs((1 - (true + delta) ** 2) / (1 - true**2) - 1) <= errors.dissipation
-
-
 # --- examples and documents -------------------------------------------------------------------------------------------
 
 
@@ -471,14 +433,6 @@ def test_ice_is_that_of_the_paper():
     assert pair.epsilon(0.01) == pytest.approx(0.32, rel=1e-12, abs=0)
 
 
-def test_rubber_is_warned_of_and_glass_is_not():
-    for stem, expected in (("rubber", True), ("glass_beads", False)):
-        scene = read.from_toml((ROOT / "examples" / f"{stem}.toml").read_bytes(), stem)
-        texts = [text for e in encounter.encounters(scene) for text in sense.warnings(scene, e)]
-        assert bool(texts) is expected
-        assert any(DEPTH in text for text in texts) is expected
-
-
 def test_document_has_the_limits():
     text = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| ([^|]+) \| ([<>] [\d.]+) \|", text, re.MULTILINE))
@@ -490,17 +444,3 @@ def test_document_has_the_limits():
         "A / contact time": f"> {limits.LONGEST_RELAXATION:g}",
     }
     assert f"this pressure is {limits.YIELD_PRESSURE:g} times the yield strength" in " ".join(text.split())
-
-
-def test_document_on_tails():
-    text = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
-    s = math.sqrt(2)
-    slowest, _, fastest = Temperature(1.0, 1e-6).of(wall=False)
-    assert f"with 1e-6 from ${slowest / s:.2g} s$ to ${fastest / s:.2g} s$" in text
-    ratio = Temperature(1.0, 1e-12).of(wall=False)[2] / fastest
-    assert f"{ratio:.2f} times as fast" in " ".join(text.split())
-    assert rf"$v_\ast$ larger by {100 * (ratio**0.1 - 1):.1f} %" in " ".join(text.split())
-
-
-def test_description_of_a_wall_has_no_density():
-    assert description.Material(1e9, 0.3, None, 1e-6).wall().is_wall

@@ -5,9 +5,7 @@ import json
 import math
 import re
 import string
-import tomllib
 from pathlib import Path
-from statistics import NormalDist
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -15,11 +13,10 @@ from hypothesis import strategies as st
 
 from viscopade import Pair, Sphere
 from viscopade.scene import description, read
-from viscopade.scene.description import Code, Sizes, SpeedLimits, Temperature, Tolerance
+from viscopade.scene.description import Code, Sizes, SpeedLimits, Tolerance
 from viscopade.simulators.setup import Units
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
 FILE = "box.toml"
 GONE = object()
 
@@ -95,16 +92,21 @@ def refusal(content, source=FILE):
 # --- what is read -----------------------------------------------------------------------------------------------------
 
 
-def test_plain_toml_of_the_tests_is_what_the_tests_mean():
-    assert tomllib.loads(text(BASE).decode()) == BASE
-
-
 def test_materials_are_in_si_units():
     materials = parsed().materials
     glass, steel = materials["glass"], materials["steel"]
     assert (glass.young_modulus, glass.poisson_ratio, glass.density, glass.yield_strength) == (70e9, 0.22, 2500.0, None)
     assert glass.dissipative_constant == 50e-9
     assert (steel.young_modulus, steel.density, steel.yield_strength) == (2.1e11, 7800.0, 1e9)
+
+
+def test_code_gas_and_units():
+    code = {"language": "python", "format": "double", "use": "batch", "argument": "v_star", "largest_table": 4096}
+    units = {"length": "cm", "mass": "g", "time": "us"}
+    scene = parsed(("code", code), ("gas.volume_fraction", 0.3), ("units", units))
+    assert scene.code == Code("python", "double", "batch", "v_star", 4096)
+    assert scene.volume_fraction == 0.3
+    assert (scene.units, scene.scale) == (Units("cm", "g", "us"), (0.01, 0.001, 1e-6))
 
 
 def test_bodies():
@@ -116,10 +118,6 @@ def test_bodies():
     assert not bodies["bead"].is_wall
 
 
-def test_wall_false_is_a_sphere():
-    assert not parsed(("body.bead.wall", False)).bodies["bead"].is_wall
-
-
 def test_defaults():
     scene = parsed(("title", GONE))
     assert (scene.source, scene.name, scene.title) == (FILE, "box", FILE)
@@ -128,20 +126,12 @@ def test_defaults():
     assert (scene.units, scene.scale) == (Units("m", "kg", "s"), (1.0, 1.0, 1.0))
 
 
-def test_title_and_name():
-    scene = parsed(("name", "my_scene2"))
-    assert (scene.name, scene.title) == ("my_scene2", "Glass and steel")
-
-
 @pytest.mark.parametrize(
     ("source", "name"),
     [
         ("a/b/ice-rings.v2.toml", "ice_rings"),
         ("a\\b\\Box.toml", "Box"),
         ("2balls.toml", "scene"),
-        ("", "scene"),
-        ("häuser.toml", "h_user"),
-        ("_x_.toml", "x"),
         (f"{'x' * 50}.toml", "x" * 40),
         ("<stdin>", "stdin"),
     ],
@@ -169,16 +159,6 @@ def test_contacts_that_are_listed_are_all():
     assert (second.name, second.speeds) == ("bead-bead", SpeedLimits(0.01, 2.0))
 
 
-def test_no_common_speed_is_needed_if_each_contact_has_one():
-    contacts = [{"between": ["bead", "bead"], "speed": {"min": 1, "max": 1}}]
-    assert parsed(("speed", GONE), ("contact", contacts)).meetings[0].speeds == SpeedLimits(1.0, 1.0)
-
-
-def test_granular_temperature():
-    speeds = parsed(("speed", {"granular_temperature": 2.5e-3})).meetings[0].speeds
-    assert speeds == Temperature(2.5e-3, 1e-6)
-
-
 @pytest.mark.parametrize("values", [{"epsilon": 1e-3}, {"dissipation": 1e-4, "absolute": 0.5}])
 def test_tolerance(values):
     assert parsed(("tolerance", values)).tolerance == Tolerance(**values)
@@ -198,39 +178,16 @@ def test_languages(language):
             assert message == f"code.format is {form!r}: accepted is {next(iter(accepted))}"
 
 
-def test_code():
-    code = {"language": "python", "format": "double", "use": "batch", "argument": "v_star", "largest_table": 4096}
-    assert parsed(("code", code)).code == Code("python", "double", "batch", "v_star", 4096)
-
-
-def test_gas():
-    assert parsed(("gas.volume_fraction", 0.3)).volume_fraction == 0.3
-
-
-def test_units():
-    scene = parsed(("units", {"length": "cm", "mass": "g", "time": "us"}))
-    assert (scene.units, scene.scale) == (Units("cm", "g", "us"), (0.01, 0.001, 1e-6))
-    assert parsed(("units", {"length": "mm"})).scale == (0.001, 1.0, 1.0)
-
-
 @pytest.mark.parametrize(
     ("path", "value", "found"),
     [
-        ("material.glass.young_modulus", "70e3 MPa", 70e9),
         ("material.glass.young_modulus", " 7.0e11 dyn/cm^2 ", 70e9),
         ("material.glass.young_modulus", f"{'0' * 54}70 GPa", 70e9),
         ("material.glass.young_modulus", "70 kN/mm**2", 70e9),
         ("material.glass.young_modulus", "70000 N/mm²", 70e9),
-        ("material.glass.density", "2.5 g/cm^3", 2500.0),
         ("material.glass.density", "2.5 kg/l", 2500.0),
-        ("material.glass.density", 2500, 2500.0),
-        ("material.glass.dissipative_constant", "0.05 us", 5e-8),
         ("material.glass.dissipative_constant", "0.05 µs", 5e-8),
         ("material.glass.dissipative_constant", "0.05 μs", 5e-8),
-        ("material.glass.dissipative_constant", 5e-8, 5e-8),
-        ("material.glass.yield_strength", "50 MPa", 5e7),
-        ("material.glass.poisson_ratio", 0.5, 0.5),
-        ("material.glass.poisson_ratio", 0, 0.0),
         ("material.glass.poisson_ratio", -0.5, -0.5),
     ],
 )
@@ -246,11 +203,6 @@ def sizes(radius):
     return parsed(("body.bead.radius", radius)).bodies["bead"].sizes
 
 
-def test_one_radius_is_no_spread():
-    assert not sizes("1 mm").spread
-    assert sizes({"min": "1 mm", "max": "2 mm"}).spread
-
-
 def test_range_of_radii():
     assert sizes({"min": "1 mm", "max": "4 mm"}) == Sizes(0.001, pytest.approx(0.002, rel=1e-15, abs=0), 0.004)
     assert sizes({"min": "1 mm", "typical": "3 mm", "max": "4 mm"}) == Sizes(0.001, 0.003, 0.004)
@@ -262,7 +214,7 @@ def share_beyond(deviations):
     return math.erfc(deviations / math.sqrt(2)) / 2
 
 
-@pytest.mark.parametrize("tail", [None, 1e-3, 1e-12, 0.4])
+@pytest.mark.parametrize("tail", [None, 1e-12])
 def test_normal_distribution(tail):
     found = sizes({"mean": "2 mm", "deviation": "0.1 mm"} | ({} if tail is None else {"tail": tail}))
     assert found.typical == 2e-3
@@ -270,17 +222,12 @@ def test_normal_distribution(tail):
     assert share_beyond((found.largest - 2e-3) / 1e-4) == pytest.approx(tail or 1e-6, rel=1e-12, abs=0)
 
 
-@pytest.mark.parametrize("tail", [None, 1e-3, 1e-12, 1e-300, 0.4])
+@pytest.mark.parametrize("tail", [None, 1e-300])
 def test_log_normal_distribution(tail):
     found = sizes({"median": "2 mm", "geometric_deviation": 1.5} | ({} if tail is None else {"tail": tail}))
     assert found.typical == 2e-3
     assert share_beyond(math.log(2e-3 / found.least, 1.5)) == pytest.approx(tail or 1e-6, rel=1e-12, abs=0)
     assert found.least * found.largest == pytest.approx(4e-6, rel=1e-14, abs=0)
-
-
-def test_distributions_without_width():
-    assert sizes({"mean": "2 mm", "deviation": 0}) == Sizes(2e-3, 2e-3, 2e-3)
-    assert sizes({"median": "2 mm", "geometric_deviation": 1}) == Sizes(2e-3, 2e-3, 2e-3)
 
 
 # --- A from eps -------------------------------------------------------------------------------------------------------
@@ -309,7 +256,7 @@ def test_a_constant_and_a_restitution_that_agree():
     assert given_too.dissipative_constant == a * 1.009
 
 
-@pytest.mark.parametrize("ratio", [0, 0.5, 0.98, 1.02, 3])
+@pytest.mark.parametrize("ratio", [0, 0.98, 1.02])
 def test_a_constant_and_a_restitution_that_contradict_each_other(ratio):
     a = parsed().materials["steel"].dissipative_constant
     message = refusal(text(edited(("material.steel.dissipative_constant", a * ratio))))
@@ -342,21 +289,6 @@ def test_restitution_of_a_contact_holds_for_typical_radii():
     pair = scene.pair(found)
     assert (pair.first.radius, pair.second.radius) == (2.5e-3, pytest.approx(2e-3))
     assert pair.epsilon(0.3) == pytest.approx(0.6, rel=1e-13, abs=0)
-
-
-def test_restitution_at_a_wall():
-    contact = {"between": ["floor", "bead"], "restitution": {"one_minus_epsilon": 0.1, "speed": 1}}
-    scene = parsed(("contact", [contact]))
-    pair = scene.pair(scene.meetings[0])
-    assert pair.second.is_wall
-    assert pair.one_minus_epsilon(1.0) == pytest.approx(0.1, rel=1e-13, abs=0)
-
-
-def test_contradiction_within_a_contact():
-    contact = {
-        "between": ["bead", "bead"], "dissipative_constant": 1, "restitution": {"epsilon": 0.9, "speed": "1 m/s"},
-    }  # fmt: skip
-    assert refusal(text(edited(("contact", [contact])))).startswith("contact[0].dissipative_constant is 1 s, but ")
 
 
 def test_materials_need_no_constant_if_contacts_have_one():
@@ -397,180 +329,103 @@ FRACTION = "a number > 0 and < 1"
 UNKNOWN = "is not known: accepted are"
 MISSING = "is missing: "
 
-REFUSED = [
-    # the whole
+
+BETWEEN = {"between": ["bead", "bead"]}
+RADIUS, RESTITUTION = "body.bead.radius", "material.steel.restitution"
+REFUSED = [  # a place, what stands there, the key that the message names, a part of the message
     ("name", "2x", "name", NAME),
-    ("name", "", "name", NAME),
-    ("name", "x" * 41, "name", NAME),
-    ("name", 3, "name", NAME),
-    ("name", "é", "name", NAME),
-    ("title", "", "title", "one line of text"),
     ("title", "a\nb", "title", "one line of text"),
-    ("title", 1, "title", "one line of text"),
     ("tolerence", {}, "tolerence", UNKNOWN),
     *((key, GONE, key, MISSING) for key in ("material", "body", "speed", "tolerance")),
-    ("material", {}, "material", "accepted are 1 to 40"),
-    ("body", {}, "body", "accepted are 1 to 40"),
+    *((key, {}, key, "accepted are 1 to 40") for key in ("material", "body")),
     ("body", {f"b{i}": BASE["body"]["bead"] for i in range(41)}, "body", "accepted are 1 to 40"),
     *((key, 1, key, "an object") for key in ("material", "body", "tolerance", "code", "gas", "units")),
-    ("speed", 1, "speed", "{min, max} or {granular_temperature}"),
     # materials
     ("material.a-b", BASE["material"]["glass"], "material", NAME),
-    ("material.glass", [], "material.glass", "an object"),
     ("material.glass.colour", "green", "material.glass.colour", UNKNOWN),
-    ("material.glass.young_modulus", GONE, "material.glass.young_modulus", MISSING),
-    ("material.glass.poisson_ratio", GONE, "material.glass.poisson_ratio", MISSING),
-    ("material.glass.density", GONE, "material.glass.density", MISSING),
+    *(
+        (f"material.glass.{key}", GONE, f"material.glass.{key}", MISSING)
+        for key in ("young_modulus", "poisson_ratio", "density")
+    ),
     *(
         ("material.glass.young_modulus", value, "material.glass.young_modulus", PRESSURE)
         for value in (
-            0, -1, True, "70 m", "70", "GPa", "70 GPa GPa", "70 parrot", "0 GPa", "-70 GPa", "inf GPa", "nan Pa", [1],
-            {}, math.inf, math.nan, 10**400, "70 GPa^1000000", "1e999 Pa", "70 GPa; 1", f"{'7' * 57} GPa", "",
-            "70 degC", "1e-400 Pa", "70 __class__", "70 (GPa)", "70 GPa/0",
+            0, True, "70 m", "70", "70 parrot", "-70 GPa", "inf GPa", [1], math.nan, 10**400, "70 GPa^1000000",
+            "1e999 Pa", f"{'7' * 57} GPa", "", "1e-400 Pa", "70 __class__", "70 GPa/0",
         )
     ),
     *(
         ("material.glass.poisson_ratio", value, "material.glass.poisson_ratio", POISSON)
-        for value in (-1, 0.51, math.nan, math.inf, "0.3", True, None.__class__.__name__, 10**400)
+        for value in (-1, 0.51, math.nan, "0.3", True)
     ),
     ("material.glass.density", "1 g", "material.glass.density", DENSITY),
-    ("material.glass.density", 0, "material.glass.density", DENSITY),
     ("material.glass.dissipative_constant", -1e-9, "material.glass.dissipative_constant", TIME),
-    ("material.glass.dissipative_constant", "1 m", "material.glass.dissipative_constant", TIME),
-    ("material.glass.yield_strength", 0, "material.glass.yield_strength", PRESSURE),
-    ("material.glass.source", 1, "material.glass.source", "one line of text"),
-    ("material.glass.source", "a\nb", "material.glass.source", "one line of text"),
     # a known eps
-    ("material.steel.restitution", 0.9, "material.steel.restitution", "an object"),
-    ("material.steel.restitution.at", 1, "material.steel.restitution.at", UNKNOWN),
-    ("material.steel.restitution.speed", GONE, "material.steel.restitution.speed", MISSING),
-    ("material.steel.restitution.radius", GONE, "material.steel.restitution.radius", MISSING),
-    ("material.steel.restitution.epsilon", GONE, "material.steel.restitution", "exactly one of them"),
-    ("material.steel.restitution.one_minus_epsilon", 0.05, "material.steel.restitution", "exactly one of them"),
+    (f"{RESTITUTION}.speed", GONE, f"{RESTITUTION}.speed", MISSING),
+    (f"{RESTITUTION}.epsilon", GONE, RESTITUTION, "exactly one of them"),
+    (f"{RESTITUTION}.one_minus_epsilon", 0.05, RESTITUTION, "exactly one of them"),
+    *((f"{RESTITUTION}.epsilon", value, f"{RESTITUTION}.epsilon", "a number > 0 and <= 1") for value in (0, 1.01)),
+    (
+        RESTITUTION, {"one_minus_epsilon": 1, "speed": 1, "radius": 1}, f"{RESTITUTION}.one_minus_epsilon",
+        "a number >= 0 and < 1",
+    ),
+    (f"{RESTITUTION}.partner", "floor", f"{RESTITUTION}.partner", "sphere, wall"),
+    ("material.steel.density", GONE, "material.steel.density", f"{RESTITUTION} needs it"),
+    # bodies
+    ("body.bead.material", "wood", "body.bead.material", "glass, steel"),
+    (RADIUS, GONE, RADIUS, MISSING),
+    ("body.bead.wall", True, RADIUS, "no radius for a wall"),
+    ("body.bead.wall", 1, "body.bead.wall", "true or false"),
+    (RADIUS, [1, 2], RADIUS, LENGTH),
+    (RADIUS, {}, RADIUS, "a length, or one of {min, max}, {mean, deviation}"),
+    (RADIUS, {"min": 1}, f"{RADIUS}.max", MISSING),
+    (RADIUS, {"min": 2, "max": 1}, RADIUS, "min <= typical <= max"),
+    (RADIUS, {"min": 1, "typical": 3, "max": 2}, RADIUS, "min <= typical <= max"),
+    (RADIUS, {"mean": 1}, f"{RADIUS}.deviation", MISSING),
+    (RADIUS, {"mean": 1, "deviation": 0.3}, f"{RADIUS}.deviation", "the least radius"),
+    (RADIUS, {"mean": 1, "deviation": 0, "tail": 0.5}, f"{RADIUS}.tail", "and < 0.5"),
     *(
-        ("material.steel.restitution.epsilon", value, "material.steel.restitution.epsilon", accepted)
-        for value, accepted in (
-            (0, "a number > 0 and <= 1"), (1.01, "a number > 0 and <= 1"), (-0.5, "a number > 0 and <= 1"),
-            ("0.9", "a number > 0 and <= 1"), (math.nan, "a number > 0 and <= 1"), (True, "a number > 0 and <= 1"),
-        )
+        (RADIUS, {"median": 1, "geometric_deviation": value}, f"{RADIUS}.geometric_deviation", "a number from 1 to 100")
+        for value in (0.9, 101)
     ),
     (
-        "material.steel.restitution", {"one_minus_epsilon": 1, "speed": 1, "radius": 1},
-        "material.steel.restitution.one_minus_epsilon", "a number >= 0 and < 1",
-    ),
-    ("material.steel.restitution.speed", 0, "material.steel.restitution.speed", SPEED),
-    ("material.steel.restitution.radius", "1 s", "material.steel.restitution.radius", LENGTH),
-    ("material.steel.restitution.partner", "floor", "material.steel.restitution.partner", "sphere, wall"),
-    ("material.steel.density", GONE, "material.steel.density", "material.steel.restitution needs it"),
-    # bodies
-    ("body.2b", BASE["body"]["bead"], "body", NAME),
-    ("body.bead.mass", 1, "body.bead.mass", UNKNOWN),
-    ("body.bead.material", GONE, "body.bead.material", MISSING),
-    ("body.bead.material", "wood", "body.bead.material", "glass, steel"),
-    ("body.bead.material", ["glass"], "body.bead.material", "glass, steel"),
-    ("body.bead.radius", GONE, "body.bead.radius", MISSING),
-    ("body.bead.wall", True, "body.bead.radius", "no radius for a wall"),
-    ("body.bead.wall", 1, "body.bead.wall", "true or false"),
-    ("body.bead.radius", 0, "body.bead.radius", LENGTH),
-    ("body.bead.radius", [1, 2], "body.bead.radius", LENGTH),
-    ("body.bead.radius", {}, "body.bead.radius", "a length, or one of {min, max}, {mean, deviation}"),
-    ("body.bead.radius", {"min": 1}, "body.bead.radius.max", MISSING),
-    ("body.bead.radius", {"max": 1}, "body.bead.radius.min", MISSING),
-    ("body.bead.radius", {"min": 2, "max": 1}, "body.bead.radius", "min <= typical <= max"),
-    ("body.bead.radius", {"min": 1, "typical": 3, "max": 2}, "body.bead.radius", "min <= typical <= max"),
-    ("body.bead.radius", {"min": 1, "max": 2, "tail": 0.1}, "body.bead.radius.tail", UNKNOWN),
-    ("body.bead.radius", {"mean": 1}, "body.bead.radius.deviation", MISSING),
-    ("body.bead.radius", {"mean": 1, "deviation": 0.3}, "body.bead.radius.deviation", "the least radius"),
-    ("body.bead.radius", {"mean": 1, "deviation": 0.1, "min": 0.1}, "body.bead.radius.mean", UNKNOWN),
-    ("body.bead.radius", {"mean": 1, "deviation": -1}, "body.bead.radius.deviation", "a length >= 0"),
-    ("body.bead.radius", {"mean": 1, "deviation": 0, "tail": 0.5}, "body.bead.radius.tail", "and < 0.5"),
-    ("body.bead.radius", {"mean": 1, "deviation": 0, "tail": 0}, "body.bead.radius.tail", "a probability >"),
-    ("body.bead.radius", {"median": 1}, "body.bead.radius.geometric_deviation", MISSING),
-    *(
-        (
-            "body.bead.radius", {"median": 1, "geometric_deviation": value}, "body.bead.radius.geometric_deviation",
-            accepted,
-        )
-        for value, accepted in (
-            (0.9, "a number from 1 to 100"), (101, "a number from 1 to 100"), ("1 mm", "a number from 1 to 100"),
-        )
-    ),
-    *(
-        (
-            "body.bead.radius", {"median": median, "geometric_deviation": 100, "tail": 1e-300}, "body.bead.radius",
-            "radii that double precision can hold",
-        )
-        for median in (1e-300, 1e300)
+        RADIUS, {"median": 1e300, "geometric_deviation": 100, "tail": 1e-300}, RADIUS,
+        "radii that double precision can hold",
     ),
     # speeds
     ("speed", {}, "speed", "{min, max} or {granular_temperature}"),
-    ("speed.max", GONE, "speed.max", MISSING),
-    ("speed.min", 0, "speed.min", SPEED),
     ("speed.min", "1 m", "speed.min", SPEED),
     ("speed.min", 3, "speed", "min <= max, or granular_temperature"),
-    ("speed.mean", 1, "speed.mean", UNKNOWN),
     ("speed.granular_temperature", 1, "speed.min", UNKNOWN),
     ("speed", {"granular_temperature": "1 K"}, "speed.granular_temperature", SQUARED),
-    ("speed", {"granular_temperature": 0}, "speed.granular_temperature", SQUARED),
     ("speed", {"granular_temperature": 1, "tail": 0.5}, "speed.tail", "and < 0.5"),
-    ("speed", {"granular_temperature": 1, "tail": "1"}, "speed.tail", "a probability > 1e-300 and < 0.5"),
     # contacts
     ("contact", {}, "contact", "a list"),
     ("contact", [], "contact", "at least one contact"),
-    ("contact", [1], "contact[0]", "an object"),
-    ("contact", [{}], "contact[0].between", MISSING),
-    ("contact", [{"between": "bead"}], "contact[0].between", "a list"),
     ("contact", [{"between": ["bead"]}], "contact[0].between", "a list of two bodies"),
-    ("contact", [{"between": ["bead"] * 3}], "contact[0].between", "a list of two bodies"),
     ("contact", [{"between": ["bead", "cup"]}], "contact[0].between[1]", "bead, ball, floor"),
     ("contact", [{"between": ["floor", "floor"]}], "contact[0].between", "at most one wall"),
-    (
-        "contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between",
-        "each pair once",
-    ),
-    ("contact", [{"between": ["bead", "bead"], "epsilon": 0.9}], "contact[0].epsilon", UNKNOWN),
-    ("contact", [{"between": ["bead", "bead"], "speed": {"min": 1}}], "contact[0].speed.max", MISSING),
-    (
-        "contact", [{"between": ["bead", "bead"], "restitution": {"epsilon": 0.9}}], "contact[0].restitution.speed",
-        MISSING,
-    ),
-    (
-        "contact", [{"between": ["bead", "bead"], "restitution": {"epsilon": 0.9, "speed": 1, "radius": 1}}],
-        "contact[0].restitution.radius", UNKNOWN,
-    ),
-    (
-        "contact", [{"between": ["bead", "bead"], "restitution": {"epsilon": 1, "speed": 1}}], "contact[0]",
-        "dissipative_constant > 0",
-    ),
-    (
-        "contact", [{"between": ["bead", "bead"], "dissipative_constant": 0}], "contact[0]",
-        "dissipative_constant > 0",
-    ),
-    ("contact", [{"between": ["bead", "bead"], "dissipative_constant": -1}], "contact[0].dissipative_constant", TIME),
+    ("contact", [{"between": ["bead", "ball"]}, {"between": ["ball", "bead"]}], "contact[1].between", "each pair once"),
+    ("contact", [BETWEEN | {"speed": {"min": 1}}], "contact[0].speed.max", MISSING),
+    ("contact", [BETWEEN | {"restitution": {"epsilon": 0.9, "speed": 1, "radius": 1}}],
+     "contact[0].restitution.radius", UNKNOWN),
+    ("contact", [BETWEEN | {"restitution": {"epsilon": 1, "speed": 1}}], "contact[0]", "dissipative_constant > 0"),
+    ("contact", [BETWEEN | {"dissipative_constant": 0}], "contact[0]", "dissipative_constant > 0"),
+    ("contact", [BETWEEN | {"dissipative_constant": 1, "restitution": {"epsilon": 0.9, "speed": "1 m/s"}}],
+     "contact[0].dissipative_constant", "is 1 s, but "),
     # tolerance
     ("tolerance", {}, "tolerance", "epsilon, dissipation, absolute"),
-    ("tolerance.relative", 1e-3, "tolerance.relative", UNKNOWN),
     *(
-        (f"tolerance.{name}", value, f"tolerance.{name}", accepted)
-        for name in ("epsilon", "dissipation", "absolute")
-        for value, accepted in ((0, FRACTION), (1, FRACTION), (-1, FRACTION), ("1e-3", FRACTION))
+        (f"tolerance.{name}", value, f"tolerance.{name}", FRACTION)
+        for name, value in (("epsilon", 0), ("dissipation", 1), ("absolute", "1e-3"))
     ),
-    # code
+    # code, gas, units
     ("code.language", "perl", "code.language", ", ".join(read.LANGUAGES)),
     ("code.format", "half", "code.format", "double, float"),
-    ("code.use", "many", "code.use", "scalar, batch"),
-    ("code.argument", "beta", "code.argument", "speed, v_star"),
     ("code", {"language": "rust", "argument": "v_star"}, "code.argument", "speed"),
-    ("code.degree", 3, "code.degree", UNKNOWN),
-    *(("code.largest_table", v, "code.largest_table", "a positive integer") for v in (0, -1, 1.5, True, "64 KiB")),
-    # gas, units
-    ("gas", {}, "gas.volume_fraction", MISSING),
-    ("gas.density", 1, "gas.density", UNKNOWN),
-    *(("gas.volume_fraction", v, "gas.volume_fraction", "a number > 0 and < 0.74") for v in (0, 0.74, 1)),
-    ("gas.volume_fraction", "30 %", "gas.volume_fraction", "a number > 0 and < 0.74"),
-    ("units.force", "N", "units.force", UNKNOWN),
+    *(("code.largest_table", v, "code.largest_table", "a positive integer") for v in (-1, 1.5, True)),
+    ("gas.volume_fraction", 0.74, "gas.volume_fraction", "a number > 0 and < 0.74"),
     ("units.length", "g", "units.length", 'a unit of length, such as "m" or "mm"'),
-    ("units.mass", 1, "units.mass", 'a unit of mass, such as "kg" or "g"'),
     ("units.time", "2 s", "units.time", 'a unit of time, such as "s" or "us"'),
 ]  # fmt: skip
 
@@ -601,11 +456,9 @@ def test_walls_alone():
     [
         (b"\xff\xfe", "the file is not text in UTF-8: accepted is a scene in TOML"),
         (b"[material", "the text is not TOML: "),
-        (b"a = 1\na = 2", "the text is not TOML: "),
         (b"", "material is missing"),
         (b"a = " + b"[" * 100_000, "nested too deeply"),
         (b"a = " + b"9" * 5000, "is not TOML"),
-        (b'name = "\x00"', "is not TOML"),
     ],
 )
 def test_what_is_no_toml(content, accepted):
@@ -617,7 +470,7 @@ def test_a_mark_of_the_byte_order_is_no_harm():
     assert read.from_toml(b"\xef\xbb\xbf" + plain, "scene.toml") == read.from_toml(plain, "scene.toml")
 
 
-@pytest.mark.parametrize("size", ["1 mm", 1e-3, "0.1 mm", 3e-7, 1 / 3])
+@pytest.mark.parametrize("size", ["0.1 mm", 1 / 3])
 def test_ends_may_be_equal(size):
     speed = f"{size}/s" if isinstance(size, str) else size
     changes = ("body.bead.radius", {"min": size, "max": size}), ("speed", {"min": speed, "max": speed})
@@ -718,37 +571,7 @@ def test_any_bytes_are_refused_in_one_line(content):
     only_one_line_refusals(content)
 
 
-@settings(max_examples=200)
-@given(st.dictionaries(st.sampled_from([*BASE, "contact", "code", "gas", "units", "x"]), VALUES, max_size=6))
-def test_any_tables_are_refused_in_one_line(scene):
-    only_one_line_refusals(text(scene))
-
-
 # --- examples and the document ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_are_read(path):
-    scene = read.from_toml(path.read_bytes(), path.name)
-    raw = tomllib.loads(path.read_text("utf-8"))
-    assert all(len(material["source"].strip()) > 10 for material in raw.get("material", {}).values())
-    assert {material for body in scene.bodies.values() for material in [body.material]} == set(scene.materials)
-    assert scene.title != path.name
-    assert max(map(len, path.read_text("utf-8").splitlines())) <= 120
-
-
-def test_examples_exercise_what_there_is():
-    scenes = [read.from_toml(path.read_bytes(), path.name) for path in EXAMPLES]
-    assert len(scenes) >= 5
-    assert {"c", "python", "cuda", "glsl", "javascript", "fortran"} <= {scene.code.language for scene in scenes}
-    for attribute in ("format", "use", "argument"):
-        assert len({getattr(scene.code, attribute) for scene in scenes}) == 2
-    assert {name for scene in scenes for name in scene.tolerance.given()} == {"epsilon", "dissipation", "absolute"}
-    met = [m for scene in scenes for m in scene.meetings]
-    assert {type(m.speeds) for m in met} == {SpeedLimits, Temperature}
-    assert any(m.known_at for m in met)
-    assert any(scene.bodies[m.second].is_wall for scene in scenes for m in scene.meetings)
-    assert any(scene.scale != (1.0, 1.0, 1.0) for scene in scenes)
 
 
 DOCUMENT = (ROOT / "docs" / "usage" / "scenes.md").read_text("utf-8")
@@ -776,11 +599,7 @@ def accepted_by(path, value=1):
         ("material.glass", "material.NAME"),
         ("material.steel.restitution", "material.NAME.restitution"),
         ("body.bead", "body.NAME"),
-        ("tolerance", "tolerance"),
-        ("code", "code"),
-        ("gas", "gas"),
-        ("units", "units"),
-        ("speed", "speed"),
+        *((table, table) for table in ("tolerance", "code", "gas", "units", "speed")),
     ],
 )
 def test_document_has_every_key(path, shown):
@@ -791,19 +610,6 @@ def test_document_has_every_key(path, shown):
         assert any(key == f"{shown}.{name}" or key.startswith(f"{shown}.{name}.") for key in keys), (shown, name)
 
 
-def test_document_has_the_rest_of_the_keys():
-    keys = set(documented())
-    wanted = {"name", "title", "speed.granular_temperature", "speed.tail"}
-    wanted |= {f"contact[].{name}" for name in ("between", "speed", "dissipative_constant", "restitution")}
-    wanted |= {
-        f"body.NAME.radius.{name}"
-        for name in ("min", "max", "typical", "mean", "deviation", "median", "geometric_deviation", "tail")
-    }
-    assert wanted <= keys
-    tops = {key.split(".")[0].removesuffix("[]") for key in keys if key not in ("min", "max", "mean", "median")}
-    assert tops >= set(accepted_by("")) - {"max", "deviation", "geometric_deviation"}
-
-
 def test_documents_scene_is_read():
     block = re.search(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)[1]
     assert [m.name for m in read.from_toml(block.encode(), "x.toml").meetings] == ["bead-bead"]
@@ -812,12 +618,3 @@ def test_documents_scene_is_read():
 def test_documents_refusal_is_what_is_said():
     message = refusal(text(edited(("material.glass.young_modulus", "70 m"))), "scene.toml")
     assert f"    scene.toml: {message}\n" in DOCUMENT
-
-
-def test_documents_words_and_limits():
-    row = next(line for line in DOCUMENT.splitlines() if line.startswith("| `code.language`"))
-    assert re.findall(r'`"([\w-]+)"`', row)[1:] == list(read.LANGUAGES)
-    assert f"There may be {read.MOST_BODIES} materials and {read.MOST_BODIES}" in DOCUMENT
-    assert f"agree within {100 * read.SAME:g} %" in DOCUMENT
-    assert f"(4.75 for {read.TAIL:g})".replace("1e-06", "1e-6") in DOCUMENT
-    assert -NormalDist().inv_cdf(read.TAIL) == pytest.approx(4.75, abs=0.005)

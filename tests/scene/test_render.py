@@ -171,11 +171,6 @@ def test_titles_do_not_end_comments(language, title):
         ast.parse(made)
 
 
-def test_a_scene_without_a_title_has_no_path():
-    made = render(chosen(scene("glsl", slowest="0.9 m/s", tolerance="absolute = 0.5"), "constant"), COMMAND)
-    assert "// tiny.toml\n" in made
-
-
 # --- names ------------------------------------------------------------------------------------------------------------
 
 
@@ -212,7 +207,6 @@ def test_names_in_fortran_are_short_enough(bodies, name):
         ("gl_thing", "scene_gl_thing"),
         ("Viscopade", "scene_Viscopade"),
         ("int", "int"),
-        ("WebGL_x", "scene_WebGL_x"),
     ],
 )
 def test_prefix(name, expected):
@@ -224,7 +218,6 @@ def test_prefix(name, expected):
     [
         ("c", "math", "math_scene.h"),
         ("c", "Stdio", "Stdio_scene.h"),
-        ("c", "maths", "maths.h"),
         ("python", "class", "class_scene.py"),
         ("python", "random", "random_scene.py"),
         ("python", "viscopade", "viscopade_scene.py"),

@@ -1,6 +1,5 @@
 """Programs with contacts of their own law: what `viscopade simulators` writes for them, run in them where they are."""
 
-import itertools
 import math
 
 import numpy as np
@@ -10,7 +9,6 @@ from mpmath import mp
 
 import viscopade as vp
 from tests.closed_forms import nu_1, nu_2
-from viscopade import simulators
 from viscopade.cli.main import command
 from viscopade.simulators import soft_text
 from viscopade.simulators.soft import SoftContact, Softness, Wanted
@@ -31,10 +29,6 @@ def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
     program = PROGRAMS[name]
     wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
     return SoftContact(program.formula_of(name), wanted, Softness(**softness), program.per_mass, time_step)
-
-
-def test_the_programs_are_those_of_the_command_line():
-    assert tuple(PROGRAMS) == simulators.SOFT
 
 
 def own_epsilon(name, kappa):
@@ -121,13 +115,6 @@ def test_contact_lasts_and_reaches_as_stated(name):
         assert other.stiffness == pytest.approx(made.stiffness, rel=1e-9)
 
 
-def test_the_deepest_penetration_is_that_of_the_fastest_impact():
-    made = contact("simbody", speeds=(0.1, 4.0), penetration=0.003)
-    faster = contact("simbody", vp.restitution(4.0, made.wanted.beta), stiffness=made.stiffness)
-    assert made.penetration == pytest.approx(0.003, rel=1e-9)
-    assert made.penetration > faster.penetration  # at 1 m/s
-
-
 # --- in the programs --------------------------------------------------------------------------------------------------
 
 MODEL = """
@@ -194,6 +181,18 @@ def module_of(text):
 
 # --- scenes, materials, bad input -------------------------------------------------------------------------------------
 
+SCENE = """
+tolerance = { epsilon = 1e-3 }
+speed = { min = "1 cm/s", max = "1 m/s" }
+[material.glass]
+young_modulus = "70 GPa"
+poisson_ratio = 0.22
+density = "2500 kg/m^3"
+dissipative_constant = "1 us"
+[body.bead]
+material = "glass"
+radius = "1 mm"
+"""
 BALL = ("--radius", "1 cm", "--density", "2.5 g/cm^3", "--young-modulus", "70 GPa", "--poisson-ratio", "0.22")
 
 
@@ -208,12 +207,7 @@ def test_a_material_gives_its_own_contact_time_and_its_warnings(name):
 
 @pytest.mark.parametrize("name", ["mujoco", "jaxdem"])
 def test_a_scene_has_every_contact(name, tmp_path):
-    (tmp_path / "two.toml").write_text(
-        'tolerance = { epsilon = 1e-3 }\n[material.glass]\nyoung_modulus = "70 GPa"\npoisson_ratio = 0.22\n'
-        'density = "2500 kg/m^3"\ndissipative_constant = "1 us"\n[body.bead]\nmaterial = "glass"\nradius = "1 mm"\n'
-        '[body.floor]\nmaterial = "glass"\nwall = true\n[speed]\nmin = "1 cm/s"\nmax = "1 m/s"\n',
-        encoding="utf-8",
-    )
+    (tmp_path / "two.toml").write_text(SCENE + '[body.floor]\nmaterial = "glass"\nwall = true\n')
     text = text_of(name, tmp_path / "two.toml")
     assert "bead-bead: eps = " in text
     assert "bead-floor: eps = " in text
@@ -224,13 +218,8 @@ def test_a_scene_has_every_contact(name, tmp_path):
 
 def test_a_scene_in_other_units(tmp_path):
     """What the options say in SI units is the same contact in the scene's units, here cm, g and ms."""
-    scene = (
-        'tolerance = { epsilon = 1e-3 }\n[material.glass]\nyoung_modulus = "70 GPa"\npoisson_ratio = 0.22\n'
-        'density = "2500 kg/m^3"\ndissipative_constant = "1 us"\n[body.bead]\nmaterial = "glass"\nradius = "1 mm"\n'
-        '[speed]\nmin = "1 cm/s"\nmax = "1 m/s"\n'
-    )
-    (tmp_path / "si.toml").write_text(scene)
-    (tmp_path / "cm.toml").write_text(scene + '[units]\nlength = "cm"\nmass = "g"\ntime = "ms"\n')
+    (tmp_path / "si.toml").write_text(SCENE)
+    (tmp_path / "cm.toml").write_text(SCENE + '[units]\nlength = "cm"\nmass = "g"\ntime = "ms"\n')
     options = ("--contact-time", "20 ms", "--time-step", "1 ms")
     si, cm = (text_of("mujoco", tmp_path / name, *options).split('solref="')[1] for name in ("si.toml", "cm.toml"))
     (k, b), (k_cm, b_cm) = ([float(number) for number in text.split('"')[0].split()] for text in (si, cm))
@@ -250,15 +239,11 @@ def test_a_scene_in_other_units(tmp_path):
         (("mujoco", "--epsilon", 0.5), "a material also needs --speed"),
         (("mujoco", "--epsilon", 0, "--speed", 1, *SOFT), "epsilon is 0: accepted is a number > 0 and <= 1"),
         (("mujoco", *ASKED, *SOFT, "--time-step", "40 ms"), "time-step is 1.115 contact times: accepted is 0.001 to 1"),
-        (("mujoco", *ASKED, *SOFT, "--time-step", "1 ns"), "contact times: accepted is 0.001 to 1"),
         (("mujoco", *ASKED, *SOFT, "--time-step", "20 ms"), "with a time step of"),
         (("mujoco", *ASKED, "--contact-time", "1e-200"), "contact_time is 1e-200: accepted is a number from 1e-30"),
         (("mujoco", *ASKED, *SOFT, "--speeds", "1e-9:1"), "accepted is 1e-12 to 1e+12, and at most 1e+06 times"),
-        (("drake", *ASKED, *SOFT, "--mass", "1e-200"), "mass is 1e-200: accepted is a number from 1e-30"),
-        (("mujoco", *ASKED, *SOFT, "--time-step", 0), "time-step is 0: accepted is a number > 0"),
         (("mujoco", *ASKED, *SOFT, "--step-error", 3), "step-error is 3: accepted is 1e-08 to 1"),
         (("mujoco", *ASKED, *SOFT, "--speeds", "2:3"), "speeds are 2 and 3 m/s: accepted is 0 < MIN <= 1 <= MAX"),
-        (("mujoco", *ASKED, *SOFT, "--speeds", "3"), "accepted is a slowest and a fastest speed"),
         (("mujoco", *ASKED, "--penetration", "-1 mm"), "accepted is"),
         (("mujoco", *BALL, *ASKED, "--mass", 1), "--mass and bodies with masses are given"),
         (("jaxdem", "--epsilon", 0.1, "--speed", 1), "epsilon is 0.1: accepted is 0.1399 to 1, which e from 1e-6 to 1"),
@@ -271,10 +256,3 @@ def test_bad_input(words, message):
         text_of(*words)
     assert isinstance(caught.value, ValueError) or hasattr(caught.value, "format_message")
     assert message in (getattr(caught.value, "message", None) or str(caught.value))
-
-
-def test_an_elastic_contact():
-    text = text_of("mujoco", "--epsilon", 1, "--speed", 1, *SOFT, "--speeds", "0.1:2")
-    assert 'solref="-10' in text
-    assert "error of eps: +0.00e+00 at the slowest, +0.00e+00 at the fastest speed" in text
-    assert [eps for eps, _ in itertools.islice(mujoco_drops(text, 1e-4), 2)] == pytest.approx([1, 1], abs=1e-3)

@@ -6,11 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 from tests.simulators.two_balls import need
-from viscopade.cli.main import command
 from viscopade.collision import exact
 from viscopade.simulators import verification
 from viscopade.theory.law import law_of
@@ -143,9 +141,3 @@ def test_the_tolerance_finds_the_other_end_and_another_mass(name):
     for damping, wrong in ((kappa, other), (kappa / 2, law)):
         found = exact.collision(kappa=damping, law=wrong, digits=12).floats()["epsilon"]
         assert abs(found / wanted - 1) > 10 * tolerance
-
-
-def test_the_command_writes_them(tmp_path):
-    result = CliRunner().invoke(command, ["verification", "lammps", "--out", str(tmp_path / "new")])
-    assert result.output == f"wrote 13 files to {tmp_path / 'new'}\n"
-    assert {path.name: path.read_text("utf-8") for path in (tmp_path / "new").iterdir()} == FILES

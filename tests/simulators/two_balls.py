@@ -1,6 +1,7 @@
-"""Two equal balls with a wanted eps, and a force law between them integrated in time; skips without a simulator."""
+"""Bodies and contacts for the texts of simulators, and a force law between two balls integrated in time."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from scipy.integrate import solve_ivp
@@ -8,6 +9,26 @@ from scipy.integrate import solve_ivp
 from viscopade import Pair, Sphere
 from viscopade.simulators.setup import Contact, Setup
 from viscopade_lab.runs.simulators import SIMULATORS
+
+GLASS = Sphere(radius=0.01, density=2500, young_modulus=2e9, poisson_ratio=0.2, dissipative_constant=2e-5)
+RUBBER = Sphere(radius=0.02, density=1100, young_modulus=1e6, poisson_ratio=0.48, dissipative_constant=1e-4)
+FLOOR = Sphere.wall(young_modulus=5e8, poisson_ratio=0.3, dissipative_constant=1e-5)
+SMALL, LARGE = (replace(GLASS, radius=0.01 * s, mass=GLASS.mass * s**3) for s in (0.8, 1.25))
+SOFT = 'rubber "soft"'
+SETUP = Setup(
+    "Glass and rubber",
+    {"glass": GLASS, "floor 1": FLOOR, SOFT: RUBBER},
+    (
+        Contact("glass", "glass", Pair(GLASS, GLASS), 0.01, 0.1, 1.0, (Pair(LARGE, LARGE), Pair(SMALL, SMALL))),
+        Contact(SOFT, "floor 1", Pair(RUBBER, FLOOR), 0.1, 0.2, 2.0),
+    ),
+)
+
+
+def elastic():
+    """Return the setup of two balls without dissipation."""
+    ball = replace(GLASS, dissipative_constant=0)
+    return Setup("t", {"a": ball}, (Contact("a", "a", Pair(ball, ball), 0.1, 0.2, 0.3),))
 
 
 def need(name):
