@@ -38,8 +38,7 @@ test-slow: $(NATIVE)
 
 # 360 million doubles through the full kernel, and all positive floats through the table for 1e-5: about half an hour.
 exhaustive: $(NATIVE)
-	$(BIN)/python -m viscopade_lab.exhaustive.doubles
-	$(BIN)/python -m viscopade_lab.exhaustive.speed_floats
+	$(BIN)/python -m viscopade_lab.studies.exhaustive
 
 # Every part at its numerically hardest inputs, with all compilers and emulators of other processors that are installed.
 hardcases: $(NATIVE)

@@ -20,14 +20,14 @@ from tests.kernels.speed_headers import compilers, named_compiler
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, exponent
 from viscopade.arrays import panels
+from viscopade.collision import exact
 from viscopade.generated import END_CONDITION
 from viscopade.kernels.expressions import Arithmetic, Name, Run, Statement, evaluate, in_pairs
 from viscopade.kernels.forms import last_place
 from viscopade.kernels.rounding import arithmetic
 from viscopade.kernels.targets import last_place as header
 from viscopade.theory.series import series
-from viscopade_lab import exhaustive
-from viscopade_lab.exhaustive import doubles
+from viscopade_lab.studies import exhaustive
 
 COMMAND = "viscopade export c --full"
 CASES = [(form, function) for form in FORMATS.values() for function in last_place.FUNCTIONS]
@@ -99,7 +99,7 @@ def truth(function, v_star):
         return loss if function == "one_minus_epsilon" else 1 - loss
     if function == "one_minus_epsilon":
         return 1 - truth("epsilon", v_star)
-    return power_law(v_star) if v_star > 2.0**22 else exhaustive.exact_value("epsilon", v_star, 35)
+    return power_law(v_star) if v_star > 2.0**22 else Fraction(exact.collision(v_star, 35).decimals()["epsilon"])
 
 
 def power_law(v_star):
@@ -304,11 +304,19 @@ def test_reference_of_the_checks_is_right(text):
     """The reference in long double against exact values: errors of the kernel agree to 0.01 ulp."""
     compiler("c11")
     values = [*np.geomspace(1e-3, 1e6, 30).tolist(), 1e-170, 3e-5, 1e60, 1e94]
-    files = {"table.h": exhaustive.reference_table(), "full.h": text}
-    with exhaustive.compiled("check_double", "plain", files) as program:
-        for function in last_place.FUNCTIONS:
-            bits = np.array([doubles.bits_of(v) for v in values], dtype=np.uint64)
-            found, results = doubles.errors(program, function, bits)
-            for v_star, error, result in zip(values, found, results, strict=True):
+    bits = np.array(values).view(np.uint64).tolist()
+    with exhaustive.compiled("exhaustive_double", "plain", exhaustive.double_files(text)) as program:
+        for number, function in enumerate(last_place.FUNCTIONS):
+            lines = exhaustive.outputs(program, [(number, at, at + 1, 1, 1) for at in bits])
+            for v_star, (_, error, at, result) in zip(values, lines, strict=True):
+                assert float.fromhex(at) == v_star
                 exactly = ulps(DOUBLE, float.fromhex(result), truth(function, v_star))
-                assert abs(float(exactly) - error) < 0.01, v_star
+                assert abs(float(exactly) - float(error)) < exhaustive.REFERENCE_ULP, v_star
+
+
+def test_random_doubles_meet_their_bound(text):
+    compiler("c11")
+    with exhaustive.compiled("exhaustive_double", "fused", exhaustive.double_files(text)) as program:
+        rows = [row for function in last_place.FUNCTIONS for row in exhaustive.doubles(program, function, 4000, 1)]
+    assert all(0.49 < row.largest <= row.bound + exhaustive.REFERENCE_ULP for row in rows)
+    assert all(row.total == 4000 and row.count < 80 for row in rows)

@@ -27,9 +27,9 @@ from tests.kernels.speed_headers import (
     named_compiler,
     spacing,
 )
-from viscopade.kernels import names, prove_lacunary
+from viscopade.kernels import names
 from viscopade.kernels.forms import speed_table
-from viscopade_lab.exhaustive import speed_floats
+from viscopade_lab.studies import exhaustive
 
 STANDARDS = ("c99", "c2x", "c++17", "c++20")
 FUSED = ("-ffp-contract=fast",)
@@ -717,11 +717,10 @@ def test_the_checks_find_mistakes(tmp_path, mistake):
 def test_all_floats(step):
     """The program that tests all positive floats, with the bounds that the header states."""
     named_compiler("cc", "c11")  # or skip
-    kernel = prove_lacunary.speed_kernel("1e-5")
-    result = speed_floats.check(kernel, header("1e-5").text, "fused", step)
-    assert result["inputs"] == -(-(2**31 - 2**23 - 1) // step)
-    assert result["differ"] == 0
-    for function in FUNCTIONS:
-        assert result["functions"][function]["beyond"] == 0, result
-        assert result["functions"][function]["largest"] > 0.3
-    assert result["largest_rise"] <= 2 * sum(speed_floats.bounds(kernel)) + 2.0**-22
+    results, differ = exhaustive.floats(header("1e-5").text, "fused", step)
+    assert differ == 0
+    assert [errors.function for errors in results] == list(FUNCTIONS)
+    for errors in results:
+        assert errors.total == -(-(2**31 - 2**23 - 1) // step)
+        assert errors.count == 0, errors
+        assert 0.3 < errors.largest <= 1

@@ -1,0 +1,200 @@
+"""Check exported C on many arguments: doubles of the full kernel, and all floats of the table for 1e-5.
+
+Run as `python -m viscopade_lab.studies.exhaustive`. Both are compiled without and with fused multiplications.
+
+- `doubles`: eps and 1 - eps at random v*, evenly distributed in the bits, range by range, against the proven
+  polynomials in type long double, which are good to 0.01 ulp.
+- `floats`: all 2^31 - 2^23 - 1 positive finite speeds with beta = 1, for eps, the speed after the collision and
+  1 - eps^2, one by one and as arrays, against the full kernel in type double.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import struct
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import click
+from rich.table import Table
+
+from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arrays import panels
+from viscopade.kernels import prove_lacunary
+from viscopade.kernels.forms import last_place, speed_table
+from viscopade.kernels.targets import last_place as full
+from viscopade.kernels.targets import speed
+from viscopade_lab.script import console
+
+MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
+"""How the kernels are compiled: without fused multiplications, and with those of this machine."""
+
+RANGES = {
+    "epsilon": (-30, -4, -1, 0, 2, 6, 20, 23, 306, 324),
+    "one_minus_epsilon": (-538, -511, -400, -30, -4, -1, 0, 2, 6, 17),
+}
+"""Exponents of 2 of v*: the form of the result changes there, and the last and the first range have subnormals."""
+SUBNORMAL = ((306, 324), (-538, -511))
+STREAMS = 4  # of random numbers to a range
+REFERENCE_ULP = 0.01
+
+PIECES = 64  # of all floats
+LAST_FLOAT = 0x7F7FFFFF  # its bits
+FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
+
+
+class Errors(NamedTuple):
+    """The largest error of a function as a part of its bound or in ulp, where it is, and how many are worth a note.
+
+    `count` are errors above half an ulp (doubles), or those beyond the bound (floats).
+    """
+
+    function: str
+    arguments: str
+    largest: float
+    at: float
+    count: int
+    total: int
+    bound: float
+
+
+@contextmanager
+def compiled(program: str, mode: str, files: Mapping[str, str]) -> Iterator[Path]:
+    """Compile a C file of this folder with generated files that it includes; give the path of the program."""
+    compiler = shutil.which(os.environ.get("CC", "cc"))
+    if compiler is None:
+        raise FileNotFoundError("there is no C compiler: set CC to one")
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        for file, text in files.items():
+            (folder / file).write_text(text)
+        source = Path(__file__).with_name(f"{program}.c")
+        command = [compiler, "-std=gnu11", *MODES[mode], "-I", name, str(source), "-o", str(folder / program), "-lm"]
+        subprocess.run(command, check=True)
+        yield folder / program
+
+
+def outputs(program: Path, arguments: Iterable[Sequence[object]], jobs: int = 1) -> list[list[str]]:
+    """Run a program once with each list of arguments, `jobs` at a time; return the words of all lines printed."""
+
+    def run(words: Sequence[object]) -> list[list[str]]:
+        done = subprocess.run([str(program), *map(str, words)], check=True, capture_output=True, text=True)
+        return [line.split() for line in done.stdout.splitlines()]
+
+    with ThreadPoolExecutor(jobs) as pool:
+        return [line for lines in pool.map(run, arguments) for line in lines]
+
+
+# --- doubles of the full kernel ---------------------------------------------------------------------------------------
+
+
+def double_files(text: str) -> dict[str, str]:
+    """Return what exhaustive_double.c includes: the header, and the proven polynomials in type long double."""
+    lines = [
+        f"enum {{ FIRST = {panels.FIRST}, SPLIT = {panels.SPLIT}, FOLD = {panels.FOLD}, PERIOD = {panels.PERIOD},",
+        f"       PANELS = {panels.PANELS}, COEFFICIENTS = {panels.COEFFICIENTS} }};",
+        "static const long double table[2][PANELS][1 + COEFFICIENTS] = {",
+    ]
+    for function in last_place.FUNCTIONS:
+        lines.append("{")
+        for index in range(panels.PANELS):
+            exponent, a = last_place.table_row(function, index)
+            high = a[0] >> 8 << 8  # 58 bits
+            lines.append("{" + ", ".join(f"{c:#x}p{exponent}L" for c in (high, a[0] - high, *a[1:])) + "},")
+        lines.append("},")
+    return {"full.h": text, "table.h": "\n".join([*lines, "};", ""])}
+
+
+def doubles(program: Path, function: str, samples: int, jobs: int) -> Iterator[Errors]:
+    """Yield the errors of a function in ulp, range by range."""
+    normal, subnormal = (
+        largest(DOUBLE, function) for largest in (last_place.largest_ulp, last_place.largest_subnormal)
+    )
+    for ends in pairwise(RANGES[function]):
+        bits = [struct.unpack("<Q", struct.pack("<d", 2.0**end))[0] for end in ends]
+        arguments = [
+            (last_place.FUNCTIONS.index(function), *bits, samples // STREAMS, 1 + 1000 * stream)
+            for stream in range(STREAMS)
+        ]
+        lines = outputs(program, arguments, jobs)
+        largest, at = max((float(error), float.fromhex(v_star)) for _, error, v_star, _ in lines)
+        above = sum(int(count) for count, *_ in lines)
+        bound = float(subnormal if ends in SUBNORMAL else normal)
+        yield Errors(function, "2^{} … 2^{}".format(*ends), largest, at, above, STREAMS * (samples // STREAMS), bound)
+
+
+# --- floats of the table for 1e-5 -------------------------------------------------------------------------------------
+
+
+def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Errors], int]:
+    """Return the errors of the functions in a header as parts of their bounds, and how many array results differ.
+
+    Every `step`-th speed is tested. The bound is relative to the smaller of eps and 1 - eps, rounding included but for
+    the last one of eps.
+    """
+    kernel = prove_lacunary.speed_kernel("1e-5")
+    first = kernel.table.first
+    # Beyond the table numbers are computed in type double: some roundings in 1e-13 of the result.
+    beyond_table = float(Fraction(kernel.bound) + Fraction(1, 10**13))
+    files = {
+        "full.h": full.render("viscopade_lab.studies.exhaustive"),
+        "speed.h": text,
+        "bounds.h": f"#define NAME(function) viscopade_##function##_{kernel.name}f\n"
+        f"static const double LOW = 0x1p{first}, HIGH = 0x1p{first + speed_table.OCTAVES};\n"
+        f"static const double INSIDE = {float(kernel.table.inside(FLOAT))!r}, OUTSIDE = {beyond_table!r};\n",
+    }
+    length = -(-LAST_FLOAT // (PIECES * step)) * step
+    arguments = [(at, min(at + length, LAST_FLOAT + 1), step) for at in range(1, LAST_FLOAT + 1, length)]
+    with compiled("exhaustive_float", mode, files) as program:
+        lines = outputs(program, arguments, jobs)
+    results = []
+    for function in FUNCTIONS:
+        pieces = [rest for name, *rest in lines if name == function]
+        largest, at = max((float(part), float.fromhex(speed)) for part, speed, *_ in pieces)
+        beyond, total = (sum(int(piece[i]) for piece in pieces) for i in (2, 3))
+        results.append(
+            Errors(function, "all floats" if step == 1 else f"every {step}th", largest, at, beyond, total, 1)
+        )
+    return results, sum(int(rest[0]) for name, *rest in lines if name == "differ")
+
+
+@click.command()
+@click.option("--samples", type=click.IntRange(STREAMS), default=10_000_000, show_default=True, help="Of each range.")
+@click.option("--step", type=click.IntRange(1), default=1, show_default=True, help="Test every n-th float only.")
+@click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
+def main(samples: int, step: int, jobs: int) -> None:
+    """Test, print the errors, and exit with 1 if one is beyond its bound, or an array differs."""
+    out, holds = console(160), True
+    source = full.render("viscopade_lab.studies.exhaustive")
+    table = speed.render(prove_lacunary.speed_kernel("1e-5"), "viscopade_lab.studies.exhaustive")
+    for mode, flags in MODES.items():
+        with compiled("exhaustive_double", mode, double_files(source)) as program:
+            in_ulp = [row for function in last_place.FUNCTIONS for row in doubles(program, function, samples, jobs)]
+        parts, differ = floats(table, mode, step, jobs)
+        for title, rows, word in (
+            ("full kernel, type double: errors in ulp", in_ulp, "above 0.5"),
+            ("table for 1e-5, type float: errors as parts of the bounds", parts, "beyond the bound"),
+        ):
+            lines = Table("function", "arguments", word, "largest", "at", "bound", title=f"{title}; {' '.join(flags)}")
+            for row in rows:
+                share = f"{100 * row.count / row.total:.4f} % of {row.total:,}"
+                numbers = (f"{row.largest:.4f}", row.at.hex(), f"{row.bound:.5f}")
+                lines.add_row(row.function, row.arguments, share, *numbers)
+            out.print(lines)
+        out.print(f"{differ} results of arrays differ from single ones")
+        holds &= all(row.largest <= row.bound + REFERENCE_ULP for row in in_ulp)
+        holds &= differ == 0 and not any(row.count for row in parts)
+    sys.exit(not holds)
+
+
+if __name__ == "__main__":
+    main()
