@@ -173,7 +173,7 @@ def test_the_tables_times_are_measured(file, cost):
     if file not in MEASURED:
         assert cost == "not measured"
         return
-    (row,) = [row for row in picture.points(RESULT, ("throughput",)) if row.id == MEASURED[file]]
+    (row,) = [row for row in picture.points(RESULT, "throughput") if row.id == MEASURED[file]]
     assert cost == f"{row.median_ns:.2g}"
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import astuple, replace
+from dataclasses import astuple
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
-from viscopade.cli.console import STYLE, Real, Whole, need, read_file, say, show
+from viscopade.cli.console import STYLE, Whole, need, read_file, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade.theory.law import ENDS
 from viscopade_lab import figures
@@ -79,18 +78,6 @@ def figures_command(
 @click.command("bench")
 @click.option("--rounds", type=Whole("rounds", 1, 10_000), help="Number of measurements of each kernel.  [default: 20]")
 @click.option(
-    "--memory-elements",
-    type=Whole("memory elements", 1 << 10, 1 << 28),
-    help="Length of the arrays; take it larger than the cache.  [default: 8388608]",
-)
-@click.option(
-    "--beta",
-    type=Real("beta"),
-    help="Damping beta in (time/length)^(1/5), in the unit of the speeds.  [default: 1.307, ice]",
-)
-@click.option("--speed-min", type=Real("speed_min"), help="Lowest impact speed.  [default: 0.001]")
-@click.option("--speed-max", type=Real("speed_max"), help="Highest impact speed.  [default: 1000]")
-@click.option(
     "--only", multiple=True, help="Kernel or rival: its id or the id's beginning; repeat for more. Default: all."
 )
 @click.option("--cc", help="Command of the C compiler. Default: the environment's CC, or cc.")
@@ -108,36 +95,34 @@ def figures_command(
 @click.option("--picture", type=click.Path(path_type=Path), help="File for the figure: .svg, .pdf or .png.")
 @STYLE
 def bench_command(
-    only: tuple[str, ...], rounds: int | None, memory_elements: int | None, quick: bool, cc: str | None,
-    headers: Path | None, result: Path | None, out: Path | None, picture: Path | None, style: str, **scene: Any,
+    only: tuple[str, ...], rounds: int | None, quick: bool, cc: str | None, headers: Path | None,
+    result: Path | None, out: Path | None, picture: Path | None, style: str,
 ) -> None:  # fmt: skip
     """Measure time and error of all kernels and their rivals.
 
     All are compiled on this machine and run on the same impact speeds. The figure shows error over time.
     """
     from viscopade.kernels import requests, toolchain
+    from viscopade.plots import sheet
     from viscopade_lab import bench
     from viscopade_lab.bench import picture as drawing
     from viscopade_lab.bench.result import COLUMNS, HEADER, from_csv, table, to_csv
 
-    speeds = bench.SpeedRange(**{name: value for name, value in scene.items() if value is not None})
-    wanted = bench.contenders(speeds, only)
+    wanted = bench.contenders(only)
     if result is not None and (out is not None or only):
         raise click.UsageError("--from shows a file: expected neither --out nor --only with it")
     if picture is not None:
         need("bench --picture", "matplotlib")
-        if picture.suffix[1:] not in drawing.KINDS:
+        if picture.suffix[1:] not in sheet.FORMATS:
             raise click.UsageError(f"--picture is {str(picture)!r}: expected a name that ends with .svg, .pdf or .png")
     check_targets([path for path in (out, picture) if path is not None])
     comments: list[str] = []
     if result is not None:
         rows = from_csv(read_file(result, "what `viscopade bench --out` wrote"), str(result))
     else:
-        sizes = bench.QUICK if quick else bench.ArraySizes()
-        if memory_elements is not None:
-            sizes = replace(sizes, memory=memory_elements)
+        sizes = bench.QUICK if quick else bench.Sizes()
         read = requests.file if headers is None else partial(toolchain.read_from, headers)
-        comments, rows = bench.run(wanted, speeds, read, rounds or (3 if quick else 20), sizes, cc)
+        comments, rows = bench.run(wanted, read, rounds or (3 if quick else 20), sizes, cc)
     if out is not None:
         write(out, to_csv(comments, rows))
     if picture is not None:

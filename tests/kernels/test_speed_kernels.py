@@ -722,5 +722,5 @@ def test_all_floats(step):
     assert [errors.function for errors in results] == list(FUNCTIONS)
     for errors in results:
         assert errors.total == -(-(2**31 - 2**23 - 1) // step)
-        assert errors.count == 0, errors
+        assert errors.noted == 0, errors
         assert 0.3 < errors.largest <= 1

@@ -6,15 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-import numpy as np
-
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels.toolchain import Library
 
 Group = Literal["ours", "rival", "limit"]
 Measure = Literal["latency", "throughput", "cache", "memory"]
-GROUPS: tuple[Group, ...] = get_args(Group)
 MEASURES: tuple[Measure, ...] = get_args(Measure)
 SCALAR: tuple[Measure, ...] = ("latency", "throughput")
 ARRAY: tuple[Measure, ...] = ("cache", "memory")
@@ -44,27 +41,21 @@ class Contender:
         What it is, for the reader.
     group : "ours", "rival" or "limit"
         "limit" is a yardstick that is no coefficient of restitution.
-    expected : callable
-        What the C code should compute, from speeds and betas, by another way.
     source : str
         C code that defines the functions.
     header : str
         Exported file that it includes.
     scalar, array : str
-        Names of the C functions (of speed and beta; of n, speed, beta, out) without the type's suffix. Without
-        `scalar` there are no scalar measurements; without `array` the array is a loop over `scalar`.
+        Names of the C functions (of speed and beta; of n, speed, beta, out) without the type's suffix. Without `array`
+        the array is a loop over `scalar`.
     takes_root : bool
         The functions take sqrt(beta), computed once before the loop, for beta.
-    beta : "one", "pair" or "each"
-        What the array function takes.
     formats : tuple of Format
     measures : tuple of Measure
-    bound : float
-        Tolerance of the check, relative to the smaller of eps and 1 - eps.
+    expected : callable or None
+        What the C code should compute, from speeds and a beta, by another way. None: eps, within what is proven.
     slack : float
-        Added to it, in units of the type's epsilon, relative to the result.
-    floor : float
-        The least result to which `slack` is relative: where terms cancel.
+        Tolerance of that comparison, in units of the type's epsilon, relative to the larger of the result and 1.
     proven : mapping of str to ProvenError
         By type.
     fast_math : bool
@@ -80,18 +71,15 @@ class Contender:
     id: str
     label: str
     group: Group
-    expected: Callable[[FloatArray, FloatArray], FloatArray]
     source: str = ""
     header: str = ""
     scalar: str = ""
     array: str = ""
     takes_root: bool = False
-    beta: Literal["one", "pair", "each"] = "one"
     formats: tuple[Format, ...] = (DOUBLE, FLOAT)
     measures: tuple[Measure, ...] = MEASURES
-    bound: float = 0.0
+    expected: Callable[[FloatArray, float], FloatArray] | None = None
     slack: float = 100.0
-    floor: float = 1.0
     proven: Mapping[str, ProvenError] = field(default_factory=dict)
     fast_math: bool = False
     valid: tuple[float, float] | None = None
@@ -111,21 +99,15 @@ class Contender:
 
     def loop(self, measure: Measure, form: Format) -> str:
         """Return the line of C that defines that function."""
-        scalar, array = (name and name + form.suffix for name in (self.scalar, self.array))
         prepare = f"sqrt{form.suffix}" if self.takes_root else "BENCH_AS_IT_IS"
         start = f"({self.function(measure, form)}, {form.name}, {prepare}, "
         if measure == "latency":
-            return f"BENCH_LATENCY{start}{scalar}, bench_after{form.suffix})"
+            return f"BENCH_LATENCY{start}{self.scalar}{form.suffix}, bench_after{form.suffix})"
         if measure == "throughput":
-            return f"BENCH_THROUGHPUT{start}{scalar})"
-        if not array:
-            return f"BENCH_LOOP{start}{scalar})"
-        return f"BENCH_{ {'one': 'ARRAY', 'pair': 'PAIR', 'each': 'EACH'}[self.beta] }{start}{array})"
-
-    def tolerance(self, form: Format, expected: FloatArray) -> FloatArray:
-        """Return how far results may be from those expected."""
-        least = np.minimum(np.abs(expected), np.abs(1 - expected))
-        return self.bound * least + self.slack * form.epsilon * np.maximum(np.abs(expected), self.floor)
+            return f"BENCH_THROUGHPUT{start}{self.scalar}{form.suffix})"
+        if self.array:
+            return f"BENCH_ARRAY{start}{self.array}{form.suffix})"
+        return f"BENCH_LOOP{start}{self.scalar}{form.suffix})"
 
 
 def identifier(ident: str) -> str:

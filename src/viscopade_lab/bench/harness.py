@@ -1,11 +1,12 @@
-"""Run the compiled contenders on the speeds of a range: what they return, and how long they take."""
+"""Run the compiled contenders on the same speeds: what they return, and how long they take."""
 
 from __future__ import annotations
 
 import ctypes
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import groupby
 from typing import NamedTuple
 
@@ -13,16 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.arrays.double import exact_of_speed
+from viscopade.collision import spheres
 from viscopade.generated import marker_line, template
 from viscopade.kernels import toolchain
 from viscopade.kernels.toolchain import Compiler, Library
+from viscopade.kernels.v_star import of_v_star
 from viscopade.progress import track
-from viscopade_lab.bench.contender import Contender, Measure
-from viscopade_lab.bench.speed_range import DISTRIBUTIONS, Distribution, SpeedRange
+from viscopade_lab.bench.contender import Contender, Measure, ProvenError
+from viscopade_lab.bench.speeds import BETA, DISTRIBUTIONS, SPEED_MAX, SPEED_MIN, Distribution, speeds
 
-CHECKED = 4096  # results of every function that are compared with what they should be
+CACHE = 2048  # elements of an array in the cache
 SLOW = 10.0  # ns per collision beyond which the memory's speed does not matter
 MOST_OF_SLOW = 1 << 20  # elements of these from memory
 RUNS = 3  # of which the fastest counts
@@ -40,7 +43,7 @@ class BenchError(RuntimeError):
 
 
 class _Work(ctypes.Structure):
-    """struct bench_work of bench.h."""
+    """struct bench_work of bench.c."""
 
     _fields_ = (
         ("n", ctypes.c_size_t),
@@ -48,39 +51,27 @@ class _Work(ctypes.Structure):
         ("speed", ctypes.c_void_p),
         ("out", ctypes.c_void_p),
         ("beta", ctypes.c_double),
-        ("pair", ctypes.c_void_p),
-        ("beta_of", ctypes.c_void_p),
     )
 
 
 @dataclass(frozen=True)
-class ArraySizes:
+class Sizes:
     """How much is measured at once.
 
     Attributes
     ----------
-    memory, cache, scalar : int
+    memory, scalar : int
         Elements of an array.
     duration : float
         Nanoseconds that a measurement should take at least; shorter ones are repeated.
     sampled : int
-        Speeds at which errors are sampled.
+        Speeds at which results are checked and errors are sampled.
     """
 
     memory: int = 1 << 23
-    cache: int = 2048
     scalar: int = 1 << 14
     duration: float = 2e6
     sampled: int = 1 << 17
-
-    def of(self, measure: Measure) -> int:
-        """Return the elements of a measure."""
-        return {"memory": self.memory, "cache": self.cache}.get(measure, self.scalar)
-
-    @property
-    def most(self) -> int:
-        """The longest array."""
-        return max(self.memory, self.cache, self.scalar, self.sampled, CHECKED)
 
 
 class Key(NamedTuple):
@@ -94,15 +85,7 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """A measurement that each round repeats.
-
-    Attributes
-    ----------
-    key : Key
-    run : callable
-        From a number of passes to the nanoseconds that they took.
-    elements, passes : int
-    """
+    """A measurement that each round repeats: `run` gives the nanoseconds of a number of passes over `elements`."""
 
     key: Key
     run: Callable[[int], float]
@@ -128,137 +111,86 @@ class Harness:
     headers : mapping of str to str
         The exported headers that they include.
     compiler : Compiler
-    speeds : SpeedRange
-    sizes : ArraySizes
+    sizes : Sizes
     """
 
     def __init__(
-        self,
-        contenders: Sequence[Contender],
-        headers: Mapping[str, str],
-        compiler: Compiler,
-        speeds: SpeedRange,
-        sizes: ArraySizes,
+        self, contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler, sizes: Sizes
     ) -> None:
-        self.contenders, self.range, self.sizes = contenders, speeds, sizes
-        self._libraries = _build(contenders, headers, compiler)
-        self._functions: dict[tuple[Library, str], Callable[[object], float]] = {}
-        most = sizes.most
+        self.contenders, self.sizes = contenders, sizes
+        used: set[Library] = {c.library(measure) for c in contenders if c.python is None for measure in c.measures}
+        units = {
+            library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
+            for library in sorted(used)
+        }
+        self._libraries = toolchain.build(compiler, units, {**headers, "bench.c": c_file(contenders)})
+        most = max(sizes.memory, CACHE, sizes.scalar, sizes.sampled)
         self._speed = {
-            (form.name, kind): speeds.speeds(kind, most).astype(DTYPE[form])
+            (form.name, kind): speeds(kind, most).astype(DTYPE[form])
             for form in FORMATS.values()
             for kind in DISTRIBUTIONS
         }
         self._out: dict[str, Array] = {form.name: np.zeros(most, DTYPE[form]) for form in FORMATS.values()}
-        self._pair = speeds.pairs(most)
-        self._beta_of_pairs = {form.name: speeds.beta_of_pairs.astype(DTYPE[form]) for form in FORMATS.values()}
-        self._beta_of_each = {kind: values[self._pair] for kind, values in self._beta_of_pairs.items()}
 
     def run(
-        self,
-        contender: Contender,
-        form: Format,
-        speeds: Distribution,
-        measure: Measure,
-        elements: int,
-        passes: int = 1,
+        self, contender: Contender, form: Format, kind: Distribution, measure: Measure, elements: int, passes: int = 1
     ) -> float:
-        """Run a contender; return the nanoseconds it took. The results are then in `results`."""
+        """Run a contender; return the nanoseconds it took. Its results are in the array of its type then."""
+        speed, out = self._speed[form.name, kind], self._out[form.name]
         if contender.python is not None:
             taken = 0.0
             for _ in range(passes):
-                once, values = contender.python(self.speeds(form, speeds, elements), self.range.beta)
-                self._out[form.name][:elements] = values
+                once, out[:elements] = contender.python(speed[:elements].astype(np.float64), BETA)
                 taken += once
             return taken
-        betas = self._beta_of_pairs if contender.beta == "pair" else self._beta_of_each
-        work = _Work(
-            elements,
-            passes,
-            self._speed[form.name, speeds].ctypes.data,
-            self._out[form.name].ctypes.data,
-            self.range.beta,
-            self._pair.ctypes.data,
-            betas[form.name].ctypes.data,
-        )
-        return self._function(contender, measure, form)(ctypes.byref(work))
-
-    def _function(self, contender: Contender, measure: Measure, form: Format) -> Callable[[object], float]:
-        place = contender.library(measure), contender.function(measure, form)
-        if place not in self._functions:
-            function = self._libraries[place[0]][place[1]]
-            function.restype = ctypes.c_double
-            self._functions[place] = function
-        return self._functions[place]
-
-    def results(self, form: Format, elements: int) -> FloatArray:
-        """Return what the last run of a contender of this type returned."""
-        return self._out[form.name][:elements].astype(np.float64)
-
-    def forget(self, form: Format, elements: int) -> None:
-        """Make the results NaN: what a contender does not write is seen."""
-        self._out[form.name][:elements] = np.nan
-
-    def speeds(self, form: Format, kind: Distribution, elements: int) -> FloatArray:
-        """Return the speeds that contenders of this type get."""
-        return self._speed[form.name, kind][:elements].astype(np.float64)
-
-    def betas(self, contender: Contender, form: Format, elements: int) -> FloatArray:
-        """Return the betas that a contender gets."""
-        if contender.beta != "one":
-            return self._beta_of_each[form.name][:elements].astype(np.float64)
-        return np.full(elements, float(DTYPE[form](self.range.beta)))
+        function = self._libraries[contender.library(measure)][contender.function(measure, form)]
+        function.restype = ctypes.c_double
+        work = _Work(elements, passes, speed.ctypes.data, out.ctypes.data, BETA)
+        return float(function(ctypes.byref(work)))
 
     # --- what they return ---------------------------------------------------------------------------------------------
 
-    def check(self) -> None:
-        """Compare results of every function that is measured with what it should compute.
+    def errors(self, contender: Contender, form: Format) -> tuple[float, float] | None:
+        """Check the results of every function of a contender that is measured, in one type.
+
+        Returns
+        -------
+        (float, float) or None
+            The largest |d eps|/eps and |d eps|/(1 - eps) over sampled speeds, or None if there is no error.
 
         Raises
         ------
         BenchError
-            If they differ by more than the contender's tolerance.
+            If results differ from the expected ones by more than the tolerance, or an error contradicts its proof.
         """
-        for i in track(range(len(self.contenders)), "checking the results"):
-            for form in self.contenders[i].formats:
-                for speeds in DISTRIBUTIONS:
-                    self._check(self.contenders[i], form, speeds)
-
-    def _check(self, contender: Contender, form: Format, kind: Distribution) -> None:
-        size = min(contender.most, CHECKED)
-        speed, beta = self.speeds(form, kind, size), self.betas(contender, form, size)
-        expected = contender.expected(speed, beta)
-        tolerance = contender.tolerance(form, expected)
-        for measure in contender.measures:
-            self.forget(form, size)
-            self.run(contender, form, kind, measure, size)
-            found = self.results(form, size)
-            wrong = ~(np.abs(found - expected) <= tolerance)
-            if wrong.any():
-                i = int(wrong.argmax())
-                raise BenchError(
-                    f"{contender.id} ({form.name}, {measure}) computes rubbish: {found[i]:.9g} at speed {speed[i]:.9g} "
-                    f"and beta {beta[i]:.9g}, where it should be {expected[i]:.9g}"
-                )
-
-    def largest_errors(self, contender: Contender, form: Format) -> tuple[float, float] | None:
-        """Return the largest |d eps|/eps and |d eps|/(1 - eps) over sampled speeds, or None if there are no errors."""
-        if contender.group == "limit":
-            return None
-        size = min(contender.most, self.sizes.sampled)
+        size, beta = min(contender.most, self.sizes.sampled), float(DTYPE[form](BETA))
         largest = [0.0, 0.0]
         for kind in DISTRIBUTIONS:
-            speed = self.speeds(form, kind, size)
+            speed = self._speed[form.name, kind][:size].astype(np.float64)
+            eps, loss = double.exact_of_speed(speed, np.full(size, beta))
             low, high = contender.valid or (0.0, np.inf)
             valid = (low <= speed) & (speed <= high)
-            if not valid.any():
-                continue
-            eps, loss = exact_of_speed(speed, self.betas(contender, form, size))
-            for function in _different(contender.measures):
-                self.run(contender, form, kind, function, size)
-                error = np.abs(self.results(form, size) - eps)[valid]
-                for i, scale in enumerate((eps, loss)):
-                    largest[i] = max(largest[i], float((error / scale[valid]).max()))
+            for measure in contender.measures:
+                out = self._out[form.name][:size]
+                out[:] = np.nan  # what a contender does not write is seen
+                self.run(contender, form, kind, measure, size)
+                results = out.astype(np.float64)
+                expected = eps if contender.expected is None else contender.expected(speed, beta)
+                tolerance = contender.slack * form.epsilon * np.maximum(np.abs(expected), 1.0)
+                if contender.expected is None:
+                    tolerance = allowed(contender.proven[form.name], form) * np.minimum(eps, loss)
+                wrong = ~(np.abs(results - expected) <= tolerance)
+                if wrong.any():
+                    i = int(wrong.argmax())
+                    what = "contradicts its proof" if contender.expected is None else "computes rubbish"
+                    raise BenchError(
+                        f"{contender.id} ({form.name}, {measure}) {what}: {results[i]:.17g} at speed {speed[i]:.17g}, "
+                        f"where it should be {expected[i]:.17g} within {tolerance[i]:.3g}"
+                    )
+                if contender.group != "limit" and valid.any():
+                    error = np.abs(results - eps)[valid]
+                    parts = (float((error / scale[valid]).max()) for scale in (eps, loss))
+                    largest = [max(pair) for pair in zip(largest, parts, strict=True)]
         return (largest[0], largest[1]) if max(largest) > 0 else None
 
     # --- how long they take -------------------------------------------------------------------------------------------
@@ -266,26 +198,40 @@ class Harness:
     def tasks(self) -> list[Task]:
         """Return all that is to be measured, each with as many passes as fill the time."""
         return [
-            self._task(contender, form, speeds, measure)
+            self._task(contender, form, kind, measure)
             for contender in self.contenders
             for form in contender.formats
-            for speeds in DISTRIBUTIONS
+            for kind in DISTRIBUTIONS
             for measure in contender.measures
         ]
 
-    def _task(self, contender: Contender, form: Format, speeds: Distribution, measure: Measure) -> Task:
+    def _task(self, contender: Contender, form: Format, kind: Distribution, measure: Measure) -> Task:
         probe = min(contender.most, _PROBE)
-        self.run(contender, form, speeds, measure, probe)
-        each = self.run(contender, form, speeds, measure, probe) / probe
-        elements = min(contender.most, self.sizes.of(measure))
-        if measure == "memory" and each > SLOW:
-            elements = min(elements, MOST_OF_SLOW)
+        self.run(contender, form, kind, measure, probe)
+        each = self.run(contender, form, kind, measure, probe) / probe
+        wanted = {"memory": self.sizes.memory, "cache": CACHE}.get(measure, self.sizes.scalar)
+        elements = min(contender.most, wanted, MOST_OF_SLOW if measure == "memory" and each > SLOW else wanted)
         passes = 1 if measure == "memory" else max(1, round(self.sizes.duration / (each * elements)))
 
         def run(passes: int) -> float:
-            return self.run(contender, form, speeds, measure, elements, passes)
+            return self.run(contender, form, kind, measure, elements, passes)
 
-        return Task(Key(contender.id, form.name, speeds, measure), run, elements, passes)
+        return Task(Key(contender.id, form.name, kind, measure), run, elements, passes)
+
+
+def ulp_of_eps(form: Format) -> float:
+    """Return the most that an ulp of eps can be over the speeds, relative to the smaller of eps and 1 - eps."""
+    # Below 1/2, an ulp of eps is at most epsilon eps. From 1/2 on it is epsilon/2, and 1 - eps is least at the lowest
+    # speed.
+    return max(form.epsilon, form.epsilon / 2 / float(double.one_minus_epsilon(spheres.v_star(SPEED_MIN, BETA))))
+
+
+def allowed(proof: ProvenError, form: Format) -> float:
+    """Return the largest error that does not contradict a proof, relative to the smaller of eps and 1 - eps."""
+    bound = proof.relative + proof.ulps * ulp_of_eps(form)
+    root = float(of_v_star(form, Fraction(max(SPEED_MAX, 1 / SPEED_MIN)))) if proof.of_v_star else 0.0
+    # The eps that it is compared with is rounded, too.
+    return (1 + bound) * (1 + root) - 1 + double.ULP["epsilon"] * ulp_of_eps(DOUBLE)
 
 
 def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
@@ -294,32 +240,20 @@ def in_rounds(tasks: Sequence[Task], rounds: int) -> dict[Key, FloatArray]:
     Those to be compared (of one type, speeds and measure) follow each other at once, in an order that changes from
     round to round, so that what drifts hits all alike.
     """
-    times: dict[Key, list[float]] = {task.key: [] for task in tasks}
-    order = random.Random(_SEED)
-    blocks = [list(block) for block in _blocks(tasks)]
-    for _ in track(range(rounds), "measuring"):
-        order.shuffle(blocks)
-        for block in blocks:
-            order.shuffle(block)
-            for task in block:
-                times[task.key].append(task.measure())
-    return {key: np.asarray(values) for key, values in times.items()}
-
-
-def _blocks(tasks: Sequence[Task]) -> Iterator[Iterator[Task]]:
-    """Return the tasks that are compared with each other."""
 
     def block(task: Task) -> tuple[str, ...]:
-        return task.key.format, task.key.speeds, task.key.measure
+        return task.key[1:]
 
-    return (group for _, group in groupby(sorted(tasks, key=block), block))
-
-
-def _different(measures: Sequence[Measure]) -> list[Measure]:
-    """Return one measure for each function with results of its own."""
-    one_of_each: tuple[Measure, ...] = ("throughput", "cache")
-    chosen = [measure for measure in one_of_each if measure in measures]
-    return chosen or list(measures)
+    times: dict[Key, list[float]] = {task.key: [] for task in tasks}
+    order = random.Random(_SEED)
+    blocks = [list(compared) for _, compared in groupby(sorted(tasks, key=block), block)]
+    for _ in track(range(rounds), "measuring"):
+        order.shuffle(blocks)
+        for compared in blocks:
+            order.shuffle(compared)
+            for task in compared:
+                times[task.key].append(task.measure())
+    return {key: np.asarray(values) for key, values in times.items()}
 
 
 def c_file(contenders: Sequence[Contender]) -> str:
@@ -331,19 +265,8 @@ def c_file(contenders: Sequence[Contender]) -> str:
                 loops[contender.library(measure)] += (contender.loop(measure, form) for form in contender.formats)
     return template(__name__, "bench.c.jinja").render(
         marker=marker_line("viscopade bench"),
+        formats=tuple(FORMATS.values()),
         headers=list(dict.fromkeys(contender.header for contender in contenders if contender.header)),
         sources=list(dict.fromkeys(contender.source for contender in contenders if contender.source)),
         loops={library: list(dict.fromkeys(lines)) for library, lines in loops.items()},
     )
-
-
-def _build(
-    contenders: Sequence[Contender], headers: Mapping[str, str], compiler: Compiler
-) -> dict[Library, ctypes.CDLL]:
-    """Compile the C file once for each library that holds a loop."""
-    used = {c.library(measure) for c in contenders if c.python is None for measure in c.measures}
-    units = {
-        library: {"part.c": f'#define BENCH_LIBRARY_{library.upper()}\n#include "bench.c"\n'}
-        for library in sorted(used)
-    }
-    return toolchain.build(compiler, units, {**headers, "bench.c": c_file(contenders)})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -12,17 +11,11 @@ from viscopade.generated import marker_line
 from viscopade.plots import sheet
 from viscopade_lab.bench.contender import Measure
 from viscopade_lab.bench.result import Row
-from viscopade_lab.bench.speed_range import DISTRIBUTIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-KINDS = ("svg", "pdf", "png")
-PANELS: tuple[tuple[str, tuple[Measure, ...]], ...] = (
-    ("One call per collision", ("throughput", "latency")),
-    ("Arrays from memory", ("memory", "cache")),
-)
-"""Titles, and the measures of which the first that was measured is shown."""
+PANELS: tuple[tuple[str, Measure], ...] = (("One call per collision", "throughput"), ("Arrays from memory", "memory"))
 
 LOOKS = {
     "ours": ("#0068a8", "o", "this package"),
@@ -52,14 +45,10 @@ _STYLE = {
 }
 
 
-def points(rows: Sequence[Row], measures: Sequence[Measure]) -> list[Row]:
-    """Return the rows of one panel, the fastest first: of type double, on the first kind of speeds that there is."""
-    for measure in measures:
-        for speeds in DISTRIBUTIONS:
-            found = [row for row in rows if (row.format, row.measure, row.speeds) == ("double", measure, speeds)]
-            if found:
-                return sorted(found, key=lambda row: (row.median_ns, row.id))
-    return []
+def points(rows: Sequence[Row], measure: Measure) -> list[Row]:
+    """Return the rows of one panel, the fastest first: of type double, on log-uniform speeds."""
+    shown = [row for row in rows if (row.format, row.measure, row.speeds) == ("double", measure, "log-uniform")]
+    return sorted(shown, key=lambda row: (row.median_ns, row.id))
 
 
 def frontier(panel: Sequence[Row]) -> list[Row]:
@@ -72,16 +61,15 @@ def frontier(panel: Sequence[Row]) -> list[Row]:
 
 
 def draw(rows: Sequence[Row], kind: str) -> bytes:
-    """Return the picture as a file's content; `kind` is one of `KINDS`."""
+    """Return the picture as a file's content; `kind` is one of `sheet.FORMATS`."""
     from matplotlib import style
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    panels = [(title, found) for title, measures in PANELS if (found := points(rows, measures))]
+    panels = [(title, shown) for title, measure in PANELS if (shown := points(rows, measure))]
     if not panels:
         raise ValueError("the result has no times in type double: expected the result of a whole run")
-    with style.context(["default", _STYLE]), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # labels are those of a file
+    with style.context(["default", _STYLE]):
         figure = Figure(figsize=(7.6, 0.4 + 4.9 * len(panels)), layout="constrained")
         planes = figure.subplots(len(panels), squeeze=False).ravel()
         corners = []

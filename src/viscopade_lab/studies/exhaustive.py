@@ -55,14 +55,14 @@ FUNCTIONS = tuple(function for function, _ in speed.FUNCTIONS)
 class Errors(NamedTuple):
     """The largest error of a function as a part of its bound or in ulp, where it is, and how many are worth a note.
 
-    `count` are errors above half an ulp (doubles), or those beyond the bound (floats).
+    `noted` are errors above half an ulp (doubles), or those beyond the bound (floats).
     """
 
     function: str
     arguments: str
     largest: float
     at: float
-    count: int
+    noted: int
     total: int
     bound: float
 
@@ -186,13 +186,13 @@ def main(samples: int, step: int, jobs: int) -> None:
         ):
             lines = Table("function", "arguments", word, "largest", "at", "bound", title=f"{title}; {' '.join(flags)}")
             for row in rows:
-                share = f"{100 * row.count / row.total:.4f} % of {row.total:,}"
+                share = f"{100 * row.noted / row.total:.4f} % of {row.total:,}"
                 numbers = (f"{row.largest:.4f}", row.at.hex(), f"{row.bound:.5f}")
                 lines.add_row(row.function, row.arguments, share, *numbers)
             out.print(lines)
         out.print(f"{differ} results of arrays differ from single ones")
         holds &= all(row.largest <= row.bound + REFERENCE_ULP for row in in_ulp)
-        holds &= differ == 0 and not any(row.count for row in parts)
+        holds &= differ == 0 and not any(row.noted for row in parts)
     sys.exit(not holds)
 
 
