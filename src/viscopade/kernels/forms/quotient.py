@@ -213,7 +213,7 @@ class PadeKernel(Quotient):
             "zero": None if self.zero is None else repr(float(self.zero)),
             "next_term": _text(self.next_term),
             "error": self.error,
-            "proven": [{"v_star_max": below(c.high or Fraction(0)), "bound": c.bound} for c in self.bounds],
+            "proven": [{"v_star_max": below(c.high), "bound": c.bound} for c in self.bounds if c.high is not None],
             "rounding": dict(self.rounding),
             "source": self.source,
         }

@@ -93,15 +93,18 @@ class FunctionText:
     call: str = "{function}_{name}({given})"
     outside: str = "They return NaN for an argument outside the domain, and for NaN."
     mathematics: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
+    power: str = ""  # {base}, {p}, {type}, {suffix}: base^p; "" where nothing is assumed of its accuracy
     file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
     argument: str = "{given}"  # the name of the parameter
     apart: int = 0  # lines between functions, besides one
 
     def syntax(self, number: Number) -> Syntax:
-        """Return the syntax of numbers, with the names of the mathematical library's functions."""
+        """Return the syntax of numbers, with the names of the mathematical library's functions and powers."""
+        power = self.power.format(base="{base}", p="{p}", type=number.type, suffix=number.suffix)
+        syntax = number.syntax._replace(power=power)
         if not self.mathematics:
-            return number.syntax
-        return number.syntax._replace(function=lambda name: self.mathematics.format(name=name, suffix=number.suffix))
+            return syntax
+        return syntax._replace(function=lambda name: self.mathematics.format(name=name, suffix=number.suffix))
 
 
 Renderer = Callable[[Any, str], str]

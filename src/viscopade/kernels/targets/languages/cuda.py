@@ -68,6 +68,7 @@ TARGET = Target(
         "viscopade_{function}_{name}({given})",
         mathematics="{name}{suffix}",
         file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",
+        power="pow{suffix}({base}, {p})",
     ),
     include='#include "{file}"',
     element="{array}({index})",

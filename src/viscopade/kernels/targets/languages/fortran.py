@@ -42,6 +42,7 @@ TARGET = Target(
         file="{head}\n\nmodule {module}\n    use, intrinsic :: iso_fortran_env, only: real32, real64\n"
         "    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan\n    implicit none\n\ncontains\n\n"
         "{functions}\n\nend module\n",
+        power="({base})**{p}",
     ),
     include="use {name}_scene",
     element="{array}({index})",

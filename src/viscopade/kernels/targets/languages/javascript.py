@@ -20,6 +20,7 @@ TARGET = Target(
         "if (!({inside})) {{\n    return NaN;\n}}",
         "}}",
         mathematics="Math.{name}",
+        power="Math.pow({base}, {p})",
     ),
     include='import * as scene from "./{file}";',
     qualifier="scene.",

@@ -20,6 +20,7 @@ TARGET = package_of_python(
         "return jnp.where({inside}, {value}, jnp.nan)",
         file="{head}\n\nimport jax\nimport jax.numpy as jnp\n\n\n{functions}\n",
         apart=1,
+        power="jnp.power({base}, {p})",
     ),
     assumed=of_library("log and exp") + "; XLA replaces subnormal numbers by 0",
     log="log",

@@ -35,6 +35,7 @@ TARGET = Target(
         "if !({inside})\n    return {type}(NaN)\nend",
         "end",
         file="{head}\n\nmodule Viscopade\n\n{functions}\n\nend\n",
+        power="({base})^{p}",
     ),
     include='include("{file}")',
     qualifier="{module}.",

@@ -18,6 +18,7 @@ TARGET = package_of_python(
         "if not ({inside}):\n    return {type}(np.nan)",
         file="{head}\n\nimport numpy as np\nfrom numba import njit\n\n\n{functions}\n",
         apart=1,
+        power="np.power({base}, {p})",
     ),
     assumed=of_library("np.log2 and np.exp2"),
 )

@@ -29,6 +29,7 @@ TARGET = Target(
         "{value}",
         "if !({inside}) {{\n    return {type}::NAN;\n}}",
         "}}",
+        power="{type}::powf({base}, {p})",
     ),
     include='#[allow(dead_code)] #[path = "{file}"] mod scene;',
     qualifier="scene::",

@@ -18,6 +18,7 @@ TARGET = package_of_python(
         "if not ({inside}):\n    return {type}(wp.nan)",
         file="{head}\n\nimport warp as wp\n\n\n{functions}\n",
         apart=1,
+        power="wp.pow({base}, {p})",
     ),
     assumed=of_library("log and exp"),
     log="log",
