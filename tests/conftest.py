@@ -50,7 +50,7 @@ TOGETHER = (
 )
 FIRST = (
     *TOGETHER,
-    *files("kernels", "every_kernel", "law_kernels"),
+    *files("kernels", "every_kernel"),
     *files("", "notebooks", "derivations", "site"),
     *files("lab", "figures", "claims"),
     *files("collision", "panel_proof"),

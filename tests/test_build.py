@@ -59,9 +59,8 @@ def test_a_wheel_has_all_files_of_the_package_and_no_sources_in_c(source, tmp_pa
     assert run_installed(tmp_path, ROOT / "tools" / "installed.py").endswith("compiled: as it should be\n")
 
 
-@pytest.mark.parametrize("compiler", ["false", "no-such-compiler"])
-def test_without_a_compiler_numpy_computes(source, tmp_path, compiler):
-    assert wheel(source, tmp_path, CC=compiler) == []
+def test_without_a_compiler_numpy_computes(source, tmp_path):
+    assert wheel(source, tmp_path, CC="no-such-compiler") == []
     assert shown(tmp_path) == "numpy"
 
 

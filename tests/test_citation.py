@@ -1,14 +1,12 @@
 """CITATION.cff and the paper about the software: valid, of this version, each number that of the command beside it."""
 
 import json
-import os
 import re
 import shutil
 import subprocess
 import sys
 import tomllib
 from collections import Counter
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -18,7 +16,6 @@ from tests.patience import HANGS
 from viscopade.approximation import minimax
 from viscopade.arithmetic.decimals import at_most
 from viscopade.audit import programs
-from viscopade.cli.main import command
 from viscopade.generated import __version__
 from viscopade.theory.series import series
 from viscopade_lab import convergence, singularity
@@ -137,19 +134,6 @@ def test_no_other_number_is_stated():
         assert re.findall(r"\d+", text) == []
 
 
-def test_the_commands_exist():
-    commands = re.findall(r"<!-- (.*?) -->", BODY)
-    assert commands
-    for line in commands:
-        program, first, *rest = line.split()
-        if program == "viscopade":
-            assert first in command.list_commands(None)
-        elif first == "-m":
-            assert find_spec(rest[0])
-        else:
-            assert (ROOT / first).exists()
-
-
 def test_every_paper_cited_is_listed_and_every_one_listed_is_cited():
     assert set(re.findall(r"@([A-Z]\w+)", BODY)) == set(re.findall(r"^@\w+\{(\w+),$", BIBLIOGRAPHY, re.MULTILINE))
     assert "bibliography: paper.bib" in FRONT
@@ -174,22 +158,3 @@ def test_the_paper_is_a_pdf(tmp_path):
     assert run.returncode == 0, run.stderr
     assert (tmp_path / "paper.pdf").read_bytes().startswith(b"%PDF")
     assert "WARNING" not in run.stderr  # of citations that are not found
-
-
-@pytest.mark.parametrize(("there", "missing"), [([], "pandoc"), (["pandoc"], "LaTeX")])
-def test_make_says_what_is_missing(there, missing, tmp_path):
-    for name in ("sh", "echo", "test", "mkdir", "dirname"):
-        (tmp_path / name).symlink_to(shutil.which(name) or shutil.which("sh"))
-    for name in there:
-        (tmp_path / name).write_text("#!/bin/sh\nexit 1\n")
-        (tmp_path / name).chmod(0o755)
-    run = subprocess.run(
-        [shutil.which("make"), "paper"],
-        cwd=ROOT,
-        env={**os.environ, "PATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=HANGS,
-    )
-    assert run.returncode != 0
-    assert re.search(rf"^make paper needs {missing}: apt install ", run.stdout, re.MULTILINE)  # make may run in make

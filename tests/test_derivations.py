@@ -8,11 +8,6 @@ import pytest
 FILES = sorted((Path(__file__).parents[1] / "derivations").glob("[0-9]*.py"))
 
 
-def test_the_derivations_are_numbered_without_a_gap():
-    assert [file.name[:3] for file in FILES] == [f"{n:02}_" for n in range(1, len(FILES) + 1)]
-    assert len(FILES) >= 8
-
-
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_derivation(file, tmp_path, monkeypatch, capsys):
     """In this process, which has imported SymPy already; a warning is an error here (pyproject.toml)."""

@@ -9,7 +9,7 @@ import pytest
 from tests import daily
 from tests.simulators.two_balls import need
 from viscopade.audit import measured
-from viscopade.audit.measured import csv_text, finest, measurements
+from viscopade.audit.measured import csv_text, measurements
 from viscopade.audit.program import audited
 from viscopade.audit.programs import program_of
 from viscopade_lab.runs import cases, simulators
@@ -41,11 +41,6 @@ def test_programs_that_are_asked_for_the_number_instead_deliver_what_is_wanted()
 def test_the_file_is_what_is_read():
     text = (measured.pkgutil.get_data("viscopade", measured.DATA)).decode()
     assert csv_text(measurements()) == text
-
-
-def test_the_finest_is_found():
-    assert finest("lammps", "hertz, coeff_restitution", "0.5").time_step == min(cases.TIME_STEPS)
-    assert finest("lammps", "hertz, coeff_restitution", "0.51") is None
 
 
 def some(name, *time_steps):

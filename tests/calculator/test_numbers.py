@@ -21,7 +21,6 @@ from viscopade.calculator import page, tables
 from viscopade.collision import exact, limits
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.simulators import SOFT
-from viscopade.theory.law import law_of
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = "SI (m, kg, s)"
@@ -102,7 +101,7 @@ def test_epsilon_is_within_the_stated_bound(run):
 def test_laws_against_exact_collisions(run, name, law):
     table = tables.stored()[tables.key(law)]
     largest = min(table["largest_of_course"] or 1e4, 1e4)
-    kappas = [1e-9, *log_uniform(1e-4, largest * 0.999, 5, name), largest * 0.999]
+    kappas = [1e-9, *log_uniform(1e-4, largest * 0.999, 3, name), largest * 0.999]
     text = "page.restitutionOf(FACTS.laws.find(({ name }) => name === x[0]), x[1], x[2], true)"
     eps = run(text, [(name, law.end, kappa) for kappa in kappas])
     course = run(
@@ -149,7 +148,7 @@ def test_todays_table_is_made_again():
 
 @pytest.mark.parametrize(("name", "law"), LAWS)
 def test_inverse_round_trips(run, name, law):
-    wanted = [0.9999999, 0.97, 0.9, 0.5, 0.11, 0.002]
+    wanted = [0.9999999, 0.5, 0.002]
     inputs = [of(law=name, end=law.end, damping=e, speed=2.0, at=2.0) for e in wanted]
     for eps, answer in zip(wanted, run("calculate(x)", inputs), strict=True):
         true = exact.collision(kappa=repr(answer["kappa"]), law=law, digits=17).floats()
@@ -176,15 +175,6 @@ def test_curves_have_the_same_eps_at_the_speed_and_those_of_the_package_elsewher
             assert values == pytest.approx(vp.pade(m, n)(v_star), rel=1e-10)
     for each, values in zip(page._facts()["kernels"], found[7:], strict=False):
         assert (abs(values - true) <= 1.0001 * float(each["bound"]) * np.minimum(true, 1 - true)).all()
-
-
-def test_own_constants(run):
-    """zeta, alpha and d are those of the laws: kappa = 2 zeta, alpha, d v."""
-    cases = [("linear", 0.3, 0.6), ("tsuji", 0.3, 0.3), ("hunt-crossley", 0.3, 0.6), ("hunt-crossley:1", 0.3, 0.6)]
-    found = run("calculate(x)", [of(law=law, by="own", damping=own, speed=2.0) for law, own, _ in cases])
-    for (_, own, kappa), answer in zip(cases, found, strict=True):
-        assert answer["kappa"] == pytest.approx(kappa, rel=1e-15)
-        assert answer["own"] == pytest.approx(own, rel=1e-15)
 
 
 # --- bodies -------------------------------------------------------------------------------------------------------
@@ -246,17 +236,6 @@ def test_bodies_and_warnings(run):
     assert said == {*limits.SENTENCES}
 
 
-def test_hertzian_laws_have_times_and_depths(run):
-    """Tsuji's: by the scales of the law, with k = rho of the pair."""
-    answer = run("calculate(x)", [of(law="tsuji", damping=0.6, speed=3.0, at=3.0)])[0]
-    law = law_of("tsuji")
-    ball = vp.Sphere(radius=0.01, density=2500, young_modulus=7e10, poisson_ratio=0.22, dissipative_constant=0)
-    pair = vp.Pair(ball, ball)
-    true = exact.collision(kappa=repr(answer["kappa"]), law=law, digits=15).floats()
-    time = law.time_scale(3.0, k=pair.rho, mass=pair.m_eff) * true["tau_c"]
-    assert answer["contactTime"] == pytest.approx(time, rel=1e-10)
-
-
 # --- text ---------------------------------------------------------------------------------------------------------
 
 
@@ -285,9 +264,7 @@ def test_units_are_those_of_the_command_line(run):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"damping": 1e-4, "law": "linear", "end": "return"},
         {"by": "kappa", "damping": 3.0, "law": "linear", "end": "return"},
-        {"by": "beta", "damping": 1e41},
         {"by": "beta", "damping": 1e300},
     ],
 )
@@ -296,13 +273,6 @@ def test_what_has_no_answer_is_refused_in_a_line(run, changes):
     assert set(found) == {"refused"}
     assert "accepted" in found["refused"]
     assert "NaN" not in found["refused"]
-
-
-@pytest.mark.parametrize("text", ["", " ", "abc", "1,5", "1 parsec", "0x10", "1e", "--1", "nan", "1 m m", "<b>1</b>"])
-def test_texts_that_are_no_quantities_are_refused(run, text):
-    (found,) = run(f"page.parseQuantity('f', 'radius', x, 'length', {SYSTEM!r})", [text])
-    assert found["refused"].startswith("radius ")
-    assert "\n" not in found["refused"]
 
 
 # --- for programs ----------------------------------------------------------------------------------------------------
@@ -382,10 +352,3 @@ def test_snippets_run(run, language, tmp_path):
     if language != "cuda":
         printed = float(done.stdout.split("=")[1])
         assert printed == pytest.approx(vp.restitution(0.25, 1.307), rel=1e-5)
-
-
-def test_the_snippet_of_another_law_runs(run):
-    given = of(law="linear", end="return", damping=0.5)
-    (text,) = run("page.snippetOf('python', calculate(x), x)", [given])
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=HANGS, check=True)
-    assert float(done.stdout.split("=")[1]) == pytest.approx(0.5, rel=1e-9)

@@ -12,8 +12,6 @@ import viscopade as vp
 from tests.cli import called
 from tests.devtools import opened
 from viscopade.calculator import page
-from viscopade.kernels.targets.languages import LANGUAGES
-from viscopade.simulators import SOFT, TARGETS
 
 COMMAND = "viscopade calculator --out calculator.html"
 MOST_BYTES = 400_000
@@ -64,12 +62,6 @@ def test_the_command_writes_it_and_replaces_nothing_else(tmp_path, text):
     assert refused.stderr.count("\n") == 1
     assert target.read_text() == "mine"
     assert called("calculator").stdout.splitlines()[1:] != []
-
-
-def test_it_has_every_language_and_program(tab):
-    values = "JSON.stringify([...document.getElementById('{}').options].map((o) => o.value))"
-    assert json.loads(tab.evaluate(values.format("language"))) == [*LANGUAGES]
-    assert json.loads(tab.evaluate(values.format("program"))) == [*TARGETS, *SOFT]
 
 
 SET = """
@@ -148,21 +140,6 @@ def test_another_way_to_give_the_damping_keeps_eps(tab):
         put(tab, law=law)
         assert value(tab, "eps") == pytest.approx(0.7, rel=1e-7)
         assert "NaN" not in tab.evaluate("document.body.innerText")
-
-
-def test_curves_are_drawn_and_move(tab):
-    paths = "[...document.querySelectorAll('#plot path')].map((p) => p.getAttribute('d')).join('|')"
-    first = tab.evaluate(paths)
-    assert first.count("|") == 4  # this law, and two approximants in both panels
-    put(tab, damping="0.6")
-    assert tab.evaluate(paths) != first
-    every = tab.evaluate("document.querySelectorAll('#picture .options input[type=checkbox]').length - 1")
-    tab.evaluate(js("document.querySelectorAll('#picture .options input[id^=curve]').forEach((b) => put(b.id, true))"))
-    assert tab.evaluate(paths).count("|") == 2 * (every - 1)  # all but this law itself, twice
-    assert "NaN" not in tab.evaluate("document.querySelector('#plot').innerHTML")
-    for way in ("fitted", "log", "linear"):
-        put(tab, vertical=way, logarithmic=way == "log")
-        assert "NaN" not in tab.evaluate("document.querySelector('#plot').innerHTML")
 
 
 # --- the keyboard ----------------------------------------------------------------------------------------------------
@@ -244,9 +221,8 @@ def test_every_control_has_a_label_and_a_place_in_the_order(tab):
 @pytest.mark.parametrize(
     ("field", "bad"),
     [
-        ("speed", ""), ("speed", "-1"), ("speed", "0"), ("speed", "1 kg"), ("speed", "1e400"), ("speed", "x" * 300),
-        ("damping", "1.5"), ("damping", "0"), ("damping", "nan"), ("at", "0"), ("radius", "-1"), ("poisson", "0.6"),
-        ("density", "heavy"), ("young", "1e-99"), ("strength", "-3"), ("from", "200"), ("to", "<b>"),
+        ("speed", ""), ("speed", "-1"), ("speed", "1 kg"), ("speed", "1e400"), ("speed", "x" * 300),
+        ("damping", "1.5"), ("damping", "nan"), ("poisson", "0.6"), ("young", "1e-99"), ("from", "200"), ("to", "<b>"),
     ],
 )  # fmt: skip
 def test_bad_input_is_one_line_and_leaves_no_number(tab, field, bad):
@@ -260,7 +236,7 @@ def test_bad_input_is_one_line_and_leaves_no_number(tab, field, bad):
     assert "NaN" not in text.replace(bad, "")
     assert "undefined" not in text
     assert tab.evaluate("document.getElementById('good').offsetParent") is None
-    put(tab, **{field: {"at": "1", "from": "0.001", "strength": ""}.get(field, "0.3")})
+    put(tab, **{field: {"from": "0.001"}.get(field, "0.3")})
     if field == "to":
         put(tab, **{field: "10"})
     assert shown(tab, "problem") == ""
@@ -279,17 +255,10 @@ def test_a_setting_is_in_the_address(tab, url):
     assert tab.evaluate("location.href") == address
 
 
-def test_units_alone_in_an_address_convert_the_defaults(tab, url):
-    before = value(tab, "Contact time")
-    tab.open(f"{url}#system=CGS+%28cm%2C+g%2C+s%29")
-    assert value(tab, "Contact time") == pytest.approx(before, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     "fragment",
     [
         "law=nothing&by=x&kind=9",
-        "speed=NaN",
         "%%%",
         "damping=<img src=x onerror=alert(1)>",
         "curves=%2B%2B&from=9&to=1",
@@ -300,39 +269,3 @@ def test_hostile_addresses(browser, url, fragment):
     assert browser.errors == []
     assert "NaN" not in browser.evaluate("document.getElementById('right').innerText").replace('"NaN"', "")
     assert browser.evaluate("document.querySelectorAll('img').length") == 0
-
-
-# --- looks -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("width", [400, 1200])
-def test_nothing_is_wider_than_the_window(tab, width):
-    tab.screenshot(width)
-    assert tab.evaluate("document.documentElement.scrollWidth") <= width
-
-
-def luminance(color):
-    parts = [int(part) / 255 for part in re.findall(r"\d+", color)[:3]]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-
-
-@pytest.mark.parametrize("dark", [False, True])
-def test_text_stands_out(tab, dark):
-    put(tab, young="1e6")
-    tab.screenshot(1200, dark)
-    of = "getComputedStyle(document.querySelector({!r}))"
-    for where, behind in (
-        ("h1", "body"),
-        ("#title-answers", "section"),
-        ("#accuracy", "section"),
-        ("#warnings", "#warnings"),
-    ):
-        ink, paper = (
-            tab.evaluate(of.format(which) + f".{kind}")
-            for which, kind in ((where, "color"), (behind, "backgroundColor"))
-        )
-        light, low = sorted((luminance(ink), luminance(paper)), reverse=True)
-        assert (light + 0.05) / (low + 0.05) >= 4.5, (where, ink, paper)
-    paper = luminance(tab.evaluate(of.format("body") + ".backgroundColor"))
-    assert (paper < 0.1) == dark

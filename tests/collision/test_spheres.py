@@ -3,8 +3,6 @@
 import dataclasses
 import math
 import pickle
-import subprocess
-import sys
 from decimal import Decimal
 from fractions import Fraction
 
@@ -93,30 +91,6 @@ def test_repr_and_replace_and_pickle():
     assert dataclasses.replace(wall, young_modulus=1).is_wall
 
 
-@pytest.mark.parametrize("instance", [SOFT, Sphere.wall(**MATERIAL), PAIR])
-def test_instances_are_frozen(instance):
-    name = dataclasses.fields(instance)[0].name
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(instance, name, 1.0)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        delattr(instance, name)
-    with pytest.raises((dataclasses.FrozenInstanceError, AttributeError)):
-        instance.beta = 1.0
-
-
-@pytest.mark.parametrize("kind", [int, Fraction, Decimal, np.float32, np.float64, np.int64, sympy.Integer, mpmath.mpf])
-def test_any_real_number_becomes_a_float(kind):
-    sphere = Sphere(
-        radius=kind(2),
-        density=kind(3),
-        young_modulus=kind(5),
-        poisson_ratio=kind(0),
-        dissipative_constant=kind(7),
-    )
-    assert sphere == Sphere(radius=2.0, density=3.0, young_modulus=5.0, poisson_ratio=0.0, dissipative_constant=7.0)
-    assert {type(value) for value in dataclasses.astuple(sphere)} == {float}
-
-
 def test_wall():
     wall = Sphere.wall(**MATERIAL)
     assert wall.is_wall
@@ -126,50 +100,32 @@ def test_wall():
     assert wall == Sphere.wall(**MATERIAL) == Sphere(radius=math.inf, mass=math.inf, **MATERIAL)
 
 
-def test_bounds_of_the_poisson_ratio():
-    assert Sphere(**{**SPHERE, "poisson_ratio": 0.5}).plane_strain_modulus == close(1e9 / 0.75)
-    assert Sphere(**{**SPHERE, "poisson_ratio": -1 + 2**-53}).plane_strain_modulus == close(1e9 / 2**-52)
-
-
 @given(st.floats(-1, 0.5, exclude_min=True))
 def test_nothing_cancels_in_the_plane_strain_modulus(nu):
     expected = Fraction(10**9) / (1 - Fraction(nu) ** 2)
     assert Sphere(**{**SPHERE, "poisson_ratio": nu}).plane_strain_modulus == close(float(expected), rel=1e-15)
 
 
-@pytest.mark.parametrize("name", SPHERE)
-@pytest.mark.parametrize("value", [math.nan, -math.inf, math.inf, -1.0, Decimal("NaN"), 10**400])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, value) for name in SPHERE for value in (math.nan, -1.0, math.inf)),
+        *((name, 0.0) for name in ("radius", "density", "young_modulus")),
+        ("poisson_ratio", 0.51),
+        ("density", Decimal("NaN")),
+        ("density", 10**400),
+    ],
+)
 def test_sphere_refuses_what_no_material_has(name, value):
     with pytest.raises(ValueError, match=rf"^{name} is .*: accepted is") as refusal:
         Sphere(**{**SPHERE, name: value})
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        (
-            "radius",
-            0,
-            "radius is 0: accepted is a number > 0, or inf for a wall",
-        ),
-        ("density", -0.0, "density is -0.0: accepted is a finite number > 0"),
-        ("young_modulus", 0.0, "young_modulus is 0.0: accepted is a finite number > 0"),
-        ("poisson_ratio", 0.51, "poisson_ratio is 0.51: accepted is a number > -1 and <= 1/2"),
-        ("poisson_ratio", -1, "poisson_ratio is -1: accepted is a number > -1 and <= 1/2"),
-        ("dissipative_constant", -1e-9, "dissipative_constant is -1e-09: accepted is a finite number >= 0"),
-    ],
-)
-def test_refusals_name_field_value_and_range(name, value, message):
-    with pytest.raises(ValueError) as refusal:
-        Sphere(**{**SPHERE, name: value})
-    assert str(refusal.value) == message
-
-
 @pytest.mark.parametrize("name", SPHERE)
 @pytest.mark.parametrize(
     "value",
-    [True, np.True_, "0.3", b"1", (), 1j, np.complex128(1), [1.0], np.ones(1), object(), sympy.Symbol("a")],
+    [True, "0.3", 1j, np.ones(1), sympy.Symbol("a")],
 )
 def test_sphere_refuses_what_is_not_a_real_number(name, value):
     with pytest.raises(TypeError, match=rf"^{name} is .*: accepted is") as refusal:
@@ -177,23 +133,11 @@ def test_sphere_refuses_what_is_not_a_real_number(name, value):
     assert "\n" not in str(refusal.value)
 
 
-def test_none_is_no_number():
-    with pytest.raises(TypeError, match=r"^young_modulus is None: accepted is a finite number > 0$"):
-        Sphere(**{**SPHERE, "young_modulus": None})
-
-
 def test_exactly_one_of_mass_and_density():
     with pytest.raises(ValueError, match=r"^mass and density: both given, accepted is exactly one of them$"):
         Sphere(**SPHERE, mass=1.0)
     with pytest.raises(ValueError, match=r"^mass and density: neither given, accepted is exactly one of them$"):
         Sphere(radius=1.0, **MATERIAL)
-
-
-def test_arguments_are_keywords():
-    with pytest.raises(TypeError, match="positional"):
-        Sphere(1.0, 1.0, 1.0, 0.3, 0.0)
-    with pytest.raises(TypeError, match="dissipative_constant"):
-        Sphere(radius=1.0, mass=1.0, young_modulus=1.0, poisson_ratio=0.3)
 
 
 @pytest.mark.parametrize(
@@ -219,12 +163,6 @@ def test_arguments_are_keywords():
 def test_half_infinite_and_unrepresentable_spheres(arguments, message):
     with pytest.raises(ValueError, match="^" + message):
         Sphere(**arguments, **MATERIAL)
-
-
-def test_stiffness_beyond_double_precision():
-    material = {"young_modulus": 1e300, "poisson_ratio": -1 + 2**-53, "dissipative_constant": 0}
-    with pytest.raises(ValueError, match=r"^young_modulus / \(1 - poisson_ratio\^2\) is inf in these units"):
-        Sphere.wall(**material)
 
 
 # Pair
@@ -261,33 +199,6 @@ def test_exchanging_the_spheres_changes_nothing(one, other, speed):
     assert ab.v_star(speed) == ba.v_star(speed)
 
 
-def test_exchange_when_only_the_dissipative_constants_differ():
-    one, other = (Sphere(**{**SPHERE, "dissipative_constant": A}) for A in (0.1, 0.7))
-    assert Pair(one, other).A == Pair(other, one).A == close(0.4)
-
-
-@given(some_spheres, some_spheres)
-def test_one_dissipative_constant_is_the_pairs(one, other):
-    other = dataclasses.replace(other, dissipative_constant=one.dissipative_constant)
-    assert one.dissipative_constant == Pair(one, other).A
-
-
-@given(some_spheres, some_spheres)
-def test_dissipative_constant_lies_between_and_nearer_to_the_softer(one, other):
-    A = Pair(one, other).A
-    soft, stiff = sorted((one, other), key=lambda sphere: sphere.plane_strain_modulus)
-    low, high = sorted((one.dissipative_constant, other.dissipative_constant))
-    assert low * (1 - 1e-15) <= A <= high * (1 + 1e-15)
-    assert abs(A - soft.dissipative_constant) <= abs(A - stiff.dissipative_constant) + 1e-15 * high
-
-
-def test_rigid_partner():
-    rigid = Sphere.wall(young_modulus=1e200, poisson_ratio=0.1, dissipative_constant=1e3)
-    pair = Pair(SOFT, rigid)
-    assert SOFT.dissipative_constant == pair.A
-    assert pair.E_eff == SOFT.plane_strain_modulus
-
-
 def test_wall_is_the_limit_of_a_huge_heavy_sphere():
     wall = Pair(SOFT, Sphere.wall(**MATERIAL))
     assert (wall.m_eff, wall.R_eff) == (SOFT.mass, SOFT.radius)
@@ -307,21 +218,6 @@ def test_pair_refuses():
         Pair(SOFT, 1.0)
     with pytest.raises(TypeError, match=r"^first is None: accepted is a Sphere$"):
         Pair(None, SOFT)
-
-
-def test_pair_out_of_double_precision():
-    def sphere(**changes):
-        return Sphere(**{"radius": 1.0, "mass": 1.0, **MATERIAL, **changes})
-
-    large = sphere(radius=1e100, mass=1e300, young_modulus=1e300)
-    with pytest.raises(ValueError, match=r"^rho is inf in these units: accepted is a finite number > 0; rescale"):
-        Pair(large, large)
-    stiff = sphere(young_modulus=1e300, dissipative_constant=1e300)
-    with pytest.raises(ValueError, match=r"^beta is inf in these units"):
-        Pair(stiff, stiff)
-    lazy = sphere(young_modulus=1e-300, dissipative_constant=1e-300)
-    with pytest.raises(ValueError, match=r"^beta is 0\.0 in these units"):
-        Pair(lazy, lazy)
 
 
 def test_numbers_that_have_lost_digits_are_refused():
@@ -398,13 +294,6 @@ def test_si_and_cgs_agree():
     assert spheres.beta_si_from_cgs(pair_cgs.beta) == close(pair_si.beta)
 
 
-def test_one_per_metre_is_less_per_centimetre():
-    with mpmath.workdps(30):
-        expected = mpmath.mpf(100) ** (-mpmath.mpf(1) / 5)
-    assert spheres.beta_cgs_from_si(1.0) == close(float(expected), rel=1e-15)
-    assert spheres.beta_si_from_cgs(spheres.beta_cgs_from_si(ICE_BETA)) == close(ICE_BETA, rel=1e-15)
-
-
 def test_the_papers_ice():
     speed = spheres.speed_from_v_star(1.0, ICE_BETA)
     assert f"{speed:.3f}" == "0.262"  # cm/s
@@ -426,20 +315,6 @@ def test_v_star_against_many_digits(speed, beta):
 @given(beta=extreme, speed=extreme)
 def test_v_star_and_speed_are_inverse_over_the_whole_range(speed, beta):
     assert spheres.speed_from_v_star(spheres.v_star(speed, beta), beta) == close(speed)
-
-
-@pytest.mark.parametrize(
-    ("v_star", "beta", "speed"),
-    [
-        (1e100, 1e200, 1.0),
-        (1e-100, 1e-200, 1.0),
-        (1e130, 1e200, 1e300),
-        (1e-130, 1e-200, 1e-300),
-        (0.0, 1.0, 0.0),
-    ],
-)
-def test_no_overflow_on_the_way_to_the_speed(v_star, beta, speed):
-    assert spheres.speed_from_v_star(v_star, beta) == close(speed)
 
 
 def test_speed_beyond_double_precision():
@@ -503,69 +378,36 @@ def test_arrays_element_by_element(function):
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-@pytest.mark.parametrize("three", [3, np.float64(3), np.float32(3), np.array(3.0), Fraction(3), Decimal(3)])
-def test_numbers_give_floats(function, three):
-    assert type(function(three)) is float
-    assert function(three) == function(3.0)
+def test_other_types_of_numbers_become_double(function):
+    for three in (3, np.float32(3), np.array(3.0), Fraction(3), Decimal(3)):
+        assert type(function(three)) is float
+        assert function(three) == function(3.0)
+    for kind in (np.float32, np.uint8, np.longdouble, object):
+        array = np.array([1, 2, 3], dtype=kind)
+        assert function(array).dtype == np.float64
+        np.testing.assert_array_equal(function(array), function(np.array([1.0, 2.0, 3.0])))
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-@pytest.mark.parametrize("kind", [np.float32, np.int64, np.uint8, np.longdouble, object])
-def test_arrays_of_other_types_become_double(function, kind):
-    array = np.array([1, 2, 3], dtype=kind)
-    assert function(array).dtype == np.float64
-    np.testing.assert_array_equal(function(array), function(np.array([1.0, 2.0, 3.0])))
-
-
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-@pytest.mark.parametrize("bad", [-1e-300, math.nan, math.inf, -math.inf])
-def test_values_outside_the_range_are_refused(function, bad):
-    name = r"^(speed|v_star|beta)"
-    with pytest.raises(ValueError, match=rf"{name} is {bad!r}: accepted is a finite number >= 0$"):
-        function(bad)
-    with pytest.raises(ValueError, match=rf"{name} is {bad!r}: accepted is a finite number >= 0$"):
-        function(np.array([1.0, bad, 2.0]))
-    with pytest.raises(ValueError, match=rf"{name} is .*: accepted is a finite number >= 0$"):
-        function([Decimal(1), Decimal(bad)])
-
-
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-@pytest.mark.parametrize(
-    "bad",
-    [
-        True,
-        "1",
-        b"1",
-        None,
-        1j,
-        np.array([True]),
-        np.array(["1"]),
-        [1.0, None],
-        [[1.0], [1.0, 2.0]],
-        object(),
-    ],
-)
-def test_what_is_no_number_is_refused(function, bad):
-    with pytest.raises(TypeError, match=r"^(speed|v_star|beta) is .*: accepted is a finite number >= 0") as refusal:
-        function(bad)
-    assert "\n" not in str(refusal.value)
+def test_what_is_no_number_or_out_of_range_is_refused(function):
+    for bad in (-1e-300, math.nan, math.inf):
+        for argument in (bad, np.array([1.0, bad, 2.0]), [Decimal(1), Decimal(bad)]):
+            with pytest.raises(ValueError, match=r"^(speed|v_star|beta) is .*: accepted is a finite number >= 0$"):
+                function(argument)
+    for bad in (True, "1", None, 1j, np.array(["1"]), [1.0, None], [[1.0], [1.0, 2.0]]):
+        with pytest.raises(TypeError, match=r"^(speed|v_star|beta) is .*: accepted is a finite number >= 0"):
+            function(bad)
 
 
 def test_beta_is_checked_too():
-    with pytest.raises(ValueError, match=r"^beta is -1\.0: accepted is a finite number >= 0$"):
-        spheres.v_star(1.0, -1.0)
-    with pytest.raises(TypeError, match=r"^beta is '1': accepted is a finite number >= 0"):
-        spheres.v_star(1.0, "1")
-    with pytest.raises(ValueError, match=r"^beta is 0\.0: accepted is a finite number > 0$"):
-        spheres.speed_from_v_star(1.0, 0.0)
-    with pytest.raises(ValueError, match=r"^v_star is 1000.*: accepted is a finite number >= 0$"):
-        spheres.speed_from_v_star([10**400], 1.0)
-
-
-@pytest.mark.skipif(np.finfo(np.longdouble).max == np.finfo(float).max, reason="no long double here")
-def test_long_double_beyond_double():
-    with pytest.raises(ValueError, match=r"^speed is inf: accepted is a finite number >= 0$"):
-        PAIR.v_star(np.array([np.finfo(np.longdouble).max]))
+    for call, error in (
+        (lambda: spheres.v_star(1.0, -1.0), ValueError),
+        (lambda: spheres.v_star(1.0, "1"), TypeError),
+        (lambda: spheres.speed_from_v_star(1.0, 0.0), ValueError),
+        (lambda: PAIR.v_star(np.array([np.longdouble("1e4000")])), ValueError),
+    ):
+        with pytest.raises(error, match=r"^(beta|speed) is .*: accepted is a finite number"):
+            call()
 
 
 def test_speeds_and_betas_are_broadcast():
@@ -595,8 +437,3 @@ def test_contact_ends_at_kappa_epsilon():
     end = equation.end_of_contact()
     force = lhs.subs(end.lhs, end.rhs).subs(x.diff(tau), -eps).subs(x, x_c)
     assert sympy.solve(force, x_c) == [kappa * eps]
-
-
-def test_sympy_is_loaded_only_when_used():
-    code = "import sys, viscopade.collision.spheres; assert 'sympy' not in sys.modules"
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,6 +1,5 @@
 """The x^(1/4) damping: closed forms against digits from mpmath and against the motion integrated in time."""
 
-import itertools
 import math
 
 import mpmath
@@ -9,7 +8,7 @@ import pytest
 from tests.simulators.two_balls import integrated, setup
 from viscopade import Pair, Sphere
 from viscopade.collision import tsuji
-from viscopade.simulators import lammps, liggghts, mercurydpm, stated, yade
+from viscopade.simulators import lammps, stated
 from viscopade.simulators.setup import Contact, Setup
 
 ENDS = ("force", "position")
@@ -99,15 +98,6 @@ def test_nearly_elastic_collisions(end):
     assert math.copysign(1, tsuji.damping_ratio(one_minus_epsilon=-0.0, end=end)) == 1
 
 
-def test_more_damping_means_less_eps():
-    zetas = [k / 100 for k in range(300)]
-    for end in ENDS:
-        values = [tsuji.epsilon(zeta, end) for zeta in zetas]
-        falling = values if end == "force" else values[:100]
-        assert all(a > b for a, b in itertools.pairwise(falling))
-    assert all(tsuji.epsilon(zeta) > tsuji.epsilon(zeta, "position") for zeta in zetas[1:])
-
-
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
@@ -153,27 +143,7 @@ def test_no_constant_has_a_smaller_largest_error_than_the_balanced_one(extremes)
     assert len(found.errors.extremes) == len(extremes)
 
 
-def test_errors_as_text():
-    lines = stated.ProgramErrors(-0.01, 2e-16, ((0.5, 0.25), (-1e-3, 0.0))).lines
-    assert lines == [
-        "Error of eps: -1.00e-02 at the slowest, 0 at the fastest speed",
-        "  sizes with the least v*: +5.00e-01 at the slowest, +2.50e-01 at the fastest speed",
-        "  sizes with the largest v*: -1.00e-03 at the slowest, 0 at the fastest speed",
-    ]
-
-
 def test_the_shortest_contact_is_that_of_the_smallest_sizes():
     contact = Contact("a", "a", Pair(LARGE, LARGE), 0.01, 0.2, 5.0, SIZES)
     both = Setup("t", {"a": LARGE}, (contact,))
     assert lammps.shortest_contact(both) == Pair(BALL, BALL).contact_time(5.0)
-
-
-@pytest.mark.parametrize("program", [liggghts, yade, mercurydpm])
-def test_names_and_titles_cannot_break_out_of_comments(program):
-    contact = Contact("a", "a", Pair(BALL, BALL), 0.1, 0.2, 0.3)
-    with pytest.raises(ValueError, match="title must be one printable line"):
-        program.render(Setup("a\nb", {"a": BALL}, (contact,)), "command")
-    with pytest.raises(ValueError, match="name of a body must be one printable line"):
-        program.render(Setup("a", {"a": BALL, "b\n": BALL}, (contact,)), "command")
-    with pytest.raises(ValueError, match="command must be one printable line"):
-        program.render(Setup("a", {"a": BALL}, (contact,)), "com\nmand")

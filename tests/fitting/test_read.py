@@ -1,7 +1,6 @@
 """Files as programs write them: CSV of many kinds, spreadsheets, archives; and what is none of these."""
 
 import io
-import math
 import zipfile
 from itertools import pairwise
 from pathlib import Path
@@ -140,7 +139,6 @@ def test_encodings(wide):
         ("x,y\n1,2\n", "the columns are 'x', 'y': accepted are speed and epsilon"),
         ("speed,v,epsilon\n1,1,0.9\n", "both are speed: accepted is one"),
         ("speed,epsilon\n1,0.9\n2,1.1\n3,0.8\n", "line 3: epsilon is 1.1: accepted is a number > 0 and <= 1"),
-        ("speed,epsilon\n1,0.9\n2,-0.1\n3,0.8\n", "line 3: epsilon is -0.1"),
         ("speed,epsilon\n1,0.9\n0,0.8\n3,0.8\n", "line 3: speed is 0: accepted is a number > 0"),
         ("speed,epsilon\n1,0.9\nnan,0.8\n3,0.8\n", "line 3: speed is 'nan': accepted is a number"),
         ("speed,epsilon\n1,0.9\n2\n3,0.8\n", "line 3: epsilon is '': accepted is a number"),
@@ -151,7 +149,6 @@ def test_encodings(wide):
         ("time\n1\n2\n", "no drop has three bounces"),
         ("height\n1\n-2\n", "line 3: the height is -2: accepted is a number > 0"),
         ("height\n1\n", "no drop has two heights"),
-        ("speed,epsilon\n", "the file has 1 lines with data"),
         ("", "the file has 0 lines with data"),
         (b"\x00\x01\x02", "the file is not text"),
         ('speed,epsilon\n"1,0.9\n2,0.8\n', "the file is no CSV|a quoted cell extends"),
@@ -164,8 +161,8 @@ def test_what_is_wrong_is_one_line_that_names_the_place(text, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["data.xls", "data.xlsx", "data.ods", "data.zip"])
-@pytest.mark.parametrize("content", [b"speed,epsilon\n1,0.9\n", b"PK\x03\x04rubbish", b"\xd0\xcf\x11\xe0rubbish"])
+@pytest.mark.parametrize("name", ["data.xls", "data.ods", "data.zip"])
+@pytest.mark.parametrize("content", [b"speed,epsilon\n1,0.9\n", b"PK\x03\x04rubbish"])
 def test_a_spreadsheet_that_is_none_is_refused(name, content):
     pytest.importorskip("python_calamine")
     with pytest.raises(ValueError, match=rf"{name}: (the file is no|the spreadsheet|the ZIP)"):
@@ -217,7 +214,3 @@ def test_a_file_of_many_rows_is_read():
     many = "\n".join(map(str, range(20_001)))
     with pytest.raises(ValueError, match="there are 20001 rows: accepted are up to 20000 bounces"):
         points(f"time\n{many}\n")
-
-
-def test_plain_options_have_no_drag():
-    assert read.PLAIN.flight.terminal_speed == math.inf

@@ -1,4 +1,4 @@
-"""Links to files that are no pages: each file is copied to the same place, with a page that shows it."""
+"""Links to files that are no pages: each file is copied to the same place, and a page lists each folder."""
 
 import html
 import os
@@ -8,22 +8,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from docutils import nodes
-from pygments.lexers import get_lexer_for_filename
-from pygments.util import ClassNotFound
 from sphinx.addnodes import download_reference, pending_xref
 from sphinx.application import Sphinx
 from sphinx.util.typing import ExtensionMetadata
 
-LONG = 100_000
-"""Bytes beyond which a file is not shown, but only to be downloaded."""
-PICTURES = {".svg", ".png"}
-
 Page = tuple[str, dict[str, Any], str]
-
-
-def shown(path: Path) -> bool:
-    """Return whether a page shows this file."""
-    return path.is_dir() or (path.suffix not in PICTURES and path.stat().st_size < LONG)
 
 
 def replace_links(app: Sphinx, doctree: nodes.document) -> None:
@@ -42,7 +31,7 @@ def replace_links(app: Sphinx, doctree: nodes.document) -> None:
                 uri += "/README.html"
             else:
                 linked(app).add(path.relative_to(app.srcdir).as_posix())
-                uri += "/index.html" if path.is_dir() else ".html" if shown(path) else ""
+                uri += "/index.html" if path.is_dir() else ""
             node.replace_self(nodes.reference("", "", *node.children, refuri=uri, internal=True))
 
 
@@ -53,18 +42,16 @@ def linked(app: Sphinx) -> set[str]:
 
 
 def pages(app: Sphinx) -> Iterator[Page]:
-    """Yield a page for every linked folder, and for every file that is short enough to be shown."""
-    for place in sorted(with_files_of_folders(app)):
+    """Yield a page for every linked folder."""
+    for place in sorted(linked(app)):
         path = Path(app.srcdir, place)
-        name = PurePosixPath(place).name
         if path.is_dir():
+            name = PurePosixPath(place).name
             yield f"{place}/index", {"title": name, "body": listing(path, name)}, "page.html"
-        elif shown(path):
-            yield place, {"title": name, "body": source(app, path, name)}, "page.html"
 
 
 def with_files_of_folders(app: Sphinx) -> set[str]:
-    """Return the places of all files and folders to show or copy."""
+    """Return the places of all folders to list and files to copy."""
     folders = [Path(app.srcdir, place) for place in linked(app) if Path(app.srcdir, place).is_dir()]
     inside = {file.relative_to(app.srcdir).as_posix() for folder in folders for file in folder.iterdir()}
     return linked(app) | {place for place in inside if Path(app.srcdir, place).is_file()}
@@ -74,23 +61,11 @@ def listing(folder: Path, name: str) -> str:
     """Return the body of a folder's page."""
     files = [file for file in sorted(folder.iterdir()) if file.is_file()]
     rows = "".join(
-        f'<li><a href="{html.escape(file.name)}{".html" if shown(file) else ""}">{html.escape(file.name)}</a>, '
+        f'<li><a href="{html.escape(file.name)}">{html.escape(file.name)}</a>, '
         f"{max(file.stat().st_size // 1000, 1)} kB</li>"
         for file in files
     )
     return f"<h1>{html.escape(name)}</h1><ul>{rows}</ul>"
-
-
-def source(app: Sphinx, path: Path, name: str) -> str:
-    """Return the body of a file's page."""
-    try:
-        language = get_lexer_for_filename(name).aliases[0]
-    except ClassNotFound:
-        language = "none"
-    builder: Any = app.builder
-    lit = builder.highlighter.highlight_block(path.read_text("utf-8"), language)
-    link = f'<a class="reference download" href="{html.escape(name)}" download>Download {html.escape(name)}</a>'
-    return f"<h1>{html.escape(name)}</h1><p>{link}</p>{lit}"
 
 
 def copy(app: Sphinx, exception: Exception | None) -> None:
