@@ -11,7 +11,6 @@ import click
 
 from viscopade.cli.console import STYLE, Whole, need, read_file, say, show
 from viscopade.cli.writer import check_targets, write, write_all
-from viscopade.theory.law import ENDS
 from viscopade_lab import figures
 
 
@@ -54,23 +53,12 @@ def claims(names: tuple[str, ...], style: str) -> None:
     "--format", "formats", multiple=True, type=click.Choice(figures.FORMATS), default=("svg",), show_default=True,
     help="Format of the figures; repeat for more.",
 )  # fmt: skip
-@click.option("--law", metavar="NAME|A,B", help="Law of contact: draw its series and approximants instead.")
-@click.option("--end", type=click.Choice(ENDS), help="End of contact of --law.  [default: force]")
-def figures_command(
-    out: Path, names: tuple[str, ...], formats: tuple[str, ...], law: str | None, end: str | None
-) -> None:
-    """Draw the paper's figures, and further ones, or the series and approximants of another law of contact."""
-    from viscopade.theory.law import law_of
+def figures_command(out: Path, names: tuple[str, ...], formats: tuple[str, ...]) -> None:
+    """Draw the paper's figures, and further ones."""
     from viscopade_lab.figures import registry
 
     need("figures", "matplotlib")
-    if law is None and end is not None:
-        raise click.UsageError("--end is that of a law: accepted is --end with --law")
-    if law is not None and names:
-        raise click.UsageError("--only and --law are both given: accepted is one of them")
-    pictures = (
-        registry.render(names or None, formats) if law is None else registry.render_law(law_of(law, end), formats)
-    )
+    pictures = registry.render(names or figures.NAMES, formats)
     write_all({out / name: picture for name, picture in pictures.items()}, parents=True)
     click.echo(f"wrote {', '.join(pictures)} to {out}")
 

@@ -25,7 +25,6 @@ A type without quantities of its own is computed in type double, and then rounde
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -56,42 +55,6 @@ class ProvenNumber(NamedTuple):
     quantity: str
     end: str
     value: str
-
-
-@dataclass(frozen=True)
-class Proven:
-    """What is proven of a kernel in a type; an instance without numbers is false."""
-
-    kernel: str
-    numbers: tuple[ProvenNumber, ...]
-
-    def __bool__(self) -> bool:
-        return bool(self.numbers)
-
-    def has(self, quantity: str) -> bool:
-        """Return whether there is such a quantity."""
-        return any(number.quantity == quantity for number in self.numbers)
-
-    def text(self, quantity: str) -> str:
-        """Return a quantity as it is written; one of several ends is the last."""
-        found = [number.value for number in self.numbers if number.quantity == quantity]
-        if not found:
-            raise KeyError(f"{self.kernel}: nothing is proven of {quantity!r}")
-        return found[-1]
-
-    def number(self, quantity: str) -> float:
-        """Return a quantity."""
-        return float(self.text(quantity))
-
-    @property
-    def up_to(self) -> tuple[tuple[float, float], ...]:
-        """The v* up to which errors of the formula are proven, ascending, with these errors."""
-        return tuple((float(n.end), float(n.value)) for n in self.numbers if n.quantity == "formula")
-
-
-def of(kernel: str, form: str) -> Proven:
-    """Return what is proven of a kernel, by the end of its functions' names, in type "double" or "float"."""
-    return Proven(kernel, tuple(n for n in numbers() if (n.kernel, n.format) == (kernel, form)))
 
 
 @lru_cache(maxsize=1)

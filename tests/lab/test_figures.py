@@ -22,14 +22,15 @@ from viscopade.approximation import minimax
 from viscopade.collision import exact
 from viscopade.collision.spheres import v_star
 from viscopade.generated import MARKER, marker_line
+from viscopade.plots.sheet import saved
 from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
 from viscopade.theory.paper import BETA_ICE_CGS
 from viscopade.theory.series import series
 from viscopade_lab import figures, gas
-from viscopade_lab.figures import FORMATS, cooling, laws, paper
+from viscopade_lab.figures import FORMATS, cooling, paper
 from viscopade_lab.figures.paper import FIT_EXPONENT, FIT_FACTOR, FIT_SPEEDS, MAX_M
-from viscopade_lab.figures.registry import FIGURES, content, drawn, render, render_law
+from viscopade_lab.figures.registry import FIGURES, drawn, render
 
 DIGITS = 25
 NAMES = list(FIGURES)
@@ -46,7 +47,12 @@ def sheets():
 @pytest.fixture(scope="module")
 def files(sheets):
     with drawn(NAME):  # the style, which the files of all figures are saved in
-        return {f"{name}.{kind}": content(sheets[name], name, kind) for name, kind in SAVED}
+        return {
+            f"{name}.{kind}": saved(
+                sheets[name], FIGURES[name].description, f"viscopade figures --only {name} --format {kind}", kind
+            )
+            for name, kind in SAVED
+        }
 
 
 def gids(sheet):
@@ -273,21 +279,6 @@ def test_universal_curves_with_closed_forms(sheets):
                 assert y == pytest.approx(float(expected), rel=1e-6, abs=0)
 
 
-def test_series_and_approximants_of_a_law():
-    """The exact curve is that of the closed form; at a small kappa a better formula is drawn below a worse one."""
-    law = law_of("linear", "return")
-    sheet = laws.approximants_of(law).draw()
-    for x, y in samples(artist(sheet, "exact"), 5):
-        with mp.workdps(30):
-            assert y == pytest.approx(float(nu_2(mpf(x) / 2, "return")), rel=1e-10)
-    names = [gid.removesuffix("-error") for gid in gids(sheet) if gid.endswith("-error")]
-    assert names[:3] == ["series-5", "series-10", "series-40"]
-    m, n = map(int, names[-1].split("-"))
-    assert n == m + law.excess
-    errors = {name: artist(sheet, f"{name}-error").get_ydata()[240] for name in (*names[:2], names[3], names[-1])}
-    assert min(errors, key=errors.get) == names[-1]
-
-
 def test_what_programs_deliver_with_closed_forms(sheets):
     """A damping ratio made for x = 0, at zero force, with half of the mass, and with both; what is measured is near."""
     for gid, share, end in (("other-end", 1, "force"), ("half-mass", mpf(0.5), "return"), ("both", mpf(0.5), "force")):
@@ -400,12 +391,6 @@ def are_what_their_names_say(files):
         assert str(Path(__file__).parents[2]).encode() not in data, name
 
 
-def test_a_laws_file_is_named_after_it(monkeypatch):
-    monkeypatch.setattr(laws, "approximants_of", lambda law: FIGURES[NAME])
-    (name,) = render_law(law_of("linear", "return"))
-    assert name == "approximants_a1_b0_return.svg"
-
-
 @pytest.mark.slow
 def test_every_figure_in_every_format(files):
     found = render(formats=FORMATS)
@@ -455,10 +440,3 @@ def test_settings_of_matplotlib_are_left_as_they_were():
         before = settings()
         render([NAME], ["svg"])
         assert settings() == before
-
-
-def test_unknown_names_and_formats_are_refused():
-    with pytest.raises(ValueError, match="figure is 'fig1': accepted are seriesDiverging, "):
-        render(["fig1"])
-    with pytest.raises(ValueError, match="format is 'gif': accepted are svg, pdf, png"):
-        render([NAME], ["gif"])

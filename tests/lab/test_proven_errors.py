@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from viscopade.kernels import requests
-from viscopade_lab import proven
 from viscopade_lab.proven import numbers
 
 EXPORTS = Path(__file__).parents[2] / "exports"
@@ -72,13 +71,3 @@ def test_kernels_of_speed_say_what_underflow_does():
     for kernel in KERNELS:
         if kernel.startswith("lookup"):
             assert "a subnormal result is off by half of the smallest number besides" in passage(kernel)
-
-
-def test_a_number_that_is_not_recorded_is_refused():
-    with pytest.raises(KeyError, match="full: nothing is proven of 'formula'"):
-        proven.of("full", "double").number("formula")
-    assert not proven.of("no_such_kernel", "double")
-
-
-def test_quotients_have_an_error_for_each_end():
-    assert proven.of("pade_3_6", "float").up_to == ((0.5, 5.47e-6), (1.0, 2.6e-4), (2.0, 0.00659), (5.0, 0.064))

@@ -27,7 +27,7 @@ def test_every_script_is_imported_without_optional_packages():
 def test_a_script_says_what_to_install():
     code = MISSING.format(["scipy"]) + (
         "from viscopade_lab.studies import coverage as script\n"
-        "script.errors = script.measure = lambda *_: print('computed')\n"
+        "script.cases = script.rates = lambda *_: print('computed')\n"
         "sys.argv = ['coverage']\nscript.main()"
     )
     done = run(code)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from viscopade.audit import textbook
-from viscopade.collision import curve as collision
 from viscopade.collision import exact
 from viscopade.plots.sheet import (
     BLACK,
@@ -34,8 +32,6 @@ from viscopade.plots.sheet import (
     new_sheet,
 )
 from viscopade.theory.law import End, Law
-from viscopade.theory.pade import Pade, horner, pade
-from viscopade.theory.series import series
 from viscopade_lab.figures.paper import Figure, Floats, figure
 
 if TYPE_CHECKING:
@@ -172,63 +168,6 @@ def _damping_formulas() -> Sheet:
         draw_look(bottom, look, ASKED, given - ASKED, f"{gid}-error")
     key_of(sheet, list(LOOKS.items()), "outside lower center", 2)
     return sheet
-
-
-# --- approximants of one law ------------------------------------------------------------------------------------------
-
-LEAST_EPSILON = 0.05  # at the right end
-LEAST_ERROR = 1e-12  # larger than those of the exact curve
-ORDERS: Mapping[int, Look] = {5: Look(VERMILION, DOTTED), 10: Look(VERMILION, SHORT), 40: Look(VERMILION)}
-"""Orders at which the series is cut off, and their looks."""
-APPROXIMANTS = (Look(ORANGE, DASHED), Look(GREEN, DASH_DOT), Look(BLUE, SHORT), Look(PURPLE))
-"""Looks of the Padé approximants, the one of the lowest degrees first."""
-
-
-def approximants_of(law: Law) -> Figure:
-    """Return the figure of a law's series and Padé approximants: what three of the paper's figures show of its own."""
-    v_star = r"$\kappa$" if law.d == 1 else rf"$v_\ast = \kappa^{{1/{law.d}}}$"
-
-    def draw() -> Sheet:
-        exactly = collision.curve(law)
-        end = float(exactly.kappa_from(LEAST_EPSILON)) ** (1 / law.d)
-        x = np.linspace(0, end, 601)[1:]
-        kappa = x**law.d
-        curves = [(f"$k_c = {k}$", f"series-{k}", look, _truncated(law, k, x)) for k, look in ORDERS.items()]
-        curves += [
-            (found.label, found.label.strip("[]").replace("/", "-"), look, found(x))
-            for found, look in zip(_lowest(law), APPROXIMANTS, strict=True)
-        ]
-        sheet, (top, bottom) = new_sheet(5.0, (1, 1))
-        label_axes(top, "", EPSILON, (0, end), (0, 1.02), "")
-        label_axes(bottom, v_star, "relative error of " + EPSILON, (0, end), (LEAST_ERROR, 10), "y")
-        top.plot(x, exactly.epsilon(kappa), color=GREY, linewidth=3.4, gid="exact")
-        for _, gid, look, value in curves:
-            draw_look(top, look, x, value, gid)
-            draw_look(bottom, look, x, np.abs(value / exactly.epsilon(kappa) - 1), f"{gid}-error")
-        key = [("exact", Look(GREY, width=3.4)), *((text, look) for text, _, look, _ in curves)]
-        key_of(sheet, key, "outside lower center", 4)
-        return sheet
-
-    return Figure(
-        f"eps, its series and Padé approximants for the law {law}, {law.equation}, and their errors",
-        rf"Top: $\varepsilon$ of the law {law}, its series cut off at order $k_c$, and $[m/n]$. Bottom: errors.",
-        draw,
-    )
-
-
-def _truncated(law: Law, order: int, x: Floats) -> Floats:
-    return horner(series(max(ORDERS), DIGITS, law=law).floats()[: order + 1], x)
-
-
-def _lowest(law: Law) -> list[Pade]:
-    """Return the approximants [m/m+k] of a law with the lowest degrees, without those that do not exist."""
-    found: list[Pade] = []
-    degree = 0 if law.excess else 1
-    while len(found) < len(APPROXIMANTS):
-        with suppress(ValueError, ArithmeticError):
-            found.append(pade(degree, degree + law.excess, DIGITS, law=law))
-        degree += 1 if len(found) < len(APPROXIMANTS) - 1 else 5
-    return found
 
 
 FIGURES: Mapping[str, Figure] = {"universalCurves": _universal_curves, "dampingFormulas": _damping_formulas}

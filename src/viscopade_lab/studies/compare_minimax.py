@@ -1,6 +1,6 @@
 """Our minimax fits against those of others: baryrat, SciPy's AAA, Sollya's remez and fpminimax.
 
-Run as `python -m viscopade_lab.studies.compare_minimax [--format json]`. None of the others can do what
+Run as `python -m viscopade_lab.studies.compare_minimax`. None of the others can do what
 `minimax` is for, a weight that vanishes together with the condition a_1 = b_1; so each is compared on a problem that it
 can do:
 
@@ -15,7 +15,6 @@ on PyPI, Sollya a Debian package.
 
 from __future__ import annotations
 
-import importlib
 import math
 import shutil
 import statistics
@@ -31,6 +30,7 @@ from typing import Any
 
 import numpy as np
 from flint import arb
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -43,7 +43,6 @@ from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.series import series
-from viscopade_lab.script import command, console
 
 DEGREES = ((1, 4), (3, 3), (2, 5), (3, 6), (5, 5))
 SPEEDS = (1.0, 3.0, 10.0, 50.0)
@@ -130,14 +129,6 @@ def ours_free(m: int, n: int, v_max: float) -> tuple[float, float]:
     return largest_error(approximant, v_max), seconds
 
 
-def module(name: str) -> Any:
-    """Return a module, or None."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        return None
-
-
 # --- the rivals -------------------------------------------------------------------------------------------------------
 
 
@@ -146,8 +137,9 @@ def against_baryrat() -> RivalComparison:
     result = RivalComparison(
         "baryrat.brasil", "free [m/n], absolute", "no weights, no conditions; without gmpy2 in doubles"
     )
-    baryrat = module("baryrat")
-    if baryrat is None:
+    try:
+        import baryrat  # type: ignore[import-not-found]
+    except ImportError:
         result.skipped = "baryrat is not installed (pip install baryrat)"
         return result
     for (m, n), v_max in CASES:
@@ -161,14 +153,15 @@ def against_aaa() -> RivalComparison:
     result = RivalComparison(
         "scipy AAA", "free [k/k], absolute", "m = n only, not minimax, no weights, doubles", enough=10
     )
-    interpolate = module("scipy.interpolate")
-    if interpolate is None or not hasattr(interpolate, "AAA"):
+    try:
+        from scipy.interpolate import AAA
+    except ImportError:
         result.skipped = "SciPy is absent or older than 1.15"
         return result
     for (m, n), v_max in DIAGONAL:
         v_star = v_max * (1 - np.cos(np.pi * np.arange(2001) / 2000)) / 2
         values = double.epsilon(v_star)
-        found, seconds = tried(lambda x=v_star, y=values, k=m: interpolate.AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
+        found, seconds = tried(lambda x=v_star, y=values, k=m: AAA(x, y, max_terms=k + 1, rtol=0))  # type: ignore[misc]
         poles = found.poles()
         if np.any((abs(poles.imag) < 1e-9) & (poles.real >= 0) & (poles.real <= v_max)):
             found = None
@@ -240,38 +233,22 @@ def _dyadic(word: str) -> Fraction:
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-def measure() -> list[RivalComparison]:
-    """Run everything."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return [against_baryrat(), against_aaa(), *against_sollya()]
-
-
-def show(results: list[RivalComparison]) -> None:
-    """Print the table."""
+def main() -> None:
+    """Run everything, and print the table."""
     table = Table(
-        "rival",
-        "problem",
-        "cases",
-        "ours",
-        "rival's",
-        "error",
-        "time",
-        "what it cannot do",
+        *("rival", "problem", "cases", "ours", "rival's", "error", "time", "what it cannot do"),
         title="converged; rival/ours, medians",
     )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        results = [against_baryrat(), against_aaa(), *against_sollya()]
     for result in results:
         if result.skipped:
-            table.add_row(result.rival, escape(result.problem), "-", "-", "-", "-", "-", f"skipped: {result.skipped}")
+            table.add_row(result.rival, escape(result.problem), *["-"] * 5, f"skipped: {result.skipped}")
             continue
-        error, seconds = result.ratios
-        ours, other = result.converged
-        numbers = (str(len(result.errors)), str(ours), str(other), f"{error:.3g}", f"{seconds:.3g}")
+        numbers = (str(len(result.errors)), *map(str, result.converged), *(f"{ratio:.3g}" for ratio in result.ratios))
         table.add_row(result.rival, escape(result.problem), *numbers, result.cannot)
-    console(150).print(table)
-
-
-main = command(measure, show)
+    Console(width=150).print(table)
 
 
 if __name__ == "__main__":

@@ -5,28 +5,28 @@ skewed, two exponential functions of different slope as Montaine et al. (2011) m
 are `--sets` sets, and of the first `--judged` of them the verdict is counted. A 68 % interval holds the true value in
 68 % of sets if it is right; with 2000 sets, the standard error of that number is 1.0 %, and 0.5 % of 95 %.
 
-Run as `python -m viscopade_lab.studies.coverage`, or with `--format json`, or `--markdown`, for docs/results/fit.md. It
-needs the program `lmp` and the package `mujoco`.
+Run as `python -m viscopade_lab.studies.coverage`: it prints the table of docs/results/fit.md. It needs the program
+`lmp` and the package `mujoco`.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
-from rich.table import Table
 
 from viscopade import Pair, Points, Sphere
 from viscopade.arrays.checked import FloatArray
+from viscopade.cli.console import need
 from viscopade.fitting.damping import LEVELS, DampingFit
 from viscopade.fitting.flight import Flight
 from viscopade.progress import track
 from viscopade_lab.runs import fit_data
-from viscopade_lab.script import command, console
+from viscopade_lab.studies.laws import markdown
 
 POINTS, MANY = 12, 48
 SLOWEST, FASTEST = 0.05, 3.0
@@ -67,16 +67,7 @@ ERRORS: dict[str, Errors] = {"Gaussian": gaussian, "skewed": skewed}
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of data.
-
-    Attributes
-    ----------
-    name : str
-    made : callable
-        From a source of random numbers and errors to points.
-    truths : dict of str to float
-        The true values, by name: beta, A, Y, or eps of a constant.
-    """
+    """A kind of data: how points are made of random numbers and errors, and the true beta, A, Y, or constant eps."""
 
     name: str
     made: Callable[[Random, Errors], Points]
@@ -90,7 +81,6 @@ class Rate:
     Attributes
     ----------
     data, errors, quantity : str
-    sets : int
     inside : tuple of float
         Portions of sets whose 68 % and 95 % intervals hold the true value.
     bias : float
@@ -102,7 +92,6 @@ class Rate:
     data: str
     errors: str
     quantity: str
-    sets: int
     inside: tuple[float, ...]
     bias: float
     verdicts: dict[str, float]
@@ -135,17 +124,15 @@ def cases() -> list[Case]:
     pair, beta = Pair(ball, ball), fit_data.PAIR_BETA
     stiffness = {"beta": beta, "A": float(pair.dissipative_constant(beta)), "Y": ball.young_modulus}
 
-    def known(random: Random, errors: Errors) -> Points:
-        return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS), sigma_epsilon=SIGMA)
+    def scattered(
+        speed: FloatArray, epsilon: FloatArray, sigma: float | None = SIGMA
+    ) -> Callable[[Random, Errors], Points]:
+        def made(random: Random, errors: Errors) -> Points:
+            return Points.measured(speed, epsilon + SIGMA * errors(random, len(speed)), sigma_epsilon=sigma)
 
-    def unknown(random: Random, errors: Errors) -> Points:
-        return Points.measured(speed, epsilon + SIGMA * errors(random, POINTS))
+        return made
 
     many = np.geomspace(SLOWEST, FASTEST, MANY)
-    of_many = law.at(many)[0]
-
-    def more(random: Random, errors: Errors) -> Points:
-        return Points.measured(many, of_many + SIGMA * errors(random, MANY))
 
     def with_contacts(random: Random, errors: Errors) -> Points:
         times = duration * (1 + CONTACT_SIGMA * errors(random, POINTS))
@@ -159,7 +146,7 @@ def cases() -> list[Case]:
 
         return made
 
-    def launches(random: Random, errors: Errors, number: int = BOUNCES, sigma: float = SIGMA) -> FloatArray:
+    def launches(random: Random, errors: Errors, number: int, sigma: float) -> FloatArray:
         """Return the speeds of successive flights: eps of LAMMPS at each, with scatter."""
         found = [random.uniform(2.0, 3.0)]
         for error in errors(random, number):
@@ -167,42 +154,37 @@ def cases() -> list[Case]:
             found.append(found[-1] * min(now, 1 - 1e-9))
         return np.array(found)
 
-    def dropped(random: Random, errors: Errors) -> Points:
-        drops = []
-        for _ in range(DROPS):
-            flights = 2 * launches(random, errors)[1:] / fit_data.GRAVITY
-            seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, BOUNCES + 1)
-            drops.append((seen, _labels(seen)))
-        return bounces.of_times(drops, flight, sigma=RESOLUTION)
+    def dropped(drops: int, number: int, sigma: float) -> Callable[[Random, Errors], Points]:
+        def made(random: Random, errors: Errors) -> Points:
+            instants = []
+            for _ in range(drops):
+                flights = 2 * launches(random, errors, number, sigma)[1:] / fit_data.GRAVITY
+                seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, number + 1)
+                instants.append((seen, _labels(seen)))
+            return bounces.of_times(instants, flight, sigma=RESOLUTION)
 
-    def once(random: Random, errors: Errors) -> Points:
-        flights = 2 * launches(random, errors, SINGLE, SMALL)[1:] / fit_data.GRAVITY
-        seen = np.concatenate([[0.3], 0.3 + np.cumsum(flights)]) + RESOLUTION * errors(random, SINGLE + 1)
-        return bounces.of_times([(seen, _labels(seen))], flight, sigma=RESOLUTION)
+        return made
 
     def risen(random: Random, errors: Errors) -> Points:
         drops = []
         for _ in range(DROPS):
-            heights = launches(random, errors) ** 2 / (2 * fit_data.GRAVITY)
+            heights = launches(random, errors, BOUNCES, SIGMA) ** 2 / (2 * fit_data.GRAVITY)
             seen = heights + HEIGHT_RESOLUTION * errors(random, len(heights))
             drops.append((seen, _labels(seen)))
         return bounces.of_heights(drops, flight, sigma=HEIGHT_RESOLUTION)
 
-    def off(random: Random, errors: Errors) -> Points:
-        return Points.measured(speed, constant + SIGMA * errors(random, POINTS), sigma_epsilon=SIGMA)
-
     bounced = detected(of_mujoco, touching)
     of_bounces = likelihood.fitted(bounced(np.random.default_rng(0), _none), verdict.MODELS[1])
     return [
-        Case("LAMMPS, v and eps, standard errors known", known, {"beta": beta}),
-        Case("LAMMPS, v and eps, scatter unknown", unknown, {"beta": beta}),
-        Case(f"the same, {MANY} points", more, {"beta": beta}),
+        Case("LAMMPS, v and eps, standard errors known", scattered(speed, epsilon), {"beta": beta}),
+        Case("LAMMPS, v and eps, scatter unknown", scattered(speed, epsilon, None), {"beta": beta}),
+        Case(f"the same, {MANY} points", scattered(many, law.at(many)[0], None), {"beta": beta}),
         Case("LAMMPS, v, eps and contact times", with_contacts, stiffness),
         Case("LAMMPS, instants of a drop, --no-scatter", detected(of_lammps, contact), {"beta": fit_data.WALL_BETA}),
-        Case(f"eps of LAMMPS, instants of a drop, scatter {SMALL:g}", once, {"beta": beta}),
-        Case("eps of LAMMPS, instants of five drops", dropped, {"beta": beta}),
+        Case(f"eps of LAMMPS, instants of a drop, scatter {SMALL:g}", dropped(1, SINGLE, SMALL), {"beta": beta}),
+        Case("eps of LAMMPS, instants of five drops", dropped(DROPS, BOUNCES, SIGMA), {"beta": beta}),
         Case("eps of LAMMPS, heights of five drops", risen, {"beta": beta}),
-        Case("LAMMPS, law off: spring and dashpot", off, {"eps": float(constant[0])}),
+        Case("LAMMPS, law off: spring and dashpot", scattered(speed, constant), {"eps": float(constant[0])}),
         Case(
             "MuJoCo, instants of a drop, --no-scatter",
             bounced,
@@ -237,7 +219,6 @@ def rates(case: Case, errors: str, sets: int, judged: int) -> list[Rate]:
             case.name,
             errors,
             name,
-            sets,
             tuple((inside[name] / sets).tolist()),
             float(np.mean(ratios[name])) - 1,
             shares,
@@ -266,53 +247,20 @@ def _estimates(points: Points, case: Case) -> dict[str, tuple[float, list[tuple[
     return estimates
 
 
-def measure(sets: int, judged: int, markdown: bool) -> dict[str, Any]:
-    """Return the rates of all kinds of data."""
-    found: list[Rate] = []
+@click.command()
+@click.option("--sets", type=click.IntRange(1), default=2000, show_default=True, help="Sets of each kind of data.")
+@click.option("--judged", type=click.IntRange(0), default=100, show_default=True, help="Sets whose verdict counts.")
+def main(sets: int, judged: int) -> None:
+    """Print the rates of all kinds of data as a table in Markdown."""
+    need("coverage", "scipy")
     pairs = [(case, errors) for case in cases() for errors in ERRORS]
+    rows = []
     for i in track(range(len(pairs)), "kinds of data"):
-        found += rates(*pairs[i], sets, judged)
-    return {"sets": sets, "judged": judged, "markdown": markdown, "rates": [asdict(each) for each in found]}
-
-
-HEADER = ("data", "errors", "of", "68 %", "95 %", "bias", *WORDS)
-
-
-def _rows(result: dict[str, Any]) -> Sequence[Sequence[str]]:
-    return [
-        (
-            each["data"],
-            each["errors"],
-            each["quantity"],
-            *(f"{100 * share:.1f} %" for share in each["inside"]),
-            f"{100 * each['bias']:+.2f} %",
-            *(f"{100 * each['verdicts'].get(word, 0):.0f} %" for word in WORDS),
-        )
-        for each in result["rates"]
-    ]
-
-
-def show(result: dict[str, Any]) -> None:
-    """Print the result for people."""
-    if result["markdown"]:
-        click.echo("| " + " | ".join(HEADER) + " |\n" + "|---" * len(HEADER) + "|")
-        for row in _rows(result):
-            click.echo("| " + " | ".join(row) + " |")
-        return
-    table = Table(*HEADER, title=f"{result['sets']} sets of each kind, {result['judged']} judged")
-    for row in _rows(result):
-        table.add_row(*row)
-    console(160).print(table)
-
-
-main = command(
-    measure,
-    show,
-    click.option("--sets", type=click.IntRange(1), default=2000, show_default=True, help="Sets of each kind of data."),
-    click.option("--judged", type=click.IntRange(0), default=200, show_default=True, help="Sets whose verdict counts."),
-    click.option("--markdown", is_flag=True, help="Print a table in Markdown."),
-    needs="scipy",
-)
+        for rate in rates(*pairs[i], sets, judged):
+            inside = (f"{100 * share:.1f} %" for share in rate.inside)
+            verdicts = (f"{100 * rate.verdicts.get(word, 0):.0f} %" for word in WORDS)
+            rows.append([rate.data, rate.errors, rate.quantity, *inside, f"{100 * rate.bias:+.2f} %", *verdicts])
+    click.echo(markdown(("data", "errors", "of", "68 %", "95 %", "bias", *WORDS), rows))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import click
+from rich.console import Console
 from rich.table import Table
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
@@ -33,7 +34,6 @@ from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import last_place, speed_table
 from viscopade.kernels.targets import last_place as full
 from viscopade.kernels.targets import speed
-from viscopade_lab.script import console
 
 MODES = {"plain": ("-O3", "-ffp-contract=off"), "fused": ("-O3", "-march=native", "-ffp-contract=fast")}
 """How the kernels are compiled: without fused multiplications, and with those of this machine."""
@@ -173,7 +173,7 @@ def floats(text: str, mode: str, step: int = 1, jobs: int = 1) -> tuple[list[Err
 @click.option("--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
 def main(samples: int, step: int, jobs: int) -> None:
     """Test, print the errors, and exit with 1 if one is beyond its bound, or an array differs."""
-    out, holds = console(160), True
+    out, holds = Console(width=160, highlight=False), True
     source = full.render("viscopade_lab.studies.exhaustive")
     table = speed.render(prove_lacunary.speed_kernel("1e-5"), "viscopade_lab.studies.exhaustive")
     for mode, flags in MODES.items():
