@@ -13,7 +13,7 @@ from record_checker import CHECKS, Sample, Wrong, check
 from tests import daily
 
 ROOT = Path(__file__).parents[2]
-RECORDS = sorted((ROOT / "src" / "viscopade" / "data" / "kernels").glob("*.json"))
+RECORDS = record_checker.paths(ROOT / "src" / "viscopade" / "data" / "kernels")
 CERTIFICATES = {
     **dict.fromkeys(("minimax_certificates.json", "pade_certificates.json"), "certificate_checker"),
     **dict.fromkeys(("half_line_certificates.json", "inverse_certificates.json"), "interval_checker"),
