@@ -1,9 +1,8 @@
 # %% [markdown]
 # # 14. Both ends to any order: expansions for v* -> 0 and v* -> infinity
 #
-# `viscopade_lab.asymptotics` gives eps, x_max, tau_c and the inverse v*(eps) as asymptotic expansions to any
-# order, without anything of what computes the exact function, so that they can check it. Its recursions are derived
-# here.
+# `viscopade_lab.asymptotics` gives eps, x_max and tau_c as asymptotic expansions to any order, without anything of
+# what computes the exact function, so that they can check it. Its recursions are derived here.
 #
 # v* -> infinity: `10_large_v_star.py` has three terms, by matched expansions with integrals in closed form. To any
 # order it becomes simpler if not the orbit is expanded but a constant of the motion and the time, as functions on
@@ -238,8 +237,7 @@ same(time[0], -2 * (lam + A + sp.Rational(3, 2)))
 #     y = 1 + u (6 ln y + ln J - sigma - sum u^(n-1) f_n(1)),
 #
 # which every iteration makes right to one order more. Then eps = 3 u (z_e/W)^2, x_max = Z^2/(4 v*^8) and tau_c =
-# v*^2 T, v*^10 = w = W^3/12. In E = 3/eps, W/E = (z_e/W)^2 gives the inverse likewise. The first terms are those of
-# derivation 10:
+# v*^2 T, v*^10 = w = W^3/12. The first terms are those of derivation 10:
 
 # %%
 S, U = 2 * lam + A - 1 - sp.log(2), -10 * lam + 2 * A - B + 5 * sp.log(2) + 5
@@ -249,11 +247,8 @@ same(large["epsilon"].polynomials[2], sp.expand(S**2 + 2 * U))
 same(large["x_max"].polynomials[1], -2 * (lam + A))
 same(large["x_max"].polynomials[2], sp.expand((lam + A) ** 2 + 2 * (A - 6 * lam - B)))
 same(large["tau_c"].polynomials[0], 2 * (2 * lam + A + sp.Rational(3, 2) - sp.log(2)))
-W, E = sp.symbols("W E", positive=True)
+W = sp.Symbol("W", positive=True)
 assert sp.simplify((W**3 / 12) ** sp.Rational(1, 3) * 12 ** sp.Rational(1, 3) - W) == 0
-in_E = E - 2 * S.subs(lam, sp.log(E))  # W = E (1 - 2 S/W + …): v* = (W^3/12)^(1/10)
-same(large["v_star"].polynomials[1], sp.expand(sp.Rational(3, 10) * (in_E - E).subs(sp.log(E), lam)))
-assert large["v_star"].power == (3, 10)
 
 # %% [markdown]
 # What is left out after n terms: the powers of the logarithm in the coefficients of W^-n, and the factors of the
@@ -356,7 +351,7 @@ with mp.workdps(15):
 
 # %% [markdown]
 # K follows from kappa = (5/4)^(2/5) K V(K)^(1/5) by reversion, and x_max = (5/4)^(2/5) V(K)^(-4/5). The first terms,
-# with lambda_1 = 2 (4/5)^(2/5) G_1 and D_0 = B(2/5, 1/2)/5:
+# with lambda_1 = 2 (4/5)^(2/5) G_1 and D_0 = B(2/5, 1/2)/5, and those of the inverse v*(eps), are:
 
 # %%
 kappa, G_1, D_0, root = sp.symbols("kappa G_1 D_0 root", positive=True)  # root = (1 - eps)^(1/2)
@@ -382,7 +377,6 @@ wanted = {
     "one_minus_epsilon": [loss.coeff(v, power) for power in (2, 4, 5)],
     "x_max": [sp.expand(depth).coeff(kappa, power) for power in (0, 1)],
     "tau_c": [sp.expand(duration).coeff(kappa, power) for power in (0, 1)],
-    "v_star": [sp.expand(inverse).coeff(root, power) for power in (1, 3, 4)],
 }
 small, closed = elastic(6, 30), elastic_in_closed_form(30)
 for name, formulas in wanted.items():

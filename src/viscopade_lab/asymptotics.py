@@ -1,4 +1,4 @@
-r"""Asymptotic expansions of eps, x_max, tau_c and v*(eps) for v* -> 0 and v* -> infinity.
+r"""Asymptotic expansions of eps, x_max and tau_c for v* -> 0 and v* -> infinity.
 
 They use nothing of what finds the exact function (`flow`, `validation`, `exact`) or the series (`series`), so that they
 can check it. `derivations/14_expansions.py` derives every recursion.
@@ -42,35 +42,28 @@ _Laurent = dict[int, fmpq]
 
 @dataclass(frozen=True)
 class PowerExpansion:
-    """Powers of y = at^root, ascending, with their coefficients, none of which is zero."""
+    """Powers of v*, ascending, with their coefficients, none of which is zero."""
 
-    root: tuple[int, int]
     coefficients: tuple[tuple[int, arb], ...]
 
-    def terms(self, at: arb) -> tuple[arb, ...]:
+    def terms(self, v_star: arb) -> tuple[arb, ...]:
         """Return the terms in their order, at FLINT's precision."""
-        y = rational_power(at, Fraction(*self.root))
-        return tuple(c * y**n for n, c in self.coefficients)
+        return tuple(c * v_star**n for n, c in self.coefficients)
 
 
 @dataclass(frozen=True)
 class LogExpansion:
-    """Logarithmic expansion factor X^power (p_0(ln X) + p_1(ln X)/X + …), X = scale at^root.
+    """Logarithmic expansion factor W^power (p_0(ln W) + p_1(ln W)/W + …), W = 12^(1/3) v*^(10/3)."""
 
-    `root` and `power` are numerators and denominators.
-    """
-
-    scale: arb
-    root: tuple[int, int]
     factor: arb
-    power: tuple[int, int]
+    power: Fraction
     polynomials: tuple[arb_poly, ...]
 
-    def terms(self, at: arb) -> tuple[arb, ...]:
+    def terms(self, v_star: arb) -> tuple[arb, ...]:
         """Return the terms in their order, at FLINT's precision."""
-        x = self.scale * rational_power(at, Fraction(*self.root))
-        first, log_x = self.factor * rational_power(x, Fraction(*self.power)), x.log()
-        return tuple(first * p(log_x) / x**n for n, p in enumerate(self.polynomials))
+        w = arb(12).root(3) * rational_power(v_star, Fraction(10, 3))
+        first, log_w = self.factor * rational_power(w, self.power), w.log()
+        return tuple(first * p(log_w) / w**n for n, p in enumerate(self.polynomials))
 
 
 Expansion = PowerExpansion | LogExpansion
@@ -81,7 +74,7 @@ Expansion = PowerExpansion | LogExpansion
 
 @lru_cache(maxsize=8)
 def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
-    """Return 1 - eps, x_max and tau_c for v* -> 0, to v*^(2 order), order >= 3, and v* as a series in 1 - eps."""
+    """Return 1 - eps, x_max and tau_c for v* -> 0, to v*^(2 order), order >= 3."""
     bits = bits_for(digits) + GUARD_BITS + 8 * order
     ends, times = (arb_series(values, order + 1) for values in turning_point_series(order, digits))
     with working(bits, 2 * order + 1):
@@ -101,17 +94,15 @@ def elastic(order: int, digits: int) -> dict[str, PowerExpansion]:
         loss = 1 - eps0 / k_0
         x_max = (arb(25) / 16).root(5) * ((forward.log() * -4) / 5).exp()
         tau_c = arb(5).sqrt() * (x_max.log() / -4).exp() * (both_times - curve_k * rest)
-        root_of_loss = _shifted(_shifted(loss, -2).sqrt(), 1)
         in_v_star = {"one_minus_epsilon": loss, "x_max": x_max, "tau_c": tau_c}
-        expansions = {name: _expansion(series, (1, 1), 2 * order) for name, series in in_v_star.items()}
-        return expansions | {"v_star": _expansion(root_of_loss.reversion(), (1, 2), 2 * order - 1)}
+        return {name: _expansion(series) for name, series in in_v_star.items()}
 
 
 @lru_cache(maxsize=8)
 def elastic_in_closed_form(digits: int) -> dict[str, PowerExpansion]:
     """Return the first terms of `elastic`, up to relative order v*^3, in closed form by the Gamma function.
 
-    The first terms left out are those in v*^6 of 1 - eps, in v*^4 of x_max and tau_c, and in (1 - eps)^(5/2) of v*.
+    The first terms left out are those in v*^6 of 1 - eps, and in v*^4 of x_max and tau_c.
     """
     with working(bits_for(digits) + GUARD_BITS):
         g_1 = arb.pi().sqrt() * _ball(fmpq(3, 5)).gamma() / (4 * _ball(fmpq(21, 10)).gamma())
@@ -122,19 +113,18 @@ def elastic_in_closed_form(digits: int) -> dict[str, PowerExpansion]:
         loss = ((2, lambda_1), (4, -arb(3) / 5 * lambda_1**2), (5, -arb(4) / 15))
         x_max = ((0, depth), (2, -arb(4) / 5 * depth * k * g_1))
         tau_c = ((0, 2 * time * d_0), (2, time * k * (2 * d_0 * g_1 / 5 - arb(1) / 2)))
-        slow = 1 / lambda_1.sqrt()
-        v_star = ((1, slow), (3, arb(3) / 10 * slow), (4, arb(2) / 15 / lambda_1**3))
-        found = {"one_minus_epsilon": loss, "x_max": x_max, "tau_c": tau_c}
-        return {name: PowerExpansion((1, 1), c) for name, c in found.items()} | {
-            "v_star": PowerExpansion((1, 2), v_star)
+        return {
+            "one_minus_epsilon": PowerExpansion(loss),
+            "x_max": PowerExpansion(x_max),
+            "tau_c": PowerExpansion(tau_c),
         }
 
 
-def _expansion(series: arb_series, root: tuple[int, int], highest: int) -> PowerExpansion:
-    terms = tuple((n, c) for n, c in enumerate(series.coeffs()[: highest + 1]) if not c.is_zero())
+def _expansion(series: arb_series) -> PowerExpansion:
+    terms = tuple((n, c) for n, c in enumerate(series.coeffs()) if not c.is_zero())
     if any(c.contains(0) for _, c in terms):
         raise ArithmeticError("too few digits to tell whether a coefficient is zero")
-    return PowerExpansion(root, terms)
+    return PowerExpansion(terms)
 
 
 def _in_v_star(series: arb_series, order: int) -> arb_series:
@@ -146,11 +136,6 @@ def _in_v_star(series: arb_series, order: int) -> arb_series:
 
 def _mirrored(series: arb_series, order: int) -> arb_series:
     return arb_series([-c if n % 2 else c for n, c in enumerate(series.coeffs())], order + 1)
-
-
-def _shifted(series: arb_series, by: int) -> arb_series:
-    coefficients = series.coeffs()
-    return arb_series([arb(0)] * by + coefficients if by > 0 else coefficients[-by:], series.prec + by)
 
 
 def _end_of_contact(eps0: arb_series, order: int) -> tuple[arb_series, arb_series]:
@@ -224,7 +209,7 @@ def _ball(number: fmpq) -> arb:
 
 @lru_cache(maxsize=8)
 def viscous(order: int, digits: int) -> dict[str, LogExpansion]:
-    """Return eps, x_max and tau_c for v* -> infinity, to W^-order relative to the first term, and v* in eps."""
+    """Return eps, x_max and tau_c for v* -> infinity, to W^-order relative to the first term."""
     constant, time = way_in(order, digits)
     length = order + 1
     near = near_turning_point(length)
@@ -233,14 +218,11 @@ def viscous(order: int, digits: int) -> dict[str, LogExpansion]:
         end = _solved(constant, lambda y: _at_end(y, near, length), length)
         ratio = _times(end, end, length)
         lasted = [a - b for a, b in zip(_end_time(end, near, length), time, strict=True)]
-        inverse = _to_the(_reverted(ratio, length), arb(3) / 10, length)
-        twelve, slow = arb(12), (-2, 5)
-        scale = twelve.root(3)
+        root, slow = arb(12).root(5), Fraction(-2, 5)
         return {
-            "epsilon": LogExpansion(scale, (10, 3), arb(3), (-1, 1), tuple(ratio)),
-            "x_max": LogExpansion(scale, (10, 3), twelve.root(5) ** 4 / 4, slow, tuple(_times(turn, turn, length))),
-            "tau_c": LogExpansion(scale, (10, 3), 1 / twelve.root(5), slow, tuple(lasted)),
-            "v_star": LogExpansion(arb(3), (-1, 1), 1 / twelve.root(10), (3, 10), tuple(inverse)),
+            "epsilon": LogExpansion(arb(3), Fraction(-1), tuple(ratio)),
+            "x_max": LogExpansion(root**4 / 4, slow, tuple(_times(turn, turn, length))),
+            "tau_c": LogExpansion(1 / root, slow, tuple(lasted)),
         }
 
 
@@ -373,7 +355,8 @@ def _way(drag: arb_series, sources: tuple[arb_series, arb_series], power: int, m
     for n, match in enumerate(matches, 1):
         right.append(arb_series([0], length))  # f_n has a power of the logarithm more than right_n
         if found:
-            right = [-drag * (r - step * f - _x2_derivative(f, length)) for r, f in zip(right, found, strict=True)]
+            slopes = (arb_series([arb(0), *(j * c for j, c in enumerate(f.coeffs()))], length) for f in found)
+            right = [-drag * (r - step * f - slope) for r, f, slope in zip(right, found, slopes, strict=True)]
         if n <= len(sources):
             right[0] += sources[n - 1]
         found = _with_logarithms(right, n, match, length)
@@ -381,13 +364,9 @@ def _way(drag: arb_series, sources: tuple[arb_series, arb_series], power: int, m
     return values
 
 
-def _x2_derivative(f: arb_series, length: int) -> arb_series:
-    return arb_series([arb(0), *(j * c for j, c in enumerate(f.coeffs()))], length)
-
-
 def _with_logarithms(right: list[arb_series], n: int, match: fmpq, length: int) -> list[arb_series]:
     """Return the f_n with (theta + 1 - n) f_n = right, by the power of the logarithm."""
-    known = [_padded(r, length) for r in right]
+    known = [[r[j] for j in range(length)] for r in right]
     above = [arb(0)] * length
     found: list[list[arb]] = []
     for k in range(len(known), -1, -1):
@@ -399,11 +378,6 @@ def _with_logarithms(right: list[arb_series], n: int, match: fmpq, length: int) 
         found.append(now)
         above = now
     return [arb_series(row, length) for row in reversed(found)]
-
-
-def _padded(series: arb_series, length: int) -> list[arb]:
-    coefficients = series.coeffs()
-    return coefficients + [arb(0)] * (length - len(coefficients))
 
 
 def _constant_matches(near: NearTurningPoint, order: int) -> list[fmpq]:
@@ -543,30 +517,6 @@ def _solved(constant: _Polynomials, there: Callable[[_Polynomials], _Polynomials
         difference = [a - b for a, b in zip(there(y), constant, strict=True)]
         y = _sum_of(_constant(1, length), _shift(difference))
     return y
-
-
-def _reverted(ratio: _Polynomials, length: int) -> _Polynomials:
-    """Return W/E in 1/E and ln E, where E = 3/eps and E/W = 1/ratio."""
-    found = _constant(1, length)
-    for _ in range(length):
-        found = _composed(ratio, found, length)
-    return found
-
-
-def _composed(outer: _Polynomials, y: _Polynomials, length: int) -> _Polynomials:
-    """Return sum u^n y^-n p_n(lambda + ln y)."""
-    log_y = _log(y, length)
-    log_y[0] += arb_poly([0, 1])
-    substituted = []
-    for polynomial in outer:
-        value = _constant(0, length)
-        for c in reversed(polynomial.coeffs()):
-            value = _sum_of(_times(value, log_y, length), _scaled(_constant(1, length), c))
-        substituted.append(value)
-    over_y, total = _to_the(y, arb(-1), length), _constant(0, length)
-    for value in reversed(substituted):
-        total = _sum_of(_shift(_times(total, over_y, length)), value)
-    return total
 
 
 def _in_powers(outer: _Polynomials, y: _Polynomials, length: int) -> _Polynomials:

@@ -12,10 +12,6 @@ from viscopade_lab import asymptotics
 from viscopade_lab.studies import direct
 
 
-def total(expansion, at):
-    return sum(expansion.terms(at), arb(0))
-
-
 def test_g_n_are_those_of_the_two_sided_series():
     """One Taylor series from the turning point to r = 0 here, two that meet at r = 15/32 there."""
     ends, _ = asymptotics.turning_point_series(8, 30)
@@ -52,8 +48,6 @@ def test_the_difference_from_an_integration_in_time_is_the_first_omitted_term(v_
     collision = direct.collide(v_star, 34)
     with mpmath.workdps(40), working(140):
         for name in found:
-            if name == "v_star":
-                continue
             value, left = mpmath.mpf(getattr(collision, name)), []
             for term in map(to_mpf, found[name].terms(arb(v_star))):
                 left.append((value, term))
@@ -73,13 +67,12 @@ def test_large_v_star_has_the_first_terms_of_derivation_10():
         "epsilon": [1, -2 * s, s * s + 2 * u],
         "x_max": [1, -2 * a, a * a + 2 * (a - b)],
         "tau_c": [2 * (a + 1.5 - math.log(2))],
-        "v_star": [1, -0.6 * s],
     }
     for name, values in constants.items():
         for polynomial, value in zip(found[name].polynomials, values, strict=False):
             assert float(polynomial(arb(0)).mid()) == pytest.approx(value, rel=1e-13, abs=0)
     degrees = {name: [p.degree() for p in expansion.polynomials] for name, expansion in found.items()}
-    assert degrees == {"epsilon": [0, 1, 2, 2], "x_max": [0, 1, 2, 2], "tau_c": [1, 2, 3, 4], "v_star": [0, 1, 2, 3]}
+    assert degrees == {"epsilon": [0, 1, 2, 2], "x_max": [0, 1, 2, 2], "tau_c": [1, 2, 3, 4]}
 
 
 def test_more_digits_lie_within_fewer():
@@ -93,18 +86,6 @@ def test_more_digits_lie_within_fewer():
                     assert float((c - d).abs_upper()) < 1e-18 * (1 + float(abs(d).abs_upper()))
 
 
-def test_the_inverses_invert():
-    elastic, viscous = asymptotics.elastic(6, 40), asymptotics.viscous(5, 60)
-    with working(400):
-        slow, fast = arb("1e-3"), arb("1e4")
-        back = total(elastic["v_star"], total(elastic["one_minus_epsilon"], slow))
-        assert abs(back / slow - 1) < 100 * slow**11
-        back = total(viscous["v_star"], total(viscous["epsilon"], fast))
-        left_out = [asymptotics.viscous(6, 60)[name].terms(at)[-1] for name, at in
-                    (("v_star", total(viscous["epsilon"], fast)), ("epsilon", fast))]  # fmt: skip
-        assert abs(back / fast - 1) < 2 * (abs(left_out[0]) / fast + abs(left_out[1]) / total(viscous["epsilon"], fast))
-
-
 def test_what_is_known_near_the_turning_point_is_rational():
     """The first coefficients by hand: Q_1 = s^3 - 2 s - 2 and Q_2 of derivation 10 at s = -1 and s = 0."""
     near = asymptotics.near_turning_point(3)
@@ -115,4 +96,4 @@ def test_what_is_known_near_the_turning_point_is_rational():
 
 def test_too_few_digits_are_noticed():
     with pytest.raises(ArithmeticError, match="too few digits"):
-        asymptotics._expansion(asymptotics.arb_series([arb(1), arb(0, 1)], 2), (1, 1), 1)
+        asymptotics._expansion(asymptotics.arb_series([arb(1), arb(0, 1)], 2))
