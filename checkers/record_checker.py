@@ -455,19 +455,12 @@ def in_pairs(machine: Machine, c: Sequence[Fraction], t: Fraction) -> Fraction:
     return total
 
 
-def full_value(kind: str, function: str, v: Fraction) -> Fraction:
+def full_value(function: str, v: Fraction) -> Fraction:
     """Return what the code of full accuracy returns for 2^-4 <= v* < 2^20, by the rows in the records."""
     machine, loss = Machine("double", Random(0)), function == "one_minus_epsilon"
     exponent = exponent_of(v)
     panel = 16 * (exponent + 4) + int((v / Fraction(2) ** exponent - 1) * 16)
-    rows = next(record["value"] for record in records() if record["key"] == [f"{kind}_rows"])
-    if kind == "float":
-        centre = Fraction(2) ** exponent * (1 + Fraction(2 * (panel % 16) + 1, 32))
-        a, t = [number(c) for c in rows[panel]], v - centre
-        p = machine(a[0] + machine(t * in_pairs(machine, a[1:], t)))
-        result = p if loss == (a[1] > 0) else machine(1 - p)  # a row that rises with v* is one of 1 - eps
-        return rounded(result, PRECISION["float"])
-    row = rows[1 + panel]
+    row = next(record["value"] for record in records() if record["key"] == ["double_rows"])[1 + panel]
     centre, high, slope, low, second = (number(row[n]) for n in ("centre", "a0_high", "a1_high", "a0_low", "a1_low"))
     cleared = Fraction(int(v / Fraction(2) ** (exponent - 26))) * Fraction(2) ** (exponent - 26)
     t, t_1, t_2 = v - centre, cleared - centre, v - cleared
@@ -485,33 +478,31 @@ def full_value(kind: str, function: str, v: Fraction) -> Fraction:
 
 def check_ulps(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check the errors of full accuracy in units in the last place, at a random number of each panel."""
-    kind, function = key
+    (function,) = key
     ends = [(Fraction(bound["low"]), Fraction(bound["high"])) for bound in value]
     claim(ends[0][0] == 0 and all(a[1] == b[0] for a, b in pairwise(ends)), "a gap between panels")
     claim(ends[-1][1] == LAST, "the panels end too early")
     for bound in sample.of([bound for bound in value if 1 <= 16 * Fraction(bound["low"]) < 2**24]):
         low, high = Fraction(bound["low"]), Fraction(bound["high"])
         share = Fraction(Random(f"{sample.start} {low}").randrange(1, 2**20), 2**20)
-        v = rounded(low + (high - low) * share, PRECISION[kind])
+        v = rounded(low + (high - low) * share, PRECISION["double"])
         exact = truth(real(v))[function]
-        error = abs(full_value(kind, function, v) - exact) - 2 * ERROR * exact
-        claim(error <= Fraction(bound["ulp"]) * ulp(exact, PRECISION[kind]), f"v* = {float(v).hex()}: beyond the bound")
+        error = abs(full_value(function, v) - exact) - 2 * ERROR * exact
+        claim(error <= Fraction(bound["ulp"]) * ulp(exact, PRECISION["double"]), f"v* = {float(v).hex()}: too far off")
 
 
 def check_full_rows(key: Sequence[Any], value: Value, sample: Sample) -> None:
     """Check that rows of full accuracy are numbers of type double and nearly the function, at three places of each."""
-    texts = [text for row in value for text in (flat(row.values()) if isinstance(row, dict) else row)]
+    texts = [text for row in value for text in flat(row.values())]
     claim(all(rounded(number(text), 53) == number(text) for text in texts), "a number is none of type double")
-    kind = "float" if isinstance(value[0], list) else "double"
-    panels = range(len(value) - (kind == "double"))
-    claim(len(panels) == 16 * 27, "the panels end too early")
+    claim(len(value) == 1 + 16 * 27, "the panels end too early")
     for panel in sample.of(range(16 * 24)):
         for share in (Fraction(1, 9), Fraction(1, 2), Fraction(8, 9)):
             v = rounded(Fraction(2) ** (panel // 16 - 4) * (1 + (panel % 16 + share) / 16), PRECISION["float"])
             for function in ("epsilon", "one_minus_epsilon"):
                 exact = truth(real(v))[function]
-                error = abs(full_value(kind, function, v) - exact)
-                claim(error <= ulp(exact, PRECISION[kind]), f"v* = {float(v).hex()}: the row is wrong")
+                error = abs(full_value(function, v) - exact)
+                claim(error <= ulp(exact, PRECISION["double"]), f"v* = {float(v).hex()}: the row is wrong")
 
 
 def flat(values: Any) -> Iterator[str]:
@@ -557,7 +548,6 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "last_place_rows": (check_table,),
     "last_place_bounds": (check_table,),
     "double_rows": (check_full_rows,),
-    "float_rows": (check_full_rows,),
     "ulp_bounds": (check_ulps,),
     "of_v_star": (check_of_v_star,),
     "of_w": (check_of_w,),

@@ -128,7 +128,7 @@ static inline uint64_t viscopade_full_bits(double x)
 }
 
 /*
- * Type double. A row: centre, a0_high, a1_high, a0_low, a1_low, a2, ..., a10, for
+ * A row: centre, a0_high, a1_high, a0_low, a1_low, a2, ..., a10, for
  *
  *     eps - base = (a0_high + a1_high t1) + (a0_low + a1_high t2 + a1_low t + a2 t^2 + ...)
  *

@@ -168,68 +168,6 @@ static inline double viscopade_one_minus_epsilon_halfline_3p4em6(double v_star)
     return viscopade_portion_halfline_3p4em6(v_star, 1);
 }
 
-static inline double viscopade_restitution_halfline_3p4em6(double speed, double beta)
-{
-    return viscopade_epsilon_halfline_3p4em6(viscopade_v_star(speed, beta));
-}
-
-/* Returns eps (loss = 0) or 1 - eps (loss = 1). */
-static inline float viscopade_portion_halfline_3p4em6f(float v_star, int loss)
-{
-    const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
-    const float a4 = VISCOPADE_CONSTANT(0x1.630fe2p-1f, 0.693480551f);
-    const float a12 = VISCOPADE_CONSTANT(0x1.d6cc5cp-6f, 0.0287352465f);
-    const float a19 = VISCOPADE_CONSTANT(0x1.760782p-5f, 0.0456578769f);
-    const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
-    const float b4 = VISCOPADE_CONSTANT(0x1.33938cp-1f, 0.600735068f);
-    const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
-    const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
-    const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-
-    if (!(v_star >= 0.0f)) {
-        return nanf("");
-    }
-    if (v_star <= 1.0f) {
-        const float y = cbrtf(v_star);
-        const float y2 = y * y;
-        const float y4 = y2 * y2;
-        const float y6 = y4 * y2;
-        const float y7 = y6 * y;
-        const float y8 = y4 * y4;
-        const float elastic = b0 + y4 * (b4 + y2 * (b6 + y2 * (b8 + y7 * b15)));
-        const float lost = v_star * v_star * (a0 + y4 * (a4 + y8 * (a12 + y7 * a19)));
-
-        return loss ? lost / (elastic + lost) : elastic / (elastic + lost);
-    }
-
-    const float w = 1.0f / v_star;
-    const float u = cbrtf(w);
-    const float u2 = u * u;
-    const float u4 = u2 * u2;
-    const float u6 = u4 * u2;
-    const float u7 = u6 * u;
-    const float u8 = u4 * u4;
-    const float elastic = w * w * w * u * (b15 + u7 * (b8 + u2 * (b6 + u2 * (b4 + u4 * b0))));
-    const float lost = a19 + u7 * (a12 + u8 * (a4 + u4 * a0));
-
-    return loss ? lost / (elastic + lost) : elastic / (elastic + lost);
-}
-
-static inline float viscopade_epsilon_halfline_3p4em6f(float v_star)
-{
-    return viscopade_portion_halfline_3p4em6f(v_star, 0);
-}
-
-static inline float viscopade_one_minus_epsilon_halfline_3p4em6f(float v_star)
-{
-    return viscopade_portion_halfline_3p4em6f(v_star, 1);
-}
-
-static inline float viscopade_restitution_halfline_3p4em6f(float speed, float beta)
-{
-    return viscopade_epsilon_halfline_3p4em6f(viscopade_v_starf(speed, beta));
-}
-
 #endif
 
 #ifndef VISCOPADE_SPEED

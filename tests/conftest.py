@@ -46,7 +46,6 @@ TOGETHER = (
     *files("cli", "cli", "scenes"),
     *files("scene", "choice", "render", "check"),
     *files("simulators", "rebound"),
-    *files("lab", "proven_errors"),
 )
 FIRST = (
     *TOGETHER,

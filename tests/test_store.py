@@ -84,7 +84,7 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch):
         monkeypatch.setattr(module, name, never)
     store._clear()
     prove_rational.of_pade(3, 6)
-    assert len(table_rows(Table(3, -96, 1, FLOAT))) == 1024
+    assert len(table_rows(Table(6, -96, 1, FLOAT))) == 8192
     curve.curve_tables(curve.law_of("tsuji", "return"))
 
 

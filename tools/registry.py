@@ -12,11 +12,11 @@ from viscopade.kernels import prove_lacunary
 from viscopade.kernels.expressions import Name, simple_operations
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, LacunaryVariant
-from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
 from viscopade.kernels.forms.table_free import COMMON, DEVICE, LIBRARY, SHADER, MachineArithmetic
-from viscopade.kernels.names import FAST, FULL
+from viscopade.kernels.names import COMPACT, FAST, FULL
 from viscopade.kernels.prove_lacunary import speed_kernel
 from viscopade.kernels.registry import HOST, Entry, Kind
 from viscopade.kernels.targets.last_place import table_bytes
@@ -45,36 +45,25 @@ def computed() -> Iterator[Entry]:
     """Prove everything anew."""
     for tier, size in [*TABLES, (FULL, FAST)]:
         yield from _of_speed(tier, size, speed_kernel(tier, size))
-    for accuracy in HALF_LINE:
-        yield from _of_half_line(accuracy, prove_lacunary.half_line_kernel(accuracy))
+    for accuracy in COMPACT:
+        yield from _of_compact_kernel(accuracy, prove_lacunary.half_line_kernel(accuracy))
+    error = last_place.largest_ulp() * _ulp(DOUBLE)
+    yield _everywhere("full", FULL, DOUBLE, error, _operations_of_full(), table_bytes())
     for form in (DOUBLE, FLOAT):
-        error, taken = last_place.largest_ulp(form) * _ulp(form), table_bytes(form)
-        yield _everywhere("full", FULL, "full", HOST, form, error, _of_full(form), taken)
-    for form in (DOUBLE, FLOAT):
-        yield _everywhere("v*", "", "v*", HOST, form, of_v_star(form), 0)
+        yield _everywhere("v*", "", form, of_v_star(form))
 
 
-def _of_full(form: Format) -> int:
+def _operations_of_full() -> int:
     """Return the number of operations of eps to the last place."""
-    start, panel = last_place.branches(form, "epsilon")
+    start, panel = last_place.branches("epsilon")
     of_panel = simple_operations(panel.program, panel.results["result"] * Name("scale"))
     return simple_operations(start.program, *start.results.values()) + of_panel
 
 
-def _everywhere(
-    kind: Kind,
-    tier: str,
-    name: str,
-    place: str,
-    form: Format,
-    error: Fraction,
-    operations: int,
-    size: int = 0,
-    formula: str = "",
-) -> Entry:
+def _everywhere(kind: Kind, tier: str, form: Format, error: Fraction, operations: int = 0, size: int = 0) -> Entry:
     bound = at_most(error, PLACES)
-    rest = ("0", "inf", bound, bound, *_last(kind, form), formula)
-    return Entry(kind, tier, FAST, name, place, form.name, size, operations, *rest)
+    rest = ("0", "inf", bound, bound, *_last(kind, form), "")
+    return Entry(kind, tier, FAST, kind, HOST, form.name, size, operations, *rest)
 
 
 def _last(kind: str, form: Format) -> tuple[str, str]:
@@ -125,7 +114,7 @@ def _of_speed(tier: str, size: str, given: SpeedKernel) -> Iterator[Entry]:
 def _beyond(given: SpeedKernel) -> Fraction:
     """Return the bound of the kernel that is used outside the table, always in type double."""
     if given.slow is None:
-        return _both(last_place.largest_ulp(DOUBLE) * _ulp(DOUBLE), of_v_star())
+        return _both(last_place.largest_ulp() * _ulp(DOUBLE), of_v_star())
     return _both(given.slow.variant(DOUBLE).total(given.slow.checked), of_v_star())
 
 
@@ -134,21 +123,14 @@ def _both(first: Fraction, second: Fraction) -> Fraction:
     return (1 + first) * (1 + second) - 1
 
 
-def _of_half_line(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
-    near, _ = given.branches
-    operations = simple_operations(near.program, near.results["epsilon"])
-    compact = table_free.table_free_program(given.powers)
-    of_speed = simple_operations((*formulas.w_program(), *compact.common), compact.results["restitution"])
-    for variant in given.variants:
-        error = variant.total(given.checked)
-        yield _everywhere(
-            "half-line", accuracy, given.name, HOST, variant.form, error, operations, formula=given.bound.bound
-        )
+def _of_compact_kernel(accuracy: str, given: HalfLineKernel) -> Iterator[Entry]:
+    program = table_free.table_free_program(given.powers)
+    operations = simple_operations((*formulas.w_program(), *program.common), program.results["restitution"])
     for (place, form), machine in MACHINES.items():
         machines = [machine, MACHINES[ALSO[place]]] if place in ALSO else [machine]
         for variant in given.variants:
             if variant.form == form:
-                yield _of_compact(accuracy, given, variant, place, machines, of_speed)
+                yield _of_compact(accuracy, given, variant, place, machines, operations)
 
 
 def _of_compact(

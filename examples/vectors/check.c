@@ -2,13 +2,13 @@
  * Checks the functions of a header against test vectors. From the repository's root:
  *
  *     cc -std=c99 -ffp-contract=off -I exports examples/vectors/check.c -lm -o check
- *     ./check exports/vectors_half_line.json [bits]
+ *     ./check exports/vectors_speed_1em5.json [bits]
  *
  * With "bits", results must also have the vectors' bits, which code has where products and sums are not fused
  * (-ffp-contract=off). For another header, give its name and its functions, those of one number and those of two:
  *
  *     -DHEADER='"viscopade_full.h"' -DFUNCTIONS='ONE(epsilon_full) ONE(one_minus_epsilon_full)'
- *     -DHEADER='"viscopade_speed_1em7.h"' -DFUNCTIONS='TWO(restitution_lookup_3_16_2p79em8)'
+ *     -DHEADER='"viscopade_speed_1em10.h"' -DFUNCTIONS='TWO(restitution_lookup_5_16_3p79em12)'
  *
  * and for type float ONEF, TWOF. Vectors of functions that are not named are left out. Exit status: 0 if all pass.
  */
@@ -18,10 +18,10 @@
 #include <string.h>
 
 #ifndef HEADER
-#define HEADER "viscopade_half_line.h"
+#define HEADER "viscopade_speed_1em5.h"
 #define FUNCTIONS \
-    ONE(epsilon_halfline_3p4em6) ONE(one_minus_epsilon_halfline_3p4em6) TWO(restitution_halfline_3p4em6) \
-    ONEF(epsilon_halfline_3p4em6) ONEF(one_minus_epsilon_halfline_3p4em6) TWOF(restitution_halfline_3p4em6)
+    TWO(restitution_lookup_1_64_6p69em6) TWO(rebound_lookup_1_64_6p69em6) TWO(dissipation_lookup_1_64_6p69em6) \
+    TWOF(restitution_lookup_1_64_6p69em6) TWOF(rebound_lookup_1_64_6p69em6) TWOF(dissipation_lookup_1_64_6p69em6)
 #endif
 #include HEADER
 

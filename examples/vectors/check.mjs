@@ -1,6 +1,6 @@
 // Checks the functions of a module against test vectors. From the repository's root:
 //
-//     node examples/vectors/check.mjs exports/vectors_half_line.json [MODULE.mjs]
+//     node examples/vectors/check.mjs exports/vectors_compact.json [MODULE.mjs]
 //
 // Vectors of functions that the module does not have are left out, and so are those beyond the functions' domain, which
 // are the list "beyond" of a file. Exit status: 0 if all pass.

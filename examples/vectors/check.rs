@@ -1,6 +1,6 @@
 // Checks the functions of a module against test vectors. From the repository's root:
 //
-//     rustc -O examples/vectors/check.rs -o check && ./check exports/vectors_half_line.json
+//     rustc -O examples/vectors/check.rs -o check && ./check exports/vectors_compact.json
 //
 // Vectors of functions that are not named in FUNCTIONS are left out, and so are those beyond the functions' domain, which
 // come last in a file. For your own port, change the path below and FUNCTIONS. Exit status: 0 if all pass.

@@ -118,20 +118,25 @@ BAD = [
         "nothing is proven of it: accepted for vectors is visco",
     ),
     (["export", "python", "--full"], "accepted for kernels of full accuracy is c"),
-    (["export", "python", "--from-speed", "1e-3"], "accepted for kernels of speed is c"),
-    (["export", "c", "--from-speed", "1e-6"], "'1e-6' is not one of '1e-3', '1e-5', '1e-7', '1e-10', 'full'"),
+    (["export", "python", "--from-speed", "1e-5"], "accepted for kernels of speed is c"),
+    (["export", "c", "--from-speed", "1e-6"], "'1e-6' is not one of '1e-5', '1e-10', 'full'"),
     (
-        ["export", "c", "--from-speed", "1e-3", "--from-speed", "1e-5"],
+        ["export", "c", "--from-speed", "1e-10", "--from-speed", "1e-5"],
         "accepted is one accuracy, as a file holds one kernel",
     ),
-    (["export", "c", "--from-speed", "1e-3", "--size", "small"], "asked for is 1e-3 (small): accepted are 1e-3 (fast)"),
+    (
+        ["export", "c", "--from-speed", "1e-10", "--size", "small"],
+        "asked for is 1e-10 (small): accepted are 1e-5 (fast)",
+    ),
     (["export", "c", "--from-speed", "full", "--size", "small"], "asked for is full (small): accepted are"),
     (["export", "c", "--size", "small"], "size is given without from_speed: accepted is size with from_speed"),
-    (["export", "c", "--from-speed", "1e-3", "--full"], "accepted is one kind of kernels in a file"),
+    (["export", "c", "--from-speed", "1e-5", "--full"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--full", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
     (["export", "c", "--accuracy", "1e-3", "--pade", "3/6"], "accepted is one kind of kernels in a file"),
-    (["export", "latex", "--accuracy", "1e-3"], "accepted for half-line and inverse kernels is c, python, cuda, glsl"),
-    (["export", "c", "--accuracy", "1e-9"], "accepted is a number >"),
+    (["export", "latex", "--accuracy", "1e-3"], "accepted for compact kernels is cuda, glsl"),
+    (["export", "cuda", "--accuracy", "1e-9"], "accepted is a number >"),
+    (["export", "c", "--accuracy", "1e-5"], "(--v-star-max) or from_speed or full (--from-speed, --full)"),
+    (["export", "python", "--accuracy", "1e-5"], "accepted for python is accuracy with v_star_max (--v-star-max)"),
     (["export", "c", "--inverse", "1e-5", "--epsilon-min", "2"], "accepted is 0, or a number from 2e-4 to 0.99"),
     (["export", "c", "--epsilon-min", "0.5"], "accepted is epsilon_min with inverse (--inverse)"),
     (
@@ -140,13 +145,13 @@ BAD = [
     ),
     *(
         (["export", "c", *kind, "--measure", "relative"], "measure is given without minimax or accuracy: accepted is")
-        for kind in ([], ["--pade", "3/6"], ["--inverse", "1e-3"], ["--full"], ["--from-speed", "1e-3"])
+        for kind in ([], ["--pade", "3/6"], ["--inverse", "1e-3"], ["--full"], ["--from-speed", "1e-5"])
     ),
     *(
         (["export", target, *words], f"{words[0]} changes nothing in {target}: accepted with it{accepted}")
         for target, words, accepted in (
             ("version-header", ["--accuracy", "1e-3"], ": --output"),
-            ("version-header", ["--from-speed", "1e-3"], ": --output"),
+            ("version-header", ["--from-speed", "1e-5"], ": --output"),
             ("version-header", ["--digits", "50"], ": --output"),
             ("series-json", ["--accuracy", "1e-3"], ": --order, --digits, --output"),
             ("series-csv", ["--full"], ": --order, --digits, --output"),
@@ -221,7 +226,7 @@ BAD = [
         ),
         "cannot read none.toml",
     ),
-    (("simulators", "lammps", EXAMPLES / "rubber.toml", "--tier", "1e-3"), "--tier is given for"),
+    (("simulators", "lammps", EXAMPLES / "rubber.toml", "--tier", "1e-5"), "--tier is given for"),
     (("simulators", "lammps", EXAMPLES / "rubber.toml", "--speed", "1"), "either a scene or a material"),
     (("audit", "--program", "x"), "program is 'x': accepted is"),
     (("audit", "--epsilon", "2"), "epsilon is '2': accepted is a number from 0.001 to 1"),

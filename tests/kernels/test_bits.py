@@ -84,32 +84,24 @@ def test_a_table_gives_arrays_of_any_shape_what_it_gives_numbers(table, form):
         assert found == values[tuple(place)]
 
 
-@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
-def test_the_first_and_the_last_number_of_every_panel_lead_to_it(form):
-    panels, by = last_place.smaller_panels(), machine_arithmetic(DOUBLE, words=form)
-    kind, word = TYPES[form.name], {DOUBLE: np.uint64, FLOAT: np.uint32}[form]
-    low = np.array([float(panel.centre - panel.half) for panel in panels], kind)
-    high = np.nextafter(np.array([float(panel.centre + panel.half) for panel in panels], kind), kind(0))
+def test_the_first_and_the_last_number_of_every_panel_lead_to_it():
+    panels, by = last_place.smaller_panels(), machine_arithmetic(DOUBLE)
+    low = np.array([float(panel.centre - panel.half) for panel in panels])
+    high = np.nextafter(np.array([float(panel.centre + panel.half) for panel in panels]), 0)
     for x in (low, high):
-        run = Run(last_place.panel_branch(form).program, {"bits": x.view(word)}, by)
-        assert np.array_equal(run["index"], np.arange(len(panels)) + (form == DOUBLE))
+        run = Run(last_place.panel_branch().program, {"bits": x.view(np.uint64)}, by)
+        assert np.array_equal(run["index"], np.arange(len(panels)) + 1)
         assert np.array_equal(run["elastic"], [panel.elastic for panel in panels])
-        if form == FLOAT:
-            assert np.array_equal(run["centre"], [float(panel.centre) for panel in panels])
-    assert np.array_equal(low.view(word)[0], last_place.near_bits(form).value)
+    assert np.array_equal(low.view(np.uint64)[0], last_place.near_bits().value)
 
 
-@pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
-def test_large_numbers_are_divided_by_a_power_of_eight(form):
-    word, by = {DOUBLE: np.uint64, FLOAT: np.uint32}[form], machine_arithmetic(DOUBLE, words=form)
-    exponents = np.arange(-1, last_place.LARGEST[form])
-    x = np.ldexp(np.array(1.375, TYPES[form.name]), exponents)
-    run = Run(last_place.fold_program(form), {"bits": x.view(word)}, by)
-    s = run["folded"].astype(word).view(TYPES[form.name]).astype(float)
+def test_large_numbers_are_divided_by_a_power_of_eight():
+    exponents = np.arange(-1, last_place.LARGEST)
+    x = np.ldexp(1.375, exponents)
+    run = Run(last_place.fold_program(), {"bits": x.view(np.uint64)}, machine_arithmetic(DOUBLE))
+    s = run["folded"].astype(np.uint64).view(np.float64)
     n = np.maximum(exponents - last_place.FOLD, 0) // 3
     assert np.array_equal(s * 8.0**n, x)
-    assert np.array_equal(run["scale"], 2.0 ** (-10.0 * n))
-    assert (s < 2.0 ** (last_place.FOLD + last_place.PERIOD)).all()
 
 
 def test_all_five_roundings_of_w_can_add():

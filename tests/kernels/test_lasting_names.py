@@ -19,14 +19,13 @@ from viscopade.kernels import requests
 
 EXPORTS = Path(__file__).parents[2] / "exports"
 HEADERS = {path.stem: path.read_text() for path in sorted(EXPORTS.glob("*.h"))}
-TIERS = ("1em3", "1em5", "1em7", "1em10", "full")
+TIERS = ("1em5", "1em10", "full")
 TABLES = ("viscopade_full", *(f"viscopade_speed_{tier}" for tier in TIERS))
 LASTING = re.compile(r"^#define (viscopade_\w+) (viscopade_\w+)$", re.MULTILINE)
 
 CODE = {name: requests.file(name) for name in requests.NAMES if not name.endswith((".h", ".json", ".csv", ".tex"))}
 COMPACT = ["compact_1em3", "compact_1em5", "compact_1em7"]
 OF_V_STAR = {
-    "viscopade_half_line.py": ["halfline_1em3", "halfline_1em5", "halfline_1em7"],
     "viscopade_inverse.py": ["inverse_1em3", "inverse_1em5"],
     "viscopade_minimax.py": ["minimax_v5_1em3", "minimax_v5_1em5", "minimax_v5_1em8"],
     "viscopade_pade.py": [],
@@ -59,7 +58,7 @@ def test_every_lasting_name_is_a_function_of_the_header(name, standard):
 
 def test_headers_do_not_share_a_lasting_name():
     names = [one for name in HEADERS for one, _ in lasting(name)]
-    assert len(names) == len(set(names)) > 100
+    assert len(names) == len(set(names)) > 70
 
 
 @pytest.mark.parametrize("tier", TIERS[:-1])
@@ -74,8 +73,7 @@ def test_a_tier_of_speed_says_how_accurate_it_is(tmp_path, tier):
         assert abs(function(speed, 1.307) - true) <= float(tier.replace("m", "-")) * min(true, 1 - true)
 
 
-@pytest.mark.parametrize("made", [requests.RECOMMENDED.quotients, requests.HALF_LINE.in_powers_of_a_root,
-                                  requests.INVERSE.in_powers_of_a_root])  # fmt: skip
+@pytest.mark.parametrize("made", [requests.RECOMMENDED.quotients, requests.INVERSE.inverse_kernels])
 def test_the_power_of_ten_bounds_what_is_proven(made):
     for kernel in made():
         limit = Fraction(kernel.lasting_name.rpartition("_")[2].replace("m", "-"))

@@ -14,7 +14,7 @@ from viscopade.kernels.targets import slope
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "languages.md").read_text()
 STATED = re.search(r"off by at most (\S+), (\S+) and (\S+) for the\s+three kernels", PAGE).groups()
-KERNELS = requests.HALF_LINE.in_powers_of_a_root()
+KERNELS = requests.WITHOUT_TABLES.half_line_kernels()
 
 
 @pytest.mark.parametrize(("kernel", "stated"), [*zip(KERNELS, map(float, STATED), strict=True)])
@@ -25,4 +25,4 @@ def test_derivatives_of_the_formula(kernel, stated):
     given |= slope.slope_constants(kernel.powers, variant.a, variant.b, variant.form)
     found = Run(slope.slope_program(kernel.powers), given | {"y": np.cbrt(v_star)}, Arithmetic(float))["slope"]
     true = double.epsilon(v_star) * double.slope(v_star) / v_star**2  # double.slope is d ln eps/d ln v*
-    assert 0.97 * stated < np.abs(-found / 3 / true - 1).max() <= stated
+    assert 0.9 * stated < np.abs(-found / 3 / true - 1).max() <= stated

@@ -111,22 +111,22 @@ def test_a_changed_table_is_refused(tier):
 
 
 def test_a_rise_and_a_row_that_does_not_fall_are_refused():
-    header = header_of("1e-3")
+    header = header_of("1e-5")
     with pytest.raises(Wrong, match="eps rises by"):
         check_shape(replace(header, bounds={**header.bounds, "rise": header.bounds["rise"] * Fraction(9, 10)}))
     rows = list(header.rows)
-    rows[500] = (rows[500][0] + 2 * rows[500][1], -rows[500][1] / 10**6)
-    assert falls(header, 500)
-    with pytest.raises(Wrong, match=r"row 500 of .* does not fall"):
+    rows[4000] = (rows[4000][0] + 2 * rows[4000][1], -rows[4000][1] / 10**6)
+    assert falls(header, 4000)
+    with pytest.raises(Wrong, match=r"row 4000 of .* does not fall"):
         check_shape(replace(header, rows=tuple(rows)))
 
 
 def test_texts_that_do_not_fit_are_refused():
-    text = TEXTS["1e-3"]
+    text = TEXTS["1e-5"]
     first = text.index("    {", text.index("viscopade_table_"))
     end = text.index("\n", first)
     for changed, message in (
-        (text[:first] + text[end + 1 :], "has not 128 octaves of 8 rows"),
+        (text[:first] + text[end + 1 :], "has not 128 octaves of 64 rows"),
         (text.replace("for each e from", "for"), "the comment has no"),
         (text.replace("static const float viscopade_table_", "static float viscopade_"), "there is no table"),
         (text[:first] + "    {1.5, 0x1p+0f}," + text[end:], "no hexadecimal constant"),
@@ -156,7 +156,7 @@ def test_the_checker_s_arithmetic():
 def test_w_outside_the_table_is_refused():
     for w in (Fraction(2) ** 32, Fraction(2) ** -97):
         with pytest.raises(Wrong, match="not in the table"):
-            evaluate(header_of("1e-3"), Machine("double", False), w, Fraction(1))
+            evaluate(header_of("1e-5"), Machine("double", False), w, Fraction(1))
 
 
 def test_command_line(tmp_path, capsys):
@@ -166,5 +166,5 @@ def test_command_line(tmp_path, capsys):
         points.append({"w": str(w), **{key: found[key] for key in ("epsilon", "one_minus_epsilon")}})
     file = tmp_path / "points.json"
     file.write_text(json.dumps(points))
-    assert main([str(EXPORTS / speed_kernel.file_of("1e-3")), "--points", str(file)]) == 0
-    assert "1024 rows, 2 points: 0." in capsys.readouterr().out
+    assert main([str(EXPORTS / speed_kernel.file_of("1e-5")), "--points", str(file)]) == 0
+    assert "8192 rows, 2 points: 0." in capsys.readouterr().out

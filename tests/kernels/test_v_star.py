@@ -21,8 +21,6 @@ FILES = (
     "viscopade_pade.py",
     "viscopade_minimax.h",
     "viscopade_minimax.py",
-    "viscopade_half_line.h",
-    "viscopade_half_line.py",
 )
 # The speed and beta of a file for v* <= 0.5 whose other errors are 8.5e-16 in all.
 FOUND = (1.3312625370939427e270, 2.352719384662437e-55)
@@ -95,7 +93,7 @@ def test_files_state_it(name):
     assert "within 4 units in the last place" in text
 
 
-@pytest.mark.parametrize("tier", ["1em3", "1em5", "1em7", "1em10", "full"])
+@pytest.mark.parametrize("tier", ["1em5", "1em10", "full"])
 def test_files_of_the_speed_state_it_beyond_their_tables(tier):
     text = " ".join((EXPORTS / f"viscopade_speed_{tier}.h").read_text().replace("\n *", " ").split())
     ulps = tier == "full"

@@ -86,17 +86,17 @@ def test_languages(few, no_device, language, form, constant):
     assert not found.reason
     assert found.collisions == max(1000, 2 * FEW // 5) * 5
     # The formula's own error shows: what is compared is not the exact function with itself.
-    assert 3e-5 < found.errors["epsilon"] < (0.5 if constant else 1e-3)
+    assert (3e-5 if constant or language != "c" else 1e-6) < found.errors["epsilon"] < (0.5 if constant else 1e-3)
     assert found.errors["absolute"] <= found.errors["epsilon"]
 
 
 @pytest.mark.parametrize("language", ["c", "python"])
-@pytest.mark.parametrize("kind", ["compact", "polynomial"])
+@pytest.mark.parametrize("kind", [None, "polynomial"])
 def test_from_v_star(few, language, kind):
     need(language)
     made = chosen(scene(language, code='argument = "v_star"'), kind)
     found = check_code(made, render(made, COMMAND))
-    assert 1e-7 < found.errors["epsilon"] < 1e-3
+    assert (1e-7 if kind or language == "python" else 1e-17) < found.errors["epsilon"] < 1e-3
 
 
 @pytest.mark.parametrize("language", ["javascript", "fortran", "rust", "cuda", "c"])
@@ -229,7 +229,11 @@ def changed(language, constant):
         head, found, values = made.partition("By pair, eps")
         value = choice(language, None, True).chosen.candidate.values[-1]
         return head + found + re.sub(rf"(?<![\d.]){re.escape(value)}(?!\d)", "0.0625", values)
-    if language in ("c", "cuda"):
+    if language == "c":
+        return re.sub(r"\{(-?0x1\.)\w", r"{\g<1>9", made)  # in each row of the table
+    if language == "python":
+        return re.sub(r"(a2 = -\d\.)\d", r"\g<1>9", made)
+    if language == "cuda":
         return re.sub(r"(a0 = VISCOPADE_CONSTANT\(0x1\.)\w", r"\g<1>9", made)
     return re.sub(r"(a0(: f64)? = (wp.float64\()?1\.)1|(1\.)1(?=\d+,  # a0)", r"\g<1>\g<4>2", made)
 
@@ -253,10 +257,11 @@ def test_a_result_that_is_no_number_is_found(few):
 
 
 def test_a_wrong_dissipation_is_found_without_a_tolerance(few):
-    wrong = text("python").replace("(1.0 - epsilon) * (1.0 + epsilon)", "(1.0 - epsilon) * (1.01 + epsilon)")
-    assert set(choice("python").scene.tolerance.given()) == {"epsilon"}
+    wrong = text("c").replace("return viscopade_dissipation_", "return 1.01 * viscopade_dissipation_")
+    assert wrong != text("c")
+    assert set(choice("c").scene.tolerance.given()) == {"epsilon"}
     with pytest.raises(ToolchainError, match=r"relative error of 1 - eps\^2 is"):
-        check_code(choice("python"), wrong)
+        check_code(choice("c"), wrong)
 
 
 @pytest.mark.parametrize("units", ["", '[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'])

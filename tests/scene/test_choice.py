@@ -16,6 +16,7 @@ from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import registry_arrays
 from viscopade.kernels.registry import entries
+from viscopade.kernels.requests import Request
 from viscopade.scene import candidate
 from viscopade.scene.candidate import BestApproximant, PairConstant, RegistryKernel, in_format, interval, uncovered
 from viscopade.scene.choice import AS_CHEAP, Choice, choose
@@ -23,7 +24,6 @@ from viscopade.scene.cost import Operations
 from viscopade.scene.description import Body, Code, Material, Meeting, Scene, Sizes, SpeedLimits, Tolerance
 from viscopade.scene.encounter import encounters
 
-EXPORTS = Path(__file__).parents[2] / "exports"
 SIZE = Sizes(0.01, 0.01, 0.01)
 
 
@@ -116,7 +116,7 @@ def test_the_cheapest_of_all_kinds(code: Code, tolerance: dict[str, float]) -> N
     found = choose(scene((0.3, 0.9), (0.4, 1.3), code=code, **tolerance))
     is_sound(found)
     kinds = {type(offer.candidate) for offer in found.offers}
-    assert kinds == {PairConstant, BestApproximant, RegistryKernel}
+    assert kinds == {PairConstant, BestApproximant, *([RegistryKernel] if code.language == "c" else [])}
 
 
 def test_equal_costs_are_decided_by_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,9 +134,8 @@ def test_tables_that_are_too_large_are_not_offered() -> None:
     ranges = (0.2, 2000.0)  # no quotient on the interval
     assert choose(scene(ranges, code=ready(largest_table=100_000), **asked)).chosen.candidate.bytes == 65536
     assert choose(scene(ranges, code=ready(largest_table=10_000), **asked)).chosen.candidate.bytes == 8192
-    without = choose(scene(ranges, code=ready(largest_table=0), **asked))
-    assert not any(offer.candidate.bytes for offer in without.offers)
-    assert without.chosen.candidate.name == "halfline_3p4em6"
+    with pytest.raises(ValueError, match=r"tables of at most 0 bytes\) reaches on this scene"):
+        choose(scene(ranges, code=ready(largest_table=0), **asked))
 
 
 def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
@@ -218,34 +217,6 @@ def test_compiled_quotients_keep_their_errors(form: str, argument: str, tmp_path
     }
     for name, size in reached.items():
         assert 0.3 * getattr(found.errors, name) < size <= getattr(found.errors, name)
-
-
-@pytest.mark.parametrize("argument", ["speed", "v_star"])
-def test_compiled_half_line_kernels_keep_their_errors_near_one(argument: str, tmp_path: Path) -> None:
-    """1 - eps^2 is computed from eps there, so that its relative error is large: nearly 1e-3 in type float."""
-    asked = scene((5e-3, 2e-2), code=ready(form="float", argument=argument), dissipation=1e-3)
-    (met,) = encounters(asked)
-    entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("half-line", "1e-5", "float"))
-    stated = RegistryKernel([met], entry, asked.code).errors
-    library = build(tmp_path, [(EXPORTS / "viscopade_half_line.h").read_text()])
-    kind = np.float32
-    speed = np.geomspace(met.speeds[0], met.speeds[2], 3000).astype(kind)
-    beta = kind(met.pair.beta)
-    if argument == "speed":
-        restitution = library[f"restitution_{entry.name}f"]
-        computed = np.array([restitution(float(v), float(beta)) for v in speed]).astype(kind)
-        v_star = (np.sqrt(np.longdouble(beta)) * speed.astype(np.longdouble) ** (np.longdouble(1) / 10)).astype(float)
-    else:
-        v_star = (np.sqrt(beta) * speed ** kind(0.1)).astype(float)
-        computed = np.array([library[f"epsilon_{entry.name}f"](float(v)) for v in v_star]).astype(kind)
-    eps, loss = np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
-    lost = ((kind(1) - computed) * (kind(1) + computed)).astype(float)
-    reached = (np.abs(lost / (loss * (1 + eps)) - 1)).max()
-    assert 0.3 * stated.dissipation < reached <= stated.dissipation
-    assert np.abs((1 - computed.astype(float)) - loss).max() <= stated.absolute
-    # What rounds v* counts, if it is not given.
-    given = RegistryKernel([met], entry, ready(form="float", argument="v_star")).errors
-    assert (stated.dissipation > given.dissipation + Fraction(2, 10**6)) == (argument == "speed")
 
 
 def test_ranges_of_type_float_are_wider_and_those_of_quotients_hold_them() -> None:
@@ -361,14 +332,14 @@ def test_an_impossible_tolerance_is_refused_with_what_is_possible(language: str,
 
 
 def test_the_witness_of_the_reason_fails_in_the_compiled_code(tmp_path: Path) -> None:
-    found = choose(scene((0.2, 2.0), epsilon=1e-5))
+    found = choose(scene((0.2, 2.0), epsilon=1e-8))
     match = re.match(
-        r"speed table, to 1e-3: relative error of eps (\S+) at v\* = (\S+) \(m0-m0\), more than 1e-05",
+        r"speed table, to 1e-5 \(small table\): relative error of eps (\S+) at v\* = (\S+) \(m0-m0\), more than 1e-08",
         found.reason,
     )
     assert match
     error, v_star = map(float, match.groups())
-    library = build(tmp_path, [(EXPORTS / "viscopade_speed_1em3.h").read_text()])
+    library = build(tmp_path, [Request(from_speed=("1e-5",), size="small").render("c")])
     (name,) = (n for n in library if n.startswith("restitution_lookup") and not n.endswith("f"))
 
     def off(v: float) -> float:
@@ -384,8 +355,8 @@ def test_the_witness_of_the_reason_fails_in_the_compiled_code(tmp_path: Path) ->
 
 
 def test_the_reason_names_the_tolerance_that_is_exceeded_most() -> None:
-    found = choose(scene((0.2, 2000.0), epsilon=1e-4, absolute=1e-5))
-    assert found.reason.startswith("speed table, to 1e-3: error of eps")
+    found = choose(scene((0.2, 2000.0), epsilon=1e-6, absolute=1e-7))
+    assert found.reason.startswith("speed table, to 1e-5 (small table): error of eps")
 
 
 def test_the_cheaper_quotient_of_the_reason_fails() -> None:
@@ -411,7 +382,7 @@ def test_formulas_are_as_far_off_as_the_registry_says(entry) -> None:
         assert off > 0.3 * bound
 
 
-@pytest.mark.parametrize("tier", ["1e-3", "1e-10", "full"])
+@pytest.mark.parametrize("tier", ["1e-5", "1e-10", "full"])
 def test_formulas_hold_beyond_the_tables(tier: str) -> None:
     entry = next(e for e in entries() if (e.kind, e.tier, e.format) == ("speed", tier, "double"))
     v_star = np.array([1e-9, 1e-4, 1e2, 1e6])
@@ -433,7 +404,7 @@ def test_operations_of_polynomials_and_ready_kernels() -> None:
                 simple = 2 * (kernel.m + kernel.n) - zeros
                 assert found.operations == Operations(simple, int(kernel.n > 0), by_speed)
             elif isinstance(found, RegistryKernel) and found.entry.kind != "speed":
-                assert found.operations.powers == by_speed
+                assert found.operations.powers == 0
 
 
 def test_rounding_of_a_sample_is_not_shown_as_an_error() -> None:

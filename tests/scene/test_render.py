@@ -79,16 +79,17 @@ def scene(language, form=None, bodies=SPREAD, top="", code="", slowest="0.1 m/s"
     return read.from_toml(f"{top}\n{MATERIALS}{bodies}{rest}{end}".encode(), "some/where/tiny.toml")
 
 
-def chosen(made, kind="compact"):
-    """Take a kernel without asking whether it is the cheapest: that takes long."""
+def chosen(made, kind=None):
+    """Take a kernel of a kind, else the first kind here, without asking whether it is the cheapest: that takes long."""
     met, code = encounters(made), made.code
+    kinds = code.target.kinds[code.argument] - ({"full"} if code.format == "float" else set())
+    kind = kind or next(one for one in ("compact", "speed", "full", "polynomial") if one in kinds)
     if kind in ("constant", "polynomial"):
         wanted = {"constant": PairConstant, "polynomial": BestApproximant}[kind]
         found = next(c for c in candidates(made, met) if isinstance(c, wanted))
     else:
-        wanted = kind if code.target.compact else "half-line"
         place = registry.HOST if code.format == "double" else code.target.place
-        looked_for = (wanted, "1e-3", code.format, place)
+        looked_for = (kind, {"compact": "1e-3", "speed": "1e-5", "full": "full"}[kind], code.format, place)
         entries = registry.entries()
         found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
     offer = Offer(found, ())
@@ -348,11 +349,14 @@ int main(void) { return 0; }
 
 @pytest.mark.parametrize("standard", ["c99", "c++98", "c++17"])
 @pytest.mark.parametrize("form", ["double", "float"])
-@pytest.mark.parametrize("kind", ["compact", "constant", "polynomial"])
+@pytest.mark.parametrize("kind", [None, "constant", "polynomial"])
 def test_c_has_no_warnings(tmp_path, standard, form, kind):
     """Included, and nothing of it used, or the functions for batches."""
     for code in ("", 'use = "batch"', 'use = "batch"\nargument = "v_star"'):
-        made = render(chosen(scene("c", form, code=code), kind), COMMAND)
+        found = chosen(scene("c", form, code=code), kind)
+        if found.chosen.candidate.bytes and standard == "c++98":  # tables are hexadecimal
+            continue
+        made = render(found, COMMAND)
         (tmp_path / "tiny.h").write_text(made)
         (tmp_path / "use.c").write_text(USE)
         command = compiled.compiler(standard)

@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     type=click.Choice((FAST, SMALL)),
     default=FAST,
     show_default=True,
-    help="Size of the table of --from-speed: the large one needs fewer operations (fast), the small one more (small).",
+    help="Size of the table of --from-speed 1e-5: the large one (fast), or the small one that needs more operations.",
 )
 @click.option(
     "--order",

@@ -18,13 +18,12 @@ _WORDS: Mapping[str, Any] = {DOUBLE.name: np.uint64, FLOAT.name: np.uint32}
 
 
 @cache
-def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
-    """Return how arrays of numbers of a format are computed with, and words as long as numbers of that or another."""
+def machine_arithmetic(form: Format) -> Arithmetic:
+    """Return how arrays of numbers of a format are computed with, and words as long as these."""
     functions: dict[str, Any] = {
         "cbrt": np.cbrt,
         "sqrt": np.sqrt,
         "pow": _power,
-        "double": np.float64,
         "index": np.asarray,
     }
     for name, word in _WORDS.items():
@@ -34,8 +33,7 @@ def machine_arithmetic(form: Format, words: Format | None = None) -> Arithmetic:
             f"bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, kind).view(word),
             f"from_bits{size}": lambda x, kind=TYPES[name], word=word: np.asarray(x, word).view(kind),
         }
-    word = _WORDS[(words or form).name]
-    return Arithmetic(TYPES[form.name], functions, word=word, choose=np.where, row=_rows_at)
+    return Arithmetic(TYPES[form.name], functions, word=_WORDS[form.name], choose=np.where, row=_rows_at)
 
 
 def _power(x: Any, p: Any) -> Any:

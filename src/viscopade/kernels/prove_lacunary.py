@@ -22,9 +22,9 @@ from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms import exact_formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryVariant, interval_start
 from viscopade.kernels.forms.rounding_bounds import Size, Values
-from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
-from viscopade.kernels.names import FAST, FULL
+from viscopade.kernels.names import COMPACT, FAST, FULL
 from viscopade.kernels.prove_rational import accuracy_of, in_types
 from viscopade.store import recorded
 
@@ -221,5 +221,5 @@ def speed_kernel(tier: str, size: str = FAST) -> SpeedKernel:
     if (tier, size) not in TABLES:
         known = ", ".join(f"{name} ({which})" for name, which in [*TABLES, (FULL, FAST)])
         raise ValueError(f"the kernel of speed asked for is {tier} ({size}): accepted are {known}")
-    slow = half_line_kernel(tier) if tier in HALF_LINE else None
+    slow = half_line_kernel(tier) if tier in COMPACT else None
     return SpeedKernel(tier, TABLES[tier, size], slow)

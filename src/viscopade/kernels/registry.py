@@ -1,4 +1,4 @@
-"""Registry of the ready kernels with their proven errors: speed tables, half-line, compact and full kernels.
+"""Registry of the ready kernels with their proven errors: speed tables, compact and full kernels.
 
 To prove them takes a minute; the table is made by  python -m tools.registry > src/viscopade/data/registry.csv
 and read by `entries`. An error is stated as
@@ -29,7 +29,7 @@ DATA = "data/registry.csv"
 _NUMBERS = ("bytes", "operations")
 
 
-Kind = Literal["speed", "half-line", "compact", "full", "v*"]
+Kind = Literal["speed", "compact", "full", "v*"]
 
 HOST = "host"
 
@@ -41,10 +41,10 @@ class Entry:
     Attributes
     ----------
     kind : str
-        "speed" and "compact" take speed and beta; "half-line" and "full" take v*. "v*" is no kernel, but what the
+        "speed" and "compact" take speed and beta; "full" takes v*. "v*" is no kernel, but what the
         rounding of v* = sqrt(beta) pow(speed, 0.1) adds to these.
     tier, size : str
-        As `prove_lacunary.speed_kernel` takes them; for half-line and compact kernels, the accuracy asked for.
+        As `prove_lacunary.speed_kernel` takes them; for compact kernels, the accuracy asked for.
     name : str
         The end of the functions' names.
     place, format : str

@@ -13,9 +13,10 @@ from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.expressions import CodeBranch, read
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
+from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.machine import machine_arithmetic
+from viscopade.kernels.names import COMPACT
 from viscopade.kernels.registry import Entry
 
 
@@ -25,7 +26,7 @@ def entry_epsilon(entry: Entry, v_star: FloatArray) -> FloatArray:
     Tables end at some v*; beyond, as in the code, the formula of the half-line holds. Full accuracy is the exact eps,
     but for rounding, where it is used beyond a table as well.
     """
-    found = np.asarray(_of_half_line(entry.tier, v_star) if entry.tier in HALF_LINE else double.epsilon(v_star))
+    found = np.asarray(_of_half_line(entry.tier, v_star) if entry.tier in COMPACT else double.epsilon(v_star))
     table = TABLES.get((entry.tier, entry.size)) if entry.kind == "speed" else None
     return found if table is None else _of_table(table, v_star, found)
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from viscopade.approximation.measure import Measure
 from viscopade.generated import marker_line, template
-from viscopade.kernels import prove_lacunary, prove_rational
+from viscopade.kernels import names, prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
 from viscopade.kernels.forms.minimax import MinimaxKernel
@@ -42,8 +42,8 @@ class Request:
     """A request to `viscopade export`; its fields are the command's options.
 
     A file holds kernels of one kind: quotients of polynomials in v* (`pade`, and `minimax` and `accuracy` on an
-    interval), kernels in powers of a root (`accuracy` without an interval, `inverse`), those of full accuracy, or one
-    from speed to eps.
+    interval), compact kernels (`accuracy` without an interval), inverse kernels, those of full accuracy, or one from
+    speed to eps.
 
     Attributes
     ----------
@@ -144,11 +144,13 @@ class Request:
         chosen = _by_name(prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
         return [*found, *chosen]
 
-    def in_powers_of_a_root(self) -> list[HalfLineKernel | InverseKernel]:
-        """Return the requested half-line and inverse kernels, with their proofs; errors as for `quotients`."""
-        half_lines = _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
-        inverses = _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
-        return [*half_lines, *inverses]
+    def half_line_kernels(self) -> list[HalfLineKernel]:
+        """Return the requested kernels for all v* >= 0, with their proofs; errors as for `quotients`."""
+        return _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
+
+    def inverse_kernels(self) -> list[InverseKernel]:
+        """Return the requested inverse kernels, with their proofs; errors as for `quotients`."""
+        return _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
 
     def render(self, target: str, module: str = MODULE) -> str:
         """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
@@ -161,6 +163,12 @@ class Request:
         if target not in TARGETS:
             raise ValueError(f"target is {target!r}: accepted are {', '.join(TARGETS)}")
         kind = (self._kinds or KINDS)[0]
+        if kind.id == COMPACT.id and target in LANGUAGES and not target_of(target).compact:
+            others = " or from_speed or full (--from-speed, --full)" * ("full" in target_of(target).renderers)
+            raise ValueError(
+                f"accuracy is given without an interval: accepted for {target} is accuracy with v_star_max "
+                f"(--v-star-max){others}"
+            )
         if target not in kind.targets:
             raise ValueError(f"target is {target!r}: accepted for {kind.name} is {', '.join(kind.targets)}")
         if target in ("certificates", "vectors") and law_of(self.law) != VISCOELASTIC:
@@ -203,28 +211,42 @@ class Kind(NamedTuple):
         return [*written, *self.tables]
 
 
+QUOTIENTS = Kind(
+    "quotient",
+    "quotients of polynomials",
+    lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
+    Request.quotients,
+    {
+        "csv": tables.csv_table,
+        "json": tables.json_table,
+        "latex": tables.latex_table,
+        "certificates": tables.certificates,
+        "vectors": vectors.render,
+    },
+    compact=quotients.render,
+)
+_PROVEN_TABLES: Mapping[str, Renderer] = {
+    "json": tables.records,
+    "certificates": tables.certificates,
+    "vectors": vectors.render,
+}
+COMPACT = Kind(
+    "compact",
+    "compact kernels",
+    lambda asked: asked.accuracy and asked.v_star_max is None,
+    Request.half_line_kernels,
+    _PROVEN_TABLES,
+    compact=table_free.render,
+)
 KINDS = (
+    QUOTIENTS,
+    COMPACT,
     Kind(
-        "quotient",
-        "quotients of polynomials",
-        lambda asked: asked.pade or asked.minimax or (asked.accuracy and asked.v_star_max is not None),
-        Request.quotients,
-        {
-            "csv": tables.csv_table,
-            "json": tables.json_table,
-            "latex": tables.latex_table,
-            "certificates": tables.certificates,
-            "vectors": vectors.render,
-        },
-        compact=quotients.render,
-    ),
-    Kind(
-        "root",
-        "half-line and inverse kernels",
-        lambda asked: asked.inverse or (asked.accuracy and asked.v_star_max is None),
-        Request.in_powers_of_a_root,
-        {"json": tables.records, "certificates": tables.certificates, "vectors": vectors.render},
-        compact=table_free.render,
+        "inverse",
+        "inverse kernels",
+        lambda asked: asked.inverse,
+        Request.inverse_kernels,
+        _PROVEN_TABLES,
     ),
     Kind("full", "kernels of full accuracy", lambda asked: asked.full, lambda _: [None], {"vectors": vectors.render}),
     Kind(
@@ -239,13 +261,13 @@ KINDS = (
 PAPER = Request(pade=PAPER_DEGREES)
 RECOMMENDED = Request(accuracy=("1e-3", "1e-5", "1e-8"), v_star_max="5")
 
-HALF_LINE = Request(accuracy=speed_kernel.HALF_LINE)
+WITHOUT_TABLES = Request(accuracy=names.COMPACT)
 INVERSE = Request(inverse=("1e-3", "1e-5"))
 
 
 def default(target: str) -> Request:
     """Return the request of a command without options: the paper's table, or the kernels for all v* >= 0."""
-    return HALF_LINE if target in LANGUAGES and target_of(target).compact else PAPER
+    return WITHOUT_TABLES if target in LANGUAGES and target_of(target).compact else PAPER
 
 
 def _in_languages(kind: str, request: Request, stem: str) -> dict[str, tuple[Request, str]]:
@@ -262,10 +284,9 @@ _FILES = {
     **_in_languages("quotient", RECOMMENDED, "viscopade_minimax"),
     "minimax_table.json": (RECOMMENDED, "json"),
     "minimax_certificates.json": (RECOMMENDED, "certificates"),
-    **_in_languages("root", HALF_LINE, "viscopade_half_line"),
-    "half_line_certificates.json": (HALF_LINE, "certificates"),
-    **{target.stem + target.suffix: (HALF_LINE, target.name) for target in targets() if target.compact},
-    **_in_languages("root", INVERSE, "viscopade_inverse"),
+    **{target.stem + target.suffix: (WITHOUT_TABLES, target.name) for target in targets() if target.compact},
+    "vectors_compact.json": (WITHOUT_TABLES, "vectors"),
+    **_in_languages("inverse", INVERSE, "viscopade_inverse"),
     "inverse_certificates.json": (INVERSE, "certificates"),
     **_in_languages("full", Request(full=True), "viscopade_full"),
     **{

@@ -286,10 +286,8 @@ class RegistryKernel(Candidate):
         """The kernel in words."""
         tier, size = self.entry.tier, " (small table)" if self.entry.size == "small" else ""
         accuracy = "full accuracy" if tier == "full" else f"to {tier}"
-        of_speed = ", v* by pow" if self.code.argument == "speed" else ""
         return {
             "speed": f"speed table, {accuracy}{size}",
-            "half-line": f"quotient for all v*, {accuracy}{of_speed}",
             "compact": f"quotient for all v*, {accuracy}, without tables",
             "full": "table of v*, full accuracy",
         }[self.entry.kind]
@@ -307,25 +305,18 @@ class RegistryKernel(Candidate):
     @property
     def operations(self) -> Operations:
         """Operations as counted in the formulas."""
-        simple, by_pow = self.entry.operations, int(self.code.argument == "speed")
-        return {
-            "speed": Operations(simple),
-            "half-line": Operations(simple, 1, by_pow, 1),
-            "compact": Operations(simple, 1, 1),
-            "full": Operations(simple, 0, by_pow),
-        }[self.entry.kind]
+        called = int(self.entry.kind == "compact")  # a division, and logarithm and exponential, which count as a power
+        return Operations(self.entry.operations, called, called)
 
     @cached_property
     def errors(self) -> Errors:
         """Errors on the scene."""
-        apart = self.entry.kind != "half-line"
-        added = Fraction(0) if apart else _of_v_star(self.code)
         last, loss = Fraction(self.entry.rounding), Fraction(self.entry.loss)
         found = []
         for encounter in self.encounters:
             v_star, epsilon = in_format(encounter, self.code)
-            both = (1 + self.entry.error(*v_star)) * (1 + added) - 1
-            found.append(Bound(both, last * (1 + both), loss, apart).errors(epsilon))
+            both = self.entry.error(*v_star)
+            found.append(Bound(both, last * (1 + both), loss, True).errors(epsilon))
         return worst(found)
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:

@@ -118,7 +118,7 @@ def _nothing(scene: Scene, met: Sequence[Encounter], offers: Sequence[Offer]) ->
     return ValueError(
         f"{scene.source}: tolerance.{name} is {given[name]:g}: accepted is {reached} "
         f"or more, which the best kernel in {code.language} ({code.format}"
-        + (f", tables of at most {code.largest_table} bytes" if code.largest_table else "")
+        + (f", tables of at most {code.largest_table} bytes" if code.largest_table is not None else "")
         + ") reaches on this scene"
     )
 

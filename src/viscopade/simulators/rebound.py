@@ -74,7 +74,7 @@ def _size_error(pair: Pair, speeds: FloatArray, typical: FloatArray) -> SizeErro
 
 
 def callback_kernel(tier: str) -> speed_kernel.SpeedKernel:
-    """Return the kernel from speed to eps in the files; of two tables, the small one.
+    """Return the kernel from speed to eps in the files; of the two tables for 1e-5, the small one.
 
     Collisions come one at a time, between other work: a large table would not stay in the cache.
 

@@ -37,7 +37,7 @@ def contenders() -> Iterator[Contender]:
         group="ours",
         header="viscopade_full.h",
         formats=(DOUBLE,),
-        proven={"double": ProvenError(ulps=float(last_place.largest_ulp(DOUBLE, "epsilon")), of_v_star=True)},
+        proven={"double": ProvenError(ulps=float(last_place.largest_ulp("epsilon")), of_v_star=True)},
     )
     yield Contender(  # the extension has the functions of the header for full accuracy
         "vp.restitution",

@@ -95,8 +95,8 @@ def _relative(value: float, v_star: float, lead: Fraction, power: int) -> float:
 def losses() -> Mapping[str, list[float]]:
     """Return the relative errors of 1 - eps at `ELASTIC`: naive, of full accuracy, and of `viscopade`'s arrays."""
     ways = {
-        "1 minus eps of full accuracy": 1 - np.asarray(last_place.evaluated_in(DOUBLE, "epsilon", ELASTIC)),
-        "one_minus_epsilon of full accuracy": np.asarray(last_place.evaluated_in(DOUBLE, "one_minus_epsilon", ELASTIC)),
+        "1 minus eps of full accuracy": 1 - np.asarray(last_place.evaluated("epsilon", ELASTIC)),
+        "one_minus_epsilon of full accuracy": np.asarray(last_place.evaluated("one_minus_epsilon", ELASTIC)),
         "viscopade.one_minus_epsilon": np.asarray(double.one_minus_epsilon(ELASTIC)),
     }
     with working(BITS):
@@ -116,7 +116,7 @@ def naive_in_octaves() -> list[float]:
         x = np.exp(np.random.default_rng(octave).uniform(low, high, 60))
         with working(BITS):
             exact = [truth.enclosed(arb(v)).loss for v in x.tolist()]
-            values = (1 - np.asarray(last_place.evaluated_in(DOUBLE, "epsilon", x))).tolist()
+            values = (1 - np.asarray(last_place.evaluated("epsilon", x))).tolist()
             found.append(max(float(abs(arb(y) - loss)) for y, loss in zip(values, exact, strict=True)) * 2.0**54)
     return found
 
@@ -147,7 +147,7 @@ def judged(
         Row("quotients at large v*: error / bound of leading terms", max(one.error for one in far), 1),
         Row(
             "1 - eps of full accuracy, v* to 1e-150: error / proven bound",
-            max(lost[full]) / (float(last_place.largest_ulp(DOUBLE, "one_minus_epsilon")) * ulp),
+            max(lost[full]) / (float(last_place.largest_ulp("one_minus_epsilon")) * ulp),
             1,
         ),
         Row(

@@ -23,11 +23,11 @@ from viscopade.kernels import prove_lacunary, requests, truth
 from viscopade.kernels.expressions import Arithmetic, CodeBranch, read
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
-from viscopade.kernels.forms.speed_kernel import HALF_LINE, TABLES
+from viscopade.kernels.forms.speed_kernel import TABLES
 from viscopade.kernels.forms.speed_table import REST, Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, restitution
 from viscopade.kernels.machine import TYPES
-from viscopade.kernels.names import FAST
+from viscopade.kernels.names import COMPACT, FAST
 
 Array = npt.NDArray[Any]
 Inputs = Callable[[Any], dict[str, Any]]
@@ -175,17 +175,16 @@ def functions(rows: int) -> Iterator[Function]:
     for kernel in (*requests.PAPER.quotients(), *requests.RECOMMENDED.quotients()):
         for form in FORMATS.values():
             yield from _of_quotient(kernel, form)
-    for inverse in requests.INVERSE.in_powers_of_a_root():
+    for inverse in requests.INVERSE.inverse_kernels():
         for variant in inverse.variants:
             yield from _of_inverse(inverse, variant)
-    for accuracy in HALF_LINE:
+    for accuracy in COMPACT:
         yield from _compact(prove_lacunary.half_line_kernel(accuracy))
     for (tier, size), table in TABLES.items():
         if size == FAST:
             yield from _of_table(prove_lacunary.speed_kernel(tier).name, table, rows)
-    for form in FORMATS.values():
-        for name in last_place.FUNCTIONS:
-            yield _full(form, name)
+    for name in last_place.FUNCTIONS:
+        yield _full(name)
     yield _full_from_speed()
 
 
@@ -269,7 +268,7 @@ def _of_table(kernel: str, table: Table, rows: int) -> Iterator[Function]:
                 yield of_branch("tables", name, form, row, result, constants, given, ends, bound, None, scale, (1.0,))
 
 
-def _full(form: Format, name: str) -> Function:
+def _full(name: str) -> Function:
     """Return eps or 1 - eps of full accuracy; exact is the true value."""
 
     def exact(x: float) -> arb:
@@ -277,10 +276,10 @@ def _full(form: Format, name: str) -> Function:
         return found.epsilon if name == "epsilon" else found.loss
 
     def computed(x: Array) -> Array:
-        return np.asarray(last_place.evaluated_in(form, name, x))
+        return np.asarray(last_place.evaluated(name, x))
 
-    bound = last_place.largest_ulp(form, name)
-    return Function("full", f"{name}_full", form, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
+    bound = last_place.largest_ulp(name)
+    return Function("full", f"{name}_full", DOUBLE, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
 
 
 def _full_from_speed() -> Function:

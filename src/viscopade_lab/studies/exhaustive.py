@@ -28,7 +28,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.arithmetic.formats import FLOAT
 from viscopade.arrays import panels
 from viscopade.kernels import prove_lacunary
 from viscopade.kernels.forms import last_place, speed_table
@@ -116,9 +116,7 @@ def double_files(text: str) -> dict[str, str]:
 
 def doubles(program: Path, function: str, samples: int, jobs: int) -> Iterator[Errors]:
     """Yield the errors of a function in ulp, range by range."""
-    normal, subnormal = (
-        largest(DOUBLE, function) for largest in (last_place.largest_ulp, last_place.largest_subnormal)
-    )
+    normal, subnormal = last_place.largest_ulp(function), last_place.largest_subnormal(function)
     for ends in pairwise(RANGES[function]):
         bits = [struct.unpack("<Q", struct.pack("<d", 2.0**end))[0] for end in ends]
         arguments = [

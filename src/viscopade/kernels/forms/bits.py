@@ -49,22 +49,18 @@ def smaller_word(word: Name, largest: Expression) -> Expression:
     return Select(word < largest, word, largest)
 
 
-def folded(form: Format, fold: int, period: int) -> Program:
+def folded(fold: int, period: int) -> Program:
     """Return the assignments from `bits` of x to those of s = x 2^(-period n), "folded", and to eps(x)/eps(s), "scale".
 
     n >= 0 is the largest number with s >= 2^fold, or 0. There eps falls like x^(-10/3), so that the scale is a power of
     two if `period` is a multiple of 3.
     """
-    word, fraction, n, exponent = Name("bits"), count(form.precision - 1), Name("n"), Name("exponent")
-    shift: Expression = count(period) * n
-    first: Expression = word >> fraction
-    if form == DOUBLE:
-        first, shift = Call("uint32", (first,)), Call("uint64", (shift,))
-    start = count(form.largest + fold)
-    scale = Call("uint64", (count(DOUBLE.largest) - count(10 * period // 3) * n,)) << count(DOUBLE.precision - 1)
+    word, fraction, n, exponent = Name("bits"), count(DOUBLE.precision - 1), Name("n"), Name("exponent")
+    start = count(DOUBLE.largest + fold)
+    scale = Call("uint64", (count(DOUBLE.largest) - count(10 * period // 3) * n,)) << fraction
     return (
-        Statement("exponent", first),
+        Statement("exponent", Call("uint32", (word >> fraction,))),
         Statement("n", Select(exponent > start, (exponent - start) // count(period), count(0))),
         Statement("scale", from_bits(DOUBLE, scale)),
-        Statement("folded", word - (shift << fraction)),
+        Statement("folded", word - (Call("uint64", (count(period) * n,)) << fraction)),
     )

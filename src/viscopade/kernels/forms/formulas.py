@@ -45,7 +45,6 @@ from viscopade.kernels.expressions import (
     both,
     by_horner,
     by_powers,
-    equal,
     gaps,
     in_pairs,
     power,
@@ -316,7 +315,7 @@ def _from_speed(program: Program, eps: Expression, rest: str) -> CodeBranch:
 
 
 def full_panel_branch(names: Sequence[str]) -> CodeBranch:
-    """Return what a kernel of full accuracy, type double, computes on a panel; names are those of `DoubleRow.numbers`.
+    """Return what a kernel of full accuracy computes on a panel; names are those of `DoubleRow.numbers`.
 
     t = t1 + t2 is the distance from the centre. `elastic` is true where 1 - eps is on the panel's row, `loss` where it
     is wanted.
@@ -346,20 +345,8 @@ def _sum_with_error(base: Expression, part: Expression) -> Program:
     )
 
 
-def full_panel_float_branch(names: Sequence[str]) -> CodeBranch:
-    """Return what a kernel of full accuracy, type float, computes in type double on a panel, likewise."""
-    t, p = Name("t"), Name("p")
-    program = (
-        Statement("tt", t * t),
-        Statement("q", in_pairs("t", "tt", names[1:])),
-        Statement("p", Name(names[0]) + t * Name("q")),
-    )
-    other = ONE - p
-    return CodeBranch(None, program, {"result": Select(equal(Name("elastic"), Name("loss")), p, other)})
-
-
 def full_near_branch(names: Sequence[str]) -> CodeBranch:
-    """Return 1 - eps near 0 in type double, times a power of 2: v*^2 (c + v*^2 (a_0 + a_1 v* + ...)).
+    """Return 1 - eps near 0, times a power of 2: v*^2 (c + v*^2 (a_0 + a_1 v* + ...)).
 
     w is v* times a power of 2, high its leading bits; c = c_high + c_low, and c_high high^2 is exact.
     """
@@ -373,14 +360,3 @@ def full_near_branch(names: Sequence[str]) -> CodeBranch:
     )
     leading = Exact(Exact(c_high * high, reason) * high, reason)
     return CodeBranch(None, program, {"factor": factor, "result": leading + Name("rest")})
-
-
-def full_near_float_branch(names: Sequence[str]) -> CodeBranch:
-    """Return 1 - eps near 0 for type float, in type double: t^2 (c + t^2 (a_0 + a_1 t + ...)), t = v*."""
-    t, tt = Name("t"), Name("tt")
-    program = (
-        Statement("tt", t * t),
-        Statement("q", in_pairs("t", "tt", names)),
-    )
-    factor = Name("c") + tt * Name("q")
-    return CodeBranch(None, program, {"factor": factor, "result": tt * factor})

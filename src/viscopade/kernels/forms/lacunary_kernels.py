@@ -20,11 +20,6 @@ from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
 
-NAMES = {
-    HALF_LINE: "NAME is halfline_B for a kernel for all v* >= 0, B being the proven bound of its error",
-    INVERSE: "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1",
-}
-
 SPELLING = "(1p57em3 is 1.57e-3: p stands for the decimal point, m for the minus of an exponent)"
 
 LEAST_BITS = 24  # an interval of eps begins at a multiple of 2^-24, which both types hold, as they do 1 - eps there

@@ -2,13 +2,9 @@ r"""Kernels of eps(v*) and 1 - eps(v*) to the last place: tables of machine numb
 
 The tables hold the smaller of the two functions, p <= 1/2 (nearly); the other is 1 - p. Panels are the halves of the
 panels of `double`, 16 to an octave of v*. Their polynomials are those of `double` in the Chebyshev basis, truncated
-after T_n. With t the distance from the panel's centre, which is exact:
-
-- type float evaluates p = a_0 + t (a_1 + …) in type double and rounds once more;
-- type double evaluates s + (rest), where s = a_0 + a_1 t_1 is exact: a_0, a_1 and t_1 are cut to few bits, and what
-  they lack is in the rest.
-
-Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), in type double with a product c v*^2 in two parts. From 2^FOLD on, v* is
+after T_n. With t the distance from the panel's centre, which is exact,
+p = s + (rest), where s = a_0 + a_1 t_1 is exact: a_0, a_1 and t_1 are cut to few bits, and what they lack is in the
+rest. Below v* = 2^-4, 1 - eps = v*^2 (c + v*^2 (…)), with a product c v*^2 in two parts. From 2^FOLD on, v* is
 divided by a power of 8 (`double`). The bounds hold with and without FMA contraction.
 
 `evaluated_in` returns in Python, bit by bit, the results of the C code without FMA contraction. `ulp_bounds` are, over
@@ -30,7 +26,7 @@ from flint import arb, arb_poly, fmpq, fmpq_poly
 
 from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.arithmetic.chebyshev import cut, greatest, to_fmpq, to_fraction
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import CENTRES, FIRST, FOLD, HALF_WIDTHS, PANELS, PERIOD
 from viscopade.arrays.panels import SPLIT as COARSE
 from viscopade.collision import panel_proof
@@ -39,7 +35,6 @@ from viscopade.kernels.enclosure import exactly
 from viscopade.kernels.expressions import (
     Call,
     CodeBranch,
-    Expression,
     Literal,
     Name,
     Program,
@@ -53,7 +48,7 @@ from viscopade.kernels.expressions import (
 )
 from viscopade.kernels.forms import formulas
 from viscopade.kernels.forms.bits import bits, count, cut_to, folded, from_bits, mask, power_of_two, smaller_word
-from viscopade.kernels.machine import TYPES, computed, machine_arithmetic, run_on_row
+from viscopade.kernels.machine import computed, machine_arithmetic, run_on_row
 from viscopade.kernels.rounding import Rounded, half_unit, of_branch
 from viscopade.progress import track
 from viscopade.store import recorded
@@ -67,14 +62,14 @@ FOLD_ERROR = Fraction(1, 2**59)
 
 SPLIT = COARSE + 1  # 2^SPLIT panels to an octave
 NEAR = Fraction(2) ** FIRST  # below, the functions are expanded around 0
-LARGEST = {DOUBLE: 324, FLOAT: 46}  # at 2^this and beyond eps rounds to 0
+LARGEST = 324  # at 2^this and beyond eps rounds to 0
 CLEARED = 26  # bits of v* that t_1 lacks
 CENTRE_BITS = 16  # of v* in the leading product of (1 - eps) below NEAR
 FACTOR_BITS = 21  # of c in that product; 2 CENTRE_BITS + FACTOR_BITS = 53
 TINY, LIFT = -400, 200  # v* < 2^TINY is multiplied by 2^LIFT before it is squared
 
-DEGREES = {DOUBLE: 10, FLOAT: 9}
-NEAR_DEGREES = {DOUBLE: 8, FLOAT: 7}  # of the polynomial that v*^4 is multiplied by
+DEGREE = 10
+NEAR_DEGREE = 8  # of the polynomial that v*^4 is multiplied by
 
 _BITS = 128  # of ball arithmetic
 _PARTS = 4  # a panel is cut into, where errors are bounded
@@ -162,7 +157,7 @@ def _coefficients(p: fmpq_poly, half: Fraction, count: int) -> list[Fraction]:
 
 
 class DoubleRow(NamedTuple):
-    """A row for type double: eps - base = a0_high + a1_high t_1 + (a0_low + a1_high t_2 + a1_low t + a_2 t^2 + …).
+    """A row: eps - base = a0_high + a1_high t_1 + (a0_low + a1_high t_2 + a1_low t + a_2 t^2 + …).
 
     t = t_1 + t_2 = v* - centre; base is 1 where the panel is elastic, 0 elsewhere.
     """
@@ -186,18 +181,18 @@ def _to_multiple(number: Fraction, unit: Fraction) -> float:
 
 @recorded("double_rows")
 def double_rows() -> tuple[DoubleRow, ...]:
-    """Return the table of type double: a row for [0, NEAR], which only eps uses, then one for each panel."""
+    """Return the table: a row for [0, NEAR], which only eps uses, then one for each panel."""
     return (_double_row_near(), *(_double_row(panel) for panel in smaller_panels()))
 
 
 def _double_row_near() -> DoubleRow:
-    a = _coefficients(-_cut_on_unit(_ratio(), DEGREES[DOUBLE] - 2), NEAR, DEGREES[DOUBLE] - 1)
+    a = _coefficients(-_cut_on_unit(_ratio(), DEGREE - 2), NEAR, DEGREE - 1)
     return DoubleRow(0.0, 0.0, 0.0, 0.0, 0.0, tuple(map(DOUBLE.nearest, a)))
 
 
 def _double_row(panel: SmallerOnPanel) -> DoubleRow:
-    p = cut(-panel.p if panel.elastic else panel.p, DEGREES[DOUBLE])
-    a0, a1, *a = _coefficients(p, panel.half, DEGREES[DOUBLE] + 1)
+    p = cut(-panel.p if panel.elastic else panel.p, DEGREE)
+    a0, a1, *a = _coefficients(p, panel.half, DEGREE + 1)
     unit = DOUBLE.ulp(abs(a0) + abs(a1) * panel.half)
     high = _to_multiple(a0, unit)
     slope = _to_multiple(a1, unit / _step(panel))
@@ -210,168 +205,124 @@ def _step(panel: SmallerOnPanel) -> Fraction:
     return DOUBLE.ulp(panel.centre) * Fraction(2) ** CLEARED
 
 
-@recorded("float_rows")
-def float_rows() -> tuple[tuple[float, ...], ...]:
-    """Return a_0, a_1, … of p in powers of t = v* - centre for every panel, for type float."""
-    degree = DEGREES[FLOAT]
-    rows = (_coefficients(cut(panel.p, degree), panel.half, degree + 1) for panel in smaller_panels())
-    return tuple(tuple(map(DOUBLE.nearest, row)) for row in rows)
-
-
 @cache
-def near_constants(form: Format) -> dict[str, float]:
+def near_constants() -> dict[str, float]:
     """Return the constants of `near_branch`: 1 - eps = v*^2 (c + v*^2 (a0 + a1 v* + …)), c = c_high + c_low."""
-    ratio, degree = _ratio(), NEAR_DEGREES[form]
+    ratio = _ratio()
     c = to_fraction(ratio[0])
     rest = fmpq_poly(ratio.coeffs()[2:])  # without z, whose coefficient is 0 but for the table's error
-    a = map(DOUBLE.nearest, _coefficients(_cut_on_unit(rest, degree) / to_fmpq(NEAR**2), NEAR, degree + 1))
-    leading = {"c": DOUBLE.nearest(c)}
-    if form == DOUBLE:
-        high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
-        leading = {"c_high": high, "c_low": DOUBLE.nearest(c - Fraction(high))}
-    return leading | {f"a{n}": number for n, number in enumerate(a)}
+    quotient = _cut_on_unit(rest, NEAR_DEGREE) / to_fmpq(NEAR**2)
+    a = map(DOUBLE.nearest, _coefficients(quotient, NEAR, NEAR_DEGREE + 1))
+    high = _to_multiple(c, Fraction(2) ** (1 - FACTOR_BITS))
+    return {"c_high": high, "c_low": DOUBLE.nearest(c - Fraction(high))} | {
+        f"a{n}": number for n, number in enumerate(a)
+    }
 
 
 # --- the sequence of operations ---------------------------------------------------------------------------------------
 
-DOUBLE_NAMES = tuple(f"a[{n}]" for n in range(DEGREES[DOUBLE] + 4))
-FLOAT_NAMES = tuple(f"a[{n}]" for n in range(DEGREES[FLOAT] + 1))
-TABLE = {DOUBLE: "viscopade_full_table", FLOAT: "viscopade_full_tablef"}
+NAMES = tuple(f"a[{n}]" for n in range(DEGREE + 4))
+TABLE = "viscopade_full_table"
 _ONE = Literal("1.0")
+_NEAR_NAMES = [f"a{n}" for n in range(NEAR_DEGREE + 1)]
 
 
-def largest_bits(form: Format, function: str) -> Word:
+def largest_bits(function: str) -> Word:
     """Return the bits that larger ones are replaced by: there the function rounds to its limit."""
-    return power_of_two(form, FOLD if function == "one_minus_epsilon" else LARGEST[form])
+    return power_of_two(DOUBLE, FOLD if function == "one_minus_epsilon" else LARGEST)
 
 
-def near_bits(form: Format) -> Word:
+def near_bits() -> Word:
     """Return the bits of `NEAR`."""
-    return power_of_two(form, FIRST)
+    return power_of_two(DOUBLE, FIRST)
 
 
-def fold_program(form: Format) -> Program:
+def fold_program() -> Program:
     """Return the assignments from the bits of v* to those of s, and to eps(v*)/eps(s)."""
-    return folded(form, FOLD, PERIOD)
+    return folded(FOLD, PERIOD)
 
 
-def sums(form: Format) -> CodeBranch:
-    """Return what the code of a type computes from the numbers of a panel's row."""
-    if form == DOUBLE:
-        return formulas.full_panel_branch(DOUBLE_NAMES)
-    return formulas.full_panel_float_branch(FLOAT_NAMES)
+def panel_branch() -> CodeBranch:
+    """Return what the code computes from `bits`, below those of 2^(FOLD + PERIOD), and a panel's row.
 
-
-def panel_branch(form: Format) -> CodeBranch:
-    """Return what the code of a type computes from `bits`, below those of 2^(FOLD + PERIOD), and a panel's row.
-
-    The result is 1 - eps if `loss` is true, else eps; for type float not yet rounded to it.
+    The result is 1 - eps if `loss` is true, else eps.
     """
     word, lead, index = map(Name, ("bits", "lead", "index"))
-    shift = count(form.precision - 1 - SPLIT)
-    first = (form.largest + FIRST) << SPLIT  # the leading bits of NEAR
-    x = from_bits(form, word)
-    if form == DOUBLE:
-        start, centre = count(first - 1), Name("a[0]")
-        row: Program = (
-            Statement("index", Select(lead > start, Call("index", (lead - start,)), count(0))),
-            Statement("row", TableRow(TABLE[form], index)),
-            Statement("x", x),
-            Statement("x1", from_bits(DOUBLE, word & ~mask(CLEARED))),
-            Statement("t", Name("x") - centre),
-            Statement("t1", Name("x1") - centre),
-            Statement("t2", Name("x") - Name("x1")),
-            Statement("elastic", index <= count(switch())),
-        )
-    else:
-        half = Word(1 << (form.precision - SPLIT - 2))
-        row = (
-            Statement("index", lead - count(first)),
-            Statement("row", TableRow(TABLE[form], index)),
-            Statement("centre", from_bits(form, (lead << shift) | half)),
-            Statement("t", Call("double", (x - Name("centre"),))),
-            Statement("elastic", index < count(switch())),
-        )
-    found = sums(form)
-    return found._replace(program=(Statement("lead", word >> shift), *row, *found.program))
+    shift = count(DOUBLE.precision - 1 - SPLIT)
+    start, centre = count(((DOUBLE.largest + FIRST) << SPLIT) - 1), Name("a[0]")  # before the leading bits of NEAR
+    program: Program = (
+        Statement("lead", word >> shift),
+        Statement("index", Select(lead > start, Call("index", (lead - start,)), count(0))),
+        Statement("row", TableRow(TABLE, index)),
+        Statement("x", from_bits(DOUBLE, word)),
+        Statement("x1", from_bits(DOUBLE, word & ~mask(CLEARED))),
+        Statement("t", Name("x") - centre),
+        Statement("t1", Name("x1") - centre),
+        Statement("t2", Name("x") - Name("x1")),
+        Statement("elastic", index <= count(switch())),
+    )
+    sums = formulas.full_panel_branch(NAMES)
+    return sums._replace(program=(*program, *sums.program))
 
 
-def _near_sums(form: Format) -> CodeBranch:
-    names = [f"a{n}" for n in range(NEAR_DEGREES[form] + 1)]
-    return formulas.full_near_branch(names) if form == DOUBLE else formulas.full_near_float_branch(names)
-
-
-def near_branch(form: Format) -> CodeBranch:
-    """Return what the code of a type computes of 1 - eps below `NEAR`."""
-    found = _near_sums(form)
-    if form != DOUBLE:
-        return found
+def near_branch() -> CodeBranch:
+    """Return what the code computes of 1 - eps below `NEAR`."""
+    sums = formulas.full_near_branch(_NEAR_NAMES)
     tiny, lift, lower = Name("tiny"), 2.0**LIFT, 2.0 ** (-2 * LIFT)
     start = (
         Statement("tiny", Name("v_star") < Literal(repr(2.0**TINY))),
         Statement("w", Name("v_star") * Select(tiny, Literal(repr(lift)), _ONE)),
         Statement("high", cut_to(Name("w"), DOUBLE.precision - CENTRE_BITS)),
     )
-    result = found.results["result"] * Select(tiny, Literal(repr(lower)), _ONE)
-    return found._replace(program=(*start, *found.program), results={**found.results, "result": result})
+    result = sums.results["result"] * Select(tiny, Literal(repr(lower)), _ONE)
+    return sums._replace(program=(*start, *sums.program), results={**sums.results, "result": result})
 
 
-def assembled(function: str, near: Expression, panel: Expression) -> tuple[Expression, Expression]:
-    """Return one of `FUNCTIONS` below `NEAR` and beyond it, given the results of `near_branch` and `panel_branch`.
-
-    eps of type double needs the second alone, as the table's first row is for [0, `NEAR`].
-    """
-    return (near, panel) if function == "one_minus_epsilon" else (_ONE - near, panel * Name("scale"))
-
-
-def evaluated_in(form: Format, function: str, v_star: Any) -> Any:
-    """Return the results of one of `FUNCTIONS` in this type without FMA contraction; v* are numbers of that type."""
-    loss, kind = function == "one_minus_epsilon", TYPES[form.name]
-    by, (start, branch) = machine_arithmetic(DOUBLE, words=form), _prepared(form, function)
-    names = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES
+def evaluated(function: str, v_star: Any) -> Any:
+    """Return the results of one of `FUNCTIONS` without FMA contraction."""
+    loss = function == "one_minus_epsilon"
+    by, (start, branch) = machine_arithmetic(DOUBLE), _prepared(function)
     with np.errstate(all="ignore"):
-        x = np.abs(np.asarray(v_star, kind))
+        x = np.abs(np.asarray(v_star, np.float64))
         first = read(start, start.results, {"x": x}, by)
-        given = {"bits": first["folded"], "loss": loss, TABLE[form]: _numbers_of_rows(form)}
-        panel = evaluate(branch.results["result"], run_on_row(branch, names, given, by), by)
-        below, beyond = assembled(function, Name("of_near"), Name("panel"))
-        result = evaluate(beyond, {"panel": panel, "scale": first["scale"]}, by)
-        if first["near"].any():
-            given = {"v_star": x, "t": np.float64(x), **near_constants(form)}
-            of_near = computed(near_branch(form), "result", given, DOUBLE)
-            result = np.where(first["near"], evaluate(below, {"of_near": of_near}, by), result)
+        given = {"bits": first["folded"], "loss": loss, TABLE: _numbers_of_rows()}
+        result = evaluate(branch.results["result"], run_on_row(branch, NAMES, given, by), by)
+        if not loss:  # the table's first row is for [0, NEAR]
+            result = result * first["scale"]
+        elif first["near"].any():
+            near = computed(near_branch(), "result", {"v_star": x, **near_constants()}, DOUBLE)
+            result = np.where(first["near"], near, result)
         accepted = evaluate(formulas.NOT_NEGATIVE, {"v_star": np.asarray(v_star)}, by)
-        return np.where(accepted, result, math.nan).astype(kind)[()]
+        return np.where(accepted, result, math.nan)[()]
 
 
-def branches(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
-    """Return what the code of a type computes from x = v*, and from the bits of its panel, of one of `FUNCTIONS`.
+def branches(function: str) -> tuple[CodeBranch, CodeBranch]:
+    """Return what the code computes from x = v*, and from the bits of its panel, of one of `FUNCTIONS`.
 
     1 - eps of v* <= 2^FOLD is not divided, as `folded` leaves these as they are.
     """
     word, near = Name("word"), Name("near")
-    # eps of type double has the table's first row near 0.
-    least = count(0) if (form, function) == (DOUBLE, "epsilon") else near_bits(form)
+    least = count(0) if function == "epsilon" else near_bits()  # eps has the table's first row near 0
     start = (
-        Statement("word", bits(form, Name("x"))),
+        Statement("word", bits(DOUBLE, Name("x"))),
         Statement("near", word < least),
-        Statement("bits", Select(near, least, smaller_word(word, largest_bits(form, function)))),
-        *fold_program(form),
+        Statement("bits", Select(near, least, smaller_word(word, largest_bits(function)))),
+        *fold_program(),
     )
-    return CodeBranch(None, start, {name: Name(name) for name in ("near", "folded", "scale")}), panel_branch(form)
+    return CodeBranch(None, start, {name: Name(name) for name in ("near", "folded", "scale")}), panel_branch()
 
 
 @cache
-def _prepared(form: Format, function: str) -> tuple[CodeBranch, CodeBranch]:
+def _prepared(function: str) -> tuple[CodeBranch, CodeBranch]:
     """Return `branches`, prepared for machine numbers."""
-    by = machine_arithmetic(DOUBLE, words=form)
-    start, panel = branches(form, function)
+    by = machine_arithmetic(DOUBLE)
+    start, panel = branches(function)
     return prepared(start, by), prepared(panel, by)
 
 
 @cache
-def _numbers_of_rows(form: Format) -> Any:
-    return np.array([row.numbers for row in double_rows()] if form == DOUBLE else float_rows())
+def _numbers_of_rows() -> Any:
+    return np.array([row.numbers for row in double_rows()])
 
 
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
@@ -405,24 +356,23 @@ class UlpBound(NamedTuple):
 
 
 @recorded("ulp_bounds")
-def ulp_bounds(form: Format, function: str) -> tuple[UlpBound, ...]:
+def ulp_bounds(function: str) -> tuple[UlpBound, ...]:
     """Return bounds of the error for all v* >= 0 with a result in the normal range, panel by panel.
 
     Those from 2^FOLD on hold for all larger v*, too. The bounds are proven (docs/reference/full-kernels.md), and hold
     with and without FMA contraction.
     """
     loss = function == "one_minus_epsilon"
-    check_panel_results(form)
-    bound = _double_bound if form == DOUBLE else _float_bound
+    check_panel_results()
     with working(_BITS):
-        found = [UlpBound(Fraction(0), NEAR, _near_bound(form, loss))]
-        for index in track(range(len(smaller_panels())), f"error bounds of type {form.name}"):
+        found = [UlpBound(Fraction(0), NEAR, _near_bound() if loss else _near_one_bound())]
+        for index in track(range(len(smaller_panels())), "error bounds of full accuracy"):
             panel = smaller_panels()[index]
-            found.append(UlpBound(panel.centre - panel.half, panel.centre + panel.half, bound(index, loss)))
+            found.append(UlpBound(panel.centre - panel.half, panel.centre + panel.half, _panel_bound(index, loss)))
     return tuple(found)
 
 
-def check_panel_results(form: Format) -> None:
+def check_panel_results() -> None:
     """Check that without rounding a panel's results are eps and 1 - eps, of which its row has the smaller one.
 
     Raises
@@ -430,50 +380,43 @@ def check_panel_results(form: Format) -> None:
     ArithmeticError
         If they are not.
     """
-    names, t = DOUBLE_NAMES if form == DOUBLE else FLOAT_NAMES, fmpq_poly([0, 1])
-    numbers: dict[str, float] = {name: 1.375 + n for n, name in enumerate(names)}  # any
+    t, sums = fmpq_poly([0, 1]), formulas.full_panel_branch(NAMES)
+    numbers: dict[str, float] = {name: 1.375 + n for n, name in enumerate(NAMES)}  # any
     for elastic, loss in product((False, True), repeat=2):
         given: dict[str, fmpq_poly | bool] = {"t": t, "t1": t / 3, "t2": t * 2 / 3, "elastic": elastic, "loss": loss}
-        parts = [
-            exactly(sums(form), name, given, numbers) for name in (("exact", "rest") if form == DOUBLE else ("p",))
-        ]
-        p = sum(parts, fmpq_poly([]))
-        # Rows of type double have -(1 - eps) where those of type float have 1 - eps.
-        eps = (1 + p if form == DOUBLE else 1 - p) if elastic else p
+        p = sum((exactly(sums, name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+        eps = 1 + p if elastic else p
         given["head"] = t**7 - 3  # any, as the loss of this sum makes up for what it lacks
-        if exactly(sums(form), "result", given, numbers) != (1 - eps if loss else eps):
-            raise ArithmeticError(f"the results of a panel in type {form.name} are not eps and 1 - eps")
+        if exactly(sums, "result", given, numbers) != (1 - eps if loss else eps):
+            raise ArithmeticError("the results of a panel are not eps and 1 - eps")
 
 
-def largest_ulp(form: Format, function: str | None = None) -> Fraction:
+def largest_ulp(function: str | None = None) -> Fraction:
     """Return the largest of the bounds, of one of `FUNCTIONS` or of both."""
-    return max(bound.ulp for name in ([function] if function else FUNCTIONS) for bound in ulp_bounds(form, name))
+    return max(bound.ulp for name in ([function] if function else FUNCTIONS) for bound in ulp_bounds(name))
 
 
-def largest_subnormal(form: Format, function: str | None = None) -> Fraction:
-    """Return the same for subnormal results, in the smallest numbers; those of type double are rounded twice."""
-    largest = largest_ulp(form, function)
-    return (1 + largest) / 2 if form == DOUBLE else largest
+def largest_subnormal(function: str | None = None) -> Fraction:
+    """Return the same for subnormal results, which are rounded twice, in the smallest numbers."""
+    return (1 + largest_ulp(function)) / 2
 
 
-def _in_ulp(error: arb, least: arb, form: Format) -> Fraction:
+def _in_ulp(error: arb, least: arb) -> Fraction:
     """Return the bound of a result of at least `least` that is rounded once after it had `error`.
 
     Where `error`, less than an ulp, moves it up across a power of 2, it is rounded to this power.
     """
-    unit = ball_of(form.ulp(exact_middle(arb(least.lower()))))
+    unit = ball_of(DOUBLE.ulp(exact_middle(arb(least.lower()))))
     return Fraction(1, 2) + exact_middle(_above(_above(error) / unit))
 
 
-def _worst_part(
-    panel: SmallerOnPanel, loss: bool, form: Format, errors: Callable[[arb, arb], tuple[arb, arb]]
-) -> Fraction:
+def _worst_part(panel: SmallerOnPanel, loss: bool, errors: Callable[[arb, arb], tuple[arb, arb]]) -> Fraction:
     """Return the largest bound of the panel's parts; `errors` are those of p and of 1 - p, given enclosed t and p."""
 
     def bound(low: Fraction, high: Fraction) -> Fraction:
         p = arb_poly(panel.p)(_between(low, high))
         of_p, of_other = errors(_between(panel.half * low, panel.half * high), p)
-        return _in_ulp(of_p, p, form) if loss == panel.elastic else _in_ulp(of_other, 1 - p, form)
+        return _in_ulp(of_p, p) if loss == panel.elastic else _in_ulp(of_other, 1 - p)
 
     return max(bound(*ends) for ends in pairwise(Fraction(2 * m - _PARTS, _PARTS) for m in range(_PARTS + 1)))
 
@@ -484,7 +427,7 @@ def _given_error(panel: SmallerOnPanel, difference: Fraction, values: arb) -> ar
     return _above(arb(to_fmpq(difference))) + _magnitude(values) * relative * (1 + 2 * relative)
 
 
-def _double_bound(index: int, loss: bool) -> Fraction:
+def _panel_bound(index: int, loss: bool) -> Fraction:
     panel, row = smaller_panels()[index], double_rows()[1 + index]
     sign = -1 if panel.elastic else 1
     _check_head(panel, row)
@@ -493,19 +436,20 @@ def _double_bound(index: int, loss: bool) -> Fraction:
 
     def errors(t: arb, values: arb) -> tuple[arb, arb]:
         given = _given_error(panel, difference, values)
-        numbers = _numbers(DOUBLE_NAMES, row.numbers, t=t, t2=_between(Fraction(0), _step(panel)))
-        rest = of_branch(panel_branch(DOUBLE), ["rest"], numbers, DOUBLE)["rest"]
+        numbers = _numbers(NAMES, row.numbers, t=t, t2=_between(Fraction(0), _step(panel)))
+        rest = of_branch(panel_branch(), ["rest"], numbers, DOUBLE)["rest"]
         # The leading part's sum with 1 leaves at most half an ulp of 1 to be added to the rest.
         lost = Rounded(arb(0, half_unit(arb(1), DOUBLE)), DOUBLE)
         return rest.absolute + given, (lost + rest).absolute + given
 
-    return _worst_part(panel, loss, DOUBLE, errors)
+    return _worst_part(panel, loss, errors)
 
 
 def _exact_double(row: DoubleRow, t: fmpq_poly) -> fmpq_poly:
     """Return what a row stands for, exactly, however t_1 and t_2 share t between them."""
-    given, numbers = {"t": t, "t1": t / 3, "t2": t * 2 / 3}, dict(zip(DOUBLE_NAMES, row.numbers, strict=True))
-    return sum((exactly(sums(DOUBLE), name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
+    given, numbers = {"t": t, "t1": t / 3, "t2": t * 2 / 3}, dict(zip(NAMES, row.numbers, strict=True))
+    sums = formulas.full_panel_branch(NAMES)
+    return sum((exactly(sums, name, given, numbers) for name in ("exact", "rest")), fmpq_poly([]))
 
 
 def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
@@ -517,47 +461,20 @@ def _check_head(panel: SmallerOnPanel, row: DoubleRow) -> None:
         raise ArithmeticError(f"the leading part is not exact on the panel around {float(panel.centre)}")
 
 
-def _float_bound(index: int, loss: bool) -> Fraction:
-    panel, a = smaller_panels()[index], float_rows()[index]
-    t = fmpq_poly([0, to_fmpq(panel.half)])
-    difference = greatest(exactly(sums(FLOAT), "p", {"t": t}, dict(zip(FLOAT_NAMES, a, strict=True))) - panel.p)
-
-    def errors(t: arb, values: arb) -> tuple[arb, arb]:
-        p = of_branch(panel_branch(FLOAT), ["p"], _numbers(FLOAT_NAMES, a, t=t), DOUBLE)["p"]
-        error = p.absolute + _given_error(panel, difference, values)
-        return error, error + half_unit(arb(1), DOUBLE)
-
-    return _worst_part(panel, loss, FLOAT, errors)
-
-
-def _near_bound(form: Format, loss: bool) -> Fraction:
-    """Bound the error on [0, NEAR], relative to v*^2 where 1 - eps is wanted."""
+def _near_bound() -> Fraction:
+    """Bound the error of 1 - eps on [0, NEAR]."""
     ratio = _ratio()
     least = arb(ratio[0]) - _greatest_on_unit(ratio - ratio[0])
-    most = _above(2 * arb(ratio[0]) - least)
-    given = most * ball_of(TABLE_ERROR)
-    if form == DOUBLE and not loss:
-        return _double_bound_near_one(given)
-    constants = near_constants(form)
+    given = _above(2 * arb(ratio[0]) - least) * ball_of(TABLE_ERROR)  # of the largest value
+    constants = near_constants()
     x = fmpq_poly([0, to_fmpq(NEAR)])
-    inputs = {"v_star": x, "t": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
-    machine = exactly(_near_sums(form), "result", inputs, constants) / (4 if form == DOUBLE else 1)
+    inputs = {"v_star": x, "w": 2 * x, "high": x / 3}  # w is v* times any power of 2, `high` any part of it
+    machine = exactly(formulas.full_near_branch(_NEAR_NAMES), "result", inputs, constants) / 4
     given += _greatest_on_unit(_over_square(machine) - ratio)
-    variable = {"v_star" if form == DOUBLE else "t": _between(Fraction(0), NEAR)}
-    numbers = _numbers(list(constants), list(constants.values()), **variable)
-    factor = of_branch(near_branch(form), ["factor"], numbers, DOUBLE)["factor"]
-    if form == DOUBLE:
-        return _relative_in_ulp(_product_error(constants["c_high"], factor) + given, least, DOUBLE)
-    error = factor.absolute + ball_of(_U) * (_magnitude(factor.value) + factor.absolute) + given  # v*^2 has 48 bits
-    if loss:
-        return _relative_in_ulp(error, least, FLOAT)
-    absolute = error * ball_of(NEAR**2) + half_unit(arb(1), DOUBLE)
-    return _in_ulp(absolute, 1 - most * ball_of(NEAR**2), FLOAT)
-
-
-def _relative_in_ulp(error: arb, least: arb, form: Format) -> Fraction:
-    """Like `_in_ulp`, for errors in units of v*^2, of which `least` is the smallest value."""
-    lost: Fraction = exact_middle(_above(_above(error) / least)) * 2**form.precision
+    numbers = _numbers(list(constants), list(constants.values()), v_star=_between(Fraction(0), NEAR))
+    factor = of_branch(near_branch(), ["factor"], numbers, DOUBLE)["factor"]
+    error = _product_error(constants["c_high"], factor) + given
+    lost: Fraction = exact_middle(_above(_above(error) / least)) * 2**DOUBLE.precision
     # Intermediate results that underflow are below 2^-60 ulp of a result of at least 2^(2 TINY).
     return Fraction(1, 2) + lost + Fraction(1, 2**60)
 
@@ -571,11 +488,12 @@ def _product_error(c_high: float, rest: Rounded) -> arb:
     return error + u * (tail + other + error)
 
 
-def _double_bound_near_one(given: arb) -> Fraction:
+def _near_one_bound() -> Fraction:
     """Bound the error of eps on [0, NEAR], from the table's first row."""
-    row = double_rows()[0]
+    ratio, row = _ratio(), double_rows()[0]
+    most = _above(arb(ratio[0]) + _greatest_on_unit(ratio - ratio[0]))
     machine = -_exact_double(row, fmpq_poly([0, to_fmpq(NEAR)]))
-    given = (given + _greatest_on_unit(_over_square(machine) - _ratio())) * ball_of(NEAR**2)
+    given = most * ball_of(TABLE_ERROR) + _greatest_on_unit(_over_square(machine) - ratio)
     x = _between(Fraction(0), NEAR)
-    rest = of_branch(panel_branch(DOUBLE), ["rest"], _numbers(DOUBLE_NAMES, row.numbers, t=x, t2=x), DOUBLE)["rest"]
-    return _in_ulp(rest.absolute + given, 1 - _magnitude(rest.value) * 2, DOUBLE)
+    rest = of_branch(panel_branch(), ["rest"], _numbers(NAMES, row.numbers, t=x, t2=x), DOUBLE)["rest"]
+    return _in_ulp(rest.absolute + given * ball_of(NEAR**2), 1 - _magnitude(rest.value) * 2)

@@ -21,19 +21,12 @@ FIRST = -96
 
 TABLES = MappingProxyType(
     {
-        ("1e-3", FAST): Table(3, FIRST, 1, FLOAT),
         ("1e-5", FAST): Table(6, FIRST, 1, FLOAT),
         ("1e-5", SMALL): Table(2, FIRST, 3, FLOAT),
-        ("1e-7", FAST): Table(4, FIRST, 3, DOUBLE),
-        ("1e-7", SMALL): Table(2, FIRST, 5, DOUBLE),
         ("1e-10", FAST): Table(4, FIRST, 5, DOUBLE),
-        ("1e-10", SMALL): Table(2, FIRST, 7, DOUBLE),
     }
 )
 """By accuracy and size, the tables that are exported."""
-
-HALF_LINE = ("1e-3", "1e-5", "1e-7")
-"""Accuracies for which there are half-line kernels; beyond the table of another one, that of full accuracy is used."""
 
 
 class Beyond(NamedTuple):
@@ -99,7 +92,7 @@ class SpeedKernel:
     def beyond(self) -> Beyond:
         """What is stated where w is not in the table."""
         if self.slow is None:
-            eps, loss = (last_place.largest_ulp(DOUBLE, of) for of in last_place.FUNCTIONS)
+            eps, loss = (last_place.largest_ulp(of) for of in last_place.FUNCTIONS)
             return Beyond(Fraction(0), eps * Fraction(DOUBLE.epsilon), loss * Fraction(DOUBLE.epsilon), Fraction(1))
         variant = self.slow.variant(DOUBLE)
         eps, loss = (Fraction(variant.rounding(of)) for of in last_place.FUNCTIONS)

@@ -151,7 +151,7 @@ def restitution(speed: FloatArray, beta: FloatArray) -> FloatArray:
     if not within.all():
         given = {"speed": speed[~within], "beta": beta[~within]}
         v_star = computed(formulas.v_star_branch(), "v_star", given, DOUBLE)
-        result[~within] = last_place.evaluated_in(DOUBLE, "epsilon", v_star)
+        result[~within] = last_place.evaluated("epsilon", v_star)
     return result
 
 

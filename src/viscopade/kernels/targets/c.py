@@ -1,4 +1,4 @@
-"""C headers of quotients, half-line and inverse kernels: C99, also valid C++ from C++98 on; they need math.h only."""
+"""C headers of quotients and inverse kernels: C99, also valid C++ from C++98 on; they need math.h only."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS
 from viscopade.generated import WIDTH, template
-from viscopade.kernels.forms.lacunary_kernels import LacunaryKernel
-from viscopade.kernels.forms.quotient import QUOTIENT, Quotient
+from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, LacunaryKernel
+from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.bodies import Language
 from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, constant_of_c, of_c
@@ -19,7 +19,7 @@ from viscopade.kernels.targets.wording import comment, distinct, functions_of, h
 _LANGUAGES = [Language(form, of_c(form), partial(constant_of_c, form=form)) for form in (DOUBLE, FLOAT)]
 
 
-def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
+def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
     """Return the text of a header with functions of type double and float for every kernel.
 
     The float functions of a kernel are left out, with a comment that says why, where a coefficient is not a normal
@@ -27,7 +27,7 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
 
     Parameters
     ----------
-    kernels : sequence of Quotient, or of LacunaryKernel
+    kernels : sequence of Quotient, or of InverseKernel
         At least one, no two of the same name.
     command : str
         The command line that makes the file.
@@ -37,12 +37,11 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
     ValueError
         If a kernel does not fit type double either, or `command` is not one line.
     """
-    blocks = [_block(kernel) for kernel in distinct(kernels)]
+    blocks = [_block(kernel, _LANGUAGES) for kernel in distinct(kernels)]
     types = [[FORMATS[variant["type"]] for variant in block["variants"]] for block in blocks]
     forms = [form for form in FORMATS.values() if any(form in of for of in types)]
     words = head_of(kernels, command, forms)
-    head = "quotient" if QUOTIENT in words["kinds"] else "lacunary"
-    return template(__name__, f"{head}.h.jinja").render(
+    return template(__name__, f"{kernels[0].kind}.h.jinja").render(
         words,
         head=comment(words["lines"], " *"),
         blocks=blocks,
@@ -53,17 +52,17 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
     )
 
 
-def render_functions(kernels: Sequence[LacunaryKernel]) -> str:
-    """Return the header's text after its first comment, without the names that last; v* alone without kernels."""
-    blocks = list(map(_block, kernels))
+def render_functions(kernels: Sequence[HalfLineKernel]) -> str:
+    """Return v* of speed and beta, and the functions of v* of half-line kernels in type double."""
+    blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in kernels]
     return template(__name__, "functions.h.jinja").render(
         blocks=blocks, types=list(map(_type, _LANGUAGES)), define_constant=DEFINE_CONSTANT, of_speed=True, lasting=[]
     )
 
 
-def _block(kernel: Quotient | LacunaryKernel) -> dict[str, Any]:
+def _block(kernel: Quotient | LacunaryKernel, languages: Sequence[Language]) -> dict[str, Any]:
     variants, reasons = [], []
-    for language in _LANGUAGES:
+    for language in languages:
         try:
             variants.append({**_type(language), **bodies.of_kernel(kernel, language)})
         except ValueError as error:

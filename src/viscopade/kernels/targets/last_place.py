@@ -6,17 +6,17 @@ import math
 from fractions import Fraction
 from textwrap import wrap
 
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.panels import FIRST, FOLD, PERIOD
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
-from viscopade.kernels.expressions import Call, CodeBranch, Expression, Name
+from viscopade.kernels.expressions import CodeBranch, Expression, Name
 from viscopade.kernels.forms import formulas, last_place
-from viscopade.kernels.forms.bits import count, smaller_word
+from viscopade.kernels.forms.bits import smaller_word
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
 
 
 def render(command: str) -> str:
-    """Return the header's text, with eps and 1 - eps in double and in float.
+    """Return the header's text, with eps and 1 - eps.
 
     Parameters
     ----------
@@ -29,18 +29,12 @@ def render(command: str) -> str:
         If `command` is not one line.
     """
     head = "\n".join(f" * {line}".rstrip() for line in _head(command))
-    return template(__name__, "last_place.h.jinja").render(
-        head=head, **_octaves(), double=_of_type(DOUBLE), float=_of_type(FLOAT)
-    )
+    return template(__name__, "last_place.h.jinja").render(head=head, **_words())
 
 
-def render_double() -> str:
-    """Return the functions of type double without the comment that begins the file."""
-    return template(__name__, "last_place_double.h.jinja").render(**_octaves(), double=_of_type(DOUBLE))
-
-
-def _octaves() -> dict[str, int]:
-    return {"first": FIRST, "fold": FOLD, "top": FOLD + PERIOD, "per_octave": 2**last_place.SPLIT}
+def render_functions() -> str:
+    """Return the functions without the comment that begins the file."""
+    return template(__name__, "last_place_functions.h.jinja").render(**_words())
 
 
 def _head(command: str) -> list[str]:
@@ -50,10 +44,9 @@ def _head(command: str) -> list[str]:
         "",
         "The coefficient of normal restitution eps of two viscoelastic spheres, and 1 - eps, as functions of",
         "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity; beta is that of the",
-        "paper's eq:betadef. These are the exact functions, to the last place of the type:",
+        "paper's eq:betadef. These are the exact functions, to the last place:",
         "",
         "    double viscopade_epsilon_full(double v_star)    double viscopade_one_minus_epsilon_full(double v_star)",
-        "    float viscopade_epsilon_fullf(float v_star)     float viscopade_one_minus_epsilon_fullf(float v_star)",
         "",
         "1 - eps is accurate however near eps is to 1, and eps however small it is.",
         "",
@@ -61,7 +54,7 @@ def _head(command: str) -> list[str]:
         "",
         "domain: all v* >= 0",
         *_error_lines(),
-        *wrap(_table_line(), WIDTH, subsequent_indent="    "),
+        f"table: {table_bytes()} bytes, in each translation unit that uses it",
         "",
         "What the functions return:",
         "",
@@ -89,24 +82,17 @@ def _head(command: str) -> list[str]:
 
 def _error_lines() -> list[str]:
     lines = ["error in units in the last place (ulp) of the true value, proven for the code below:"]
-    for form in FORMATS.values():
-        for function in last_place.FUNCTIONS:
-            maximum = _rounded_up(last_place.largest_ulp(form, function))
-            lines.append(f"    {form.name + ',':<8}{function + ':':<19}at most {maximum}")
-    underflow = _rounded_up(last_place.largest_subnormal(DOUBLE))
-    lines.append(f"    in double, where results are denormal: at most {underflow} of the smallest number")
+    for function in last_place.FUNCTIONS:
+        lines.append(f"    {function + ':':<19}at most {_rounded_up(last_place.largest_ulp(function))}")
+    underflow = _rounded_up(last_place.largest_subnormal())
+    lines.append(f"    where results are denormal: at most {underflow} of the smallest number")
     return lines
 
 
-def _table_line() -> str:
-    sizes = tuple(map(table_bytes, last_place.DEGREES))
-    return "tables: {} bytes for double, {} bytes for float; in each translation unit that uses them".format(*sizes)
-
-
-def table_bytes(form: Format) -> int:
-    """Return the size of a type's table."""
-    rows = _rows(form)
-    return 8 * len(rows) * len(rows[0])
+def table_bytes() -> int:
+    """Return the size of the table."""
+    rows = last_place.double_rows()
+    return DOUBLE.bytes * len(rows) * len(rows[0].numbers)
 
 
 def _rounded_up(ulp: Fraction) -> str:
@@ -115,36 +101,26 @@ def _rounded_up(ulp: Fraction) -> str:
     return f"{math.ceil(ulp * 10**digits) / 10**digits:.{digits}f}"
 
 
-def _rows(form: Format) -> list[tuple[float, ...]]:
-    return [row.numbers for row in last_place.double_rows()] if form == DOUBLE else list(last_place.float_rows())
-
-
-def _of_type(form: Format) -> dict[str, object]:
-    """Return what the functions of a type have: table, sums, and where the bits of a number lead to in the table."""
+def _words() -> dict[str, object]:
+    """Return table, sums, and where the bits of a number lead to in the table."""
     return {
-        "degree": last_place.DEGREES[form],
-        "rows": [[DOUBLE.hexadecimal(number) for number in row] for row in _rows(form)],
+        "first": FIRST,
+        "fold": FOLD,
+        "top": FOLD + PERIOD,
+        "per_octave": 2**last_place.SPLIT,
+        "degree": last_place.DEGREE,
+        "rows": [[DOUBLE.hexadecimal(number) for number in row.numbers] for row in last_place.double_rows()],
         "switch": last_place.switch(),
-        "near": [(name, _constant(value)) for name, value in last_place.near_constants(form).items()],
-        "near_bits": _text(last_place.near_bits(form), form),
-        "at_most": _text(smaller_word(Name("bits"), Name("largest")), form),
-        "largest": {name: _text(last_place.largest_bits(form, name), form) for name in last_place.FUNCTIONS},
-        "fold": {name: _text(expression, form) for name, expression in last_place.fold_program(form)},
-        "panel": _lines(last_place.panel_branch(form), form),
-        "near_sums": _lines(last_place.near_branch(form), form),
-        "accepted": text(formulas.NOT_NEGATIVE, of_c(form)),
-        **{name: _assembled(name, form) for name in last_place.FUNCTIONS},
-        "largest_exponent": last_place.LARGEST[form],
+        "near": [(name, _constant(value)) for name, value in last_place.near_constants().items()],
+        "near_bits": _text(last_place.near_bits()),
+        "at_most": _text(smaller_word(Name("bits"), Name("largest"))),
+        "largest": {name: _text(last_place.largest_bits(name)) for name in last_place.FUNCTIONS},
+        "folding": {name: _text(expression) for name, expression in last_place.fold_program()},
+        "panel": _lines(last_place.panel_branch()),
+        "near_sums": _lines(last_place.near_branch()),
+        "accepted": text(formulas.NOT_NEGATIVE, of_c(DOUBLE)),
+        "largest_exponent": last_place.LARGEST,
     }
-
-
-def _assembled(function: str, form: Format) -> list[str]:
-    """Return what a function returns below NEAR, for type float by a function of its own, and beyond."""
-    largest = smaller_word(Name("bits"), Name("largest"))
-    word, loss = (largest, 1) if function == "one_minus_epsilon" else (dict(last_place.fold_program(form))["folded"], 0)
-    panel = Call(f"panel{8 * form.bytes}", (word, count(loss)))
-    near = Call("near", (Name("v_star"),)) if form == FLOAT else last_place.near_branch(form).results["result"]
-    return [_text(expression, form) for expression in last_place.assembled(function, near, panel)]
 
 
 def _constant(value: float) -> str:
@@ -155,31 +131,26 @@ def _literal(number: str) -> str:
     return number if len(number) == len("1.0") else _constant(float(number))
 
 
-def _text(expression: Expression, form: Format) -> str:
-    """Return an expression of numbers of type double, and of words as long as numbers of a type, in C."""
-    return text(expression, Syntax(lambda name: _FUNCTIONS.get(name, name), _literal, word=of_c(form).word))
+def _text(expression: Expression) -> str:
+    """Return an expression of doubles, and of words as long as these, in C."""
+    return text(expression, Syntax(lambda name: _FUNCTIONS.get(name, name), _literal, word=of_c(DOUBLE).word))
 
 
 _FUNCTIONS = {
-    "panel64": "viscopade_full_sum",
-    "panel32": "viscopade_full_panelf",
-    "near": "viscopade_full_nearf",
     "bits64": "viscopade_full_bits",
     "from_bits64": "viscopade_full_from_bits",
-    "from_bits32": "viscopade_full_from_bitsf",
     "index": "(unsigned)",
     "uint32": "(uint32_t)",
     "uint64": "(uint64_t)",
-    "double": "(double)",
 }
 """In C, the functions of words; those of bits take the absolute value of a number."""
 
 
-def _lines(branch: CodeBranch, form: Format) -> dict[str, str]:
+def _lines(branch: CodeBranch) -> dict[str, str]:
     """Return a branch's statements and results in C by name, on lines of a function's body."""
     written = {**dict(branch.program), **branch.results}
     # Comments are no part of what is wrapped.
     return {
-        name: found if "/*" in (found := _text(e, form)) else f"\n{' ' * 8}".join(wrap(found, WIDTH - 20))
+        name: found if "/*" in (found := _text(e)) else f"\n{' ' * 8}".join(wrap(found, WIDTH - 20))
         for name, e in written.items()
     }

@@ -1,4 +1,4 @@
-"""Python modules of quotients, half-line and inverse kernels: files without dependencies, to copy into programs."""
+"""Python modules of quotients and inverse kernels: files without dependencies, to copy into programs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.generated import template
-from viscopade.kernels.forms.lacunary_kernels import LacunaryKernel
+from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.syntax import MATH_MODULE
@@ -17,12 +17,12 @@ from viscopade.kernels.targets.wording import comment, distinct, functions_of, h
 _LANGUAGE = bodies.Language(DOUBLE, MATH_MODULE, repr, continued=" \\")
 
 
-def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
+def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
     """Return the text of a module with the same results as the C functions of type double.
 
     Parameters
     ----------
-    kernels : sequence of Quotient, or of LacunaryKernel
+    kernels : sequence of Quotient, or of InverseKernel
         At least one, no two of the same name.
     command : str
         The command line that makes the file.
@@ -42,7 +42,7 @@ def render(kernels: Sequence[Quotient | LacunaryKernel], command: str) -> str:
     )
 
 
-def _block(kernel: Quotient | LacunaryKernel) -> dict[str, object]:
+def _block(kernel: Quotient | InverseKernel) -> dict[str, object]:
     """Return what the template needs of one kernel."""
     end = interval = None
     high = math.inf

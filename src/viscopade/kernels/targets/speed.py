@@ -12,11 +12,10 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Call, Expression, Name
 from viscopade.kernels.forms import formulas, last_place, table_free
 from viscopade.kernels.forms.bits import octaves, power_of_two
-from viscopade.kernels.forms.speed_kernel import TABLES, SpeedKernel
+from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Table, of_w
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable, ulp_of_w
-from viscopade.kernels.names import FAST, FULL
-from viscopade.kernels.prove_lacunary import speed_kernel
+from viscopade.kernels.names import FULL
 from viscopade.kernels.targets import c
 from viscopade.kernels.targets import last_place as full_text
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
@@ -125,7 +124,7 @@ def _in_block(table: Table | LastPlaceTable, n: int) -> str:
 
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
-        return "\n\n".join([c.render_functions([]).rstrip(), full_text.render_double().rstrip()])
+        return "\n\n".join([c.render_functions([]).rstrip(), full_text.render_functions().rstrip()])
     return c.render_functions([given.slow]).rstrip()
 
 
@@ -256,24 +255,8 @@ def ulps_elsewhere(largest: Fraction | None = None) -> Fraction:
 
     The kernel of v* has its error in ulp of eps at the rounded v*: twice those of eps, if a power of two is between.
     """
-    return 2 * last_place.largest_ulp(DOUBLE) + of_v_star(largest=largest) * (1 << DOUBLE.precision)
+    return 2 * last_place.largest_ulp() + of_v_star(largest=largest) * (1 << DOUBLE.precision)
 
 
 def _slow_name(given: SpeedKernel) -> str:
     return "viscopade_full.h" if given.slow is None else given.slow.name
-
-
-def main() -> None:
-    """Print the tables' sizes and bounds as a table for docs/reference/speed.md."""
-    for tier, size in [*TABLES, (FULL, FAST)]:
-        given = speed_kernel(tier, size)
-        table = given.table
-        if isinstance(table, LastPlaceTable):
-            bound, rise = f"{at_most(table.proven.ulp)} ulp of eps(w)", ""
-        else:
-            bound, rise = given.bound, _rise(table)
-        print(f"| {tier} {size} | {table.degree} | {1 << table.split} | {given.bytes:,} | {bound} | {rise} |")
-
-
-if __name__ == "__main__":
-    main()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from textwrap import wrap
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 from viscopade.approximation.measure import RELATIVE_TO
 from viscopade.arithmetic.decimals import at_most, power_of_ten
@@ -22,7 +22,6 @@ from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     SPELLING,
     HalfLineKernel,
-    InverseKernel,
     LacunaryVariant,
 )
 from viscopade.kernels.forms.table_free import (
@@ -41,9 +40,7 @@ _INDENT = 30  # columns that assignments need besides the expression
 UNITS = {"restitution": "eps", "rebound": "the speed after the collision", "dissipation": "(1 - eps^2)"}
 
 
-def render(
-    target: Target, kernels: Sequence[HalfLineKernel | InverseKernel], command: str, module: str = "viscopade"
-) -> str:
+def render(target: Target, kernels: Sequence[HalfLineKernel], command: str, module: str = "viscopade") -> str:
     """Return the text of a file with the functions restitution, rebound and dissipation of all kernels.
 
     Parameters
@@ -59,15 +56,10 @@ def render(
     Raises
     ------
     ValueError
-        If there is no kernel, one twice, or one for the inverse, `command` is not one line, or no kernel can be
-        written in the language's types.
+        If there is no kernel, or one twice, `command` is not one line, or no kernel can be written in the language's
+        types.
     """
-    inverses = [kernel for kernel in kernels if isinstance(kernel, InverseKernel)]
-    if inverses:
-        raise ValueError(
-            f"the request has an inverse kernel: accepted for {target.name} are kernels of eps for all v* >= 0"
-        )
-    chosen = cast("tuple[HalfLineKernel, ...]", distinct(cast("Sequence[Any]", kernels)))
+    chosen = distinct(kernels)
     written = [kernel for kernel in chosen if any(variant.form.name in target.formats for variant in kernel.variants)]
     if not written:
         raise ValueError(

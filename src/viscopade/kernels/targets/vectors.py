@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache, partial
-from itertools import product
+from itertools import chain, product
 from json import dumps
 from typing import Any, cast
 
@@ -152,11 +152,11 @@ def render(kernels: Sequence[Any], command: str) -> str:
 
 def _functions(kernel: Any) -> Iterator[Function]:
     if isinstance(kernel, SpeedKernel):
-        return _of_speed(kernel)
+        return chain(_of_speed(kernel), [] if kernel.slow is None else _of_half_line(kernel.slow))
     if isinstance(kernel, InverseKernel):
         return (function for variant in kernel.variants for function in _of_inverse(kernel, variant))
     if isinstance(kernel, HalfLineKernel):
-        return (function for found in (_of_half_line, _compact) for function in found(kernel))
+        return _compact(kernel)
     return _of_full() if kernel is None else _of_quotient(kernel)
 
 
@@ -432,14 +432,11 @@ def _stated_in_powers(variant: LacunaryVariant, kind: str) -> Callable[[Fraction
 
 
 def _of_half_line(kernel: HalfLineKernel) -> Iterator[Function]:
-    for variant in kernel.variants:
-        form = variant.form
-        points = _numbers(form, 1.0, 2.0**FOLD)
-        for kind in kernel.checked:
-            answer = _of_v_star(form, kind, _stated_in_powers(variant, kind))
-            yield Function(f"{kind}_{kernel.name}", form, answer, None, points)
-        answer_of_pair = _of_pair(form, _stated_in_powers(variant, "epsilon"))
-        yield Function(f"restitution_{kernel.name}", form, answer_of_pair, None, _pairs(form, float(form.smallest)))
+    """Yield the functions of v* in the header of a speed table, which are used beyond the table."""
+    variant = kernel.variant(DOUBLE)
+    for kind in kernel.checked:
+        answer = _of_v_star(DOUBLE, kind, _stated_in_powers(variant, kind))
+        yield Function(f"{kind}_{kernel.name}", DOUBLE, answer, None, _numbers(DOUBLE, 1.0, 2.0**FOLD))
 
 
 def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Function]:
@@ -485,20 +482,19 @@ def _of_inverse(kernel: InverseKernel, variant: LacunaryVariant) -> Iterator[Fun
 
 def _of_full() -> Iterator[Function]:
     borders = [2.0**FIRST, 2.0**FOLD, 8 * 2.0**FOLD, *map(float, CENTRES[[1, 30, 80, 150]])]
-    for form in FORMATS.values():
-        limits = (2.0 ** last_place.LARGEST[form], 2.0**last_place.TINY if form == DOUBLE else 1.0)
-        for kind in last_place.FUNCTIONS:
-            bits = partial(last_place.evaluated_in, form, kind)
-            answer = _of_v_star(form, kind, _stated_of_full(form, kind))
-            yield Function(f"{kind}_{FULL}", form, answer, bits, _numbers(form, *borders, *limits))
+    limits = (2.0**last_place.LARGEST, 2.0**last_place.TINY)
+    for kind in last_place.FUNCTIONS:
+        answer = _of_v_star(DOUBLE, kind, _stated_of_full(kind))
+        points = _numbers(DOUBLE, *borders, *limits)
+        yield Function(f"{kind}_{FULL}", DOUBLE, answer, partial(last_place.evaluated, kind), points)
 
 
-def _stated_of_full(form: Format, kind: str) -> Callable[[Fraction, Portions], Fraction]:
-    ulp, underflow = last_place.largest_ulp(form, kind), last_place.largest_subnormal(form, kind)
+def _stated_of_full(kind: str) -> Callable[[Fraction, Portions], Fraction]:
+    ulp, underflow = last_place.largest_ulp(kind), last_place.largest_subnormal(kind)
 
     def stated(_: Fraction, p: Portions) -> Fraction:
         value = _above(_value(p, kind))
-        return (ulp if value >= form.least else max(ulp, underflow)) * form.ulp(value)
+        return (ulp if value >= DOUBLE.least else max(ulp, underflow)) * DOUBLE.ulp(value)
 
     return stated
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from textwrap import wrap
 from typing import Any, Protocol, TypeVar
 
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
 from viscopade.kernels.forms.kernel import Kernel
-from viscopade.kernels.forms.lacunary_kernels import HALF_LINE, NAMES, SPELLING, LacunaryKernel
+from viscopade.kernels.forms.lacunary_kernels import SPELLING, InverseKernel
 from viscopade.kernels.forms.quotient import PadeKernel, Quotient
 from viscopade.kernels.v_star import assumed, stated
 from viscopade.theory.law import VISCOELASTIC, Law
@@ -34,6 +34,7 @@ _QUOTIENTS = {
     "minimax_M_N_vV_B": f"{_MINIMAX} {_LETTERS}.",
 }
 """By the form of the functions' names, what they stand for."""
+_INVERSES = "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1"
 
 AnyKernel = TypeVar("AnyKernel", bound=Kernel)
 
@@ -59,26 +60,22 @@ def comment(lines: Iterable[str], mark: str) -> str:
     return "\n".join(f"{mark} {line}".rstrip() for line in lines)
 
 
-def head_of(kernels: Sequence[Quotient | LacunaryKernel], command: str, forms: Sequence[Format]) -> dict[str, Any]:
+def head_of(kernels: Sequence[Quotient | InverseKernel], command: str, forms: Sequence[Format]) -> dict[str, Any]:
     """Return what the templates of C and Python need for a file's head; `forms` are the types of its functions."""
     quotients = [kernel for kernel in kernels if isinstance(kernel, Quotient)]
     if quotients:
         lines, names = [*preamble(quotients, command), *speed_note(quotients, forms)], quotient_names(quotients)
     else:
-        others = [kernel for kernel in kernels if isinstance(kernel, LacunaryKernel)]
-        lines, names = lacunary_preamble(others, command, forms), lacunary_names(others)
+        inverses = [kernel for kernel in kernels if isinstance(kernel, InverseKernel)]
+        lines, names = inverse_preamble(inverses, command), wrap(f"{_INVERSES} {SPELLING}.", WIDTH)
     return {
         "lines": [*lines, *lasting_lines(kernels)],
-        "kinds": kinds(kernels),
+        "kind": kernels[0].kind,
+        "example": kernels[-1].name,
         "names": names,
         "of_speed": kernels[0].of_speed,
         "variable": variable(kernels[0].law),
     }
-
-
-def kinds(kernels: Sequence[Quotient | LacunaryKernel]) -> Mapping[str, str]:
-    """Return the last name of each kind of kernels."""
-    return {kernel.kind: kernel.name for kernel in kernels}
 
 
 def kernel_lines(name: str, facts: Iterable[str]) -> list[str]:
@@ -135,16 +132,16 @@ def bound_text(kernels: Sequence[Quotient]) -> str:
     return f"{PROVEN}." if any(kernel.bounds for kernel in kernels) else NO_BOUND
 
 
-# --- files of lacunary kernels ----------------------------------------------------------------------------------------
+# --- files of inverse kernels -----------------------------------------------------------------------------------------
 
 
-def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Sequence[Format]) -> list[str]:
-    """Return the lines that begin a file of lacunary kernels; `forms` are the types of its functions of the speed."""
+def inverse_preamble(kernels: Sequence[InverseKernel], command: str) -> list[str]:
+    """Return the lines that begin a file of inverse kernels."""
     chosen = distinct(kernels)
     spheres = [
-        "The coefficient of normal restitution eps of two viscoelastic spheres as a function of",
-        "v* = beta^(1/2) v^(1/10), where v is the normal component of the impact velocity, or v* as a function",
-        "of eps: quotients of polynomials in which only some powers of a root y occur.",
+        "v* = beta^(1/2) v^(1/10) of two viscoelastic spheres, where v is the normal component of the impact",
+        "velocity, as a function of the coefficient of normal restitution eps: quotients of polynomials in which",
+        "only some powers of a root y occur.",
     ]
     return [
         marker_line(command),
@@ -156,16 +153,9 @@ def lacunary_preamble(kernels: Sequence[LacunaryKernel], command: str, forms: Se
         *(line for kernel in chosen for line in kernel_lines(kernel.name, kernel.facts)),
         "",
         *wrap(f"{PROVEN}.", WIDTH),
-        *(["", *wrap(stated(forms), WIDTH)] if HALF_LINE in kinds(kernels) else []),
         "",
         *wrap(f"{assumed('cbrt and pow')}.", WIDTH),
     ]
-
-
-def lacunary_names(kernels: Sequence[LacunaryKernel]) -> list[str]:
-    """Return the lines that explain the names of lacunary kernels."""
-    sentences = [NAMES[kind] for kind in NAMES if kind in kinds(kernels)]
-    return wrap(f"{'; '.join(sentences)} {SPELLING}.", WIDTH)
 
 
 # --- laws -------------------------------------------------------------------------------------------------------------
@@ -237,16 +227,10 @@ def lasting_lines(kernels: Sequence[Named]) -> list[str]:
     return ["", *wrap(text, WIDTH, break_on_hyphens=False)]
 
 
-def functions_of(kernel: Kernel, forms: Iterable[Format]) -> list[str]:
+def functions_of(kernel: Quotient | InverseKernel, forms: Iterable[Format]) -> list[str]:
     """Return the names of a kernel's functions in C and Python, with {} for that of the kernel."""
-    return [f"{name}_{{}}{form.suffix}" for form in forms for name in _names(kernel, form)]
-
-
-def _names(kernel: Kernel, form: Format) -> list[str]:
-    if isinstance(kernel, Quotient):
-        names, of_speed = ["epsilon"], "restitution"
-    elif isinstance(kernel, LacunaryKernel) and kernel.kind == HALF_LINE:
-        names, of_speed = ["epsilon", "one_minus_epsilon"], "restitution"
-    else:
-        names, of_speed = ["v_star", "v_star_from_loss"], "beta"
-    return [*names, of_speed] if kernel.of_speed else names
+    quotient = isinstance(kernel, Quotient)
+    functions = ["epsilon"] if quotient else ["v_star", "v_star_from_loss"]
+    if kernel.of_speed:
+        functions.append("restitution" if quotient else "beta")
+    return [f"{name}_{{}}{form.suffix}" for form in forms for name in functions]

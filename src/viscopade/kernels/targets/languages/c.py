@@ -34,14 +34,14 @@ TARGET = Target(
     numbers=(_number(DOUBLE), _number(FLOAT)),
     renderers={
         "quotient": c.render,
-        "root": c.render,
+        "inverse": c.render,
         "full": lambda _, command: last_place.render(command),
         "speed": lambda kernels, command: speed.render(kernels[0], command),
     },
     runner=Runner(("cc",), ".c", (TOOL, "-O2", DRIVER, "-o", PROGRAM, "-lm"), START, "CC"),
     kinds={
-        "speed": frozenset({"polynomial", "half-line", "speed"}),
-        "v_star": frozenset({"polynomial", "half-line", "full"}),
+        "speed": frozenset({"polynomial", "speed"}),
+        "v_star": frozenset({"polynomial", "full"}),
     },
     templates={"check": "check.c.jinja"},
     include='#include "{file}" (C99; C++17 or later, or GNU C++)',

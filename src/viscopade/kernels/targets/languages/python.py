@@ -7,17 +7,14 @@ from viscopade.kernels.targets import python
 from viscopade.kernels.targets.language import DRIVER, TOOL, Number, Runner, Target, taken_in_python
 from viscopade.kernels.targets.syntax import MATH_MODULE, shortest
 
-OF_V_STAR = frozenset({"polynomial", "half-line"})
-
-
 TARGET = Target(
     name="python",
     suffix=".py",
     comment="#",
     numbers=(Number(DOUBLE, DOUBLE.name, MATH_MODULE, lambda value: shortest(value, DOUBLE)),),
-    renderers={"quotient": python.render, "root": python.render},
+    renderers={"quotient": python.render, "inverse": python.render},
     runner=Runner((), ".py", (), (TOOL, "-P", DRIVER)),
-    kinds={"speed": OF_V_STAR, "v_star": OF_V_STAR},
+    kinds=dict.fromkeys(("speed", "v_star"), frozenset({"polynomial"})),
     include="import {stem} as scene",
     qualifier="scene.",
     pair='"{title}"',
