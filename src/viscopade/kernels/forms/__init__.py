@@ -2,7 +2,6 @@
 
 __all__ = [
     "formulas",
-    "lacunary_kernels",
     "last_place",
     "minimax",
     "quotient",
