@@ -39,8 +39,8 @@ from viscopade.kernels.expressions import (
 from viscopade.kernels.forms import formulas, rounding_bounds
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel, interval_start
 from viscopade.kernels.rounding import Rounded, of_branch
+from viscopade.kernels.targets.c import half_line_functions
 from viscopade.kernels.targets.c import render as render_c
-from viscopade.kernels.targets.c import render_functions
 from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
 
 COMMAND = "viscopade export c --inverse 1e-3"
@@ -82,7 +82,7 @@ BUILDS = {"plain": [], "contracted": ["-ffp-contract=fast", *compiled.FMA]}
 @cache
 def header():
     """Return all functions: those of half-line kernels are in headers with tables, in type double."""
-    return render_functions(half_lines()) + render_c(inverses(), COMMAND)
+    return half_line_functions(half_lines()) + render_c(inverses(), COMMAND)
 
 
 @pytest.fixture(scope="module")

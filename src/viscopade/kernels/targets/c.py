@@ -52,7 +52,7 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
     )
 
 
-def render_functions(kernels: Sequence[HalfLineKernel]) -> str:
+def half_line_functions(kernels: Sequence[HalfLineKernel]) -> str:
     """Return v* of speed and beta, and the functions of v* of half-line kernels in type double."""
     blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in kernels]
     return template(__name__, "functions.h.jinja").render(

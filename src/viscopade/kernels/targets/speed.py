@@ -124,8 +124,8 @@ def _in_block(table: Table | LastPlaceTable, n: int) -> str:
 
 def _slow_text(given: SpeedKernel) -> str:
     if given.slow is None:
-        return "\n\n".join([c.render_functions([]).rstrip(), full_text.render_functions().rstrip()])
-    return c.render_functions([given.slow]).rstrip()
+        return "\n\n".join([c.half_line_functions([]).rstrip(), full_text.render_functions().rstrip()])
+    return c.half_line_functions([given.slow]).rstrip()
 
 
 # --- what the header says ---------------------------------------------------------------------------------------------
