@@ -58,7 +58,7 @@ def test_nu_1_to_50_digits(n, kappa):
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize(("name", "scale"), [("linear", 1), ("tsuji", 1.25), ("2,1/2", 1.5)])
-@pytest.mark.parametrize("kappa", [*KAPPAS, "2.5", "1e3", "1e30"])
+@pytest.mark.parametrize("kappa", [*KAPPAS, "2.5", "1e3"])
 def test_nu_2_to_50_digits(name, scale, end, kappa):
     """The damping ratio is kappa/(2 sqrt(b + 1)); the older end exists below 1."""
     with mp.workdps(200):
@@ -133,7 +133,7 @@ def test_the_older_end_exists_for_any_damping_below_nu_2():
 
 
 @of_laws
-@pytest.mark.parametrize("epsilon", ["0.999999", "0.9", "0.5", "0.05"])
+@pytest.mark.parametrize("epsilon", ["0.999999", "0.05"])
 def test_there_and_back(law, epsilon):
     there = exact.invert(epsilon, 30, law=law)
     assert there.decimals()["epsilon"].rstrip("0") == epsilon
@@ -144,7 +144,7 @@ def test_there_and_back(law, epsilon):
         assert close(back.mpf()["epsilon"], mpf(epsilon), 22)
 
 
-@pytest.mark.parametrize(("law", "epsilon"), [("4,5/3", "1e-5"), ("3/2,1/2", "1e-6"), ("linear", "1e-9")])
+@pytest.mark.parametrize(("law", "epsilon"), [("3/2,1/2", "1e-6"), ("linear", "1e-9")])
 def test_a_small_epsilon_at_the_older_end(law, epsilon):
     """The search needs more bits than the answer, because the error of p^2 is absolute."""
     law = law_of(law, "return")
@@ -154,7 +154,7 @@ def test_a_small_epsilon_at_the_older_end(law, epsilon):
         assert close(back.mpf()["epsilon"], mpf(epsilon), 5)
 
 
-@pytest.mark.parametrize("epsilon", ["1e-12", "0.5", "0.999999999999"])
+@pytest.mark.parametrize("epsilon", ["1e-12", "0.999999999999"])
 def test_there_and_back_where_the_powers_are_high(epsilon):
     """Newton's steps take nothing proven, and the end of small k has the bits that tau_c needs from the start."""
     law = law_of("10,1/3")
@@ -303,7 +303,7 @@ def test_few_bits_enclose_what_many_bits_give(start, accuracy):
         assert accuracy < 40 or found.p.rel_accuracy_bits() > accuracy - 30
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(st.sampled_from(STARTS), st.data())
 def test_a_wrong_coefficient_is_covered_or_refused(start, data):
     """One coefficient is changed in the last piece, where nothing has to be joined."""
