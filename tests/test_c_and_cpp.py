@@ -94,10 +94,6 @@ def project(directory, listed, **files):
     return directory
 
 
-def in_cpp(listed):
-    return listed.replace("LANGUAGES C)", "LANGUAGES CXX)").replace("main.c)", "main.cpp)")
-
-
 def test_folders_of_the_wheel(installed, tmp_path):
     def shown(words):
         return run(f"viscopade {words}", tmp_path, **of_package(installed)).strip()
@@ -152,18 +148,14 @@ def test_fetch_content(source, tmp_path):
 
 
 @with_cmake
-@pytest.mark.parametrize("way", ["package", "installation", "FetchContent"])
-def test_projects_in_cpp(source, installed, home, tmp_path, way):
+def test_a_project_in_cpp(installed, tmp_path):
     """One program is the page's; the other's eps is that of vp.restitution to the last place or two."""
-    given = {
-        "package": f"-D viscopade_DIR={shlex.quote(str(installed / 'installed/viscopade/share/cmake/viscopade'))}",
-        "installation": f"-D CMAKE_PREFIX_PATH={shlex.quote(str(home / '.local'))}",
-        "FetchContent": f"-D FETCHCONTENT_SOURCE_DIR_VISCOPADE={shlex.quote(str(source))}",
-    }[way]
-    listed = in_cpp(FETCHING if way == "FetchContent" else FIND).replace(
-        "add_exec", "set(CMAKE_CXX_STANDARD 17)\nadd_exec"
+    given = f"-D viscopade_DIR={shlex.quote(str(installed / 'installed/viscopade/share/cmake/viscopade'))}"
+    listed = FIND.replace("LANGUAGES C)", "LANGUAGES CXX)").replace("main.c)", "main.cpp)")
+    more = (
+        listed.replace("add_exec", "set(CMAKE_CXX_STANDARD 17)\nadd_exec")
+        + "add_executable(exact exact.cpp)\ntarget_link_libraries(exact PRIVATE viscopade::viscopade)\n"
     )
-    more = listed + "add_executable(exact exact.cpp)\ntarget_link_libraries(exact PRIVATE viscopade::viscopade)\n"
     project(tmp_path, more, main_cpp=MAIN_C, exact_cpp=EXACT)
     assert run(BUILD.format(given), tmp_path) == PRINTED
     assert float(run("./build/exact", tmp_path)) == pytest.approx(vp.restitution(0.1, 1.307), rel=4e-16, abs=0)

@@ -101,7 +101,7 @@ def test_epsilon_is_within_the_stated_bound(run):
 def test_laws_against_exact_collisions(run, name, law):
     table = tables.stored()[tables.key(law)]
     largest = min(table["largest_of_course"] or 1e4, 1e4)
-    kappas = [1e-9, *log_uniform(1e-4, largest * 0.999, 3, name), largest * 0.999]
+    kappas = [1e-9, *log_uniform(1e-4, largest * 0.999, 5, name), largest * 0.999]
     text = "page.restitutionOf(FACTS.laws.find(({ name }) => name === x[0]), x[1], x[2], true)"
     eps = run(text, [(name, law.end, kappa) for kappa in kappas])
     course = run(
@@ -115,21 +115,6 @@ def test_laws_against_exact_collisions(run, name, law):
         assert of_course["duration"] == pytest.approx(true["tau_c"], rel=tables.ERROR)
         assert of_eps["epsilon"] == pytest.approx(true["epsilon"], rel=tables.ERROR)
         assert of_eps["loss"] == pytest.approx(true["one_minus_epsilon"], rel=tables.ERROR)
-
-
-def test_the_tables_against_a_thousand_doubles(run):
-    v_star = np.array(log_uniform(1e-6, 1e6, 1000, 3))
-    inputs = [of(by="kappa", damping=v) for v in v_star]
-    found = run(
-        "({ ...calculate(x).scaled, ...page.restitutionOf(FACTS.laws[0], 'force', x.damping ** 2, true) })", inputs
-    )
-    for key, values in (
-        ("compression", vp.double.x_max(v_star)),
-        ("duration", vp.double.tau_c(v_star)),
-        ("epsilon", vp.epsilon(v_star)),
-        ("loss", vp.one_minus_epsilon(v_star)),
-    ):
-        assert abs([each[key] for each in found] / values - 1).max() <= tables.ERROR
 
 
 def test_todays_table_is_made_again():
@@ -302,15 +287,6 @@ def test_lines_for_simulators_have_the_numbers_of_their_files(run, kind):
             assert near == pytest.approx(float(x), rel=1e-7), (answer["line"], x)
     assert lines == {"same": 8, "size": 8, "wall": 6}[kind]
     assert {*SOFT} < {*programs}
-
-
-def test_other_laws_have_lines_for_programs_with_their_own_contact(run):
-    given = of(law="hunt-crossley:1", damping=0.5, bodies=None)
-    drake, lammps = run("page.linesOf(x[0], calculate(x[1]), x[1])", [(name, given) for name in ("drake", "lammps")])
-    kappa = exact.invert("0.5", law="hunt-crossley:1", digits=12).floats()["kappa"]
-    assert float(re.search(r"dissipation=([0-9.]+)", drake["line"])[1]) == pytest.approx(kappa, rel=1e-8)
-    assert "line" not in lammps
-    assert lammps["command"] is None
 
 
 BUILD = {

@@ -172,7 +172,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say(kind):
 @pytest.mark.parametrize("scatter", [0.002])
 def test_a_drop_whose_scatter_is_not_known_has_intervals_that_are_wide_enough(scatter):
     """A scatter below the detector's errors is not seen, but it shifts beta, whose errors nearly cancel without it."""
-    inside, sets = np.zeros(2), 100
+    inside, sets = np.zeros(2), 60
     random = np.random.default_rng(12)
     for _ in range(sets):
         found, speed = [0.0], 3.0

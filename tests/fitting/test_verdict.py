@@ -115,12 +115,6 @@ def test_an_elastic_body_has_an_answer(errors, robust):
     assert found.verdict.word == "holds with a limit"
 
 
-def test_three_points_are_too_few_for_a_verdict():
-    found = vp.fit(Points.measured([0.1, 0.5, 2], [0.91, 0.895, 0.9]))
-    assert found.verdict.word == "holds with a limit"
-    assert "3 points are too few" in found.verdict.reasons[0]
-
-
 def test_rounded_data_have_no_outliers():
     for seed in range(12):
         rounded = np.round(data(VISCOELASTIC, sigma=0.004, seed=seed).epsilon, 2)

@@ -99,14 +99,6 @@ def test_from_v_star(few, language, kind):
     assert (1e-7 if kind or language == "python" else 1e-17) < found.errors["epsilon"] < 1e-3
 
 
-@pytest.mark.parametrize("language", ["javascript", "fortran", "rust", "cuda", "c"])
-def test_units(few, no_device, language):
-    """Numbers in the file are in the scene's units, and the check is, too."""
-    need(language)
-    made = chosen(scene(language, end='[units]\nlength = "um"\nmass = "mg"\ntime = "ms"'))
-    assert check_code(made, render(made, COMMAND)).errors["epsilon"] < 1e-3
-
-
 def test_names_that_are_words_of_the_language(few, no_device):
     for language, name in [
         ("c", "int"), ("cuda", "viscopade"), ("glsl", "gl_float"), ("fortran", "module"), ("fortran", "real64"),

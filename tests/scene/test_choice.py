@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.compiled import build
-from viscopade.approximation import cheapest, minimax
+from viscopade.approximation import minimax
 from viscopade.arrays import double
 from viscopade.collision import exact
 from viscopade.kernels import registry_arrays
@@ -138,24 +138,6 @@ def test_tables_that_are_too_large_are_not_offered() -> None:
         choose(scene(ranges, code=ready(largest_table=0), **asked))
 
 
-def test_no_cheaper_quotient_keeps_the_tolerance() -> None:
-    """All degrees of lower cost, in both measures: their sampled errors exceed what is allowed."""
-    asked = scene((0.3, 1.1), code=ready("python", argument="v_star"), epsilon=3e-5)
-    met = encounters(asked)
-    found = candidate.best_polynomial(asked, met)
-    assert found is not None
-    assert not found.errors.failing(asked.tolerance)
-    low, high = interval(met, asked.code)
-    price = minimax.cost(found.kernel.m, found.kernel.n)
-    for measure in ("both", "relative"):
-        fit = cheapest.most_accurate(price - 1, high, low, measure)
-        v_star = np.linspace(float(met[0].v_star[0]), float(met[0].v_star[1]), 3001)
-        a, b = (np.polynomial.Polynomial([float(c) for c in part]) for part in (fit.a, fit.b))
-        eps = np.asarray(double.epsilon(v_star))
-        # A best one in another measure may be a bit better in the tolerance's.
-        assert np.abs(a(v_star) / b(v_star) / eps - 1).max() > 2e-5
-
-
 @pytest.mark.parametrize(
     ("ends", "tolerance"),
     [((0.02, 3.0), {"epsilon": 1e-2}), ((0.2, 0.8), {"absolute": 1e-4})],
@@ -170,16 +152,6 @@ def test_the_cheaper_of_both_measures_is_taken(ends: tuple[float, float], tolera
     costs = [minimax.cost(c.kernel.m, c.kernel.n) for c in (both, relative)]
     assert minimax.cost(found.kernel.m, found.kernel.n) == min(costs)
     assert found.kernel.bounds[0].measure == ("relative" if costs[1] < costs[0] else "both")
-
-
-def test_type_float_has_quotients_too() -> None:
-    """The cheapest degrees may be too inaccurate with coefficients of type float: then the next ones are taken."""
-    for size in (1e-3, 3e-5, 6e-6):
-        code = ready(form="float", argument="v_star")
-        asked = scene((0.3, 1.1), code=code, epsilon=size)
-        found = candidate.best_polynomial(asked, encounters(asked))
-        assert found is not None
-        assert not found.errors.failing(asked.tolerance)
 
 
 # --- errors on the scene ----------------------------------------------------------------------------------------------
@@ -352,20 +324,6 @@ def test_the_witness_of_the_reason_fails_in_the_compiled_code(tmp_path: Path) ->
     eps = np.asarray(double.epsilon(grid))
     largest = max(abs(library[name](v**10, 1.0) / e - 1) for v, e in zip(grid.tolist(), eps.tolist(), strict=True))
     assert largest == pytest.approx(error, rel=0.02)
-
-
-def test_the_reason_names_the_tolerance_that_is_exceeded_most() -> None:
-    found = choose(scene((0.2, 2000.0), epsilon=1e-6, absolute=1e-7))
-    assert found.reason.startswith("speed table, to 1e-5 (small table): error of eps")
-
-
-def test_the_cheaper_quotient_of_the_reason_fails() -> None:
-    found = choose(scene((0.3, 0.9), code=ready("python", argument="v_star"), dissipation=1e-4))
-    match = re.search(
-        r"fewer operations, (\[\d/\d\]), is off by (\S+) (min\(eps, 1 - eps\)|eps) \(sampled\)", found.reason
-    )
-    assert match
-    assert float(match[2]) > 1e-4 * 0.5
 
 
 @pytest.mark.parametrize(

@@ -202,19 +202,6 @@ def test_names_in_fortran_are_short_enough(bodies, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("a__b_", "a_b"),
-        ("gl_thing", "scene_gl_thing"),
-        ("Viscopade", "scene_Viscopade"),
-        ("int", "int"),
-    ],
-)
-def test_prefix(name, expected):
-    assert prefix(replace(scene("glsl"), name=name)) == expected
-
-
-@pytest.mark.parametrize(
     ("language", "name", "expected"),
     [
         ("c", "math", "math_scene.h"),
@@ -347,7 +334,7 @@ int main(void) { return 0; }
 """
 
 
-@pytest.mark.parametrize("standard", ["c99", "c++98", "c++17"])
+@pytest.mark.parametrize("standard", ["c99", "c++98"])
 @pytest.mark.parametrize("form", ["double", "float"])
 @pytest.mark.parametrize("kind", [None, "constant", "polynomial"])
 def test_c_has_no_warnings(tmp_path, standard, form, kind):

@@ -125,19 +125,6 @@ def test_there_is_a_line_for_every_pair_of_types_and_every_type_and_wall():
     assert FLOWING.count("Not among the contacts that are meant to occur") == 5
 
 
-def test_each_type_meets_a_wall_by_itself():
-    assert [(number, group) for _, number, group, *_ in WALLS.findall(TEXT)] == 2 * [
-        ("1", "viscopade_type1"),
-        ("2", "viscopade_type2"),
-    ]
-    assert "group viscopade_type1 type 1\ngroup viscopade_type2 type 2\n" in TEXT
-
-
-def test_like_materials_keep_their_modulus_and_poisson_ratio():
-    e, _, nu = lines(TEXT)[1, 1]
-    assert (e, nu) == (2e9, 0.28)
-
-
 def test_one_material_stands_for_two_in_tangential_direction_too():
     e, _, nu = lines(TEXT)[1, 2]
     both = sum(2 * (2 - b.poisson_ratio) * (1 + b.poisson_ratio) / b.young_modulus for b in (STEEL, RUBBER))
@@ -297,14 +284,6 @@ def test_the_end_of_contact_is_that_of_limit_damping(program):
     assert first == final
     older, _ = in_lammps(case, contact_times=3, change=lambda text: text.replace(" limit_damping", ""))
     assert older < 0.9 * final
-
-
-def test_another_damping_constant_is_noticed(program):
-    case = alike(1.0)
-    eta = f" {lammps.hertz_material(case.contacts[0].pair).eta_n0:.15g} "
-    more = f" {1.001 * lammps.hertz_material(case.contacts[0].pair).eta_n0:.15g} "
-    epsilon, _ = in_lammps(case, steps=20_000, change=lambda text: text.replace(f"{eta}0.3 tang", f"{more}0.3 tang"))
-    assert abs(epsilon / case.contacts[0].pair.epsilon(1.0) - 1) > 5e-4
 
 
 def test_hertz_with_the_stated_numbers_is_the_same_law(program):

@@ -12,7 +12,6 @@ import pytest
 
 from tests.compiled import WARNINGS, compiler
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.kernels import names, prove_lacunary
 from viscopade.simulators import rebound
 from viscopade.simulators.setup import Contact, Setup
 
@@ -156,11 +155,6 @@ def test_callback(tier, tmp_path):
     exact = TYPICAL.epsilon(v)
     assert no_worse(np.array([eps(-x) for x in v]), exact, bound)
     assert [eps(x) for x in v] == [eps(-x) for x in v]
-
-
-def test_the_small_table_is_chosen_where_there_is_one():
-    assert rebound.callback_kernel("1e-5") == prove_lacunary.speed_kernel("1e-5", names.SMALL)
-    assert rebound.callback_kernel(names.FULL) == prove_lacunary.speed_kernel(names.FULL)
 
 
 def test_callback_at_the_ends(tmp_path):
@@ -403,8 +397,3 @@ def test_install_refuses(program, scene, slow, tmp_path, header):
     stub = shared(tmp_path, ice(), f"-I{tmp_path}", name="stub")
     with pytest.raises(ValueError, match="another REBOUND"):
         slow.install(sim, library=stub)
-
-
-def test_module_is_imported_without_rebound(slow):
-    assert list(slow.CONTACTS) == ["ice-ice"]
-    assert slow.CONTACTS["ice-ice"].beta == TYPICAL.beta

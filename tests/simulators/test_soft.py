@@ -173,12 +173,6 @@ def test_mujoco_error_over_speeds():
     assert slow / vp.restitution(0.1, beta) - 1 == pytest.approx(stated(text, "error of eps: "), abs=2e-3)
 
 
-def module_of(text):
-    names = {}
-    exec(text, names)
-    return names
-
-
 # --- scenes, materials, bad input -------------------------------------------------------------------------------------
 
 SCENE = """
@@ -203,17 +197,6 @@ def test_a_material_gives_its_own_contact_time_and_its_warnings(name):
     pair = vp.Pair(ball, ball).calibrated(1.0, 0.5)
     assert stated(text, "contact lasts") == pytest.approx(pair.contact_time(1.0), rel=1e-5)
     assert "Warning: 2 m/s is beyond the" in text
-
-
-@pytest.mark.parametrize("name", ["mujoco", "jaxdem"])
-def test_a_scene_has_every_contact(name, tmp_path):
-    (tmp_path / "two.toml").write_text(SCENE + '[body.floor]\nmaterial = "glass"\nwall = true\n')
-    text = text_of(name, tmp_path / "two.toml")
-    assert "bead-bead: eps = " in text
-    assert "bead-floor: eps = " in text
-    assert text.count("error of eps: ") == 2
-    if name == "jaxdem":
-        assert set(module_of(text)["STIFFNESS"]) == {"bead-bead", "bead-floor"}
 
 
 def test_a_scene_in_other_units(tmp_path):

@@ -85,18 +85,8 @@ def test_hierarchy_sums_up_to_the_equation():
 # --- the end of contact ---------------------------------------------------------------------------------------
 
 
-def test_end_series_begins_as_in_the_design():
-    assert delayed_recovery_series(3) == (1, Fraction(1, 3), Fraction(13, 96), Fraction(4897, 82368))
-    assert delayed_recovery_series(0) == (1,)
-    assert all(type(c) is Fraction for c in delayed_recovery_series(3))
-
-
 def test_end_series_by_two_routes():
     assert delayed_recovery_series(24) == end_series_from_the_end(24)
-
-
-def test_end_series_does_not_depend_on_the_order():
-    assert all(delayed_recovery_series(n) == delayed_recovery_series(12)[: n + 1] for n in range(12))
 
 
 # --- h_k in the lambdas ---------------------------------------------------------------------------------------
