@@ -286,7 +286,8 @@ class BivariateBall:
 
     def first(self) -> BivariateBall:
         """Return the function of z at y = 0."""
-        return BivariateBall(_first(self.re), _first(self.im), self.error)
+        re, im = (fmpz_poly(part.coeffs()[:STRIDE]) for part in (self.re, self.im))
+        return BivariateBall(re, im, self.error)
 
     def advanced(self) -> BivariateBall:
         """Return the function of z at y = ADVANCE."""
@@ -342,10 +343,6 @@ def _cut(part: fmpz_poly) -> tuple[fmpz_poly, int]:
     return fmpz_poly(kept), int(sum(sum(map(abs, row)) for row in dropped))
 
 
-def _first(part: fmpz_poly) -> fmpz_poly:
-    return fmpz_poly(part.coeffs()[:STRIDE])
-
-
 def _slope(part: fmpz_poly) -> fmpz_poly:
     return fmpz_poly([j * c for j, row in enumerate(_rows(part)) for c in row][STRIDE:])
 
@@ -384,82 +381,55 @@ class ProvenDisc:
         return acb(*(ball_of((p - c) / self.square.radius) for p, c in ((x, self.square.x), (y, self.square.y))))
 
 
-@dataclass(frozen=True)
-class _Tube:
-    """Bounds for all orbits that are not farther than TUBE from a piece.
+def _grown(h: BivariateBall, piece: _Piece, kappa: BivariateBall, errors: arb_mat) -> tuple[arb_mat, arb]:
+    """Return the errors of R and W at y = ADVANCE, given those at y = 0, and a bound of |R^2 (R^2 + kappa W)|.
 
-    Attributes
-    ----------
-    rates : list of arb_mat
-        Of the errors of R and W by y, for |y| <= 1/PARTS, 2/PARTS, … 1.
-    residuals : arb_mat
-        Of the piece's R and W.
-    force : arb
-        Of R^2 (R^2 + kappa W).
+    The bound is for all orbits that are not farther than TUBE from the piece; that no orbit is, is proven here.
     """
-
-    rates: list[arb_mat]
-    residuals: arb_mat
-    force: arb
-
-    @classmethod
-    def of(cls, h: BivariateBall, piece: _Piece, kappa: BivariateBall) -> _Tube:
-        square, damping = piece.R * piece.R, kappa * piece.W
-        force = square * (square + damping)
-        residuals = piece.R.slope() - h * piece.W, piece.W.slope() + h * force.times(2)
-        by_r = piece.R.majorant() * (square.times(4) + damping.times(2)).majorant()
-        k, r, w = kappa.norm(), piece.R.majorant() + TUBE, piece.W.majorant() + TUBE
-        by_r += TUBE * (12 * r * r + 2 * k * (r + w))
-        by_w = k * r * r
-        rates = []
-        for part in range(1, PARTS + 1):
-            y = arb(part) / PARTS
-            rates.append(h.norm() * arb_mat([[0, 1], [2 * by_r(y), 2 * by_w(y)]]))
-        return cls(rates, arb_mat([[f.norm()] for f in residuals]), force.norm() + TUBE * (by_r(1) + by_w(1)))
-
-    def grown(self, errors: arb_mat) -> arb_mat:
-        """Return the errors of R and W at y = ADVANCE, given those at y = 0."""
-        errors = errors + self.residuals
-        for part, rates in enumerate(self.rates, 1):
-            errors = (rates / PARTS).exp() * errors
-            if part == ADVANCE * PARTS:
-                advanced = errors
-        if not (errors[0, 0] < TUBE and errors[1, 0] < TUBE):
-            raise ArithmeticError("the residual is too large")
-        return advanced
+    square, damping = piece.R * piece.R, kappa * piece.W
+    force = square * (square + damping)
+    residuals = piece.R.slope() - h * piece.W, piece.W.slope() + h * force.times(2)
+    # Bounds of the force's derivatives by R and W, as polynomials in |y|.
+    by_r = piece.R.majorant() * (square.times(4) + damping.times(2)).majorant()
+    k, r, w = kappa.norm(), piece.R.majorant() + TUBE, piece.W.majorant() + TUBE
+    by_r += TUBE * (12 * r * r + 2 * k * (r + w))
+    by_w = k * r * r
+    errors = errors + arb_mat([[f.norm()] for f in residuals])
+    for part in range(1, PARTS + 1):
+        y = arb(part) / PARTS
+        rates = h.norm() * arb_mat([[0, 1], [2 * by_r(y), 2 * by_w(y)]])
+        errors = (rates / PARTS).exp() * errors
+        if part == ADVANCE * PARTS:
+            advanced = errors
+    if not (errors[0, 0] < TUBE and errors[1, 0] < TUBE):
+        raise ArithmeticError("the residual is too large")
+    return advanced, force.norm() + TUBE * (by_r(1) + by_w(1))
 
 
-@dataclass(frozen=True)
-class _End:
-    """The draft at its last point, R(z) and W(z) up to errors, and a bound of |W'| within `reach` of there."""
+def _distance_of_end(
+    draft: _Draft, v: BivariateBall, r: BivariateBall, w: BivariateBall, errors: arb_mat, acceleration: arb, reach: arb
+) -> arb:
+    """Bound how far the end of contact is from the draft's last point.
 
-    v: BivariateBall
-    root: BivariateBall
-    R: BivariateBall
-    W: BivariateBall
-    errors: arb_mat
-    acceleration: arb
-    reach: arb
-
-    def distance(self) -> arb:
-        """Bound how far the end of contact is from the last point."""
-        kappa = self.v * self.v
-        v, k, error_r, error_w = self.v.norm(), kappa.norm(), self.errors[0, 0], self.errors[1, 0]
-        q = self.root.middle().real - self.root.variation()
-        here = (self.W + self.root * self.root).norm() + error_w
-        around = here + self.reach * self.acceleration
-        if not (q > 0 and around < q * q / 2):
-            raise ArithmeticError("sqrt(eps) is not known well enough")
-        w = self.W.norm() + error_w + self.reach * self.acceleration
-        r = self.R.norm() + error_r + self.reach * w
-        balance = (self.R * self.R + kappa * self.W).norm() + 2 * r * error_r + k * error_w
-        balance += self.reach * (2 * r * w + k * self.acceleration)
-        value = (self.R - self.v * self.root).norm() + error_r + v * here / q
-        slope = around + v * r * r * balance / (q - around / q)
-        distance = 2 * value / (q * q)
-        if not (slope < q * q / 2 and distance < self.reach):
-            raise ArithmeticError("the end of contact is not isolated")
-        return distance
+    `r` and `w` are R(z) and W(z) there up to `errors`; `acceleration` bounds |W'| within `reach` of there.
+    """
+    root, kappa = draft.root, v * v
+    norm, k, error_r, error_w = v.norm(), kappa.norm(), errors[0, 0], errors[1, 0]
+    q = root.middle().real - root.variation()
+    here = (w + root * root).norm() + error_w
+    around = here + reach * acceleration
+    if not (q > 0 and around < q * q / 2):
+        raise ArithmeticError("sqrt(eps) is not known well enough")
+    largest_w = w.norm() + error_w + reach * acceleration
+    largest_r = r.norm() + error_r + reach * largest_w
+    balance = (r * r + kappa * w).norm() + 2 * largest_r * error_r + k * error_w
+    balance += reach * (2 * largest_r * largest_w + k * acceleration)
+    value = (r - v * root).norm() + error_r + norm * here / q
+    slope = around + norm * largest_r * largest_r * balance / (q - around / q)
+    distance = 2 * value / (q * q)
+    if not (slope < q * q / 2 and distance < reach):
+        raise ArithmeticError("the end of contact is not isolated")
+    return distance
 
 
 def prove_disc(square: Square) -> ProvenDisc:
@@ -480,12 +450,11 @@ def _proven(square: Square, draft: _Draft) -> ProvenDisc:
     for leg in draft.legs:
         for piece in leg.pieces:
             errors = errors + arb_mat([[(piece.R.first() - r).norm()], [(piece.W.first() - w).norm()]])
-            flow = _Tube.of(leg.h, piece, v * v)
-            errors = flow.grown(errors)
+            errors, force = _grown(leg.h, piece, v * v, errors)
             r, w = piece.R.advanced(), piece.W.advanced()
     reach = min((ball_of(REACH) * (abs(leg.h.middle()) - leg.h.variation())).lower() for leg in draft.legs)
-    acceleration = 2 * flow.force
-    distance = _End(v, draft.root, r, w, errors, acceleration, reach).distance()
+    acceleration = 2 * force
+    distance = _distance_of_end(draft, v, r, w, errors, acceleration, reach)
     error = errors[1, 0] + distance * acceleration
     turning, rest = (leg.duration for leg in draft.legs)
     return ProvenDisc(square, turning, turning + rest, reach, distance, -w.in_z(), error, (w.norm() + error).upper())
