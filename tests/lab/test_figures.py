@@ -360,7 +360,7 @@ def test_errors_of_the_gas(sheets):
         found = pade(m, n)
         expected = gas.maxwellian(lambda speed, found=found: found(v_star(speed, cooling.BETA)), x) / reference - 1
         assert drawn_line(sheets, name)[1] == pytest.approx(np.abs(expected), rel=1e-3, abs=0)
-    assert np.max(drawn_line(sheets, "kernel-error")[1]) < 1e-4
+    assert np.max(drawn_line(sheets, "kernel-error")[1]) < 1e-6
     assert np.all(drawn_line(sheets, "constant-error")[1][-10:] > 0.5)
 
 

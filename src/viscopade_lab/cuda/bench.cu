@@ -117,19 +117,19 @@ template <typename T> static void run(const char *type, size_t n, const std::vec
 static const std::vector<Row<float>> &rows_of_float(size_t n, float *speed, float *out)
 {
     static std::vector<Row<float>> rows;
-    rows = {COPY(float), ROW(float, restitution, compact_2p09em4, compact_2p09em4f),
-            ROW(float, restitution, compact_3p4em6, compact_3p4em6f), ROW(float, rebound, compact_3p4em6, compact_3p4em6f),
-            ROW(float, dissipation, compact_3p4em6, compact_3p4em6f)};
+    rows = {COPY(float), ROW(float, restitution, compact_1em3, compact_1em3f),
+            ROW(float, restitution, compact_1em5, compact_1em5f), ROW(float, rebound, compact_1em5, compact_1em5f),
+            ROW(float, dissipation, compact_1em5, compact_1em5f)};
     return rows;
 }
 
 static const std::vector<Row<double>> &rows_of_double(size_t n, double *speed, double *out)
 {
     static std::vector<Row<double>> rows;
-    rows = {COPY(double), ROW(double, restitution, compact_2p09em4, compact_2p09em4),
-            ROW(double, restitution, compact_3p4em6, compact_3p4em6),
-            ROW(double, restitution, compact_2p79em8, compact_2p79em8),
-            ROW(double, dissipation, compact_2p79em8, compact_2p79em8)};
+    rows = {COPY(double), ROW(double, restitution, compact_1em3, compact_1em3),
+            ROW(double, restitution, compact_1em5, compact_1em5),
+            ROW(double, restitution, compact_1em7, compact_1em7),
+            ROW(double, dissipation, compact_1em7, compact_1em7)};
     return rows;
 }
 
@@ -139,7 +139,7 @@ int main(int count, char **words)
     cudaDeviceProp device;
 
     if (n == 0) {
-        std::fprintf(stderr, "bench: elements is %s: accepted is a whole number >= 1\n", words[1]);
+        std::fprintf(stderr, "bench: elements is %s: expected a whole number >= 1\n", words[1]);
         return 2;
     }
     check(cudaGetDeviceProperties(&device, 0));

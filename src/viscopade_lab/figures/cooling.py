@@ -34,7 +34,7 @@ PARTICLES, SEEDS = 1000, 8
 MARKED = np.geomspace(1, 1e7, 8)
 COMPARED = np.array([1.0, 10.0, 100.0])
 
-TIER = "1e-3"  # of the kernel of speed
+TIER = "1e-5"  # of the kernel of speed
 STEPS_NODES = 600  # of quadrature over a table, which jumps from row to row
 
 
@@ -85,7 +85,7 @@ def _simulated(restitution: gas.RestitutionFunction, seed: int) -> FloatArray:
     time at the start. Lines: Maxwellian velocities; circles: one simulation (DSMC) of 1000 particles each. With the
     exact $\varepsilon(v)$ the temperature tends to $t^{-5/3}$, with a constant $\varepsilon$ that is right at the
     start to $t^{-2}$ (thin lines). Bottom: relative error of the temperature with a constant, the paper's $[1/4]$ and
-    $[3/6]$, and the kernel of speed for 1e-3; lines as above, circles and squares: means over 8 pairs of simulations
+    $[3/6]$, and the kernel of speed for 1e-5; lines as above, circles and squares: means over 8 pairs of simulations
     with the same random numbers, bars: their standard errors.""",
 )
 def _cooling() -> Sheet:
@@ -138,7 +138,7 @@ def _errors(axes: Axes, errors: Mapping[str, FloatArray]) -> None:
     places: Mapping[str, Beside] = {"constant": (300, 4, -4), "[1/4]": (3, 4, -4), "[3/6]": (2e3, 3, 3)}
     texts = {"constant": _CONSTANT, "kernel": f"kernel for {TIER}"}
     for name, error in errors.items():
-        beside, text = places.get(name, (1e7, 0, 4)), texts.get(name, name)
+        beside, text = places.get(name, (1e6, 0, -4)), texts.get(name, name)
         draw_curve(axes, _LIKE.get(name, name), TIMES, error, beside, gid=f"{name}-error", text=text)
     label_axes(axes, "$t$ (mean collision times at the start)", "relative error of $T$", (0.3, END), (1e-8, 3), "xy")
 
