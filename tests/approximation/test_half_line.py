@@ -135,18 +135,6 @@ def test_portions_add_up_to_one_and_epsilon_falls(kernel):
     assert all((part > 0).all() for part in kernel.parts(np.cbrt(v_star)))
 
 
-def test_coefficients_are_doubles(kernel):
-    assert all(float(c) == c for c in (*kernel.quotient.a, *kernel.quotient.b))
-
-
-def test_the_same_twice():
-    powers, measure = RECOMMENDED[0]
-    half_line.fit_half_line.cache_clear()
-    first = half_line.fit_half_line(powers, measure)
-    half_line.fit_half_line.cache_clear()
-    assert half_line.fit_half_line(powers, measure) == first
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [

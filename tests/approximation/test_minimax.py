@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flint import ctx
 
 import viscopade as vp
 from viscopade.approximation import minimax
@@ -143,12 +142,6 @@ def test_without_speeds_where_the_measures_differ_they_are_the_same():
     both, relative = (fit(2, 4, 8, 1, measure) for measure in ("both", "relative"))
     assert both.a == relative.a
     assert both.error == relative.error
-
-
-def test_precision_is_left_alone():
-    before = ctx.prec
-    machine(fit(0, 2, 1))
-    assert ctx.prec == before
 
 
 # --- what a fit's constructor refuses ---------------------------------------------------------------------------------
