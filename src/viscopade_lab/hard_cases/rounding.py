@@ -83,7 +83,7 @@ def far_quotients() -> list[FarQuotient]:
                 (_relative(float(y), v, lead, power) for v, y in zip(x.tolist(), values.tolist(), strict=True)
                  if 2.0**60 < v < math.inf and abs(y) > 2.0 ** (1 - form.largest)), default=0.0,
             )  # fmt: skip
-            found.append(FarQuotient(kernel.name, int((~np.isfinite(values)).sum()), error / allowed, plain))
+            found.append(FarQuotient(kernel.label, int((~np.isfinite(values)).sum()), error / allowed, plain))
     return found
 
 
