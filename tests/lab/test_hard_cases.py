@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 import xml.etree.ElementTree as ET
@@ -34,7 +35,7 @@ def failing(finding):
 def page(tmp_path_factory):
     """The page that the quick run writes, and what the command printed."""
     out = tmp_path_factory.mktemp("page")
-    return out, called("hardcases", "--out", out)
+    return out, called("hardcases", "--out", out, "--format", "csv")
 
 
 # --- the frame --------------------------------------------------------------------------------------------------------
@@ -43,9 +44,9 @@ def page(tmp_path_factory):
 def test_every_bound_holds_in_the_quick_run(page):
     _, result = page
     assert (result.returncode, result.stderr) == (0, "")
-    lines = [line.split() for line in result.stdout.splitlines() if line.strip()]
-    assert [line[0] for line in lines[2:]] == [case.name for case in hard_cases.CASES]
-    assert {line[-1] for line in lines[2:]} == {"yes"}
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    assert [row["case"] for row in rows] == [case.name for case in hard_cases.CASES]
+    assert {row["holds"] for row in rows} == {"yes"}
 
 
 def assert_page_is_short(folder):
@@ -77,7 +78,7 @@ def test_a_bound_that_fails_gives_exit_status_1(monkeypatch):
     monkeypatch.setattr(hard_cases, "CASES", (Case("c", "C", "Does it?", lambda thorough: broken),))
     result = called("hardcases")
     assert result.returncode == 1
-    assert result.stdout.split()[-5:] == ["b", "2", "1", "NO"] or result.stdout.split()[-4:] == ["b", "2", "1", "NO"]
+    assert result.stdout.split()[-4:] == ["b", "2", "1", "NO"]
 
 
 def test_a_name_that_is_no_case_is_refused():
@@ -249,8 +250,8 @@ def test_a_result_that_is_off_is_noticed(searched, family):
 
 def test_a_float_that_is_double_is_noticed(searched):
     """It has no last rounding: a search that looked at the wrong type would find next to nothing."""
-    function = next(f for f in searched if f.family == "full" and f.form == FLOAT)
-    assert worst.worst(function, 200, 2).error > 0.9
+    function = next(f for f in searched if f.family == "tables" and f.form == FLOAT)
+    assert worst.worst(function, 200, 2).error > 0.2
     exact = function._replace(computed=lambda x: np.array([float(function.exact(float(v))) for v in x]))
     with working(worst.BITS):
         assert worst.worst(exact, 20, 0).error < 1e-6
