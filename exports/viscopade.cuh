@@ -12,7 +12,7 @@
  * normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
  * off, so that eps stays positive. rebound is proven where it is a normal number.
  *
- * compact_2p09em4
+ * compact_1em3
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
  *         powers of y
  *     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -28,7 +28,7 @@
  *     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
  *         <= 10) on the host and 8.9e-6 (7.2e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to (1 - eps^2) (proven)
- * compact_3p4em6
+ * compact_1em5
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
  *         powers of y
  *     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -44,7 +44,7 @@
  *     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
  *         <= 10) on the host and 8.9e-6 (7.3e-6 for 1e-3 <= v* <= 10) on the device in type float,
  *         relative to (1 - eps^2) (proven)
- * compact_2p79em8
+ * compact_1em7
  *     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
  *         powers of y
  *     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -65,11 +65,8 @@
  * the result; on the device those of type double are, and __log2f within 2 or 2^-22, exp2f within 2
  * and __fdividef within 2, as the CUDA programming guide says; +, -, *, / are those of IEEE 754.
  *
- * NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
- * the decimal point, m for the minus of an exponent).
- *
- * NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
- * (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+ * NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+ * point, m for the minus of an exponent).
  *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *
@@ -89,7 +86,7 @@
  *
  * For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
  *
- *     double eps = viscopade_restitution_compact_2p79em8(2.0, 1.307);
+ *     double eps = viscopade_restitution_compact_1em7(2.0, 1.307);
  *
  * What the functions return beyond the domain; eps is always in (0, 1]:
  *
@@ -270,11 +267,11 @@ cudaError_t viscopade_launch(size_t n, const T *speed, Beta beta, T *out, cudaSt
 
 #endif
 
-#ifndef VISCOPADE_COMPACT_2P09EM4
-#define VISCOPADE_COMPACT_2P09EM4
+#ifndef VISCOPADE_COMPACT_1EM3
+#define VISCOPADE_COMPACT_1EM3 0x790c712d
 
 /*
- * compact_2p09em4
+ * compact_1em3
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -289,7 +286,7 @@ cudaError_t viscopade_launch(size_t n, const T *speed, Beta beta, T *out, cudaSt
  * - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_2p09em4(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em3(double w)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.2738b38b26544p+0, 1.1532089438172344);
@@ -313,32 +310,32 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_2p09em4(double
     return parts;
 }
 
-VISCOPADE_FUNCTION double viscopade_restitution_compact_2p09em4(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_restitution_compact_1em3(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p09em4(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em3(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost);
 }
 
-VISCOPADE_FUNCTION double viscopade_rebound_compact_2p09em4(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_rebound_compact_1em3(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p09em4(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em3(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost) * speed;
 }
 
-VISCOPADE_FUNCTION double viscopade_dissipation_compact_2p09em4(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em3(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p09em4(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em3(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
     const double inverse = 1.0 / (elastic + lost);
 
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_2p09em4f(float w)
+VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em3f(float w)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
     const float a0 = VISCOPADE_CONSTANT(0x1.2738b4p+0f, 1.15320897f);
@@ -362,25 +359,25 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_2p09em4f(floa
     return parts;
 }
 
-VISCOPADE_FUNCTION float viscopade_restitution_compact_2p09em4f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_restitution_compact_1em3f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_2p09em4f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em3f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
 
     return viscopade_dividef(elastic, elastic + lost);
 }
 
-VISCOPADE_FUNCTION float viscopade_rebound_compact_2p09em4f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_rebound_compact_1em3f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_2p09em4f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em3f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
 
     return viscopade_dividef(elastic, elastic + lost) * speed;
 }
 
-VISCOPADE_FUNCTION float viscopade_dissipation_compact_2p09em4f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_2p09em4f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em3f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
     const float inverse = viscopade_dividef(1.0f, elastic + lost);
 
@@ -388,55 +385,49 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_2p09em4f(float speed, flo
 }
 
 #ifdef __CUDACC__
-struct viscopade_compact_2p09em4 {
+struct viscopade_compact_1em3 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_restitution_compact_2p09em4(speed, beta);
+            return viscopade_restitution_compact_1em3(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_restitution_compact_2p09em4f(speed, beta);
+            return viscopade_restitution_compact_1em3f(speed, beta);
         }
     };
     struct rebound {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_rebound_compact_2p09em4(speed, beta);
+            return viscopade_rebound_compact_1em3(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_rebound_compact_2p09em4f(speed, beta);
+            return viscopade_rebound_compact_1em3f(speed, beta);
         }
     };
     struct dissipation {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_dissipation_compact_2p09em4(speed, beta);
+            return viscopade_dissipation_compact_1em3(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_dissipation_compact_2p09em4f(speed, beta);
+            return viscopade_dissipation_compact_1em3f(speed, beta);
         }
     };
 };
 #endif
 
-#define viscopade_compact_1em3 viscopade_compact_2p09em4
-#define viscopade_restitution_compact_1em3 viscopade_restitution_compact_2p09em4
-#define viscopade_rebound_compact_1em3 viscopade_rebound_compact_2p09em4
-#define viscopade_dissipation_compact_1em3 viscopade_dissipation_compact_2p09em4
-#define viscopade_restitution_compact_1em3f viscopade_restitution_compact_2p09em4f
-#define viscopade_rebound_compact_1em3f viscopade_rebound_compact_2p09em4f
-#define viscopade_dissipation_compact_1em3f viscopade_dissipation_compact_2p09em4f
-
+#elif VISCOPADE_COMPACT_1EM3 != 0x790c712d
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
-#ifndef VISCOPADE_COMPACT_3P4EM6
-#define VISCOPADE_COMPACT_3P4EM6
+#ifndef VISCOPADE_COMPACT_1EM5
+#define VISCOPADE_COMPACT_1EM5 0x46db3b02
 
 /*
- * compact_3p4em6
+ * compact_1em5
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -451,7 +442,7 @@ struct viscopade_compact_2p09em4 {
  * - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_3p4em6(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em5(double w)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
@@ -478,32 +469,32 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_3p4em6(double 
     return parts;
 }
 
-VISCOPADE_FUNCTION double viscopade_restitution_compact_3p4em6(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_restitution_compact_1em5(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_3p4em6(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em5(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost);
 }
 
-VISCOPADE_FUNCTION double viscopade_rebound_compact_3p4em6(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_rebound_compact_1em5(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_3p4em6(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em5(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost) * speed;
 }
 
-VISCOPADE_FUNCTION double viscopade_dissipation_compact_3p4em6(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em5(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_3p4em6(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em5(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
     const double inverse = 1.0 / (elastic + lost);
 
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_3p4em6f(float w)
+VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em5f(float w)
 {
     const float thirtieth = VISCOPADE_CONSTANT(0x1.111112p-5f, 0.0333333351f);
     const float a0 = VISCOPADE_CONSTANT(0x1.27489ap+0f, 1.15345156f);
@@ -530,25 +521,25 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_3p4em6f(float
     return parts;
 }
 
-VISCOPADE_FUNCTION float viscopade_restitution_compact_3p4em6f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_restitution_compact_1em5f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_3p4em6f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em5f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
 
     return viscopade_dividef(elastic, elastic + lost);
 }
 
-VISCOPADE_FUNCTION float viscopade_rebound_compact_3p4em6f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_rebound_compact_1em5f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_3p4em6f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em5f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
 
     return viscopade_dividef(elastic, elastic + lost) * speed;
 }
 
-VISCOPADE_FUNCTION float viscopade_dissipation_compact_3p4em6f(float speed, float beta)
+VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float beta)
 {
-    const struct viscopade_partsf parts = viscopade_parts_compact_3p4em6f(viscopade_wf(speed, beta));
+    const struct viscopade_partsf parts = viscopade_parts_compact_1em5f(viscopade_wf(speed, beta));
     const float elastic = parts.elastic, lost = parts.lost;
     const float inverse = viscopade_dividef(1.0f, elastic + lost);
 
@@ -556,55 +547,49 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_3p4em6f(float speed, floa
 }
 
 #ifdef __CUDACC__
-struct viscopade_compact_3p4em6 {
+struct viscopade_compact_1em5 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_restitution_compact_3p4em6(speed, beta);
+            return viscopade_restitution_compact_1em5(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_restitution_compact_3p4em6f(speed, beta);
+            return viscopade_restitution_compact_1em5f(speed, beta);
         }
     };
     struct rebound {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_rebound_compact_3p4em6(speed, beta);
+            return viscopade_rebound_compact_1em5(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_rebound_compact_3p4em6f(speed, beta);
+            return viscopade_rebound_compact_1em5f(speed, beta);
         }
     };
     struct dissipation {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_dissipation_compact_3p4em6(speed, beta);
+            return viscopade_dissipation_compact_1em5(speed, beta);
         }
         __device__ float operator()(float speed, float beta) const
         {
-            return viscopade_dissipation_compact_3p4em6f(speed, beta);
+            return viscopade_dissipation_compact_1em5f(speed, beta);
         }
     };
 };
 #endif
 
-#define viscopade_compact_1em5 viscopade_compact_3p4em6
-#define viscopade_restitution_compact_1em5 viscopade_restitution_compact_3p4em6
-#define viscopade_rebound_compact_1em5 viscopade_rebound_compact_3p4em6
-#define viscopade_dissipation_compact_1em5 viscopade_dissipation_compact_3p4em6
-#define viscopade_restitution_compact_1em5f viscopade_restitution_compact_3p4em6f
-#define viscopade_rebound_compact_1em5f viscopade_rebound_compact_3p4em6f
-#define viscopade_dissipation_compact_1em5f viscopade_dissipation_compact_3p4em6f
-
+#elif VISCOPADE_COMPACT_1EM5 != 0x46db3b02
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
-#ifndef VISCOPADE_COMPACT_2P79EM8
-#define VISCOPADE_COMPACT_2P79EM8
+#ifndef VISCOPADE_COMPACT_1EM7
+#define VISCOPADE_COMPACT_1EM7 0x77f0e710
 
 /*
- * compact_2p79em8
+ * compact_1em7
  *
  * proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
  * proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -614,7 +599,7 @@ struct viscopade_compact_3p4em6 {
  * rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
  */
 
-VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_2p79em8(double w)
+VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em7(double w)
 {
     const double thirtieth = VISCOPADE_CONSTANT(0x1.1111111111111p-5, 0.033333333333333333);
     const double a0 = VISCOPADE_CONSTANT(0x1.27486ce464aa9p+0, 1.1534488732910779);
@@ -646,25 +631,25 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_2p79em8(double
     return parts;
 }
 
-VISCOPADE_FUNCTION double viscopade_restitution_compact_2p79em8(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_restitution_compact_1em7(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p79em8(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em7(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost);
 }
 
-VISCOPADE_FUNCTION double viscopade_rebound_compact_2p79em8(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_rebound_compact_1em7(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p79em8(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em7(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
 
     return elastic / (elastic + lost) * speed;
 }
 
-VISCOPADE_FUNCTION double viscopade_dissipation_compact_2p79em8(double speed, double beta)
+VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, double beta)
 {
-    const struct viscopade_parts parts = viscopade_parts_compact_2p79em8(viscopade_w(speed, beta));
+    const struct viscopade_parts parts = viscopade_parts_compact_1em7(viscopade_w(speed, beta));
     const double elastic = parts.elastic, lost = parts.lost;
     const double inverse = 1.0 / (elastic + lost);
 
@@ -672,31 +657,28 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_2p79em8(double speed, do
 }
 
 #ifdef __CUDACC__
-struct viscopade_compact_2p79em8 {
+struct viscopade_compact_1em7 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_restitution_compact_2p79em8(speed, beta);
+            return viscopade_restitution_compact_1em7(speed, beta);
         }
     };
     struct rebound {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_rebound_compact_2p79em8(speed, beta);
+            return viscopade_rebound_compact_1em7(speed, beta);
         }
     };
     struct dissipation {
         __device__ double operator()(double speed, double beta) const
         {
-            return viscopade_dissipation_compact_2p79em8(speed, beta);
+            return viscopade_dissipation_compact_1em7(speed, beta);
         }
     };
 };
 #endif
 
-#define viscopade_compact_1em7 viscopade_compact_2p79em8
-#define viscopade_restitution_compact_1em7 viscopade_restitution_compact_2p79em8
-#define viscopade_rebound_compact_1em7 viscopade_rebound_compact_2p79em8
-#define viscopade_dissipation_compact_1em7 viscopade_dissipation_compact_2p79em8
-
+#elif VISCOPADE_COMPACT_1EM7 != 0x77f0e710
+#error "viscopade: two headers have different kernels of one name"
 #endif

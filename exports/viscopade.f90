@@ -11,7 +11,7 @@
 ! normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 ! off, so that eps stays positive. rebound is proven where it is a normal number.
 !
-! compact_2p09em4
+! compact_1em3
 !     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 !         powers of y
 !     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 !         10) in type float, relative to the speed after the collision (proven)
 !     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 !         <= 10) in type float, relative to (1 - eps^2) (proven)
-! compact_3p4em6
+! compact_1em5
 !     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 !         powers of y
 !     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 !         10) in type float, relative to the speed after the collision (proven)
 !     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 !         <= 10) in type float, relative to (1 - eps^2) (proven)
-! compact_2p79em8
+! compact_1em7
 !     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 !         powers of y
 !     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 ! assumed: exp and log are within 4 units in the last place of the result; +, -, *, / are those of
 ! IEEE 754.
 !
-! NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-! the decimal point, m for the minus of an exponent).
-!
-! NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-! (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+! NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+! point, m for the minus of an exponent).
 !
 !     restitution_NAME(speed, beta)    eps
 !     rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -71,7 +68,7 @@
 ! and arrays of one shape or scalars. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 !
 !     use viscopade
-!     eps = restitution_compact_2p79em8(2.0_real64, 1.307_real64)
+!     eps = restitution_compact_1em7(2.0_real64, 1.307_real64)
 !
 ! What they return beyond the domain, with IEEE arithmetic; eps is always in (0, 1]:
 !
@@ -94,105 +91,54 @@ module viscopade
     ! 10000 major + 100 minor + patch
     integer, parameter, public :: viscopade_version_number = 10000
 
-    interface restitution_compact_2p09em4
-        module procedure restitution_compact_2p09em4_r64
-        module procedure restitution_compact_2p09em4_r32
-    end interface
-    public :: restitution_compact_2p09em4
-
     interface restitution_compact_1em3
-        module procedure restitution_compact_2p09em4_r64
-        module procedure restitution_compact_2p09em4_r32
+        module procedure restitution_compact_1em3_r64
+        module procedure restitution_compact_1em3_r32
     end interface
     public :: restitution_compact_1em3
 
-    interface rebound_compact_2p09em4
-        module procedure rebound_compact_2p09em4_r64
-        module procedure rebound_compact_2p09em4_r32
-    end interface
-    public :: rebound_compact_2p09em4
-
     interface rebound_compact_1em3
-        module procedure rebound_compact_2p09em4_r64
-        module procedure rebound_compact_2p09em4_r32
+        module procedure rebound_compact_1em3_r64
+        module procedure rebound_compact_1em3_r32
     end interface
     public :: rebound_compact_1em3
 
-    interface dissipation_compact_2p09em4
-        module procedure dissipation_compact_2p09em4_r64
-        module procedure dissipation_compact_2p09em4_r32
-    end interface
-    public :: dissipation_compact_2p09em4
-
     interface dissipation_compact_1em3
-        module procedure dissipation_compact_2p09em4_r64
-        module procedure dissipation_compact_2p09em4_r32
+        module procedure dissipation_compact_1em3_r64
+        module procedure dissipation_compact_1em3_r32
     end interface
     public :: dissipation_compact_1em3
 
-    interface restitution_compact_3p4em6
-        module procedure restitution_compact_3p4em6_r64
-        module procedure restitution_compact_3p4em6_r32
-    end interface
-    public :: restitution_compact_3p4em6
-
     interface restitution_compact_1em5
-        module procedure restitution_compact_3p4em6_r64
-        module procedure restitution_compact_3p4em6_r32
+        module procedure restitution_compact_1em5_r64
+        module procedure restitution_compact_1em5_r32
     end interface
     public :: restitution_compact_1em5
 
-    interface rebound_compact_3p4em6
-        module procedure rebound_compact_3p4em6_r64
-        module procedure rebound_compact_3p4em6_r32
-    end interface
-    public :: rebound_compact_3p4em6
-
     interface rebound_compact_1em5
-        module procedure rebound_compact_3p4em6_r64
-        module procedure rebound_compact_3p4em6_r32
+        module procedure rebound_compact_1em5_r64
+        module procedure rebound_compact_1em5_r32
     end interface
     public :: rebound_compact_1em5
 
-    interface dissipation_compact_3p4em6
-        module procedure dissipation_compact_3p4em6_r64
-        module procedure dissipation_compact_3p4em6_r32
-    end interface
-    public :: dissipation_compact_3p4em6
-
     interface dissipation_compact_1em5
-        module procedure dissipation_compact_3p4em6_r64
-        module procedure dissipation_compact_3p4em6_r32
+        module procedure dissipation_compact_1em5_r64
+        module procedure dissipation_compact_1em5_r32
     end interface
     public :: dissipation_compact_1em5
 
-    interface restitution_compact_2p79em8
-        module procedure restitution_compact_2p79em8_r64
-    end interface
-    public :: restitution_compact_2p79em8
-
     interface restitution_compact_1em7
-        module procedure restitution_compact_2p79em8_r64
+        module procedure restitution_compact_1em7_r64
     end interface
     public :: restitution_compact_1em7
 
-    interface rebound_compact_2p79em8
-        module procedure rebound_compact_2p79em8_r64
-    end interface
-    public :: rebound_compact_2p79em8
-
     interface rebound_compact_1em7
-        module procedure rebound_compact_2p79em8_r64
+        module procedure rebound_compact_1em7_r64
     end interface
     public :: rebound_compact_1em7
 
-    interface dissipation_compact_2p79em8
-        module procedure dissipation_compact_2p79em8_r64
-    end interface
-    public :: dissipation_compact_2p79em8
-
     interface dissipation_compact_1em7
-        module procedure dissipation_compact_2p79em8_r64
+        module procedure dissipation_compact_1em7_r64
     end interface
     public :: dissipation_compact_1em7
 
@@ -228,7 +174,7 @@ contains
         end if
     end function
 
-    ! compact_2p09em4
+    ! compact_1em3
     !
     ! proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
     ! proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -240,7 +186,7 @@ contains
     ! 10) in type float, relative to (1 - eps^2) (proven)
 
     ! eps = elastic/(elastic + lost)
-    pure elemental subroutine parts_compact_2p09em4_r64(w, elastic, lost)
+    pure elemental subroutine parts_compact_1em3_r64(w, elastic, lost)
         real(real64), intent(in) :: w
         real(real64), intent(out) :: elastic, lost
         real(real64), parameter :: thirtieth = 0.03333333333333333_real64
@@ -268,33 +214,33 @@ contains
         lost = y6 * (a0 + y9 * (a9 + y10 * a19))
     end subroutine
 
-    pure elemental function restitution_compact_2p09em4_r64(speed, beta) result(value)
+    pure elemental function restitution_compact_1em3_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_2p09em4_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em3_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost)
     end function
 
-    pure elemental function rebound_compact_2p09em4_r64(speed, beta) result(value)
+    pure elemental function rebound_compact_1em3_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_2p09em4_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em3_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost) * speed
     end function
 
-    pure elemental function dissipation_compact_2p09em4_r64(speed, beta) result(value)
+    pure elemental function dissipation_compact_1em3_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, inverse, value
 
-        call parts_compact_2p09em4_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em3_r64(w_of_r64(speed, beta), elastic, lost)
         inverse = 1.0_real64 / (elastic + lost)
         value = lost * inverse * (1.0_real64 + elastic * inverse)
     end function
 
     ! eps = elastic/(elastic + lost)
-    pure elemental subroutine parts_compact_2p09em4_r32(w, elastic, lost)
+    pure elemental subroutine parts_compact_1em3_r32(w, elastic, lost)
         real(real32), intent(in) :: w
         real(real32), intent(out) :: elastic, lost
         real(real32), parameter :: thirtieth = 0.033333335_real32
@@ -322,32 +268,32 @@ contains
         lost = y6 * (a0 + y9 * (a9 + y10 * a19))
     end subroutine
 
-    pure elemental function restitution_compact_2p09em4_r32(speed, beta) result(value)
+    pure elemental function restitution_compact_1em3_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, value
 
-        call parts_compact_2p09em4_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em3_r32(w_of_r32(speed, beta), elastic, lost)
         value = elastic / (elastic + lost)
     end function
 
-    pure elemental function rebound_compact_2p09em4_r32(speed, beta) result(value)
+    pure elemental function rebound_compact_1em3_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, value
 
-        call parts_compact_2p09em4_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em3_r32(w_of_r32(speed, beta), elastic, lost)
         value = elastic / (elastic + lost) * speed
     end function
 
-    pure elemental function dissipation_compact_2p09em4_r32(speed, beta) result(value)
+    pure elemental function dissipation_compact_1em3_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, inverse, value
 
-        call parts_compact_2p09em4_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em3_r32(w_of_r32(speed, beta), elastic, lost)
         inverse = 1.0_real32 / (elastic + lost)
         value = lost * inverse * (1.0_real32 + elastic * inverse)
     end function
 
-    ! compact_3p4em6
+    ! compact_1em5
     !
     ! proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
     ! proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -359,7 +305,7 @@ contains
     ! 10) in type float, relative to (1 - eps^2) (proven)
 
     ! eps = elastic/(elastic + lost)
-    pure elemental subroutine parts_compact_3p4em6_r64(w, elastic, lost)
+    pure elemental subroutine parts_compact_1em5_r64(w, elastic, lost)
         real(real64), intent(in) :: w
         real(real64), intent(out) :: elastic, lost
         real(real64), parameter :: thirtieth = 0.03333333333333333_real64
@@ -390,33 +336,33 @@ contains
         lost = y6 * (a0 + y4 * (a4 + y8 * (a12 + y7 * a19)))
     end subroutine
 
-    pure elemental function restitution_compact_3p4em6_r64(speed, beta) result(value)
+    pure elemental function restitution_compact_1em5_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_3p4em6_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em5_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost)
     end function
 
-    pure elemental function rebound_compact_3p4em6_r64(speed, beta) result(value)
+    pure elemental function rebound_compact_1em5_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_3p4em6_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em5_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost) * speed
     end function
 
-    pure elemental function dissipation_compact_3p4em6_r64(speed, beta) result(value)
+    pure elemental function dissipation_compact_1em5_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, inverse, value
 
-        call parts_compact_3p4em6_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em5_r64(w_of_r64(speed, beta), elastic, lost)
         inverse = 1.0_real64 / (elastic + lost)
         value = lost * inverse * (1.0_real64 + elastic * inverse)
     end function
 
     ! eps = elastic/(elastic + lost)
-    pure elemental subroutine parts_compact_3p4em6_r32(w, elastic, lost)
+    pure elemental subroutine parts_compact_1em5_r32(w, elastic, lost)
         real(real32), intent(in) :: w
         real(real32), intent(out) :: elastic, lost
         real(real32), parameter :: thirtieth = 0.033333335_real32
@@ -447,32 +393,32 @@ contains
         lost = y6 * (a0 + y4 * (a4 + y8 * (a12 + y7 * a19)))
     end subroutine
 
-    pure elemental function restitution_compact_3p4em6_r32(speed, beta) result(value)
+    pure elemental function restitution_compact_1em5_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, value
 
-        call parts_compact_3p4em6_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em5_r32(w_of_r32(speed, beta), elastic, lost)
         value = elastic / (elastic + lost)
     end function
 
-    pure elemental function rebound_compact_3p4em6_r32(speed, beta) result(value)
+    pure elemental function rebound_compact_1em5_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, value
 
-        call parts_compact_3p4em6_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em5_r32(w_of_r32(speed, beta), elastic, lost)
         value = elastic / (elastic + lost) * speed
     end function
 
-    pure elemental function dissipation_compact_3p4em6_r32(speed, beta) result(value)
+    pure elemental function dissipation_compact_1em5_r32(speed, beta) result(value)
         real(real32), intent(in) :: speed, beta
         real(real32) :: elastic, lost, inverse, value
 
-        call parts_compact_3p4em6_r32(w_of_r32(speed, beta), elastic, lost)
+        call parts_compact_1em5_r32(w_of_r32(speed, beta), elastic, lost)
         inverse = 1.0_real32 / (elastic + lost)
         value = lost * inverse * (1.0_real32 + elastic * inverse)
     end function
 
-    ! compact_2p79em8
+    ! compact_1em7
     !
     ! proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
     ! proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -482,7 +428,7 @@ contains
     ! rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
     ! eps = elastic/(elastic + lost)
-    pure elemental subroutine parts_compact_2p79em8_r64(w, elastic, lost)
+    pure elemental subroutine parts_compact_1em7_r64(w, elastic, lost)
         real(real64), intent(in) :: w
         real(real64), intent(out) :: elastic, lost
         real(real64), parameter :: thirtieth = 0.03333333333333333_real64
@@ -518,27 +464,27 @@ contains
             * a26))))))
     end subroutine
 
-    pure elemental function restitution_compact_2p79em8_r64(speed, beta) result(value)
+    pure elemental function restitution_compact_1em7_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_2p79em8_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em7_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost)
     end function
 
-    pure elemental function rebound_compact_2p79em8_r64(speed, beta) result(value)
+    pure elemental function rebound_compact_1em7_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, value
 
-        call parts_compact_2p79em8_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em7_r64(w_of_r64(speed, beta), elastic, lost)
         value = elastic / (elastic + lost) * speed
     end function
 
-    pure elemental function dissipation_compact_2p79em8_r64(speed, beta) result(value)
+    pure elemental function dissipation_compact_1em7_r64(speed, beta) result(value)
         real(real64), intent(in) :: speed, beta
         real(real64) :: elastic, lost, inverse, value
 
-        call parts_compact_2p79em8_r64(w_of_r64(speed, beta), elastic, lost)
+        call parts_compact_1em7_r64(w_of_r64(speed, beta), elastic, lost)
         inverse = 1.0_real64 / (elastic + lost)
         value = lost * inverse * (1.0_real64 + elastic * inverse)
     end function

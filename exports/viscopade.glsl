@@ -11,7 +11,7 @@
 // type can tell. Above, w is cut off, so that eps stays positive. rebound is proven where it is a
 // normal number.
 //
-// compact_2p09em4
+// compact_1em3
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
-// compact_3p4em6
+// compact_1em5
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,8 +37,8 @@
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
-// compact_2p79em8 is left out, as there is no type double here: with coefficients of that type the
-// error would be 7.52e-8.
+// compact_1em7 is left out, as there is no type double here: with coefficients of that type the error
+// would be 7.52e-8.
 //
 // proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 // rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -48,11 +48,8 @@
 // within 2.5, sums and products are one of the two neighbours, and results below 2^-126 may be
 // replaced by 0: what Vulkan guarantees.
 //
-// NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-// the decimal point, m for the minus of an exponent).
-//
-// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6): a name that
-// stays when a better kernel takes the place of today's.
+// NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+// point, m for the minus of an exponent).
 //
 // For GLSL 4.00 or GLSL ES 3.20 and later; without the word "precise" also for GLSL 1.30 and GLSL ES 3.00
 // with highp float. To be pasted or included into a shader of any stage. ("precise" keeps the order of
@@ -64,7 +61,7 @@
 //
 // For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 //
-//     float eps = viscopade_restitution_compact_3p4em6(2.0, 1.307);
+//     float eps = viscopade_restitution_compact_1em5(2.0, 1.307);
 //
 // At 0 and below, and where w is subnormal, eps is 1 and 1 - eps^2 is 0 (if both are negative, w is positive).
 // At infinity they are what they are at the cut-off. NaN is not promised to come out of a NaN.
@@ -91,10 +88,10 @@ float viscopade_root(float speed, float beta)
 
 #endif
 
-#ifndef VISCOPADE_COMPACT_2P09EM4
-#define VISCOPADE_COMPACT_2P09EM4
+#ifndef VISCOPADE_COMPACT_1EM3
+#define VISCOPADE_COMPACT_1EM3 0x790c712d
 
-// compact_2p09em4
+// compact_1em3
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -106,7 +103,7 @@ float viscopade_root(float speed, float beta)
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
-vec2 viscopade_parts_compact_2p09em4(float speed, float beta)
+vec2 viscopade_parts_compact_1em3(float speed, float beta)
 {
     const float a0 = 1.153209;
     const float a9 = -0.2919615;
@@ -126,27 +123,27 @@ vec2 viscopade_parts_compact_2p09em4(float speed, float beta)
     return vec2(elastic, lost);
 }
 
-float viscopade_restitution_compact_2p09em4(float speed, float beta)
+float viscopade_restitution_compact_1em3(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_2p09em4(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em3(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float result = elastic / (elastic + lost);
 
     return result;
 }
 
-float viscopade_rebound_compact_2p09em4(float speed, float beta)
+float viscopade_rebound_compact_1em3(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_2p09em4(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em3(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float result = elastic / (elastic + lost) * speed;
 
     return result;
 }
 
-float viscopade_dissipation_compact_2p09em4(float speed, float beta)
+float viscopade_dissipation_compact_1em3(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_2p09em4(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em3(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float inverse = 1.0 / (elastic + lost);
     precise float result = lost * inverse * (1.0 + elastic * inverse);
@@ -154,16 +151,14 @@ float viscopade_dissipation_compact_2p09em4(float speed, float beta)
     return result;
 }
 
-#define viscopade_restitution_compact_1em3 viscopade_restitution_compact_2p09em4
-#define viscopade_rebound_compact_1em3 viscopade_rebound_compact_2p09em4
-#define viscopade_dissipation_compact_1em3 viscopade_dissipation_compact_2p09em4
-
+#elif VISCOPADE_COMPACT_1EM3 != 0x790c712d
+#error viscopade: two headers have different kernels of one name
 #endif
 
-#ifndef VISCOPADE_COMPACT_3P4EM6
-#define VISCOPADE_COMPACT_3P4EM6
+#ifndef VISCOPADE_COMPACT_1EM5
+#define VISCOPADE_COMPACT_1EM5 0x46db3b02
 
-// compact_3p4em6
+// compact_1em5
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.4e-6
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -175,7 +170,7 @@ float viscopade_dissipation_compact_2p09em4(float speed, float beta)
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
-vec2 viscopade_parts_compact_3p4em6(float speed, float beta)
+vec2 viscopade_parts_compact_1em5(float speed, float beta)
 {
     const float a0 = 1.1534516;
     const float a4 = 0.69348055;
@@ -198,27 +193,27 @@ vec2 viscopade_parts_compact_3p4em6(float speed, float beta)
     return vec2(elastic, lost);
 }
 
-float viscopade_restitution_compact_3p4em6(float speed, float beta)
+float viscopade_restitution_compact_1em5(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_3p4em6(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em5(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float result = elastic / (elastic + lost);
 
     return result;
 }
 
-float viscopade_rebound_compact_3p4em6(float speed, float beta)
+float viscopade_rebound_compact_1em5(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_3p4em6(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em5(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float result = elastic / (elastic + lost) * speed;
 
     return result;
 }
 
-float viscopade_dissipation_compact_3p4em6(float speed, float beta)
+float viscopade_dissipation_compact_1em5(float speed, float beta)
 {
-    vec2 parts = viscopade_parts_compact_3p4em6(speed, beta);
+    vec2 parts = viscopade_parts_compact_1em5(speed, beta);
     float elastic = parts.x, lost = parts.y;
     precise float inverse = 1.0 / (elastic + lost);
     precise float result = lost * inverse * (1.0 + elastic * inverse);
@@ -226,8 +221,6 @@ float viscopade_dissipation_compact_3p4em6(float speed, float beta)
     return result;
 }
 
-#define viscopade_restitution_compact_1em5 viscopade_restitution_compact_3p4em6
-#define viscopade_rebound_compact_1em5 viscopade_rebound_compact_3p4em6
-#define viscopade_dissipation_compact_1em5 viscopade_dissipation_compact_3p4em6
-
+#elif VISCOPADE_COMPACT_1EM5 != 0x46db3b02
+#error viscopade: two headers have different kernels of one name
 #endif

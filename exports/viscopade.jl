@@ -11,7 +11,7 @@
 # normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 # off, so that eps stays positive. rebound is proven where it is a normal number.
 #
-# compact_2p09em4
+# compact_1em3
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_3p4em6
+# compact_1em5
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_2p79em8
+# compact_1em7
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 # assumed: log2 and exp2 are within 4 units in the last place of the result; +, -, *, / are those of
 # IEEE 754.
 #
-# NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-# the decimal point, m for the minus of an exponent).
-#
-# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+# NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+# point, m for the minus of an exponent).
 #
 #     restitution_NAME(speed, beta)    eps
 #     rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -72,7 +69,7 @@
 # 2 cm/s:
 #
 #     include("viscopade.jl")
-#     eps = Viscopade.restitution_compact_2p79em8(2.0, 1.307)
+#     eps = Viscopade.restitution_compact_1em7(2.0, 1.307)
 #
 # What they return beyond the domain; eps is always in (0, 1]:
 #
@@ -89,11 +86,8 @@ const VISCOPADE_VERSION = v"1.0.0"
 # 10000 major + 100 minor + patch
 const VISCOPADE_VERSION_NUMBER = 10000
 
-export restitution_compact_2p09em4, rebound_compact_2p09em4, dissipation_compact_2p09em4
 export restitution_compact_1em3, rebound_compact_1em3, dissipation_compact_1em3
-export restitution_compact_3p4em6, rebound_compact_3p4em6, dissipation_compact_3p4em6
 export restitution_compact_1em5, rebound_compact_1em5, dissipation_compact_1em5
-export restitution_compact_2p79em8, rebound_compact_2p79em8, dissipation_compact_2p79em8
 export restitution_compact_1em7, rebound_compact_1em7, dissipation_compact_1em7
 
 # w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN.
@@ -118,7 +112,7 @@ end
     return w > largest ? largest : w
 end
 
-# compact_2p09em4
+# compact_1em3
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -130,7 +124,7 @@ end
 # 10) in type float, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
-@inline function parts_compact_2p09em4(w::Float64)
+@inline function parts_compact_1em3(w::Float64)
     thirtieth = 0.03333333333333333
     a0 = 1.1532089438172344
     a9 = -0.29196149636063706
@@ -149,24 +143,24 @@ end
     return elastic, lost
 end
 
-function restitution_compact_2p09em4(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function restitution_compact_1em3(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     return elastic / (elastic + lost)
 end
 
-function rebound_compact_2p09em4(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function rebound_compact_1em3(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     return elastic / (elastic + lost) * speed
 end
 
-function dissipation_compact_2p09em4(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function dissipation_compact_1em3(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     inverse = 1 / (elastic + lost)
     return lost * inverse * (1 + elastic * inverse)
 end
 
 # (elastic, lost): eps = elastic/(elastic + lost)
-@inline function parts_compact_2p09em4(w::Float32)
+@inline function parts_compact_1em3(w::Float32)
     thirtieth = 0.033333335f0
     a0 = 1.153209f0
     a9 = -0.2919615f0
@@ -185,33 +179,29 @@ end
     return elastic, lost
 end
 
-function restitution_compact_2p09em4(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function restitution_compact_1em3(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     return elastic / (elastic + lost)
 end
 
-function rebound_compact_2p09em4(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function rebound_compact_1em3(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     return elastic / (elastic + lost) * speed
 end
 
-function dissipation_compact_2p09em4(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_2p09em4(w_of(speed, beta))
+function dissipation_compact_1em3(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em3(w_of(speed, beta))
     inverse = 1 / (elastic + lost)
     return lost * inverse * (1 + elastic * inverse)
 end
 
-restitution_compact_2p09em4(speed::Real, beta::Real) = restitution_compact_2p09em4(Float64(speed), Float64(beta))
+restitution_compact_1em3(speed::Real, beta::Real) = restitution_compact_1em3(Float64(speed), Float64(beta))
 
-rebound_compact_2p09em4(speed::Real, beta::Real) = rebound_compact_2p09em4(Float64(speed), Float64(beta))
+rebound_compact_1em3(speed::Real, beta::Real) = rebound_compact_1em3(Float64(speed), Float64(beta))
 
-dissipation_compact_2p09em4(speed::Real, beta::Real) = dissipation_compact_2p09em4(Float64(speed), Float64(beta))
+dissipation_compact_1em3(speed::Real, beta::Real) = dissipation_compact_1em3(Float64(speed), Float64(beta))
 
-const restitution_compact_1em3 = restitution_compact_2p09em4
-const rebound_compact_1em3 = rebound_compact_2p09em4
-const dissipation_compact_1em3 = dissipation_compact_2p09em4
-
-# compact_3p4em6
+# compact_1em5
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -223,7 +213,7 @@ const dissipation_compact_1em3 = dissipation_compact_2p09em4
 # 10) in type float, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
-@inline function parts_compact_3p4em6(w::Float64)
+@inline function parts_compact_1em5(w::Float64)
     thirtieth = 0.03333333333333333
     a0 = 1.153451614780895
     a4 = 0.6934805469284029
@@ -245,24 +235,24 @@ const dissipation_compact_1em3 = dissipation_compact_2p09em4
     return elastic, lost
 end
 
-function restitution_compact_3p4em6(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function restitution_compact_1em5(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     return elastic / (elastic + lost)
 end
 
-function rebound_compact_3p4em6(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function rebound_compact_1em5(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     return elastic / (elastic + lost) * speed
 end
 
-function dissipation_compact_3p4em6(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function dissipation_compact_1em5(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     inverse = 1 / (elastic + lost)
     return lost * inverse * (1 + elastic * inverse)
 end
 
 # (elastic, lost): eps = elastic/(elastic + lost)
-@inline function parts_compact_3p4em6(w::Float32)
+@inline function parts_compact_1em5(w::Float32)
     thirtieth = 0.033333335f0
     a0 = 1.1534516f0
     a4 = 0.69348055f0
@@ -284,33 +274,29 @@ end
     return elastic, lost
 end
 
-function restitution_compact_3p4em6(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function restitution_compact_1em5(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     return elastic / (elastic + lost)
 end
 
-function rebound_compact_3p4em6(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function rebound_compact_1em5(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     return elastic / (elastic + lost) * speed
 end
 
-function dissipation_compact_3p4em6(speed::Float32, beta::Float32)
-    elastic, lost = parts_compact_3p4em6(w_of(speed, beta))
+function dissipation_compact_1em5(speed::Float32, beta::Float32)
+    elastic, lost = parts_compact_1em5(w_of(speed, beta))
     inverse = 1 / (elastic + lost)
     return lost * inverse * (1 + elastic * inverse)
 end
 
-restitution_compact_3p4em6(speed::Real, beta::Real) = restitution_compact_3p4em6(Float64(speed), Float64(beta))
+restitution_compact_1em5(speed::Real, beta::Real) = restitution_compact_1em5(Float64(speed), Float64(beta))
 
-rebound_compact_3p4em6(speed::Real, beta::Real) = rebound_compact_3p4em6(Float64(speed), Float64(beta))
+rebound_compact_1em5(speed::Real, beta::Real) = rebound_compact_1em5(Float64(speed), Float64(beta))
 
-dissipation_compact_3p4em6(speed::Real, beta::Real) = dissipation_compact_3p4em6(Float64(speed), Float64(beta))
+dissipation_compact_1em5(speed::Real, beta::Real) = dissipation_compact_1em5(Float64(speed), Float64(beta))
 
-const restitution_compact_1em5 = restitution_compact_3p4em6
-const rebound_compact_1em5 = rebound_compact_3p4em6
-const dissipation_compact_1em5 = dissipation_compact_3p4em6
-
-# compact_2p79em8
+# compact_1em7
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -320,7 +306,7 @@ const dissipation_compact_1em5 = dissipation_compact_3p4em6
 # rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 # (elastic, lost): eps = elastic/(elastic + lost)
-@inline function parts_compact_2p79em8(w::Float64)
+@inline function parts_compact_1em7(w::Float64)
     thirtieth = 0.03333333333333333
     a0 = 1.153448873291078
     a6 = 1.0950742059245102
@@ -347,30 +333,26 @@ const dissipation_compact_1em5 = dissipation_compact_3p4em6
     return elastic, lost
 end
 
-function restitution_compact_2p79em8(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+function restitution_compact_1em7(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em7(w_of(speed, beta))
     return elastic / (elastic + lost)
 end
 
-function rebound_compact_2p79em8(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+function rebound_compact_1em7(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em7(w_of(speed, beta))
     return elastic / (elastic + lost) * speed
 end
 
-function dissipation_compact_2p79em8(speed::Float64, beta::Float64)
-    elastic, lost = parts_compact_2p79em8(w_of(speed, beta))
+function dissipation_compact_1em7(speed::Float64, beta::Float64)
+    elastic, lost = parts_compact_1em7(w_of(speed, beta))
     inverse = 1 / (elastic + lost)
     return lost * inverse * (1 + elastic * inverse)
 end
 
-restitution_compact_2p79em8(speed::Real, beta::Real) = restitution_compact_2p79em8(Float64(speed), Float64(beta))
+restitution_compact_1em7(speed::Real, beta::Real) = restitution_compact_1em7(Float64(speed), Float64(beta))
 
-rebound_compact_2p79em8(speed::Real, beta::Real) = rebound_compact_2p79em8(Float64(speed), Float64(beta))
+rebound_compact_1em7(speed::Real, beta::Real) = rebound_compact_1em7(Float64(speed), Float64(beta))
 
-dissipation_compact_2p79em8(speed::Real, beta::Real) = dissipation_compact_2p79em8(Float64(speed), Float64(beta))
-
-const restitution_compact_1em7 = restitution_compact_2p79em8
-const rebound_compact_1em7 = rebound_compact_2p79em8
-const dissipation_compact_1em7 = dissipation_compact_2p79em8
+dissipation_compact_1em7(speed::Real, beta::Real) = dissipation_compact_1em7(Float64(speed), Float64(beta))
 
 end

@@ -11,7 +11,7 @@
 // the type can tell. Above, w is cut off, so that eps stays positive. rebound is proven where it is a
 // normal number.
 //
-// compact_2p09em4
+// compact_1em3
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -22,7 +22,7 @@
 //     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 //         collision (proven)
 //     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
-// compact_3p4em6
+// compact_1em5
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -33,7 +33,7 @@
 //     rounding of rebound: adds at most 2.3e-13 in type double, relative to the speed after the
 //         collision (proven)
 //     rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
-// compact_2p79em8
+// compact_1em7
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -53,11 +53,8 @@
 // assumed: Math.log2 and Math.pow(2, x) are within 4 units in the last place of the result; +, -, *, /
 // are those of IEEE 754.
 //
-// NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-// the decimal point, m for the minus of an exponent).
-//
-// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-// (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+// NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+// point, m for the minus of an exponent).
 //
 //     restitution_NAME(speed, beta)    eps
 //     rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -65,8 +62,8 @@
 //
 // For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 //
-//     import { restitution_compact_2p79em8 } from "./viscopade.mjs";
-//     const eps = restitution_compact_2p79em8(2.0, 1.307);
+//     import { restitution_compact_1em7 } from "./viscopade.mjs";
+//     const eps = restitution_compact_1em7(2.0, 1.307);
 //
 // What they return beyond the domain; eps is always in (0, 1]:
 //
@@ -95,7 +92,7 @@ function wOf(speed, beta) {
     return w > largest ? largest : w;
 }
 
-// compact_2p09em4
+// compact_1em3
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -104,7 +101,7 @@ function wOf(speed, beta) {
 // (proven)
 // rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
-export function restitution_compact_2p09em4(speed, beta) {
+export function restitution_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
@@ -124,7 +121,7 @@ export function restitution_compact_2p09em4(speed, beta) {
     return elastic / (elastic + lost);
 }
 
-export function rebound_compact_2p09em4(speed, beta) {
+export function rebound_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
@@ -144,7 +141,7 @@ export function rebound_compact_2p09em4(speed, beta) {
     return elastic / (elastic + lost) * speed;
 }
 
-export function dissipation_compact_2p09em4(speed, beta) {
+export function dissipation_compact_1em3(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.1532089438172344;
     const a9 = -0.29196149636063706;
@@ -165,11 +162,7 @@ export function dissipation_compact_2p09em4(speed, beta) {
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-export { restitution_compact_2p09em4 as restitution_compact_1em3 };
-export { rebound_compact_2p09em4 as rebound_compact_1em3 };
-export { dissipation_compact_2p09em4 as dissipation_compact_1em3 };
-
-// compact_3p4em6
+// compact_1em5
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.37e-6
@@ -178,7 +171,7 @@ export { dissipation_compact_2p09em4 as dissipation_compact_1em3 };
 // (proven)
 // rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
-export function restitution_compact_3p4em6(speed, beta) {
+export function restitution_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
@@ -201,7 +194,7 @@ export function restitution_compact_3p4em6(speed, beta) {
     return elastic / (elastic + lost);
 }
 
-export function rebound_compact_3p4em6(speed, beta) {
+export function rebound_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
@@ -224,7 +217,7 @@ export function rebound_compact_3p4em6(speed, beta) {
     return elastic / (elastic + lost) * speed;
 }
 
-export function dissipation_compact_3p4em6(speed, beta) {
+export function dissipation_compact_1em5(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153451614780895;
     const a4 = 0.6934805469284029;
@@ -248,11 +241,7 @@ export function dissipation_compact_3p4em6(speed, beta) {
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-export { restitution_compact_3p4em6 as restitution_compact_1em5 };
-export { rebound_compact_3p4em6 as rebound_compact_1em5 };
-export { dissipation_compact_3p4em6 as dissipation_compact_1em5 };
-
-// compact_2p79em8
+// compact_1em7
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -261,7 +250,7 @@ export { dissipation_compact_3p4em6 as dissipation_compact_1em5 };
 // (proven)
 // rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
-export function restitution_compact_2p79em8(speed, beta) {
+export function restitution_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
@@ -289,7 +278,7 @@ export function restitution_compact_2p79em8(speed, beta) {
     return elastic / (elastic + lost);
 }
 
-export function rebound_compact_2p79em8(speed, beta) {
+export function rebound_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
@@ -317,7 +306,7 @@ export function rebound_compact_2p79em8(speed, beta) {
     return elastic / (elastic + lost) * speed;
 }
 
-export function dissipation_compact_2p79em8(speed, beta) {
+export function dissipation_compact_1em7(speed, beta) {
     const thirtieth = 0.03333333333333333;
     const a0 = 1.153448873291078;
     const a6 = 1.0950742059245102;
@@ -345,7 +334,3 @@ export function dissipation_compact_2p79em8(speed, beta) {
     const inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
 }
-
-export { restitution_compact_2p79em8 as restitution_compact_1em7 };
-export { rebound_compact_2p79em8 as rebound_compact_1em7 };
-export { dissipation_compact_2p79em8 as dissipation_compact_1em7 };

@@ -11,7 +11,7 @@
 // normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 // off, so that eps stays positive. rebound is proven where it is a normal number.
 //
-// compact_2p09em4
+// compact_1em3
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 //         10) in type float, relative to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 //         <= 10) in type float, relative to (1 - eps^2) (proven)
-// compact_3p4em6
+// compact_1em5
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 //         10) in type float, relative to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 //         <= 10) in type float, relative to (1 - eps^2) (proven)
-// compact_2p79em8
+// compact_1em7
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 // assumed: log2 and exp2 are within 4 units in the last place of the result; +, -, *, / are those of
 // IEEE 754.
 //
-// NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-// the decimal point, m for the minus of an exponent).
-//
-// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-// (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+// NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+// point, m for the minus of an exponent).
 //
 //     restitution_NAME(speed, beta)    eps
 //     rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -72,7 +69,7 @@
 //
 //     #[allow(dead_code)] // of the functions that are not used
 //     mod viscopade;
-//     let eps = viscopade::restitution_compact_2p79em8(2.0, 1.307);
+//     let eps = viscopade::restitution_compact_1em7(2.0, 1.307);
 //
 // What they return beyond the domain; eps is always in (0, 1]:
 //
@@ -117,7 +114,7 @@ fn w_of_f32(speed: f32, beta: f32) -> f32 {
     }
 }
 
-// compact_2p09em4
+// compact_1em3
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -129,7 +126,7 @@ fn w_of_f32(speed: f32, beta: f32) -> f32 {
 // 10) in type float, relative to (1 - eps^2) (proven)
 
 /// (elastic, lost): eps = elastic/(elastic + lost)
-fn parts_compact_2p09em4(w: f64) -> (f64, f64) {
+fn parts_compact_1em3(w: f64) -> (f64, f64) {
     let thirtieth: f64 = 0.03333333333333333;
     let a0: f64 = 1.1532089438172344;
     let a9: f64 = -0.29196149636063706;
@@ -149,26 +146,26 @@ fn parts_compact_2p09em4(w: f64) -> (f64, f64) {
 }
 
 /// eps
-pub fn restitution_compact_2p09em4(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p09em4(w_of(speed, beta));
+pub fn restitution_compact_1em3(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em3(w_of(speed, beta));
     elastic / (elastic + lost)
 }
 
 /// eps speed, the speed after the collision
-pub fn rebound_compact_2p09em4(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p09em4(w_of(speed, beta));
+pub fn rebound_compact_1em3(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em3(w_of(speed, beta));
     elastic / (elastic + lost) * speed
 }
 
 /// 1 - eps^2
-pub fn dissipation_compact_2p09em4(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p09em4(w_of(speed, beta));
+pub fn dissipation_compact_1em3(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em3(w_of(speed, beta));
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
 
 /// (elastic, lost): eps = elastic/(elastic + lost)
-fn parts_compact_2p09em4_f32(w: f32) -> (f32, f32) {
+fn parts_compact_1em3_f32(w: f32) -> (f32, f32) {
     let thirtieth: f32 = 0.033333335;
     let a0: f32 = 1.153209;
     let a9: f32 = -0.2919615;
@@ -188,38 +185,25 @@ fn parts_compact_2p09em4_f32(w: f32) -> (f32, f32) {
 }
 
 /// eps
-pub fn restitution_compact_2p09em4_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_2p09em4_f32(w_of_f32(speed, beta));
+pub fn restitution_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em3_f32(w_of_f32(speed, beta));
     elastic / (elastic + lost)
 }
 
 /// eps speed, the speed after the collision
-pub fn rebound_compact_2p09em4_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_2p09em4_f32(w_of_f32(speed, beta));
+pub fn rebound_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em3_f32(w_of_f32(speed, beta));
     elastic / (elastic + lost) * speed
 }
 
 /// 1 - eps^2
-pub fn dissipation_compact_2p09em4_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_2p09em4_f32(w_of_f32(speed, beta));
+pub fn dissipation_compact_1em3_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em3_f32(w_of_f32(speed, beta));
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-#[allow(unused_imports)]
-pub use self::restitution_compact_2p09em4 as restitution_compact_1em3;
-#[allow(unused_imports)]
-pub use self::rebound_compact_2p09em4 as rebound_compact_1em3;
-#[allow(unused_imports)]
-pub use self::dissipation_compact_2p09em4 as dissipation_compact_1em3;
-#[allow(unused_imports)]
-pub use self::restitution_compact_2p09em4_f32 as restitution_compact_1em3_f32;
-#[allow(unused_imports)]
-pub use self::rebound_compact_2p09em4_f32 as rebound_compact_1em3_f32;
-#[allow(unused_imports)]
-pub use self::dissipation_compact_2p09em4_f32 as dissipation_compact_1em3_f32;
-
-// compact_3p4em6
+// compact_1em5
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -231,7 +215,7 @@ pub use self::dissipation_compact_2p09em4_f32 as dissipation_compact_1em3_f32;
 // 10) in type float, relative to (1 - eps^2) (proven)
 
 /// (elastic, lost): eps = elastic/(elastic + lost)
-fn parts_compact_3p4em6(w: f64) -> (f64, f64) {
+fn parts_compact_1em5(w: f64) -> (f64, f64) {
     let thirtieth: f64 = 0.03333333333333333;
     let a0: f64 = 1.153451614780895;
     let a4: f64 = 0.6934805469284029;
@@ -254,26 +238,26 @@ fn parts_compact_3p4em6(w: f64) -> (f64, f64) {
 }
 
 /// eps
-pub fn restitution_compact_3p4em6(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_3p4em6(w_of(speed, beta));
+pub fn restitution_compact_1em5(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em5(w_of(speed, beta));
     elastic / (elastic + lost)
 }
 
 /// eps speed, the speed after the collision
-pub fn rebound_compact_3p4em6(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_3p4em6(w_of(speed, beta));
+pub fn rebound_compact_1em5(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em5(w_of(speed, beta));
     elastic / (elastic + lost) * speed
 }
 
 /// 1 - eps^2
-pub fn dissipation_compact_3p4em6(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_3p4em6(w_of(speed, beta));
+pub fn dissipation_compact_1em5(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em5(w_of(speed, beta));
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
 
 /// (elastic, lost): eps = elastic/(elastic + lost)
-fn parts_compact_3p4em6_f32(w: f32) -> (f32, f32) {
+fn parts_compact_1em5_f32(w: f32) -> (f32, f32) {
     let thirtieth: f32 = 0.033333335;
     let a0: f32 = 1.1534516;
     let a4: f32 = 0.69348055;
@@ -296,38 +280,25 @@ fn parts_compact_3p4em6_f32(w: f32) -> (f32, f32) {
 }
 
 /// eps
-pub fn restitution_compact_3p4em6_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_3p4em6_f32(w_of_f32(speed, beta));
+pub fn restitution_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em5_f32(w_of_f32(speed, beta));
     elastic / (elastic + lost)
 }
 
 /// eps speed, the speed after the collision
-pub fn rebound_compact_3p4em6_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_3p4em6_f32(w_of_f32(speed, beta));
+pub fn rebound_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em5_f32(w_of_f32(speed, beta));
     elastic / (elastic + lost) * speed
 }
 
 /// 1 - eps^2
-pub fn dissipation_compact_3p4em6_f32(speed: f32, beta: f32) -> f32 {
-    let (elastic, lost) = parts_compact_3p4em6_f32(w_of_f32(speed, beta));
+pub fn dissipation_compact_1em5_f32(speed: f32, beta: f32) -> f32 {
+    let (elastic, lost) = parts_compact_1em5_f32(w_of_f32(speed, beta));
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
 
-#[allow(unused_imports)]
-pub use self::restitution_compact_3p4em6 as restitution_compact_1em5;
-#[allow(unused_imports)]
-pub use self::rebound_compact_3p4em6 as rebound_compact_1em5;
-#[allow(unused_imports)]
-pub use self::dissipation_compact_3p4em6 as dissipation_compact_1em5;
-#[allow(unused_imports)]
-pub use self::restitution_compact_3p4em6_f32 as restitution_compact_1em5_f32;
-#[allow(unused_imports)]
-pub use self::rebound_compact_3p4em6_f32 as rebound_compact_1em5_f32;
-#[allow(unused_imports)]
-pub use self::dissipation_compact_3p4em6_f32 as dissipation_compact_1em5_f32;
-
-// compact_2p79em8
+// compact_1em7
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -337,7 +308,7 @@ pub use self::dissipation_compact_3p4em6_f32 as dissipation_compact_1em5_f32;
 // rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
 /// (elastic, lost): eps = elastic/(elastic + lost)
-fn parts_compact_2p79em8(w: f64) -> (f64, f64) {
+fn parts_compact_1em7(w: f64) -> (f64, f64) {
     let thirtieth: f64 = 0.03333333333333333;
     let a0: f64 = 1.153448873291078;
     let a6: f64 = 1.0950742059245102;
@@ -365,27 +336,20 @@ fn parts_compact_2p79em8(w: f64) -> (f64, f64) {
 }
 
 /// eps
-pub fn restitution_compact_2p79em8(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p79em8(w_of(speed, beta));
+pub fn restitution_compact_1em7(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em7(w_of(speed, beta));
     elastic / (elastic + lost)
 }
 
 /// eps speed, the speed after the collision
-pub fn rebound_compact_2p79em8(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p79em8(w_of(speed, beta));
+pub fn rebound_compact_1em7(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em7(w_of(speed, beta));
     elastic / (elastic + lost) * speed
 }
 
 /// 1 - eps^2
-pub fn dissipation_compact_2p79em8(speed: f64, beta: f64) -> f64 {
-    let (elastic, lost) = parts_compact_2p79em8(w_of(speed, beta));
+pub fn dissipation_compact_1em7(speed: f64, beta: f64) -> f64 {
+    let (elastic, lost) = parts_compact_1em7(w_of(speed, beta));
     let inverse = 1.0 / (elastic + lost);
     lost * inverse * (1.0 + elastic * inverse)
 }
-
-#[allow(unused_imports)]
-pub use self::restitution_compact_2p79em8 as restitution_compact_1em7;
-#[allow(unused_imports)]
-pub use self::rebound_compact_2p79em8 as rebound_compact_1em7;
-#[allow(unused_imports)]
-pub use self::dissipation_compact_2p79em8 as dissipation_compact_1em7;

@@ -11,7 +11,7 @@
 // type can tell. Above, w is cut off, so that eps stays positive. rebound is proven where it is a
 // normal number.
 //
-// compact_2p09em4
+// compact_1em3
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
-// compact_3p4em6
+// compact_1em5
 //     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 //         powers of y
 //     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,8 +37,8 @@
 //         to the speed after the collision (proven)
 //     rounding of dissipation: adds at most 2.1e-5 (1.7e-5 for 1e-3 <= v* <= 10) in type float,
 //         relative to (1 - eps^2) (proven)
-// compact_2p79em8 is left out, as there is no type double here: with coefficients of that type the
-// error would be 7.52e-8.
+// compact_1em7 is left out, as there is no type double here: with coefficients of that type the error
+// would be 7.52e-8.
 //
 // proven: by ball arithmetic on a subdivision of the interval, with the exact eps enclosed; the
 // rounding is that of the order of evaluation below (to nearest, with or without fused multiply-add),
@@ -48,11 +48,8 @@
 // within 2.5, sums and products are one of the two neighbours, and results below 2^-126 may be
 // replaced by 0: what WGSL guarantees.
 //
-// NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-// the decimal point, m for the minus of an exponent).
-//
-// NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6): a name that
-// stays when a better kernel takes the place of today's.
+// NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+// point, m for the minus of an exponent).
 //
 // To be put before the code of a shader module; nothing else is needed. (Compilers may reorder sums and
 // products, as WGSL allows; rounding is proven for the order written.)
@@ -61,11 +58,9 @@
 // viscopade_rebound_NAME(speed: f32, beta: f32) -> f32        eps speed, the speed after the collision
 // viscopade_dissipation_NAME(speed: f32, beta: f32) -> f32    1 - eps^2; loses no digits where eps is near 1
 //
-// WGSL has no second names of functions: one that stays is a function that calls today's.
-//
 // For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 //
-//     let eps = viscopade_restitution_compact_3p4em6(2.0, 1.307);
+//     let eps = viscopade_restitution_compact_1em5(2.0, 1.307);
 //
 // At 0 and below, and where w is subnormal, eps is 1 and 1 - eps^2 is 0 (if both are negative, w is positive).
 // At infinity they are what they are at the cut-off. NaN is not promised to come out of a NaN.
@@ -83,7 +78,7 @@ fn viscopade_root(speed: f32, beta: f32) -> f32 {
     return select(0.0, y, w >= least);
 }
 
-// compact_2p09em4
+// compact_1em3
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -95,7 +90,7 @@ fn viscopade_root(speed: f32, beta: f32) -> f32 {
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
-fn viscopade_parts_compact_2p09em4(speed: f32, beta: f32) -> vec2<f32> {
+fn viscopade_parts_compact_1em3(speed: f32, beta: f32) -> vec2<f32> {
     let a0: f32 = 0x1.2738b4p+0f;  // 1.15320897
     let a9: f32 = -0x1.2af7f4p-2f;  // -0.291961491
     let a19: f32 = 0x1.6b7d1p-5f;  // 0.0443711579
@@ -113,39 +108,29 @@ fn viscopade_parts_compact_2p09em4(speed: f32, beta: f32) -> vec2<f32> {
     return vec2<f32>(elastic, lost);
 }
 
-fn viscopade_restitution_compact_2p09em4(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_2p09em4(speed, beta);
+fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em3(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     return elastic / (elastic + lost);
 }
 
-fn viscopade_rebound_compact_2p09em4(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_2p09em4(speed, beta);
+fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em3(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     return elastic / (elastic + lost) * speed;
 }
 
-fn viscopade_dissipation_compact_2p09em4(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_2p09em4(speed, beta);
+fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em3(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     let inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-fn viscopade_restitution_compact_1em3(speed: f32, beta: f32) -> f32 {
-    return viscopade_restitution_compact_2p09em4(speed, beta);
-}
-fn viscopade_rebound_compact_1em3(speed: f32, beta: f32) -> f32 {
-    return viscopade_rebound_compact_2p09em4(speed, beta);
-}
-fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
-    return viscopade_dissipation_compact_2p09em4(speed, beta);
-}
-
-// compact_3p4em6
+// compact_1em5
 //
 // proven: |formula - eps| / min(eps, 1 - eps) <= 3.4e-6
 // proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -157,7 +142,7 @@ fn viscopade_dissipation_compact_1em3(speed: f32, beta: f32) -> f32 {
 // to (1 - eps^2) (proven)
 
 // elastic and lost: eps = elastic/(elastic + lost)
-fn viscopade_parts_compact_3p4em6(speed: f32, beta: f32) -> vec2<f32> {
+fn viscopade_parts_compact_1em5(speed: f32, beta: f32) -> vec2<f32> {
     let a0: f32 = 0x1.27489ap+0f;  // 1.15345156
     let a4: f32 = 0x1.630fe2p-1f;  // 0.693480551
     let a12: f32 = 0x1.d6cc5cp-6f;  // 0.0287352465
@@ -178,34 +163,24 @@ fn viscopade_parts_compact_3p4em6(speed: f32, beta: f32) -> vec2<f32> {
     return vec2<f32>(elastic, lost);
 }
 
-fn viscopade_restitution_compact_3p4em6(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_3p4em6(speed, beta);
+fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em5(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     return elastic / (elastic + lost);
 }
 
-fn viscopade_rebound_compact_3p4em6(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_3p4em6(speed, beta);
+fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em5(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     return elastic / (elastic + lost) * speed;
 }
 
-fn viscopade_dissipation_compact_3p4em6(speed: f32, beta: f32) -> f32 {
-    let parts = viscopade_parts_compact_3p4em6(speed, beta);
+fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
+    let parts = viscopade_parts_compact_1em5(speed, beta);
     let elastic = parts.x;
     let lost = parts.y;
     let inverse = 1.0 / (elastic + lost);
     return lost * inverse * (1.0 + elastic * inverse);
-}
-
-fn viscopade_restitution_compact_1em5(speed: f32, beta: f32) -> f32 {
-    return viscopade_restitution_compact_3p4em6(speed, beta);
-}
-fn viscopade_rebound_compact_1em5(speed: f32, beta: f32) -> f32 {
-    return viscopade_rebound_compact_3p4em6(speed, beta);
-}
-fn viscopade_dissipation_compact_1em5(speed: f32, beta: f32) -> f32 {
-    return viscopade_dissipation_compact_3p4em6(speed, beta);
 }

@@ -8,7 +8,7 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when
  * the compression x returns to 0.
  *
- * inverse_5p77em4
+ * inverse_1em3
  *     source: best N/D in the relative error of v*
  *     formula: v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), N = a0 + a16 y^16, D = 1 + b10 y^10 + b18
  *         y^18
@@ -17,7 +17,7 @@
  *     rounding of v_star: adds at most 2.8e-14 v* in type double and 3.9e-6 v* in type float (proven)
  *     rounding of beta: adds at most 6.3e-14 beta in type double and 8.5e-6 beta in type float
  *         (proven)
- * inverse_3p55em6
+ * inverse_1em5
  *     source: best N/D in the relative error of v*
  *     formula: v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), N = a0 + a13 y^13 + a15 y^15 + a22 y^22, D =
  *         1 + b10 y^10 + b13 y^13 + b16 y^16 + b24 y^24
@@ -35,21 +35,19 @@
  * assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
  * units in the last place (the largest errors known of glibc's are not larger).
  *
- * NAME may also be inverse_1em3 (now inverse_5p77em4), inverse_1em5 (now inverse_3p55em6): a name that
- * stays when a better kernel takes the place of today's.
- *
  * Functions, in double and (names that end in f) in float, unless it is said why there are none:
  *
  *     viscopade_v_star_NAME(epsilon)                        v* at which eps is epsilon
  *     viscopade_v_star_from_loss_NAME(one_minus_epsilon)    the same, which loses no digits where eps is near 1
  *     viscopade_beta_NAME(epsilon, speed)                   beta = v*^2/speed^(1/5)
  *
- * NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1 (1p57em3 is
- * 1.57e-3: p stands for the decimal point, m for the minus of an exponent).
+ * NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1, B being the
+ * accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal point, m for the minus of an
+ * exponent).
  * beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
  * For a material of which eps = 0.995 is known at 2 cm/s:
  *
- *     double beta = viscopade_beta_inverse_3p55em6(0.995, 2.0);
+ *     double beta = viscopade_beta_inverse_1em5(0.995, 2.0);
  *
  * What the inverse returns, without overflow or underflow in between:
  *
@@ -95,11 +93,12 @@ static inline float viscopade_v_starf(float speed, float beta)
 
 #endif
 
-#ifndef VISCOPADE_INVERSE_5P77EM4
-#define VISCOPADE_INVERSE_5P77EM4
+#ifndef VISCOPADE_INVERSE_1EM3
+#define VISCOPADE_INVERSE_1EM3 0x1da05995
+#define VISCOPADE_V_STAR_INVERSE_1EM3_ERROR 5.77e-4 /* of the formula (proven) */
 
 /*
- * inverse_5p77em4 for 0 < eps <= 1
+ * inverse_1em3 for 0 < eps <= 1
  *
  * proven: |formula - v*| / v* <= 5.77e-4; |formula - beta| / beta <= 0.00116
  * rounding of v_star: adds at most 2.8e-14 v* in type double and 3.9e-6 v* in type float (proven)
@@ -107,7 +106,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  */
 
 /* Returns v* for epsilon + loss = 1. */
-static inline double viscopade_of_both_inverse_5p77em4(double epsilon, double loss)
+static inline double viscopade_of_both_inverse_1em3(double epsilon, double loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.dd00a89f21cdfp-1, 0.93164565031556978);
     const double a16 = VISCOPADE_CONSTANT(0x1.cef55fe008a97p-2, 0.45210790448087707);
@@ -142,31 +141,31 @@ static inline double viscopade_of_both_inverse_5p77em4(double epsilon, double lo
     return top / (u3 * bottom);
 }
 
-static inline double viscopade_v_star_inverse_5p77em4(double epsilon)
+static inline double viscopade_v_star_inverse_1em3(double epsilon)
 {
     if (!(epsilon > 0.0 && epsilon <= 1.0)) {
         return nan("");
     }
-    return viscopade_of_both_inverse_5p77em4(epsilon, 1.0 - epsilon);
+    return viscopade_of_both_inverse_1em3(epsilon, 1.0 - epsilon);
 }
 
-static inline double viscopade_v_star_from_loss_inverse_5p77em4(double one_minus_epsilon)
+static inline double viscopade_v_star_from_loss_inverse_1em3(double one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0 && one_minus_epsilon < 1.0)) {
         return nan("");
     }
-    return viscopade_of_both_inverse_5p77em4(1.0 - one_minus_epsilon, one_minus_epsilon);
+    return viscopade_of_both_inverse_1em3(1.0 - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline double viscopade_beta_inverse_5p77em4(double epsilon, double speed)
+static inline double viscopade_beta_inverse_1em3(double epsilon, double speed)
 {
-    const double v_star = viscopade_v_star_inverse_5p77em4(epsilon);
+    const double v_star = viscopade_v_star_inverse_1em3(epsilon);
 
     return speed > 0.0 ? v_star * v_star / pow(speed, 0.2) : nan("");
 }
 
 /* Returns v* for epsilon + loss = 1. */
-static inline float viscopade_of_both_inverse_5p77em4f(float epsilon, float loss)
+static inline float viscopade_of_both_inverse_1em3f(float epsilon, float loss)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1.dd00a8p-1f, 0.931645632f);
     const float a16 = VISCOPADE_CONSTANT(0x1.cef56p-2f, 0.452107906f);
@@ -201,36 +200,39 @@ static inline float viscopade_of_both_inverse_5p77em4f(float epsilon, float loss
     return top / (u3 * bottom);
 }
 
-static inline float viscopade_v_star_inverse_5p77em4f(float epsilon)
+static inline float viscopade_v_star_inverse_1em3f(float epsilon)
 {
     if (!(epsilon > 0.0f && epsilon <= 1.0f)) {
         return nanf("");
     }
-    return viscopade_of_both_inverse_5p77em4f(epsilon, 1.0f - epsilon);
+    return viscopade_of_both_inverse_1em3f(epsilon, 1.0f - epsilon);
 }
 
-static inline float viscopade_v_star_from_loss_inverse_5p77em4f(float one_minus_epsilon)
+static inline float viscopade_v_star_from_loss_inverse_1em3f(float one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0f && one_minus_epsilon < 1.0f)) {
         return nanf("");
     }
-    return viscopade_of_both_inverse_5p77em4f(1.0f - one_minus_epsilon, one_minus_epsilon);
+    return viscopade_of_both_inverse_1em3f(1.0f - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline float viscopade_beta_inverse_5p77em4f(float epsilon, float speed)
+static inline float viscopade_beta_inverse_1em3f(float epsilon, float speed)
 {
-    const float v_star = viscopade_v_star_inverse_5p77em4f(epsilon);
+    const float v_star = viscopade_v_star_inverse_1em3f(epsilon);
 
     return speed > 0.0f ? v_star * v_star / powf(speed, 0.2f) : nanf("");
 }
 
+#elif VISCOPADE_INVERSE_1EM3 != 0x1da05995
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
-#ifndef VISCOPADE_INVERSE_3P55EM6
-#define VISCOPADE_INVERSE_3P55EM6
+#ifndef VISCOPADE_INVERSE_1EM5
+#define VISCOPADE_INVERSE_1EM5 0x51c88c26
+#define VISCOPADE_V_STAR_INVERSE_1EM5_ERROR 3.55e-6 /* of the formula (proven) */
 
 /*
- * inverse_3p55em6 for 0 < eps <= 1
+ * inverse_1em5 for 0 < eps <= 1
  *
  * proven: |formula - v*| / v* <= 3.54e-6 in type double and 3.55e-6 in type float; |formula - beta| /
  * beta <= 7.11e-6
@@ -239,7 +241,7 @@ static inline float viscopade_beta_inverse_5p77em4f(float epsilon, float speed)
  */
 
 /* Returns v* for epsilon + loss = 1. */
-static inline double viscopade_of_both_inverse_3p55em6(double epsilon, double loss)
+static inline double viscopade_of_both_inverse_1em5(double epsilon, double loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.dcba08713c33ep-1, 0.93110681898369996);
     const double a13 = VISCOPADE_CONSTANT(-0x1.22a4addce64dcp-1, -0.56766265222099888);
@@ -280,31 +282,31 @@ static inline double viscopade_of_both_inverse_3p55em6(double epsilon, double lo
     return top / (u3 * bottom);
 }
 
-static inline double viscopade_v_star_inverse_3p55em6(double epsilon)
+static inline double viscopade_v_star_inverse_1em5(double epsilon)
 {
     if (!(epsilon > 0.0 && epsilon <= 1.0)) {
         return nan("");
     }
-    return viscopade_of_both_inverse_3p55em6(epsilon, 1.0 - epsilon);
+    return viscopade_of_both_inverse_1em5(epsilon, 1.0 - epsilon);
 }
 
-static inline double viscopade_v_star_from_loss_inverse_3p55em6(double one_minus_epsilon)
+static inline double viscopade_v_star_from_loss_inverse_1em5(double one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0 && one_minus_epsilon < 1.0)) {
         return nan("");
     }
-    return viscopade_of_both_inverse_3p55em6(1.0 - one_minus_epsilon, one_minus_epsilon);
+    return viscopade_of_both_inverse_1em5(1.0 - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline double viscopade_beta_inverse_3p55em6(double epsilon, double speed)
+static inline double viscopade_beta_inverse_1em5(double epsilon, double speed)
 {
-    const double v_star = viscopade_v_star_inverse_3p55em6(epsilon);
+    const double v_star = viscopade_v_star_inverse_1em5(epsilon);
 
     return speed > 0.0 ? v_star * v_star / pow(speed, 0.2) : nan("");
 }
 
 /* Returns v* for epsilon + loss = 1. */
-static inline float viscopade_of_both_inverse_3p55em6f(float epsilon, float loss)
+static inline float viscopade_of_both_inverse_1em5f(float epsilon, float loss)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1.dcba08p-1f, 0.931106806f);
     const float a13 = VISCOPADE_CONSTANT(-0x1.22a4aep-1f, -0.567662656f);
@@ -345,41 +347,29 @@ static inline float viscopade_of_both_inverse_3p55em6f(float epsilon, float loss
     return top / (u3 * bottom);
 }
 
-static inline float viscopade_v_star_inverse_3p55em6f(float epsilon)
+static inline float viscopade_v_star_inverse_1em5f(float epsilon)
 {
     if (!(epsilon > 0.0f && epsilon <= 1.0f)) {
         return nanf("");
     }
-    return viscopade_of_both_inverse_3p55em6f(epsilon, 1.0f - epsilon);
+    return viscopade_of_both_inverse_1em5f(epsilon, 1.0f - epsilon);
 }
 
-static inline float viscopade_v_star_from_loss_inverse_3p55em6f(float one_minus_epsilon)
+static inline float viscopade_v_star_from_loss_inverse_1em5f(float one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0f && one_minus_epsilon < 1.0f)) {
         return nanf("");
     }
-    return viscopade_of_both_inverse_3p55em6f(1.0f - one_minus_epsilon, one_minus_epsilon);
+    return viscopade_of_both_inverse_1em5f(1.0f - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline float viscopade_beta_inverse_3p55em6f(float epsilon, float speed)
+static inline float viscopade_beta_inverse_1em5f(float epsilon, float speed)
 {
-    const float v_star = viscopade_v_star_inverse_3p55em6f(epsilon);
+    const float v_star = viscopade_v_star_inverse_1em5f(epsilon);
 
     return speed > 0.0f ? v_star * v_star / powf(speed, 0.2f) : nanf("");
 }
 
+#elif VISCOPADE_INVERSE_1EM5 != 0x51c88c26
+#error "viscopade: two headers have different kernels of one name"
 #endif
-
-#define viscopade_v_star_inverse_1em3 viscopade_v_star_inverse_5p77em4
-#define viscopade_v_star_from_loss_inverse_1em3 viscopade_v_star_from_loss_inverse_5p77em4
-#define viscopade_beta_inverse_1em3 viscopade_beta_inverse_5p77em4
-#define viscopade_v_star_inverse_1em3f viscopade_v_star_inverse_5p77em4f
-#define viscopade_v_star_from_loss_inverse_1em3f viscopade_v_star_from_loss_inverse_5p77em4f
-#define viscopade_beta_inverse_1em3f viscopade_beta_inverse_5p77em4f
-
-#define viscopade_v_star_inverse_1em5 viscopade_v_star_inverse_3p55em6
-#define viscopade_v_star_from_loss_inverse_1em5 viscopade_v_star_from_loss_inverse_3p55em6
-#define viscopade_beta_inverse_1em5 viscopade_beta_inverse_3p55em6
-#define viscopade_v_star_inverse_1em5f viscopade_v_star_inverse_3p55em6f
-#define viscopade_v_star_from_loss_inverse_1em5f viscopade_v_star_from_loss_inverse_3p55em6f
-#define viscopade_beta_inverse_1em5f viscopade_beta_inverse_3p55em6f

@@ -7,7 +7,7 @@
 # End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when
 # the compression x returns to 0.
 #
-# inverse_5p77em4
+# inverse_1em3
 #     source: best N/D in the relative error of v*
 #     formula: v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), N = a0 + a16 y^16, D = 1 + b10 y^10 + b18
 #         y^18
@@ -16,7 +16,7 @@
 #     rounding of v_star: adds at most 2.8e-14 v* in type double and 3.9e-6 v* in type float (proven)
 #     rounding of beta: adds at most 6.3e-14 beta in type double and 8.5e-6 beta in type float
 #         (proven)
-# inverse_3p55em6
+# inverse_1em5
 #     source: best N/D in the relative error of v*
 #     formula: v* = y^5 N/D, y = ((1 - eps)/eps)^(1/10), N = a0 + a13 y^13 + a15 y^15 + a22 y^22, D =
 #         1 + b10 y^10 + b13 y^13 + b16 y^16 + b24 y^24
@@ -33,17 +33,15 @@
 #
 # assumed: sqrt rounds correctly; the results of cbrt and pow, in type float as well, are within 4
 # units in the last place (the largest errors known of glibc's are not larger).
-#
-# NAME may also be inverse_1em3 (now inverse_5p77em4), inverse_1em5 (now inverse_3p55em6): a name that
-# stays when a better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
     v_star_NAME(epsilon)                        v* at which eps is epsilon
     v_star_from_loss_NAME(one_minus_epsilon)    the same, which loses no digits where eps is near 1
     beta_NAME(epsilon, speed)                   beta = v*^2/speed^(1/5)
 
-NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1 (1p57em3 is
-1.57e-3: p stands for the decimal point, m for the minus of an exponent).
+NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1, B being the
+accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal point, m for the minus of an
+exponent).
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
 The functions return NaN where an argument is NaN. They raise ValueError where one is outside its range, and
@@ -66,7 +64,7 @@ def _number(name: str, value: float) -> float:
         raise ValueError(f"{name} must not be an integer beyond the largest double") from None
 
 
-def _of_both_inverse_5p77em4(epsilon: float, loss: float) -> float:
+def _of_both_inverse_1em3(epsilon: float, loss: float) -> float:
     """Return v* for epsilon + loss = 1."""
     a0 = 0.9316456503155698
     a16 = 0.45210790448087707
@@ -96,36 +94,36 @@ def _of_both_inverse_5p77em4(epsilon: float, loss: float) -> float:
     return top / (u3 * bottom)
 
 
-def v_star_inverse_5p77em4(epsilon: float) -> float:
+def v_star_inverse_1em3(epsilon: float) -> float:
     """Return v*, given eps, for 0 < eps <= 1."""
     epsilon = _number("epsilon", epsilon)
     if math.isnan(epsilon):
         return epsilon
     if not (epsilon > 0.0 and epsilon <= 1.0):
         raise ValueError(f"epsilon is {epsilon!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_5p77em4(epsilon, 1.0 - epsilon)
+    return _of_both_inverse_1em3(epsilon, 1.0 - epsilon)
 
 
-def v_star_from_loss_inverse_5p77em4(one_minus_epsilon: float) -> float:
+def v_star_from_loss_inverse_1em3(one_minus_epsilon: float) -> float:
     """Return v*, given 1 - eps, for 0 < eps <= 1."""
     one_minus_epsilon = _number("one_minus_epsilon", one_minus_epsilon)
     if math.isnan(one_minus_epsilon):
         return one_minus_epsilon
     if not (one_minus_epsilon >= 0.0 and one_minus_epsilon < 1.0):
         raise ValueError(f"one_minus_epsilon is {one_minus_epsilon!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_5p77em4(1.0 - one_minus_epsilon, one_minus_epsilon)
+    return _of_both_inverse_1em3(1.0 - one_minus_epsilon, one_minus_epsilon)
 
 
-def beta_inverse_5p77em4(epsilon: float, speed: float) -> float:
+def beta_inverse_1em3(epsilon: float, speed: float) -> float:
     """Return beta = v*^2/speed^(1/5)."""
     speed = _number("speed", speed)
     if speed <= 0.0:
         raise ValueError(f"speed must be positive, but is {speed!r}")
-    v_star = v_star_inverse_5p77em4(epsilon)
+    v_star = v_star_inverse_1em3(epsilon)
     return v_star * v_star / math.pow(speed, 0.2)
 
 
-def _of_both_inverse_3p55em6(epsilon: float, loss: float) -> float:
+def _of_both_inverse_1em5(epsilon: float, loss: float) -> float:
     """Return v* for epsilon + loss = 1."""
     a0 = 0.9311068189837
     a13 = -0.5676626522209989
@@ -161,39 +159,30 @@ def _of_both_inverse_3p55em6(epsilon: float, loss: float) -> float:
     return top / (u3 * bottom)
 
 
-def v_star_inverse_3p55em6(epsilon: float) -> float:
+def v_star_inverse_1em5(epsilon: float) -> float:
     """Return v*, given eps, for 0 < eps <= 1."""
     epsilon = _number("epsilon", epsilon)
     if math.isnan(epsilon):
         return epsilon
     if not (epsilon > 0.0 and epsilon <= 1.0):
         raise ValueError(f"epsilon is {epsilon!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_3p55em6(epsilon, 1.0 - epsilon)
+    return _of_both_inverse_1em5(epsilon, 1.0 - epsilon)
 
 
-def v_star_from_loss_inverse_3p55em6(one_minus_epsilon: float) -> float:
+def v_star_from_loss_inverse_1em5(one_minus_epsilon: float) -> float:
     """Return v*, given 1 - eps, for 0 < eps <= 1."""
     one_minus_epsilon = _number("one_minus_epsilon", one_minus_epsilon)
     if math.isnan(one_minus_epsilon):
         return one_minus_epsilon
     if not (one_minus_epsilon >= 0.0 and one_minus_epsilon < 1.0):
         raise ValueError(f"one_minus_epsilon is {one_minus_epsilon!r}: accepted is 0 < eps <= 1")
-    return _of_both_inverse_3p55em6(1.0 - one_minus_epsilon, one_minus_epsilon)
+    return _of_both_inverse_1em5(1.0 - one_minus_epsilon, one_minus_epsilon)
 
 
-def beta_inverse_3p55em6(epsilon: float, speed: float) -> float:
+def beta_inverse_1em5(epsilon: float, speed: float) -> float:
     """Return beta = v*^2/speed^(1/5)."""
     speed = _number("speed", speed)
     if speed <= 0.0:
         raise ValueError(f"speed must be positive, but is {speed!r}")
-    v_star = v_star_inverse_3p55em6(epsilon)
+    v_star = v_star_inverse_1em5(epsilon)
     return v_star * v_star / math.pow(speed, 0.2)
-
-
-v_star_inverse_1em3 = v_star_inverse_5p77em4
-v_star_from_loss_inverse_1em3 = v_star_from_loss_inverse_5p77em4
-beta_inverse_1em3 = beta_inverse_5p77em4
-
-v_star_inverse_1em5 = v_star_inverse_3p55em6
-v_star_from_loss_inverse_1em5 = v_star_from_loss_inverse_3p55em6
-beta_inverse_1em5 = beta_inverse_3p55em6

@@ -11,7 +11,7 @@
 # normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 # off, so that eps stays positive. rebound is proven where it is a normal number.
 #
-# compact_2p09em4
+# compact_1em3
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_3p4em6
+# compact_1em5
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_2p79em8
+# compact_1em7
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 # assumed: log and exp are within 4 units in the last place of the result; +, -, *, / are those of
 # IEEE 754; XLA replaces subnormal numbers by 0.
 #
-# NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-# the decimal point, m for the minus of an exponent).
-#
-# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+# NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+# point, m for the minus of an exponent).
 """Coefficient of normal restitution of viscoelastic spheres (see above), for JAX: for jit, vmap and grad.
 
     restitution_NAME(speed, beta)    eps
@@ -73,8 +70,8 @@ float32. Derivatives are those of the formula, by a closed expression. At speed 
 they are their limits: with respect to the speed -infinity (eps), 1 (rebound) and infinity (dissipation), with
 respect to beta 0. Beyond the cut-off of w derivatives of eps are 0. For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
-    from viscopade_jax import restitution_compact_2p79em8
-    eps = restitution_compact_2p79em8(2.0, 1.307)
+    from viscopade_jax import restitution_compact_1em7
+    eps = restitution_compact_1em7(2.0, 1.307)
 
 What they return beyond the domain; eps is always in (0, 1]:
 
@@ -170,7 +167,7 @@ def _function(name, meaning, kernel, value, slopes):
     return function
 
 
-# compact_2p09em4
+# compact_1em3
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -181,7 +178,7 @@ def _function(name, meaning, kernel, value, slopes):
 # rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 
-_COMPACT_2P09EM4 = {
+_COMPACT_1EM3 = {
     "float64": (
         0.03333333333333333,  # thirtieth
         1.1532089438172344,  # a0
@@ -211,10 +208,10 @@ _COMPACT_2P09EM4 = {
 }
 
 
-def _parts_compact_2p09em4(speed, beta):
+def _parts_compact_1em3(speed, beta):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     w = _w(speed, beta)
-    thirtieth, a0, a9, a19, b0, b6, b15, *_ = _COMPACT_2P09EM4[w.dtype.name]
+    thirtieth, a0, a9, a19, b0, b6, b15, *_ = _COMPACT_1EM3[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y3 = y2 * y
@@ -226,12 +223,12 @@ def _parts_compact_2p09em4(speed, beta):
     return elastic, lost
 
 
-def _slope_compact_2p09em4(speed, beta):
+def _slope_compact_1em3(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
     (
         thirtieth, a0, a9, a19, b0, b6, b15, p9, p19, q6, q15
-    ) = _COMPACT_2P09EM4[w.dtype.name]
+    ) = _COMPACT_1EM3[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y3 = y2 * y
@@ -247,22 +244,19 @@ def _slope_compact_2p09em4(speed, beta):
     return slope
 
 
-_kernel = _COMPACT_2P09EM4, _parts_compact_2p09em4, _slope_compact_2p09em4
-restitution_compact_2p09em4 = _function(
-    "restitution_compact_2p09em4", "eps", _kernel, _restitution, _restitution_slopes
+_kernel = _COMPACT_1EM3, _parts_compact_1em3, _slope_compact_1em3
+restitution_compact_1em3 = _function(
+    "restitution_compact_1em3", "eps", _kernel, _restitution, _restitution_slopes
 )
-rebound_compact_2p09em4 = _function(
-    "rebound_compact_2p09em4", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
+rebound_compact_1em3 = _function(
+    "rebound_compact_1em3", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )
-dissipation_compact_2p09em4 = _function(
-    "dissipation_compact_2p09em4", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
+dissipation_compact_1em3 = _function(
+    "dissipation_compact_1em3", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
-restitution_compact_1em3 = restitution_compact_2p09em4
-rebound_compact_1em3 = rebound_compact_2p09em4
-dissipation_compact_1em3 = dissipation_compact_2p09em4
 
 
-# compact_3p4em6
+# compact_1em5
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -273,7 +267,7 @@ dissipation_compact_1em3 = dissipation_compact_2p09em4
 # rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v* <=
 # 10) in type float, relative to (1 - eps^2) (proven)
 
-_COMPACT_3P4EM6 = {
+_COMPACT_1EM5 = {
     "float64": (
         0.03333333333333333,  # thirtieth
         1.153451614780895,  # a0
@@ -315,10 +309,10 @@ _COMPACT_3P4EM6 = {
 }
 
 
-def _parts_compact_3p4em6(speed, beta):
+def _parts_compact_1em5(speed, beta):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     w = _w(speed, beta)
-    thirtieth, a0, a4, a12, a19, b0, b4, b6, b8, b15, *_ = _COMPACT_3P4EM6[w.dtype.name]
+    thirtieth, a0, a4, a12, a19, b0, b4, b6, b8, b15, *_ = _COMPACT_1EM5[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y4 = y2 * y2
@@ -330,12 +324,12 @@ def _parts_compact_3p4em6(speed, beta):
     return elastic, lost
 
 
-def _slope_compact_3p4em6(speed, beta):
+def _slope_compact_1em5(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
     (
         thirtieth, a0, a4, a12, a19, b0, b4, b6, b8, b15, p4, p12, p19, q4, q6, q8, q15
-    ) = _COMPACT_3P4EM6[w.dtype.name]
+    ) = _COMPACT_1EM5[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y4 = y2 * y2
@@ -351,22 +345,19 @@ def _slope_compact_3p4em6(speed, beta):
     return slope
 
 
-_kernel = _COMPACT_3P4EM6, _parts_compact_3p4em6, _slope_compact_3p4em6
-restitution_compact_3p4em6 = _function(
-    "restitution_compact_3p4em6", "eps", _kernel, _restitution, _restitution_slopes
+_kernel = _COMPACT_1EM5, _parts_compact_1em5, _slope_compact_1em5
+restitution_compact_1em5 = _function(
+    "restitution_compact_1em5", "eps", _kernel, _restitution, _restitution_slopes
 )
-rebound_compact_3p4em6 = _function(
-    "rebound_compact_3p4em6", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
+rebound_compact_1em5 = _function(
+    "rebound_compact_1em5", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )
-dissipation_compact_3p4em6 = _function(
-    "dissipation_compact_3p4em6", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
+dissipation_compact_1em5 = _function(
+    "dissipation_compact_1em5", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
-restitution_compact_1em5 = restitution_compact_3p4em6
-rebound_compact_1em5 = rebound_compact_3p4em6
-dissipation_compact_1em5 = dissipation_compact_3p4em6
 
 
-# compact_2p79em8
+# compact_1em7
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -375,7 +366,7 @@ dissipation_compact_1em5 = dissipation_compact_3p4em6
 # (proven)
 # rounding of dissipation: adds at most 1.6e-13 in type double, relative to (1 - eps^2) (proven)
 
-_COMPACT_2P79EM8 = {
+_COMPACT_1EM7 = {
     "float64": (
         0.03333333333333333,  # thirtieth
         1.153448873291078,  # a0
@@ -406,10 +397,10 @@ _COMPACT_2P79EM8 = {
 }
 
 
-def _parts_compact_2p79em8(speed, beta):
+def _parts_compact_1em7(speed, beta):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     w = _w(speed, beta)
-    thirtieth, a0, a6, a12, a13, a17, a18, a26, b0, b6, b8, b9, b10, b22, *_ = _COMPACT_2P79EM8[w.dtype.name]
+    thirtieth, a0, a6, a12, a13, a17, a18, a26, b0, b6, b8, b9, b10, b22, *_ = _COMPACT_1EM7[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y4 = y2 * y2
@@ -422,13 +413,13 @@ def _parts_compact_2p79em8(speed, beta):
     return elastic, lost
 
 
-def _slope_compact_2p79em8(speed, beta):
+def _slope_compact_1em7(speed, beta):
     """Return -d eps/d ln y / y^6."""
     w = _w(speed, beta)
     (
         thirtieth, a0, a6, a12, a13, a17, a18, a26, b0, b6, b8, b9, b10, b22, p6, p12, p13, p17, p18, p26,
         q6, q8, q9, q10, q22
-    ) = _COMPACT_2P79EM8[w.dtype.name]
+    ) = _COMPACT_1EM7[w.dtype.name]
     y = _root(w, thirtieth)
     y2 = y * y
     y4 = y2 * y2
@@ -446,16 +437,13 @@ def _slope_compact_2p79em8(speed, beta):
     return slope
 
 
-_kernel = _COMPACT_2P79EM8, _parts_compact_2p79em8, _slope_compact_2p79em8
-restitution_compact_2p79em8 = _function(
-    "restitution_compact_2p79em8", "eps", _kernel, _restitution, _restitution_slopes
+_kernel = _COMPACT_1EM7, _parts_compact_1em7, _slope_compact_1em7
+restitution_compact_1em7 = _function(
+    "restitution_compact_1em7", "eps", _kernel, _restitution, _restitution_slopes
 )
-rebound_compact_2p79em8 = _function(
-    "rebound_compact_2p79em8", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
+rebound_compact_1em7 = _function(
+    "rebound_compact_1em7", "eps speed, the speed after the collision", _kernel, _rebound, _rebound_slopes
 )
-dissipation_compact_2p79em8 = _function(
-    "dissipation_compact_2p79em8", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
+dissipation_compact_1em7 = _function(
+    "dissipation_compact_1em7", "1 - eps^2", _kernel, _dissipation, _dissipation_slopes
 )
-restitution_compact_1em7 = restitution_compact_2p79em8
-rebound_compact_1em7 = rebound_compact_2p79em8
-dissipation_compact_1em7 = dissipation_compact_2p79em8

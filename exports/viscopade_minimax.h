@@ -42,21 +42,17 @@
  * assumed: sqrt rounds correctly; the results of pow, in type float as well, are within 4 units in the
  * last place (the largest errors known of glibc's are not larger).
  *
- * NAME may also be minimax_v5_1em3 (now minimax_1_4_v5_9p87em4), minimax_v5_1em5 (now
- * minimax_3_7_v5_2p84em6), minimax_v5_1em8 (now minimax_6_9_v5_3p06em9): a name that stays when a
- * better kernel takes the place of today's.
- *
  * For each approximant, in double and (names that end in f) in float:
  *
  *     viscopade_epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
  *     viscopade_restitution_NAME(speed, beta)     the same at the v* of this speed and material
  *
- * NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its
- * error (p stands for the decimal point, m for the minus of an exponent).
+ * NAME is minimax_vV_B for the cheapest best approximant up to v* = V, or vLtoV from v* = L on, B
+ * being the accuracy asked for (p stands for the decimal point, m for the minus of an exponent).
  * beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
  * For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
  *
- *     double eps = viscopade_restitution_minimax_6_9_v5_3p06em9(2.0, 1.307);
+ *     double eps = viscopade_restitution_minimax_v5_1em8(2.0, 1.307);
  *
  * What viscopade_epsilon_... returns for v_star:
  *
@@ -108,8 +104,9 @@ static inline float viscopade_v_starf(float speed, float beta)
 
 #endif
 
-#ifndef VISCOPADE_MINIMAX_1_4_V5_9P87EM4
-#define VISCOPADE_MINIMAX_1_4_V5_9P87EM4
+#ifndef VISCOPADE_MINIMAX_V5_1EM3
+#define VISCOPADE_MINIMAX_V5_1EM3 0xcc58a391
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM3_ERROR 9.87e-4 /* of the formula (proven) */
 
 /*
  * [1/4] for 0 <= v* <= 5
@@ -118,7 +115,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
-static inline double viscopade_epsilon_minimax_1_4_v5_9p87em4(double v_star)
+static inline double viscopade_epsilon_minimax_v5_1em3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.87cd9a85dbaffp-3, 0.19131012650492349);
@@ -145,12 +142,12 @@ static inline double viscopade_epsilon_minimax_1_4_v5_9p87em4(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_1_4_v5_9p87em4(double speed, double beta)
+static inline double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
-    return viscopade_epsilon_minimax_1_4_v5_9p87em4(viscopade_v_star(speed, beta));
+    return viscopade_epsilon_minimax_v5_1em3(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_minimax_1_4_v5_9p87em4f(float v_star)
+static inline float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
@@ -177,15 +174,18 @@ static inline float viscopade_epsilon_minimax_1_4_v5_9p87em4f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, float beta)
+static inline float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
-    return viscopade_epsilon_minimax_1_4_v5_9p87em4f(viscopade_v_starf(speed, beta));
+    return viscopade_epsilon_minimax_v5_1em3f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_MINIMAX_V5_1EM3 != 0xcc58a391
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
-#ifndef VISCOPADE_MINIMAX_3_7_V5_2P84EM6
-#define VISCOPADE_MINIMAX_3_7_V5_2P84EM6
+#ifndef VISCOPADE_MINIMAX_V5_1EM5
+#define VISCOPADE_MINIMAX_V5_1EM5 0x53c55812
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM5_ERROR 2.84e-6 /* of the formula (proven) */
 
 /*
  * [3/7] for 0 <= v* <= 5
@@ -194,7 +194,7 @@ static inline float viscopade_restitution_minimax_1_4_v5_9p87em4f(float speed, f
  *
  * WARNING: outside this interval nothing is known of the error.
  */
-static inline double viscopade_epsilon_minimax_3_7_v5_2p84em6(double v_star)
+static inline double viscopade_epsilon_minimax_v5_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
@@ -228,12 +228,12 @@ static inline double viscopade_epsilon_minimax_3_7_v5_2p84em6(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_3_7_v5_2p84em6(double speed, double beta)
+static inline double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
-    return viscopade_epsilon_minimax_3_7_v5_2p84em6(viscopade_v_star(speed, beta));
+    return viscopade_epsilon_minimax_v5_1em5(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_minimax_3_7_v5_2p84em6f(float v_star)
+static inline float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
@@ -267,15 +267,18 @@ static inline float viscopade_epsilon_minimax_3_7_v5_2p84em6f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, float beta)
+static inline float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
-    return viscopade_epsilon_minimax_3_7_v5_2p84em6f(viscopade_v_starf(speed, beta));
+    return viscopade_epsilon_minimax_v5_1em5f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_MINIMAX_V5_1EM5 != 0x53c55812
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
-#ifndef VISCOPADE_MINIMAX_6_9_V5_3P06EM9
-#define VISCOPADE_MINIMAX_6_9_V5_3P06EM9
+#ifndef VISCOPADE_MINIMAX_V5_1EM8
+#define VISCOPADE_MINIMAX_V5_1EM8 0xb2152339
+#define VISCOPADE_EPSILON_MINIMAX_V5_1EM8_ERROR 3.06e-9 /* of the formula (proven) */
 
 /*
  * [6/9] for 0 <= v* <= 5
@@ -286,7 +289,7 @@ static inline float viscopade_restitution_minimax_3_7_v5_2p84em6f(float speed, f
  *
  * There are no functions of type float: the error would be 1.43e-06.
  */
-static inline double viscopade_epsilon_minimax_6_9_v5_3p06em9(double v_star)
+static inline double viscopade_epsilon_minimax_v5_1em8(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.fcaa75adbf115p-1, 0.99348800416877003);
@@ -327,22 +330,11 @@ static inline double viscopade_epsilon_minimax_6_9_v5_3p06em9(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_6_9_v5_3p06em9(double speed, double beta)
+static inline double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
-    return viscopade_epsilon_minimax_6_9_v5_3p06em9(viscopade_v_star(speed, beta));
+    return viscopade_epsilon_minimax_v5_1em8(viscopade_v_star(speed, beta));
 }
 
+#elif VISCOPADE_MINIMAX_V5_1EM8 != 0xb2152339
+#error "viscopade: two headers have different kernels of one name"
 #endif
-
-#define viscopade_epsilon_minimax_v5_1em3 viscopade_epsilon_minimax_1_4_v5_9p87em4
-#define viscopade_restitution_minimax_v5_1em3 viscopade_restitution_minimax_1_4_v5_9p87em4
-#define viscopade_epsilon_minimax_v5_1em3f viscopade_epsilon_minimax_1_4_v5_9p87em4f
-#define viscopade_restitution_minimax_v5_1em3f viscopade_restitution_minimax_1_4_v5_9p87em4f
-
-#define viscopade_epsilon_minimax_v5_1em5 viscopade_epsilon_minimax_3_7_v5_2p84em6
-#define viscopade_restitution_minimax_v5_1em5 viscopade_restitution_minimax_3_7_v5_2p84em6
-#define viscopade_epsilon_minimax_v5_1em5f viscopade_epsilon_minimax_3_7_v5_2p84em6f
-#define viscopade_restitution_minimax_v5_1em5f viscopade_restitution_minimax_3_7_v5_2p84em6f
-
-#define viscopade_epsilon_minimax_v5_1em8 viscopade_epsilon_minimax_6_9_v5_3p06em9
-#define viscopade_restitution_minimax_v5_1em8 viscopade_restitution_minimax_6_9_v5_3p06em9

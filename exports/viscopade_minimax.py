@@ -40,17 +40,13 @@
 #
 # assumed: sqrt rounds correctly; the results of pow, in type float as well, are within 4 units in the
 # last place (the largest errors known of glibc's are not larger).
-#
-# NAME may also be minimax_v5_1em3 (now minimax_1_4_v5_9p87em4), minimax_v5_1em5 (now
-# minimax_3_7_v5_2p84em6), minimax_v5_1em8 (now minimax_6_9_v5_3p06em9): a name that stays when a
-# better kernel takes the place of today's.
 """Coefficient of normal restitution of viscoelastic spheres (see above), for Python 3.9 or newer.
 
     epsilon_NAME(v_star)              eps at v_star = sqrt(beta) speed^(1/10)
     restitution_NAME(speed, beta)     eps at the v* of this speed and material
 
-NAME is minimax_M_N_vV_B for the best approximant [M/N] up to v* = V, with the proven bound B of its
-error (p stands for the decimal point, m for the minus of an exponent).
+NAME is minimax_vV_B for the cheapest best approximant up to v* = V, or vLtoV from v* = L on, B
+being the accuracy asked for (p stands for the decimal point, m for the minus of an exponent).
 beta = 3/2 A (rho/m_eff)^(2/5) has the unit (time/length)^(1/5), in the units of speed (eq:betadef).
 
 At v* = 0 eps is 1, and at infinity, where that is in the domain, it is the formula's limit.
@@ -90,13 +86,13 @@ def _v_star(speed: float, beta: float) -> float:
     return math.sqrt(beta) * math.pow(speed, 0.1)
 
 
-def epsilon_minimax_1_4_v5_9p87em4(v_star: float) -> float:
+def epsilon_minimax_v5_1em3(v_star: float) -> float:
     """Return [1/4](v*), for 0 <= v* <= 5."""
     v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_1_4_v5_9p87em4")
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_v5_1em3")
     a0 = 1.0
     a1 = 0.1913101265049235
     b0 = 1.0
@@ -109,18 +105,18 @@ def epsilon_minimax_1_4_v5_9p87em4(v_star: float) -> float:
     return numerator / denominator
 
 
-def restitution_minimax_1_4_v5_9p87em4(speed: float, beta: float) -> float:
+def restitution_minimax_v5_1em3(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    return epsilon_minimax_1_4_v5_9p87em4(_v_star(speed, beta))
+    return epsilon_minimax_v5_1em3(_v_star(speed, beta))
 
 
-def epsilon_minimax_3_7_v5_2p84em6(v_star: float) -> float:
+def epsilon_minimax_v5_1em5(v_star: float) -> float:
     """Return [3/7](v*), for 0 <= v* <= 5."""
     v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_3_7_v5_2p84em6")
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_v5_1em5")
     a0 = 1.0
     a1 = 0.9529644182971035
     a2 = 0.7500894584405768
@@ -139,18 +135,18 @@ def epsilon_minimax_3_7_v5_2p84em6(v_star: float) -> float:
     return numerator / denominator
 
 
-def restitution_minimax_3_7_v5_2p84em6(speed: float, beta: float) -> float:
+def restitution_minimax_v5_1em5(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    return epsilon_minimax_3_7_v5_2p84em6(_v_star(speed, beta))
+    return epsilon_minimax_v5_1em5(_v_star(speed, beta))
 
 
-def epsilon_minimax_6_9_v5_3p06em9(v_star: float) -> float:
+def epsilon_minimax_v5_1em8(v_star: float) -> float:
     """Return [6/9](v*), for 0 <= v* <= 5."""
     v_star = _not_negative("v_star", v_star)
     if math.isnan(v_star):
         return v_star
     if v_star < 0.0 or v_star > 5.0:
-        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_6_9_v5_3p06em9")
+        raise ValueError(f"v_star = {v_star!r} is outside [0.0, 5.0], the interval of minimax_v5_1em8")
     a0 = 1.0
     a1 = 0.99348800416877
     a2 = 1.3422959428435561
@@ -176,16 +172,6 @@ def epsilon_minimax_6_9_v5_3p06em9(v_star: float) -> float:
     return numerator / denominator
 
 
-def restitution_minimax_6_9_v5_3p06em9(speed: float, beta: float) -> float:
+def restitution_minimax_v5_1em8(speed: float, beta: float) -> float:
     """Return eps at v* = sqrt(beta) speed^(1/10)."""
-    return epsilon_minimax_6_9_v5_3p06em9(_v_star(speed, beta))
-
-
-epsilon_minimax_v5_1em3 = epsilon_minimax_1_4_v5_9p87em4
-restitution_minimax_v5_1em3 = restitution_minimax_1_4_v5_9p87em4
-
-epsilon_minimax_v5_1em5 = epsilon_minimax_3_7_v5_2p84em6
-restitution_minimax_v5_1em5 = restitution_minimax_3_7_v5_2p84em6
-
-epsilon_minimax_v5_1em8 = epsilon_minimax_6_9_v5_3p06em9
-restitution_minimax_v5_1em8 = restitution_minimax_6_9_v5_3p06em9
+    return epsilon_minimax_v5_1em8(_v_star(speed, beta))

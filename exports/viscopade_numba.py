@@ -11,7 +11,7 @@
 # normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 # off, so that eps stays positive. rebound is proven where it is a normal number.
 #
-# compact_2p09em4
+# compact_1em3
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_3p4em6
+# compact_1em5
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_2p79em8
+# compact_1em7
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 # assumed: np.log2 and np.exp2 are within 4 units in the last place of the result; +, -, *, / are
 # those of IEEE 754.
 #
-# NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-# the decimal point, m for the minus of an exponent).
-#
-# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+# NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+# point, m for the minus of an exponent).
 """Coefficient of normal restitution of viscoelastic spheres (see above), compiled by Numba.
 
     restitution_NAME(speed, beta)    eps
@@ -73,8 +70,8 @@ float, where there are such. restitution_array_NAME and so on are universal func
 compute in type double for arrays of float32, too, and those that end in _f32 in type float.
 For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
 
-    from viscopade_numba import restitution_compact_2p79em8
-    eps = restitution_compact_2p79em8(2.0, 1.307)
+    from viscopade_numba import restitution_compact_1em7
+    eps = restitution_compact_1em7(2.0, 1.307)
 
 What they return beyond the domain; eps is always in (0, 1]:
 
@@ -121,7 +118,7 @@ def _w_f32(speed, beta):
     return w
 
 
-# compact_2p09em4
+# compact_1em3
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -134,7 +131,7 @@ def _w_f32(speed, beta):
 
 
 @njit(error_model="numpy")
-def _parts_compact_2p09em4(w):
+def _parts_compact_1em3(w):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = 0.03333333333333333
     a0 = 1.1532089438172344
@@ -155,41 +152,41 @@ def _parts_compact_2p09em4(w):
 
 
 @njit(error_model="numpy")
-def restitution_compact_2p09em4(speed, beta):
+def restitution_compact_1em3(speed, beta):
     """Return eps."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
-restitution_array_compact_2p09em4 = vectorize(restitution_compact_2p09em4.py_func)
+restitution_array_compact_1em3 = vectorize(restitution_compact_1em3.py_func)
 
 
 @njit(error_model="numpy")
-def rebound_compact_2p09em4(speed, beta):
+def rebound_compact_1em3(speed, beta):
     """Return eps speed, the speed after the collision."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
-rebound_array_compact_2p09em4 = vectorize(rebound_compact_2p09em4.py_func)
+rebound_array_compact_1em3 = vectorize(rebound_compact_1em3.py_func)
 
 
 @njit(error_model="numpy")
-def dissipation_compact_2p09em4(speed, beta):
+def dissipation_compact_1em3(speed, beta):
     """Return 1 - eps^2."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     inverse = 1.0 / (elastic + lost)
     return lost * inverse * (1.0 + elastic * inverse)
 
 
-dissipation_array_compact_2p09em4 = vectorize(dissipation_compact_2p09em4.py_func)
+dissipation_array_compact_1em3 = vectorize(dissipation_compact_1em3.py_func)
 
 
 @njit(error_model="numpy")
-def _parts_compact_2p09em4_f32(w):
+def _parts_compact_1em3_f32(w):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = np.float32(0.033333335)
     a0 = np.float32(1.153209)
@@ -210,54 +207,40 @@ def _parts_compact_2p09em4_f32(w):
 
 
 @njit(error_model="numpy")
-def restitution_compact_2p09em4_f32(speed, beta):
+def restitution_compact_1em3_f32(speed, beta):
     """Return eps."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_2p09em4_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em3_f32(_w_f32(speed, beta))
     return elastic / (elastic + lost)
 
 
-restitution_array_compact_2p09em4_f32 = vectorize(restitution_compact_2p09em4_f32.py_func)
+restitution_array_compact_1em3_f32 = vectorize(restitution_compact_1em3_f32.py_func)
 
 
 @njit(error_model="numpy")
-def rebound_compact_2p09em4_f32(speed, beta):
+def rebound_compact_1em3_f32(speed, beta):
     """Return eps speed, the speed after the collision."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_2p09em4_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em3_f32(_w_f32(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
-rebound_array_compact_2p09em4_f32 = vectorize(rebound_compact_2p09em4_f32.py_func)
+rebound_array_compact_1em3_f32 = vectorize(rebound_compact_1em3_f32.py_func)
 
 
 @njit(error_model="numpy")
-def dissipation_compact_2p09em4_f32(speed, beta):
+def dissipation_compact_1em3_f32(speed, beta):
     """Return 1 - eps^2."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_2p09em4_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em3_f32(_w_f32(speed, beta))
     inverse = np.float32(1.0) / (elastic + lost)
     return lost * inverse * (np.float32(1.0) + elastic * inverse)
 
 
-dissipation_array_compact_2p09em4_f32 = vectorize(dissipation_compact_2p09em4_f32.py_func)
+dissipation_array_compact_1em3_f32 = vectorize(dissipation_compact_1em3_f32.py_func)
 
 
-restitution_compact_1em3 = restitution_compact_2p09em4
-restitution_array_compact_1em3 = restitution_array_compact_2p09em4
-rebound_compact_1em3 = rebound_compact_2p09em4
-rebound_array_compact_1em3 = rebound_array_compact_2p09em4
-dissipation_compact_1em3 = dissipation_compact_2p09em4
-dissipation_array_compact_1em3 = dissipation_array_compact_2p09em4
-restitution_compact_1em3_f32 = restitution_compact_2p09em4_f32
-restitution_array_compact_1em3_f32 = restitution_array_compact_2p09em4_f32
-rebound_compact_1em3_f32 = rebound_compact_2p09em4_f32
-rebound_array_compact_1em3_f32 = rebound_array_compact_2p09em4_f32
-dissipation_compact_1em3_f32 = dissipation_compact_2p09em4_f32
-dissipation_array_compact_1em3_f32 = dissipation_array_compact_2p09em4_f32
-
-
-# compact_3p4em6
+# compact_1em5
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -270,7 +253,7 @@ dissipation_array_compact_1em3_f32 = dissipation_array_compact_2p09em4_f32
 
 
 @njit(error_model="numpy")
-def _parts_compact_3p4em6(w):
+def _parts_compact_1em5(w):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = 0.03333333333333333
     a0 = 1.153451614780895
@@ -294,41 +277,41 @@ def _parts_compact_3p4em6(w):
 
 
 @njit(error_model="numpy")
-def restitution_compact_3p4em6(speed, beta):
+def restitution_compact_1em5(speed, beta):
     """Return eps."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
-restitution_array_compact_3p4em6 = vectorize(restitution_compact_3p4em6.py_func)
+restitution_array_compact_1em5 = vectorize(restitution_compact_1em5.py_func)
 
 
 @njit(error_model="numpy")
-def rebound_compact_3p4em6(speed, beta):
+def rebound_compact_1em5(speed, beta):
     """Return eps speed, the speed after the collision."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
-rebound_array_compact_3p4em6 = vectorize(rebound_compact_3p4em6.py_func)
+rebound_array_compact_1em5 = vectorize(rebound_compact_1em5.py_func)
 
 
 @njit(error_model="numpy")
-def dissipation_compact_3p4em6(speed, beta):
+def dissipation_compact_1em5(speed, beta):
     """Return 1 - eps^2."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     inverse = 1.0 / (elastic + lost)
     return lost * inverse * (1.0 + elastic * inverse)
 
 
-dissipation_array_compact_3p4em6 = vectorize(dissipation_compact_3p4em6.py_func)
+dissipation_array_compact_1em5 = vectorize(dissipation_compact_1em5.py_func)
 
 
 @njit(error_model="numpy")
-def _parts_compact_3p4em6_f32(w):
+def _parts_compact_1em5_f32(w):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = np.float32(0.033333335)
     a0 = np.float32(1.1534516)
@@ -352,54 +335,40 @@ def _parts_compact_3p4em6_f32(w):
 
 
 @njit(error_model="numpy")
-def restitution_compact_3p4em6_f32(speed, beta):
+def restitution_compact_1em5_f32(speed, beta):
     """Return eps."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_3p4em6_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em5_f32(_w_f32(speed, beta))
     return elastic / (elastic + lost)
 
 
-restitution_array_compact_3p4em6_f32 = vectorize(restitution_compact_3p4em6_f32.py_func)
+restitution_array_compact_1em5_f32 = vectorize(restitution_compact_1em5_f32.py_func)
 
 
 @njit(error_model="numpy")
-def rebound_compact_3p4em6_f32(speed, beta):
+def rebound_compact_1em5_f32(speed, beta):
     """Return eps speed, the speed after the collision."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_3p4em6_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em5_f32(_w_f32(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
-rebound_array_compact_3p4em6_f32 = vectorize(rebound_compact_3p4em6_f32.py_func)
+rebound_array_compact_1em5_f32 = vectorize(rebound_compact_1em5_f32.py_func)
 
 
 @njit(error_model="numpy")
-def dissipation_compact_3p4em6_f32(speed, beta):
+def dissipation_compact_1em5_f32(speed, beta):
     """Return 1 - eps^2."""
     speed, beta = np.float32(speed), np.float32(beta)
-    elastic, lost = _parts_compact_3p4em6_f32(_w_f32(speed, beta))
+    elastic, lost = _parts_compact_1em5_f32(_w_f32(speed, beta))
     inverse = np.float32(1.0) / (elastic + lost)
     return lost * inverse * (np.float32(1.0) + elastic * inverse)
 
 
-dissipation_array_compact_3p4em6_f32 = vectorize(dissipation_compact_3p4em6_f32.py_func)
+dissipation_array_compact_1em5_f32 = vectorize(dissipation_compact_1em5_f32.py_func)
 
 
-restitution_compact_1em5 = restitution_compact_3p4em6
-restitution_array_compact_1em5 = restitution_array_compact_3p4em6
-rebound_compact_1em5 = rebound_compact_3p4em6
-rebound_array_compact_1em5 = rebound_array_compact_3p4em6
-dissipation_compact_1em5 = dissipation_compact_3p4em6
-dissipation_array_compact_1em5 = dissipation_array_compact_3p4em6
-restitution_compact_1em5_f32 = restitution_compact_3p4em6_f32
-restitution_array_compact_1em5_f32 = restitution_array_compact_3p4em6_f32
-rebound_compact_1em5_f32 = rebound_compact_3p4em6_f32
-rebound_array_compact_1em5_f32 = rebound_array_compact_3p4em6_f32
-dissipation_compact_1em5_f32 = dissipation_compact_3p4em6_f32
-dissipation_array_compact_1em5_f32 = dissipation_array_compact_3p4em6_f32
-
-
-# compact_2p79em8
+# compact_1em7
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -410,7 +379,7 @@ dissipation_array_compact_1em5_f32 = dissipation_array_compact_3p4em6_f32
 
 
 @njit(error_model="numpy")
-def _parts_compact_2p79em8(w):
+def _parts_compact_1em7(w):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = 0.03333333333333333
     a0 = 1.153448873291078
@@ -439,42 +408,34 @@ def _parts_compact_2p79em8(w):
 
 
 @njit(error_model="numpy")
-def restitution_compact_2p79em8(speed, beta):
+def restitution_compact_1em7(speed, beta):
     """Return eps."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
-restitution_array_compact_2p79em8 = vectorize(restitution_compact_2p79em8.py_func)
+restitution_array_compact_1em7 = vectorize(restitution_compact_1em7.py_func)
 
 
 @njit(error_model="numpy")
-def rebound_compact_2p79em8(speed, beta):
+def rebound_compact_1em7(speed, beta):
     """Return eps speed, the speed after the collision."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
-rebound_array_compact_2p79em8 = vectorize(rebound_compact_2p79em8.py_func)
+rebound_array_compact_1em7 = vectorize(rebound_compact_1em7.py_func)
 
 
 @njit(error_model="numpy")
-def dissipation_compact_2p79em8(speed, beta):
+def dissipation_compact_1em7(speed, beta):
     """Return 1 - eps^2."""
     speed, beta = np.float64(speed), np.float64(beta)
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     inverse = 1.0 / (elastic + lost)
     return lost * inverse * (1.0 + elastic * inverse)
 
 
-dissipation_array_compact_2p79em8 = vectorize(dissipation_compact_2p79em8.py_func)
-
-
-restitution_compact_1em7 = restitution_compact_2p79em8
-restitution_array_compact_1em7 = restitution_array_compact_2p79em8
-rebound_compact_1em7 = rebound_compact_2p79em8
-rebound_array_compact_1em7 = rebound_array_compact_2p79em8
-dissipation_compact_1em7 = dissipation_compact_2p79em8
-dissipation_array_compact_1em7 = dissipation_array_compact_2p79em8
+dissipation_array_compact_1em7 = vectorize(dissipation_compact_1em7.py_func)

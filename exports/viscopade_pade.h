@@ -120,7 +120,7 @@ static inline float viscopade_v_starf(float speed, float beta)
 #endif
 
 #ifndef VISCOPADE_PADE_0_3
-#define VISCOPADE_PADE_0_3
+#define VISCOPADE_PADE_0_3 0x97c8714f
 
 /*
  * [0/3] for all v* >= 0 (no positive pole and no positive zero)
@@ -184,10 +184,12 @@ static inline float viscopade_restitution_pade_0_3f(float speed, float beta)
     return viscopade_epsilon_pade_0_3f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_PADE_0_3 != 0x97c8714f
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_1_4
-#define VISCOPADE_PADE_1_4
+#define VISCOPADE_PADE_1_4 0xc628296d
 
 /*
  * [1/4] for all v* >= 0 (no positive pole and no positive zero)
@@ -259,10 +261,12 @@ static inline float viscopade_restitution_pade_1_4f(float speed, float beta)
     return viscopade_epsilon_pade_1_4f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_PADE_1_4 != 0xc628296d
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_2_5
-#define VISCOPADE_PADE_2_5
+#define VISCOPADE_PADE_2_5 0x3a9c27d3
 
 /*
  * [2/5] for 0 <= v* < 5.680117583 (there the formula has a zero)
@@ -342,10 +346,12 @@ static inline float viscopade_restitution_pade_2_5f(float speed, float beta)
     return viscopade_epsilon_pade_2_5f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_PADE_2_5 != 0x3a9c27d3
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_PADE_3_6
-#define VISCOPADE_PADE_3_6
+#define VISCOPADE_PADE_3_6 0x4036ab21
 
 /*
  * [3/6] for all v* >= 0 (no positive pole and no positive zero)
@@ -427,4 +433,6 @@ static inline float viscopade_restitution_pade_3_6f(float speed, float beta)
     return viscopade_epsilon_pade_3_6f(viscopade_v_starf(speed, beta));
 }
 
+#elif VISCOPADE_PADE_3_6 != 0x4036ab21
+#error "viscopade: two headers have different kernels of one name"
 #endif

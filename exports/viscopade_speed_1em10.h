@@ -8,7 +8,7 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when
  * the compression x returns to 0.
  *
- * lookup_5_16_3p79em12
+ * 1em10
  *     formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 5 in m, 16 rows of
  *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 98,304 bytes; elsewhere, and
  *         where beta^5 is no normal number, viscopade_full.h of v* = sqrt(beta) pow(speed, 0.1)
@@ -30,7 +30,7 @@
  *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)
  *
- * Functions, in double and (names that end in f) in float; NAME is lookup_5_16_3p79em12:
+ * Functions, in double and (names that end in f) in float; NAME is 1em10:
  *
  *     viscopade_restitution_NAME(speed, beta)    eps
  *     viscopade_rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -61,9 +61,6 @@
  * numbers are set to 0, a subnormal speed or beta counts as 0, and a subnormal result may be 0. Fused
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
- *
- * NAME may also be 1em10 (now lookup_5_16_3p79em12): a name that stays when a better kernel takes the
- * place of today's.
  */
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
 #error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
@@ -806,11 +803,12 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
 #endif
 
-#ifndef VISCOPADE_LOOKUP_5_16_3P79EM12
-#define VISCOPADE_LOOKUP_5_16_3P79EM12
+#ifndef VISCOPADE_SPEED_1EM10
+#define VISCOPADE_SPEED_1EM10 0x88752ad4
+#define VISCOPADE_RESTITUTION_1EM10_ERROR 3.79e-12 /* of the formula, relative to min(eps, 1 - eps) (proven) */
 
 /* 2048 rows of c0, c1, ...: 98,304 bytes */
-static const double viscopade_table_lookup_5_16_3p79em12[2048][6] = {
+static const double viscopade_table_1em10[2048][6] = {
     {-0x1.3d00986ef5fbfp-20, -0x1.806460c7755f7p-20, 0x1.4b6cabee103d9p-20, -0x1.9d4979bbd4c3dp-21, 0x1.2754b951679bbp-22, -0x1.6ac1729fded71p-25},
     {-0x1.40c2039d986b6p-20, -0x1.6eb4754ecc859p-20, 0x1.2a19079298ad4p-20, -0x1.5e7aa81900288p-21, 0x1.d8450a22e6c2dp-23, -0x1.117870ac67fa6p-25},
     {-0x1.44585e6804e15p-20, -0x1.5ebffd0d1897ap-20, 0x1.0db54afedf9b1p-20, -0x1.2bf46b41044c8p-21, 0x1.7e561cec9984dp-23, -0x1.a2da60655dc74p-26},
@@ -2862,7 +2860,7 @@ static const double viscopade_table_lookup_5_16_3p79em12[2048][6] = {
 };
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE double viscopade_scale_lookup_5_16_3p79em12(double beta)
+VISCOPADE_INLINE double viscopade_scale_1em10(double beta)
 {
     const double b2 = beta * beta;
 
@@ -2870,7 +2868,7 @@ VISCOPADE_INLINE double viscopade_scale_lookup_5_16_3p79em12(double beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT64_C(0x800000000000000) if w is in the table. */
-VISCOPADE_INLINE uint64_t viscopade_place_lookup_5_16_3p79em12(double w)
+VISCOPADE_INLINE uint64_t viscopade_place_1em10(double w)
 {
     uint64_t bits;
 
@@ -2879,7 +2877,7 @@ VISCOPADE_INLINE uint64_t viscopade_place_lookup_5_16_3p79em12(double w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE double viscopade_mantissa_lookup_5_16_3p79em12(uint64_t place)
+VISCOPADE_INLINE double viscopade_mantissa_1em10(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
     double m;
@@ -2889,7 +2887,7 @@ VISCOPADE_INLINE double viscopade_mantissa_lookup_5_16_3p79em12(uint64_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const double viscopade_bases_lookup_5_16_3p79em12[128] = {
+static const double viscopade_bases_1em10[128] = {
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
@@ -2900,7 +2898,7 @@ static const double viscopade_bases_lookup_5_16_3p79em12[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE double viscopade_base_lookup_5_16_3p79em12(uint64_t place)
+VISCOPADE_INLINE double viscopade_base_1em10(uint64_t place)
 {
     const uint64_t bits = (0 - ((place - UINT64_C(0x5d0000000000000)) >> 63)) & UINT64_C(0x3ff0000000000000);
     double base;
@@ -2910,7 +2908,7 @@ VISCOPADE_INLINE double viscopade_base_lookup_5_16_3p79em12(uint64_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE double viscopade_rest_lookup_5_16_3p79em12(double base)
+VISCOPADE_INLINE double viscopade_rest_1em10(double base)
 {
     uint64_t bits;
 
@@ -2921,18 +2919,18 @@ VISCOPADE_INLINE double viscopade_rest_lookup_5_16_3p79em12(double base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE double viscopade_result_lookup_5_16_3p79em12(double base, double p, double speed, int what)
+VISCOPADE_INLINE double viscopade_result_1em10(double base, double p, double speed, int what)
 {
     const double eps = base + p;
 
     if (what == VISCOPADE_DISSIPATION) {
-        return viscopade_rest_lookup_5_16_3p79em12(base) - p * (2.0 * base + p);
+        return viscopade_rest_1em10(base) - p * (2.0 * base + p);
     }
     return what == VISCOPADE_REBOUND ? eps * speed : eps;
 }
 
 /* Where the table does not help. */
-VISCOPADE_SELDOM double viscopade_elsewhere_lookup_5_16_3p79em12(double speed, double beta, int what)
+VISCOPADE_SELDOM double viscopade_elsewhere_1em10(double speed, double beta, int what)
 {
     const double v_star = viscopade_v_star(speed, beta);
     const double eps = viscopade_epsilon_full(v_star);
@@ -2946,71 +2944,71 @@ VISCOPADE_SELDOM double viscopade_elsewhere_lookup_5_16_3p79em12(double speed, d
     return eps;
 }
 
-VISCOPADE_INLINE double viscopade_one_lookup_5_16_3p79em12(double speed, double beta, int what)
+VISCOPADE_INLINE double viscopade_one_1em10(double speed, double beta, int what)
 {
-    const double scale = viscopade_scale_lookup_5_16_3p79em12(beta);
+    const double scale = viscopade_scale_1em10(beta);
     const double w = scale * speed;
-    const uint64_t place = viscopade_place_lookup_5_16_3p79em12(w);
+    const uint64_t place = viscopade_place_1em10(w);
 
     if (VISCOPADE_EXPECT(place < UINT64_C(0x800000000000000) && scale >= DBL_MIN)) {
-        const double *c = viscopade_table_lookup_5_16_3p79em12[place >> 48];
-        const double base = viscopade_bases_lookup_5_16_3p79em12[place >> 52];
-        const double m = viscopade_mantissa_lookup_5_16_3p79em12(place);
+        const double *c = viscopade_table_1em10[place >> 48];
+        const double base = viscopade_bases_1em10[place >> 52];
+        const double m = viscopade_mantissa_1em10(place);
         const double mm = m * m;
         const double p = (c[0] + m * c[1]) + mm * ((c[2] + m * c[3]) + mm * (c[4] + m * c[5]));
 
-        return viscopade_result_lookup_5_16_3p79em12(base, p, speed, what);
+        return viscopade_result_1em10(base, p, speed, what);
     }
-    return viscopade_elsewhere_lookup_5_16_3p79em12(speed, beta, what);
+    return viscopade_elsewhere_1em10(speed, beta, what);
 }
 
-static inline double viscopade_restitution_lookup_5_16_3p79em12(double speed, double beta)
+static inline double viscopade_restitution_1em10(double speed, double beta)
 {
-    return viscopade_one_lookup_5_16_3p79em12(speed, beta, VISCOPADE_EPSILON);
+    return viscopade_one_1em10(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline double viscopade_rebound_lookup_5_16_3p79em12(double speed, double beta)
+static inline double viscopade_rebound_1em10(double speed, double beta)
 {
-    return viscopade_one_lookup_5_16_3p79em12(speed, beta, VISCOPADE_REBOUND);
+    return viscopade_one_1em10(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline double viscopade_dissipation_lookup_5_16_3p79em12(double speed, double beta)
+static inline double viscopade_dissipation_1em10(double speed, double beta)
 {
-    return viscopade_one_lookup_5_16_3p79em12(speed, beta, VISCOPADE_DISSIPATION);
+    return viscopade_one_1em10(speed, beta, VISCOPADE_DISSIPATION);
 }
 
 /*
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_lookup_5_16_3p79em12(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_INLINE void viscopade_block_1em10(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
     double c[6][32];
     uint64_t beyond = 0;
-    const double common = viscopade_scale_lookup_5_16_3p79em12(beta[0]);
+    const double common = viscopade_scale_1em10(beta[0]);
     uint64_t usual = common >= DBL_MIN;
     size_t i;
 
     for (i = 0; i < 32; ++i) {
-        const double scale = each ? viscopade_scale_lookup_5_16_3p79em12(beta[i]) : common;
+        const double scale = each ? viscopade_scale_1em10(beta[i]) : common;
 
-        place[i] = viscopade_place_lookup_5_16_3p79em12(scale * speed[i]);
+        place[i] = viscopade_place_1em10(scale * speed[i]);
         beyond |= place[i];
         usual &= !each || scale >= DBL_MIN;
     }
     if (!VISCOPADE_EXPECT((beyond >> 59) == 0 && usual)) {
         for (i = 0; i < 32; ++i) {
-            out[i] = viscopade_one_lookup_5_16_3p79em12(speed[i], beta[each ? i : 0], what);
+            out[i] = viscopade_one_1em10(speed[i], beta[each ? i : 0], what);
         }
         return;
     }
     VISCOPADE_IN_MEMORY(place);
     for (i = 0; i < 32; i += 4) {
-        const double *row0 = viscopade_table_lookup_5_16_3p79em12[place[i] >> 48];
-        const double *row1 = viscopade_table_lookup_5_16_3p79em12[place[i + 1] >> 48];
-        const double *row2 = viscopade_table_lookup_5_16_3p79em12[place[i + 2] >> 48];
-        const double *row3 = viscopade_table_lookup_5_16_3p79em12[place[i + 3] >> 48];
+        const double *row0 = viscopade_table_1em10[place[i] >> 48];
+        const double *row1 = viscopade_table_1em10[place[i + 1] >> 48];
+        const double *row2 = viscopade_table_1em10[place[i + 2] >> 48];
+        const double *row3 = viscopade_table_1em10[place[i + 3] >> 48];
 
         viscopade_columns(row0, row1, row2, row3, c[0] + i, c[1] + i);
         viscopade_columns(row0 + 2, row1 + 2, row2 + 2, row3 + 2, c[2] + i, c[3] + i);
@@ -3018,17 +3016,17 @@ VISCOPADE_INLINE void viscopade_block_lookup_5_16_3p79em12(const double *speed, 
     }
     VISCOPADE_INDEPENDENT_BY_FOUR
     for (i = 0; i < 32; ++i) {
-        const double base = viscopade_base_lookup_5_16_3p79em12(place[i]);
-        const double m = viscopade_mantissa_lookup_5_16_3p79em12(place[i]);
+        const double base = viscopade_base_1em10(place[i]);
+        const double m = viscopade_mantissa_1em10(place[i]);
         const double mm = m * m;
         const double p = (c[0][i] + m * c[1][i]) + mm * ((c[2][i] + m * c[3][i]) + mm * (c[4][i] + m * c[5][i]));
 
-        out[i] = viscopade_result_lookup_5_16_3p79em12(base, p, speed[i], what);
+        out[i] = viscopade_result_1em10(base, p, speed[i], what);
     }
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_lookup_5_16_3p79em12(size_t n, const double *speed, const int *pair, const double *beta, int each,
+VISCOPADE_INLINE void viscopade_many_1em10(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
     double of_pair[32];
@@ -3046,66 +3044,66 @@ VISCOPADE_INLINE void viscopade_many_lookup_5_16_3p79em12(size_t n, const double
             VISCOPADE_OPAQUE(at);
             of_pair[i] = beta[at];
         }
-        viscopade_block_lookup_5_16_3p79em12(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_1em10(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
         const double b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
 
-        out[i] = viscopade_one_lookup_5_16_3p79em12(speed[i], b, what);
+        out[i] = viscopade_one_1em10(speed[i], b, what);
     }
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_lookup_5_16_3p79em12(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_lookup_5_16_3p79em12(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_lookup_5_16_3p79em12(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_lookup_5_16_3p79em12(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_lookup_5_16_3p79em12(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_lookup_5_16_3p79em12(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_lookup_5_16_3p79em12(size_t n, const double *speed, double beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_lookup_5_16_3p79em12(size_t n, const double *speed, const int *pair, const double *beta,
+static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_lookup_5_16_3p79em12(size_t n, const double *speed, const double *beta, double *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_5_16_3p79em12(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
 /* Type float: computed in type double, and rounded. */
-VISCOPADE_INLINE void viscopade_many_lookup_5_16_3p79em12f(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
+VISCOPADE_INLINE void viscopade_many_1em10f(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
     int what)
 {
     double speeds[32], betas[32], results[32];
@@ -3120,7 +3118,7 @@ VISCOPADE_INLINE void viscopade_many_lookup_5_16_3p79em12f(size_t n, const float
         for (i = 0; each && i < 32; ++i) {
             betas[i] = (double)beta[pair != NULL ? (size_t)pair[start + i] : start + i];
         }
-        viscopade_block_lookup_5_16_3p79em12(speeds, betas, each, results, what);
+        viscopade_block_1em10(speeds, betas, each, results, what);
         for (i = 0; i < 32; ++i) {
             out[start + i] = (float)results[i];
         }
@@ -3128,100 +3126,77 @@ VISCOPADE_INLINE void viscopade_many_lookup_5_16_3p79em12f(size_t n, const float
     for (i = whole; i < n; ++i) {
         const double b = (double)beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
 
-        out[i] = (float)viscopade_one_lookup_5_16_3p79em12((double)speed[i], b, what);
+        out[i] = (float)viscopade_one_1em10((double)speed[i], b, what);
     }
 }
 
-static inline float viscopade_restitution_lookup_5_16_3p79em12f(float speed, float beta)
+static inline float viscopade_restitution_1em10f(float speed, float beta)
 {
-    return (float)viscopade_one_lookup_5_16_3p79em12((double)speed, (double)beta, VISCOPADE_EPSILON);
+    return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_EPSILON);
 }
 
-static inline float viscopade_rebound_lookup_5_16_3p79em12f(float speed, float beta)
+static inline float viscopade_rebound_1em10f(float speed, float beta)
 {
-    return (float)viscopade_one_lookup_5_16_3p79em12((double)speed, (double)beta, VISCOPADE_REBOUND);
+    return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_REBOUND);
 }
 
-static inline float viscopade_dissipation_lookup_5_16_3p79em12f(float speed, float beta)
+static inline float viscopade_dissipation_1em10f(float speed, float beta)
 {
-    return (float)viscopade_one_lookup_5_16_3p79em12((double)speed, (double)beta, VISCOPADE_DISSIPATION);
+    return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_lookup_5_16_3p79em12f(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_lookup_5_16_3p79em12f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_lookup_5_16_3p79em12f(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_restitution_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_lookup_5_16_3p79em12f(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_lookup_5_16_3p79em12f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_lookup_5_16_3p79em12f(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_rebound_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_lookup_5_16_3p79em12f(size_t n, const float *speed, float beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_lookup_5_16_3p79em12f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_lookup_5_16_3p79em12f(size_t n, const float *speed, const float *beta, float *out)
+static inline VISCOPADE_VECTORS void viscopade_dissipation_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_5_16_3p79em12f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
+#elif VISCOPADE_SPEED_1EM10 != 0x88752ad4
+#error "viscopade: two headers have different kernels of one name"
 #endif
-
-#define viscopade_restitution_1em10 viscopade_restitution_lookup_5_16_3p79em12
-#define viscopade_restitution_array_1em10 viscopade_restitution_array_lookup_5_16_3p79em12
-#define viscopade_restitution_by_pair_1em10 viscopade_restitution_by_pair_lookup_5_16_3p79em12
-#define viscopade_restitution_each_1em10 viscopade_restitution_each_lookup_5_16_3p79em12
-#define viscopade_rebound_1em10 viscopade_rebound_lookup_5_16_3p79em12
-#define viscopade_rebound_array_1em10 viscopade_rebound_array_lookup_5_16_3p79em12
-#define viscopade_rebound_by_pair_1em10 viscopade_rebound_by_pair_lookup_5_16_3p79em12
-#define viscopade_rebound_each_1em10 viscopade_rebound_each_lookup_5_16_3p79em12
-#define viscopade_dissipation_1em10 viscopade_dissipation_lookup_5_16_3p79em12
-#define viscopade_dissipation_array_1em10 viscopade_dissipation_array_lookup_5_16_3p79em12
-#define viscopade_dissipation_by_pair_1em10 viscopade_dissipation_by_pair_lookup_5_16_3p79em12
-#define viscopade_dissipation_each_1em10 viscopade_dissipation_each_lookup_5_16_3p79em12
-#define viscopade_restitution_1em10f viscopade_restitution_lookup_5_16_3p79em12f
-#define viscopade_restitution_array_1em10f viscopade_restitution_array_lookup_5_16_3p79em12f
-#define viscopade_restitution_by_pair_1em10f viscopade_restitution_by_pair_lookup_5_16_3p79em12f
-#define viscopade_restitution_each_1em10f viscopade_restitution_each_lookup_5_16_3p79em12f
-#define viscopade_rebound_1em10f viscopade_rebound_lookup_5_16_3p79em12f
-#define viscopade_rebound_array_1em10f viscopade_rebound_array_lookup_5_16_3p79em12f
-#define viscopade_rebound_by_pair_1em10f viscopade_rebound_by_pair_lookup_5_16_3p79em12f
-#define viscopade_rebound_each_1em10f viscopade_rebound_each_lookup_5_16_3p79em12f
-#define viscopade_dissipation_1em10f viscopade_dissipation_lookup_5_16_3p79em12f
-#define viscopade_dissipation_array_1em10f viscopade_dissipation_array_lookup_5_16_3p79em12f
-#define viscopade_dissipation_by_pair_1em10f viscopade_dissipation_by_pair_lookup_5_16_3p79em12f
-#define viscopade_dissipation_each_1em10f viscopade_dissipation_each_lookup_5_16_3p79em12f
 
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #pragma clang diagnostic pop

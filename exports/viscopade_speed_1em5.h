@@ -8,17 +8,17 @@
  * End condition: contact ends when the force vanishes (x'' = 0, the paper's eq:tEndAdvanced), not when
  * the compression x returns to 0.
  *
- * lookup_1_64_6p69em6
+ * 1em5
  *     formula: w = beta^5 speed = v*^10 = 2^e m, 1 <= m < 2; a polynomial of degree 1 in m, 64 rows of
  *         coefficients for each e from -96 to 31 (0.00129 <= v* < 9.19): 65,536 bytes; elsewhere, and
- *         where beta^5 is no normal number, halfline_3p4em6 of v* = sqrt(beta) pow(speed, 0.1)
+ *         where beta^5 is no normal number, halfline_1em5 of v* = sqrt(beta) pow(speed, 0.1)
  *     proven: |formula - eps| / min(eps, 1 - eps) <= 6.69e-6 in the table, 3.36e-6 elsewhere
  *     rounding of restitution: adds at most 3.3e-16 min(eps, 1 - eps) in type double and 1.8e-7
  *         min(eps, 1 - eps) in type float, and half a unit in the last place of eps (proven; in the
  *         table, beta^5 speed included); elsewhere 5.04e-15 min(eps, 1 - eps) for 1e-30 <= speed <=
- *         1e30 and 1.77e-14 min(eps, 1 - eps) for every other speed, besides that of halfline_3p4em6
+ *         1e30 and 1.77e-14 min(eps, 1 - eps) for every other speed, besides that of halfline_1em5
  *     rounding of dissipation and rebound: the same, relative to 1 - eps^2 and to eps speed, and three
- *         units in the last place; elsewhere, for dissipation, the sum of what halfline_3p4em6 states
+ *         units in the last place; elsewhere, for dissipation, the sum of what halfline_1em5 states
  *         for epsilon and one_minus_epsilon
  *     monotonic: eps falls with speed within each row; from one row to the next it rises by at most
  *         2.57e-7 min(eps, 1 - eps) (proven, rounding apart)
@@ -29,7 +29,7 @@
  *         type float as well, are within 4 units in the last place (the largest errors known of
  *         glibc's are not larger)
  *
- * Functions, in double and (names that end in f) in float; NAME is lookup_1_64_6p69em6:
+ * Functions, in double and (names that end in f) in float; NAME is 1em5:
  *
  *     viscopade_restitution_NAME(speed, beta)    eps
  *     viscopade_rebound_NAME(speed, beta)        eps speed, the speed after the collision
@@ -60,9 +60,6 @@
  * numbers are set to 0, a subnormal speed or beta counts as 0, and a subnormal result may be 0. Fused
  * multiplications do no harm. Needed of the machine: IEEE 754 formats, rounding to nearest, operations in the
  * type of their operands (FLT_EVAL_METHOD 0: not the x87 unit).
- *
- * NAME may also be 1em5 (now lookup_1_64_6p69em6): a name that stays when a better kernel takes the
- * place of today's.
  */
 #if defined(__cplusplus) && __cplusplus < 201703L && defined(__STRICT_ANSI__) && defined(__GNUC__) && !defined(__clang__)
 #error "viscopade: this table needs hexadecimal constants: accepted are C99, C++17, and the older C++ of GNU (-std=gnu++11)"
@@ -102,22 +99,22 @@ static inline float viscopade_v_starf(float speed, float beta)
 
 #endif
 
-#ifndef VISCOPADE_HALFLINE_3P4EM6
-#define VISCOPADE_HALFLINE_3P4EM6
+#ifndef VISCOPADE_HALFLINE_1EM5
+#define VISCOPADE_HALFLINE_1EM5 0x1f591a48
+#define VISCOPADE_EPSILON_HALFLINE_1EM5_ERROR 3.36e-6 /* of the formula (proven) */
 
 /*
- * halfline_3p4em6 for all v* >= 0
+ * halfline_1em5 for all v* >= 0
  *
- * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
- * rounding of epsilon: adds at most 6e-15 eps in type double and 3.3e-6 eps in type float (proven)
- * rounding of one_minus_epsilon: adds at most 5.1e-15 (1 - eps) in type double and 2.8e-6 (1 - eps) in
- * type float (proven)
+ * proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6
+ * rounding of epsilon: adds at most 6e-15 eps in type double (proven)
+ * rounding of one_minus_epsilon: adds at most 5.1e-15 (1 - eps) in type double (proven)
  * underflow: adds at most 13 of the type's smallest numbers (proven); that is felt where results are
  * subnormal
  */
 
 /* Returns eps (loss = 0) or 1 - eps (loss = 1). */
-static inline double viscopade_portion_halfline_3p4em6(double v_star, int loss)
+static inline double viscopade_portion_halfline_1em5(double v_star, int loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
     const double a4 = VISCOPADE_CONSTANT(0x1.630fe1daf07a6p-1, 0.69348054692840289);
@@ -158,16 +155,18 @@ static inline double viscopade_portion_halfline_3p4em6(double v_star, int loss)
     return loss ? lost / (elastic + lost) : elastic / (elastic + lost);
 }
 
-static inline double viscopade_epsilon_halfline_3p4em6(double v_star)
+static inline double viscopade_epsilon_halfline_1em5(double v_star)
 {
-    return viscopade_portion_halfline_3p4em6(v_star, 0);
+    return viscopade_portion_halfline_1em5(v_star, 0);
 }
 
-static inline double viscopade_one_minus_epsilon_halfline_3p4em6(double v_star)
+static inline double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 {
-    return viscopade_portion_halfline_3p4em6(v_star, 1);
+    return viscopade_portion_halfline_1em5(v_star, 1);
 }
 
+#elif VISCOPADE_HALFLINE_1EM5 != 0x1f591a48
+#error "viscopade: two headers have different kernels of one name"
 #endif
 
 #ifndef VISCOPADE_SPEED
@@ -325,11 +324,12 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 
 #endif
 
-#ifndef VISCOPADE_LOOKUP_1_64_6P69EM6
-#define VISCOPADE_LOOKUP_1_64_6P69EM6
+#ifndef VISCOPADE_SPEED_1EM5
+#define VISCOPADE_SPEED_1EM5 0x4ba3aa36
+#define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* of the formula, relative to min(eps, 1 - eps) (proven) */
 
 /* 8192 rows of c0, c1, ...: 65,536 bytes */
-static const float viscopade_table_lookup_1_64_6p69em6[8192][2] = {
+static const float viscopade_table_1em5[8192][2] = {
     {-0x1.9beea6p-20f, -0x1.98be48p-22f},
     {-0x1.9d33a6p-20f, -0x1.93be46p-22f},
     {-0x1.9e74b4p-20f, -0x1.8ee0f6p-22f},
@@ -8525,7 +8525,7 @@ static const float viscopade_table_lookup_1_64_6p69em6[8192][2] = {
 };
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE double viscopade_scale_lookup_1_64_6p69em6(double beta)
+VISCOPADE_INLINE double viscopade_scale_1em5(double beta)
 {
     const double b2 = beta * beta;
 
@@ -8533,7 +8533,7 @@ VISCOPADE_INLINE double viscopade_scale_lookup_1_64_6p69em6(double beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT64_C(0x800000000000000) if w is in the table. */
-VISCOPADE_INLINE uint64_t viscopade_place_lookup_1_64_6p69em6(double w)
+VISCOPADE_INLINE uint64_t viscopade_place_1em5(double w)
 {
     uint64_t bits;
 
@@ -8542,7 +8542,7 @@ VISCOPADE_INLINE uint64_t viscopade_place_lookup_1_64_6p69em6(double w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE double viscopade_mantissa_lookup_1_64_6p69em6(uint64_t place)
+VISCOPADE_INLINE double viscopade_mantissa_1em5(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
     double m;
@@ -8552,7 +8552,7 @@ VISCOPADE_INLINE double viscopade_mantissa_lookup_1_64_6p69em6(uint64_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const double viscopade_bases_lookup_1_64_6p69em6[128] = {
+static const double viscopade_bases_1em5[128] = {
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
@@ -8563,7 +8563,7 @@ static const double viscopade_bases_lookup_1_64_6p69em6[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE double viscopade_base_lookup_1_64_6p69em6(uint64_t place)
+VISCOPADE_INLINE double viscopade_base_1em5(uint64_t place)
 {
     const uint64_t bits = (0 - ((place - UINT64_C(0x5d0000000000000)) >> 63)) & UINT64_C(0x3ff0000000000000);
     double base;
@@ -8573,7 +8573,7 @@ VISCOPADE_INLINE double viscopade_base_lookup_1_64_6p69em6(uint64_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE double viscopade_rest_lookup_1_64_6p69em6(double base)
+VISCOPADE_INLINE double viscopade_rest_1em5(double base)
 {
     uint64_t bits;
 
@@ -8584,24 +8584,24 @@ VISCOPADE_INLINE double viscopade_rest_lookup_1_64_6p69em6(double base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE double viscopade_result_lookup_1_64_6p69em6(double base, double p, double speed, int what)
+VISCOPADE_INLINE double viscopade_result_1em5(double base, double p, double speed, int what)
 {
     const double eps = base + p;
 
     if (what == VISCOPADE_DISSIPATION) {
-        return viscopade_rest_lookup_1_64_6p69em6(base) - p * (2.0 * base + p);
+        return viscopade_rest_1em5(base) - p * (2.0 * base + p);
     }
     return what == VISCOPADE_REBOUND ? eps * speed : eps;
 }
 
 /* Where the table does not help. */
-VISCOPADE_SELDOM double viscopade_elsewhere_lookup_1_64_6p69em6(double speed, double beta, int what)
+VISCOPADE_SELDOM double viscopade_elsewhere_1em5(double speed, double beta, int what)
 {
     const double v_star = viscopade_v_star(speed, beta);
-    const double eps = viscopade_epsilon_halfline_3p4em6(v_star);
+    const double eps = viscopade_epsilon_halfline_1em5(v_star);
 
     if (what == VISCOPADE_DISSIPATION) {
-        return eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_3p4em6(v_star) * (1.0 + eps);
+        return eps < 0.5 ? 1.0 - eps * eps : viscopade_one_minus_epsilon_halfline_1em5(v_star) * (1.0 + eps);
     }
     if (what == VISCOPADE_REBOUND) {
         return eps == 0.0 && speed > DBL_MAX ? speed : eps * speed;
@@ -8609,61 +8609,61 @@ VISCOPADE_SELDOM double viscopade_elsewhere_lookup_1_64_6p69em6(double speed, do
     return eps;
 }
 
-VISCOPADE_INLINE double viscopade_one_lookup_1_64_6p69em6(double speed, double beta, int what)
+VISCOPADE_INLINE double viscopade_one_1em5(double speed, double beta, int what)
 {
-    const double scale = viscopade_scale_lookup_1_64_6p69em6(beta);
+    const double scale = viscopade_scale_1em5(beta);
     const double w = scale * speed;
-    const uint64_t place = viscopade_place_lookup_1_64_6p69em6(w);
+    const uint64_t place = viscopade_place_1em5(w);
 
     if (VISCOPADE_EXPECT(place < UINT64_C(0x800000000000000) && scale >= DBL_MIN)) {
-        const float *c = viscopade_table_lookup_1_64_6p69em6[place >> 46];
-        const double base = viscopade_bases_lookup_1_64_6p69em6[place >> 52];
-        const double m = viscopade_mantissa_lookup_1_64_6p69em6(place);
+        const float *c = viscopade_table_1em5[place >> 46];
+        const double base = viscopade_bases_1em5[place >> 52];
+        const double m = viscopade_mantissa_1em5(place);
         const double p = c[0] + m * c[1];
 
-        return viscopade_result_lookup_1_64_6p69em6(base, p, speed, what);
+        return viscopade_result_1em5(base, p, speed, what);
     }
-    return viscopade_elsewhere_lookup_1_64_6p69em6(speed, beta, what);
+    return viscopade_elsewhere_1em5(speed, beta, what);
 }
 
-static inline double viscopade_restitution_lookup_1_64_6p69em6(double speed, double beta)
+static inline double viscopade_restitution_1em5(double speed, double beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6(speed, beta, VISCOPADE_EPSILON);
+    return viscopade_one_1em5(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline double viscopade_rebound_lookup_1_64_6p69em6(double speed, double beta)
+static inline double viscopade_rebound_1em5(double speed, double beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6(speed, beta, VISCOPADE_REBOUND);
+    return viscopade_one_1em5(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline double viscopade_dissipation_lookup_1_64_6p69em6(double speed, double beta)
+static inline double viscopade_dissipation_1em5(double speed, double beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6(speed, beta, VISCOPADE_DISSIPATION);
+    return viscopade_one_1em5(speed, beta, VISCOPADE_DISSIPATION);
 }
 
 /*
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_lookup_1_64_6p69em6(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_INLINE void viscopade_block_1em5(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
     float c[32][2];
     uint64_t beyond = 0;
-    const double common = viscopade_scale_lookup_1_64_6p69em6(beta[0]);
+    const double common = viscopade_scale_1em5(beta[0]);
     uint64_t usual = common >= DBL_MIN;
     size_t i;
 
     for (i = 0; i < 32; ++i) {
-        const double scale = each ? viscopade_scale_lookup_1_64_6p69em6(beta[i]) : common;
+        const double scale = each ? viscopade_scale_1em5(beta[i]) : common;
 
-        place[i] = viscopade_place_lookup_1_64_6p69em6(scale * speed[i]);
+        place[i] = viscopade_place_1em5(scale * speed[i]);
         beyond |= place[i];
         usual &= !each || scale >= DBL_MIN;
     }
     if (!VISCOPADE_EXPECT((beyond >> 59) == 0 && usual)) {
         for (i = 0; i < 32; ++i) {
-            out[i] = viscopade_one_lookup_1_64_6p69em6(speed[i], beta[each ? i : 0], what);
+            out[i] = viscopade_one_1em5(speed[i], beta[each ? i : 0], what);
         }
         return;
     }
@@ -8671,23 +8671,23 @@ VISCOPADE_INLINE void viscopade_block_lookup_1_64_6p69em6(const double *speed, c
         uint64_t index = place[i] >> 46;
 
         VISCOPADE_OPAQUE_OF_TWO(index);
-        memcpy(c[i], viscopade_table_lookup_1_64_6p69em6[index], sizeof c[i]);
+        memcpy(c[i], viscopade_table_1em5[index], sizeof c[i]);
     }
 #if defined(__clang__)
     VISCOPADE_IN_MEMORY(place);
 #endif
     VISCOPADE_INDEPENDENT
     for (i = 0; i < 32; ++i) {
-        const double base = viscopade_base_lookup_1_64_6p69em6(place[i]);
-        const double m = viscopade_mantissa_lookup_1_64_6p69em6(place[i]);
+        const double base = viscopade_base_1em5(place[i]);
+        const double m = viscopade_mantissa_1em5(place[i]);
         const double p = c[i][0] + m * c[i][1];
 
-        out[i] = viscopade_result_lookup_1_64_6p69em6(base, p, speed[i], what);
+        out[i] = viscopade_result_1em5(base, p, speed[i], what);
     }
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_lookup_1_64_6p69em6(size_t n, const double *speed, const int *pair, const double *beta, int each,
+VISCOPADE_INLINE void viscopade_many_1em5(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
     double of_pair[32];
@@ -8705,66 +8705,66 @@ VISCOPADE_INLINE void viscopade_many_lookup_1_64_6p69em6(size_t n, const double 
             VISCOPADE_OPAQUE_OF_TWO(at);
             of_pair[i] = beta[at];
         }
-        viscopade_block_lookup_1_64_6p69em6(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_1em5(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
         const double b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
 
-        out[i] = viscopade_one_lookup_1_64_6p69em6(speed[i], b, what);
+        out[i] = viscopade_one_1em5(speed[i], b, what);
     }
 }
 
-static inline void viscopade_restitution_array_lookup_1_64_6p69em6(size_t n, const double *speed, double beta, double *out)
+static inline void viscopade_restitution_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_lookup_1_64_6p69em6(size_t n, const double *speed, const int *pair, const double *beta,
+static inline void viscopade_restitution_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_lookup_1_64_6p69em6(size_t n, const double *speed, const double *beta, double *out)
+static inline void viscopade_restitution_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_lookup_1_64_6p69em6(size_t n, const double *speed, double beta, double *out)
+static inline void viscopade_rebound_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_lookup_1_64_6p69em6(size_t n, const double *speed, const int *pair, const double *beta,
+static inline void viscopade_rebound_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_lookup_1_64_6p69em6(size_t n, const double *speed, const double *beta, double *out)
+static inline void viscopade_rebound_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_lookup_1_64_6p69em6(size_t n, const double *speed, double beta, double *out)
+static inline void viscopade_dissipation_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_lookup_1_64_6p69em6(size_t n, const double *speed, const int *pair, const double *beta,
+static inline void viscopade_dissipation_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_lookup_1_64_6p69em6(size_t n, const double *speed, const double *beta, double *out)
+static inline void viscopade_dissipation_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
-    viscopade_many_lookup_1_64_6p69em6(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE float viscopade_scale_lookup_1_64_6p69em6f(float beta)
+VISCOPADE_INLINE float viscopade_scale_1em5f(float beta)
 {
     const float b2 = beta * beta;
 
@@ -8772,7 +8772,7 @@ VISCOPADE_INLINE float viscopade_scale_lookup_1_64_6p69em6f(float beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT32_C(0x40000000) if w is in the table. */
-VISCOPADE_INLINE uint32_t viscopade_place_lookup_1_64_6p69em6f(float w)
+VISCOPADE_INLINE uint32_t viscopade_place_1em5f(float w)
 {
     uint32_t bits;
 
@@ -8781,7 +8781,7 @@ VISCOPADE_INLINE uint32_t viscopade_place_lookup_1_64_6p69em6f(float w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE float viscopade_mantissa_lookup_1_64_6p69em6f(uint32_t place)
+VISCOPADE_INLINE float viscopade_mantissa_1em5f(uint32_t place)
 {
     const uint32_t bits = (place & UINT32_C(0x7fffff)) | UINT32_C(0x3f800000);
     float m;
@@ -8791,7 +8791,7 @@ VISCOPADE_INLINE float viscopade_mantissa_lookup_1_64_6p69em6f(uint32_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const float viscopade_bases_lookup_1_64_6p69em6f[128] = {
+static const float viscopade_bases_1em5f[128] = {
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
@@ -8803,7 +8803,7 @@ static const float viscopade_bases_lookup_1_64_6p69em6f[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE float viscopade_base_lookup_1_64_6p69em6f(uint32_t place)
+VISCOPADE_INLINE float viscopade_base_1em5f(uint32_t place)
 {
     const uint32_t bits = (0 - ((place - UINT32_C(0x2e800000)) >> 31)) & UINT32_C(0x3f800000);
     float base;
@@ -8813,7 +8813,7 @@ VISCOPADE_INLINE float viscopade_base_lookup_1_64_6p69em6f(uint32_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE float viscopade_rest_lookup_1_64_6p69em6f(float base)
+VISCOPADE_INLINE float viscopade_rest_1em5f(float base)
 {
     uint32_t bits;
 
@@ -8824,77 +8824,77 @@ VISCOPADE_INLINE float viscopade_rest_lookup_1_64_6p69em6f(float base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE float viscopade_result_lookup_1_64_6p69em6f(float base, float p, float speed, int what)
+VISCOPADE_INLINE float viscopade_result_1em5f(float base, float p, float speed, int what)
 {
     const float eps = base + p;
 
     if (what == VISCOPADE_DISSIPATION) {
-        return viscopade_rest_lookup_1_64_6p69em6f(base) - p * (2.0f * base + p);
+        return viscopade_rest_1em5f(base) - p * (2.0f * base + p);
     }
     return what == VISCOPADE_REBOUND ? eps * speed : eps;
 }
 
 /* Where the table does not help. */
-VISCOPADE_SELDOM float viscopade_elsewhere_lookup_1_64_6p69em6f(float speed, float beta, int what)
+VISCOPADE_SELDOM float viscopade_elsewhere_1em5f(float speed, float beta, int what)
 {
-    return (float)viscopade_elsewhere_lookup_1_64_6p69em6((double)speed, (double)beta, what);
+    return (float)viscopade_elsewhere_1em5((double)speed, (double)beta, what);
 }
 
-VISCOPADE_INLINE float viscopade_one_lookup_1_64_6p69em6f(float speed, float beta, int what)
+VISCOPADE_INLINE float viscopade_one_1em5f(float speed, float beta, int what)
 {
-    const float scale = viscopade_scale_lookup_1_64_6p69em6f(beta);
+    const float scale = viscopade_scale_1em5f(beta);
     const float w = scale * speed;
-    const uint32_t place = viscopade_place_lookup_1_64_6p69em6f(w);
+    const uint32_t place = viscopade_place_1em5f(w);
 
     if (VISCOPADE_EXPECT(place < UINT32_C(0x40000000) && scale >= FLT_MIN)) {
-        const float *c = viscopade_table_lookup_1_64_6p69em6[place >> 17];
-        const float base = viscopade_bases_lookup_1_64_6p69em6f[place >> 23];
-        const float m = viscopade_mantissa_lookup_1_64_6p69em6f(place);
+        const float *c = viscopade_table_1em5[place >> 17];
+        const float base = viscopade_bases_1em5f[place >> 23];
+        const float m = viscopade_mantissa_1em5f(place);
         const float p = c[0] + m * c[1];
 
-        return viscopade_result_lookup_1_64_6p69em6f(base, p, speed, what);
+        return viscopade_result_1em5f(base, p, speed, what);
     }
-    return viscopade_elsewhere_lookup_1_64_6p69em6f(speed, beta, what);
+    return viscopade_elsewhere_1em5f(speed, beta, what);
 }
 
-static inline float viscopade_restitution_lookup_1_64_6p69em6f(float speed, float beta)
+static inline float viscopade_restitution_1em5f(float speed, float beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6f(speed, beta, VISCOPADE_EPSILON);
+    return viscopade_one_1em5f(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline float viscopade_rebound_lookup_1_64_6p69em6f(float speed, float beta)
+static inline float viscopade_rebound_1em5f(float speed, float beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6f(speed, beta, VISCOPADE_REBOUND);
+    return viscopade_one_1em5f(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline float viscopade_dissipation_lookup_1_64_6p69em6f(float speed, float beta)
+static inline float viscopade_dissipation_1em5f(float speed, float beta)
 {
-    return viscopade_one_lookup_1_64_6p69em6f(speed, beta, VISCOPADE_DISSIPATION);
+    return viscopade_one_1em5f(speed, beta, VISCOPADE_DISSIPATION);
 }
 
 /*
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_lookup_1_64_6p69em6f(const float *speed, const float *beta, int each, float *out, int what)
+VISCOPADE_INLINE void viscopade_block_1em5f(const float *speed, const float *beta, int each, float *out, int what)
 {
     uint32_t place[32];
     float c[32][2];
     uint32_t beyond = 0;
-    const float common = viscopade_scale_lookup_1_64_6p69em6f(beta[0]);
+    const float common = viscopade_scale_1em5f(beta[0]);
     uint32_t usual = common >= FLT_MIN;
     size_t i;
 
     for (i = 0; i < 32; ++i) {
-        const float scale = each ? viscopade_scale_lookup_1_64_6p69em6f(beta[i]) : common;
+        const float scale = each ? viscopade_scale_1em5f(beta[i]) : common;
 
-        place[i] = viscopade_place_lookup_1_64_6p69em6f(scale * speed[i]);
+        place[i] = viscopade_place_1em5f(scale * speed[i]);
         beyond |= place[i];
         usual &= !each || scale >= FLT_MIN;
     }
     if (!VISCOPADE_EXPECT((beyond >> 30) == 0 && usual)) {
         for (i = 0; i < 32; ++i) {
-            out[i] = viscopade_one_lookup_1_64_6p69em6f(speed[i], beta[each ? i : 0], what);
+            out[i] = viscopade_one_1em5f(speed[i], beta[each ? i : 0], what);
         }
         return;
     }
@@ -8902,23 +8902,23 @@ VISCOPADE_INLINE void viscopade_block_lookup_1_64_6p69em6f(const float *speed, c
         uint32_t index = place[i] >> 17;
 
         VISCOPADE_OPAQUE_OF_TWO(index);
-        memcpy(c[i], viscopade_table_lookup_1_64_6p69em6[index], sizeof c[i]);
+        memcpy(c[i], viscopade_table_1em5[index], sizeof c[i]);
     }
 #if defined(__clang__)
     VISCOPADE_IN_MEMORY(place);
 #endif
     VISCOPADE_INDEPENDENT
     for (i = 0; i < 32; ++i) {
-        const float base = viscopade_base_lookup_1_64_6p69em6f(place[i]);
-        const float m = viscopade_mantissa_lookup_1_64_6p69em6f(place[i]);
+        const float base = viscopade_base_1em5f(place[i]);
+        const float m = viscopade_mantissa_1em5f(place[i]);
         const float p = c[i][0] + m * c[i][1];
 
-        out[i] = viscopade_result_lookup_1_64_6p69em6f(base, p, speed[i], what);
+        out[i] = viscopade_result_1em5f(base, p, speed[i], what);
     }
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_lookup_1_64_6p69em6f(size_t n, const float *speed, const int *pair, const float *beta, int each,
+VISCOPADE_INLINE void viscopade_many_1em5f(size_t n, const float *speed, const int *pair, const float *beta, int each,
     float *out, int what)
 {
     float of_pair[32];
@@ -8936,90 +8936,67 @@ VISCOPADE_INLINE void viscopade_many_lookup_1_64_6p69em6f(size_t n, const float 
             VISCOPADE_OPAQUE_OF_TWO(at);
             of_pair[i] = beta[at];
         }
-        viscopade_block_lookup_1_64_6p69em6f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
+        viscopade_block_1em5f(speed + start, pair != NULL ? of_pair : beta + (each ? start : 0), each, out + start, what);
     }
     for (i = whole; i < n; ++i) {
         const float b = beta[pair != NULL ? (size_t)pair[i] : each ? i : 0];
 
-        out[i] = viscopade_one_lookup_1_64_6p69em6f(speed[i], b, what);
+        out[i] = viscopade_one_1em5f(speed[i], b, what);
     }
 }
 
-static inline void viscopade_restitution_array_lookup_1_64_6p69em6f(size_t n, const float *speed, float beta, float *out)
+static inline void viscopade_restitution_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_lookup_1_64_6p69em6f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline void viscopade_restitution_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_lookup_1_64_6p69em6f(size_t n, const float *speed, const float *beta, float *out)
+static inline void viscopade_restitution_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
+    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_lookup_1_64_6p69em6f(size_t n, const float *speed, float beta, float *out)
+static inline void viscopade_rebound_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_lookup_1_64_6p69em6f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline void viscopade_rebound_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_lookup_1_64_6p69em6f(size_t n, const float *speed, const float *beta, float *out)
+static inline void viscopade_rebound_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
+    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_lookup_1_64_6p69em6f(size_t n, const float *speed, float beta, float *out)
+static inline void viscopade_dissipation_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_lookup_1_64_6p69em6f(size_t n, const float *speed, const int *pair, const float *beta,
+static inline void viscopade_dissipation_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_lookup_1_64_6p69em6f(size_t n, const float *speed, const float *beta, float *out)
+static inline void viscopade_dissipation_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
-    viscopade_many_lookup_1_64_6p69em6f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
+    viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
+#elif VISCOPADE_SPEED_1EM5 != 0x4ba3aa36
+#error "viscopade: two headers have different kernels of one name"
 #endif
-
-#define viscopade_restitution_1em5 viscopade_restitution_lookup_1_64_6p69em6
-#define viscopade_restitution_array_1em5 viscopade_restitution_array_lookup_1_64_6p69em6
-#define viscopade_restitution_by_pair_1em5 viscopade_restitution_by_pair_lookup_1_64_6p69em6
-#define viscopade_restitution_each_1em5 viscopade_restitution_each_lookup_1_64_6p69em6
-#define viscopade_rebound_1em5 viscopade_rebound_lookup_1_64_6p69em6
-#define viscopade_rebound_array_1em5 viscopade_rebound_array_lookup_1_64_6p69em6
-#define viscopade_rebound_by_pair_1em5 viscopade_rebound_by_pair_lookup_1_64_6p69em6
-#define viscopade_rebound_each_1em5 viscopade_rebound_each_lookup_1_64_6p69em6
-#define viscopade_dissipation_1em5 viscopade_dissipation_lookup_1_64_6p69em6
-#define viscopade_dissipation_array_1em5 viscopade_dissipation_array_lookup_1_64_6p69em6
-#define viscopade_dissipation_by_pair_1em5 viscopade_dissipation_by_pair_lookup_1_64_6p69em6
-#define viscopade_dissipation_each_1em5 viscopade_dissipation_each_lookup_1_64_6p69em6
-#define viscopade_restitution_1em5f viscopade_restitution_lookup_1_64_6p69em6f
-#define viscopade_restitution_array_1em5f viscopade_restitution_array_lookup_1_64_6p69em6f
-#define viscopade_restitution_by_pair_1em5f viscopade_restitution_by_pair_lookup_1_64_6p69em6f
-#define viscopade_restitution_each_1em5f viscopade_restitution_each_lookup_1_64_6p69em6f
-#define viscopade_rebound_1em5f viscopade_rebound_lookup_1_64_6p69em6f
-#define viscopade_rebound_array_1em5f viscopade_rebound_array_lookup_1_64_6p69em6f
-#define viscopade_rebound_by_pair_1em5f viscopade_rebound_by_pair_lookup_1_64_6p69em6f
-#define viscopade_rebound_each_1em5f viscopade_rebound_each_lookup_1_64_6p69em6f
-#define viscopade_dissipation_1em5f viscopade_dissipation_lookup_1_64_6p69em6f
-#define viscopade_dissipation_array_1em5f viscopade_dissipation_array_lookup_1_64_6p69em6f
-#define viscopade_dissipation_by_pair_1em5f viscopade_dissipation_by_pair_lookup_1_64_6p69em6f
-#define viscopade_dissipation_each_1em5f viscopade_dissipation_each_lookup_1_64_6p69em6f
 
 #if defined(__clang__) && defined(__cplusplus) && __cplusplus < 201703L
 #pragma clang diagnostic pop

@@ -11,7 +11,7 @@
 # normal numbers as computed. Below, eps is 1 but for less than the type can tell. Above, w is cut
 # off, so that eps stays positive. rebound is proven where it is a normal number.
 #
-# compact_2p09em4
+# compact_1em3
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a9 y^9 + a19
@@ -24,7 +24,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.5e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_3p4em6
+# compact_1em5
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a4 y^4 + a12 y^12
@@ -37,7 +37,7 @@
 #         10) in type float, relative to the speed after the collision (proven)
 #     rounding of dissipation: adds at most 1.6e-13 in type double and 1.6e-5 (1.3e-5 for 1e-3 <= v*
 #         <= 10) in type float, relative to (1 - eps^2) (proven)
-# compact_2p79em8
+# compact_1em7
 #     source: best N/D found in the measure |error|/min(eps, 1 - eps) over all v* >= 0, with these
 #         powers of y
 #     formula: eps = D/(D + y^6 N), y = w^(1/30), w = beta^5 speed = v*^10, N = a0 + a6 y^6 + a12 y^12
@@ -57,11 +57,8 @@
 # assumed: log and exp are within 4 units in the last place of the result; +, -, *, / are those of
 # IEEE 754.
 #
-# NAME is compact_B, B being the proven bound of the formula's error (1p57em3 is 1.57e-3: p stands for
-# the decimal point, m for the minus of an exponent).
-#
-# NAME may also be compact_1em3 (now compact_2p09em4), compact_1em5 (now compact_3p4em6), compact_1em7
-# (now compact_2p79em8): a name that stays when a better kernel takes the place of today's.
+# NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
+# point, m for the minus of an exponent).
 """Coefficient of normal restitution of viscoelastic spheres (see above), functions for kernels of NVIDIA Warp.
 
     restitution_NAME(speed, beta)    eps
@@ -71,8 +68,8 @@
 For wp.float64, and for wp.float32 where there are such functions; both arguments are of one type. For the
 paper's ice, beta = 1.307 (s/cm)^(1/5), in a kernel, with speeds in cm/s:
 
-    from viscopade_warp import restitution_compact_2p79em8
-    eps[i] = restitution_compact_2p79em8(speed[i], wp.float64(1.307))
+    from viscopade_warp import restitution_compact_1em7
+    eps[i] = restitution_compact_1em7(speed[i], wp.float64(1.307))
 
 What they return beyond the domain; eps is always in (0, 1]:
 
@@ -118,7 +115,7 @@ def _w(speed: wp.float32, beta: wp.float32):
     return w
 
 
-# compact_2p09em4
+# compact_1em3
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.09e-4
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.1e-4
@@ -131,7 +128,7 @@ def _w(speed: wp.float32, beta: wp.float32):
 
 
 @wp.func
-def _parts_compact_2p09em4(w: wp.float64):
+def _parts_compact_1em3(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.1532089438172344)
@@ -152,29 +149,29 @@ def _parts_compact_2p09em4(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_2p09em4(speed: wp.float64, beta: wp.float64):
+def restitution_compact_1em3(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p09em4(speed: wp.float64, beta: wp.float64):
+def rebound_compact_1em3(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p09em4(speed: wp.float64, beta: wp.float64):
+def dissipation_compact_1em3(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
 @wp.func
-def _parts_compact_2p09em4(w: wp.float32):
+def _parts_compact_1em3(w: wp.float32):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.153209)
@@ -195,36 +192,28 @@ def _parts_compact_2p09em4(w: wp.float32):
 
 
 @wp.func
-def restitution_compact_2p09em4(speed: wp.float32, beta: wp.float32):
+def restitution_compact_1em3(speed: wp.float32, beta: wp.float32):
     """Return eps."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p09em4(speed: wp.float32, beta: wp.float32):
+def rebound_compact_1em3(speed: wp.float32, beta: wp.float32):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p09em4(speed: wp.float32, beta: wp.float32):
+def dissipation_compact_1em3(speed: wp.float32, beta: wp.float32):
     """Return 1 - eps^2."""
-    elastic, lost = _parts_compact_2p09em4(_w(speed, beta))
+    elastic, lost = _parts_compact_1em3(_w(speed, beta))
     inverse = wp.float32(1.0) / (elastic + lost)
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
 
-restitution_compact_1em3 = restitution_compact_2p09em4
-rebound_compact_1em3 = rebound_compact_2p09em4
-dissipation_compact_1em3 = dissipation_compact_2p09em4
-restitution_compact_1em3 = restitution_compact_2p09em4
-rebound_compact_1em3 = rebound_compact_2p09em4
-dissipation_compact_1em3 = dissipation_compact_2p09em4
-
-
-# compact_3p4em6
+# compact_1em5
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 3.36e-6 in type double and 3.4e-6 in type float
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 3.41e-6
@@ -237,7 +226,7 @@ dissipation_compact_1em3 = dissipation_compact_2p09em4
 
 
 @wp.func
-def _parts_compact_3p4em6(w: wp.float64):
+def _parts_compact_1em5(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.153451614780895)
@@ -261,29 +250,29 @@ def _parts_compact_3p4em6(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_3p4em6(speed: wp.float64, beta: wp.float64):
+def restitution_compact_1em5(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_3p4em6(speed: wp.float64, beta: wp.float64):
+def rebound_compact_1em5(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_3p4em6(speed: wp.float64, beta: wp.float64):
+def dissipation_compact_1em5(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
 
 
 @wp.func
-def _parts_compact_3p4em6(w: wp.float32):
+def _parts_compact_1em5(w: wp.float32):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float32(0.033333335)
     a0 = wp.float32(1.1534516)
@@ -307,36 +296,28 @@ def _parts_compact_3p4em6(w: wp.float32):
 
 
 @wp.func
-def restitution_compact_3p4em6(speed: wp.float32, beta: wp.float32):
+def restitution_compact_1em5(speed: wp.float32, beta: wp.float32):
     """Return eps."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_3p4em6(speed: wp.float32, beta: wp.float32):
+def rebound_compact_1em5(speed: wp.float32, beta: wp.float32):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_3p4em6(speed: wp.float32, beta: wp.float32):
+def dissipation_compact_1em5(speed: wp.float32, beta: wp.float32):
     """Return 1 - eps^2."""
-    elastic, lost = _parts_compact_3p4em6(_w(speed, beta))
+    elastic, lost = _parts_compact_1em5(_w(speed, beta))
     inverse = wp.float32(1.0) / (elastic + lost)
     return lost * inverse * (wp.float32(1.0) + elastic * inverse)
 
 
-restitution_compact_1em5 = restitution_compact_3p4em6
-rebound_compact_1em5 = rebound_compact_3p4em6
-dissipation_compact_1em5 = dissipation_compact_3p4em6
-restitution_compact_1em5 = restitution_compact_3p4em6
-rebound_compact_1em5 = rebound_compact_3p4em6
-dissipation_compact_1em5 = dissipation_compact_3p4em6
-
-
-# compact_2p79em8
+# compact_1em7
 #
 # proven: |formula - eps| / min(eps, 1 - eps) <= 2.79e-8
 # proven: |formula - (1 - eps^2)| / (1 - eps^2) <= 2.8e-8
@@ -347,7 +328,7 @@ dissipation_compact_1em5 = dissipation_compact_3p4em6
 
 
 @wp.func
-def _parts_compact_2p79em8(w: wp.float64):
+def _parts_compact_1em7(w: wp.float64):
     """Return elastic and lost: eps = elastic/(elastic + lost)."""
     thirtieth = wp.float64(0.03333333333333333)
     a0 = wp.float64(1.153448873291078)
@@ -376,27 +357,22 @@ def _parts_compact_2p79em8(w: wp.float64):
 
 
 @wp.func
-def restitution_compact_2p79em8(speed: wp.float64, beta: wp.float64):
+def restitution_compact_1em7(speed: wp.float64, beta: wp.float64):
     """Return eps."""
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     return elastic / (elastic + lost)
 
 
 @wp.func
-def rebound_compact_2p79em8(speed: wp.float64, beta: wp.float64):
+def rebound_compact_1em7(speed: wp.float64, beta: wp.float64):
     """Return eps speed, the speed after the collision."""
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     return elastic / (elastic + lost) * speed
 
 
 @wp.func
-def dissipation_compact_2p79em8(speed: wp.float64, beta: wp.float64):
+def dissipation_compact_1em7(speed: wp.float64, beta: wp.float64):
     """Return 1 - eps^2."""
-    elastic, lost = _parts_compact_2p79em8(_w(speed, beta))
+    elastic, lost = _parts_compact_1em7(_w(speed, beta))
     inverse = wp.float64(1.0) / (elastic + lost)
     return lost * inverse * (wp.float64(1.0) + elastic * inverse)
-
-
-restitution_compact_1em7 = restitution_compact_2p79em8
-rebound_compact_1em7 = rebound_compact_2p79em8
-dissipation_compact_1em7 = dissipation_compact_2p79em8

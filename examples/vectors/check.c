@@ -8,7 +8,7 @@
  * (-ffp-contract=off). For another header, give its name and its functions, those of one number and those of two:
  *
  *     -DHEADER='"viscopade_full.h"' -DFUNCTIONS='ONE(epsilon_full) ONE(one_minus_epsilon_full)'
- *     -DHEADER='"viscopade_speed_1em10.h"' -DFUNCTIONS='TWO(restitution_lookup_5_16_3p79em12)'
+ *     -DHEADER='"viscopade_speed_1em10.h"' -DFUNCTIONS='TWO(restitution_1em10)'
  *
  * and for type float ONEF, TWOF. Vectors of functions that are not named are left out. Exit status: 0 if all pass.
  */
@@ -20,8 +20,8 @@
 #ifndef HEADER
 #define HEADER "viscopade_speed_1em5.h"
 #define FUNCTIONS \
-    TWO(restitution_lookup_1_64_6p69em6) TWO(rebound_lookup_1_64_6p69em6) TWO(dissipation_lookup_1_64_6p69em6) \
-    TWOF(restitution_lookup_1_64_6p69em6) TWOF(rebound_lookup_1_64_6p69em6) TWOF(dissipation_lookup_1_64_6p69em6)
+    TWO(restitution_1em5) TWO(rebound_1em5) TWO(dissipation_1em5) \
+    TWOF(restitution_1em5) TWOF(rebound_1em5) TWOF(dissipation_1em5)
 #endif
 #include HEADER
 

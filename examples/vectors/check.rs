@@ -10,21 +10,21 @@ mod viscopade;
 
 /// Name and type of a function as the vectors have them, and its call; a function of one number takes x alone.
 const FUNCTIONS: &[(&str, &str, fn(f64, f64) -> f64)] = &[
-    ("restitution_compact_2p09em4", "double", |x, y| viscopade::restitution_compact_2p09em4(x, y)),
-    ("rebound_compact_2p09em4", "double", |x, y| viscopade::rebound_compact_2p09em4(x, y)),
-    ("dissipation_compact_2p09em4", "double", |x, y| viscopade::dissipation_compact_2p09em4(x, y)),
-    ("restitution_compact_3p4em6", "double", |x, y| viscopade::restitution_compact_3p4em6(x, y)),
-    ("rebound_compact_3p4em6", "double", |x, y| viscopade::rebound_compact_3p4em6(x, y)),
-    ("dissipation_compact_3p4em6", "double", |x, y| viscopade::dissipation_compact_3p4em6(x, y)),
-    ("restitution_compact_2p79em8", "double", |x, y| viscopade::restitution_compact_2p79em8(x, y)),
-    ("rebound_compact_2p79em8", "double", |x, y| viscopade::rebound_compact_2p79em8(x, y)),
-    ("dissipation_compact_2p79em8", "double", |x, y| viscopade::dissipation_compact_2p79em8(x, y)),
-    ("restitution_compact_2p09em4", "float", |x, y| viscopade::restitution_compact_2p09em4_f32(x as f32, y as f32).into()),
-    ("rebound_compact_2p09em4", "float", |x, y| viscopade::rebound_compact_2p09em4_f32(x as f32, y as f32).into()),
-    ("dissipation_compact_2p09em4", "float", |x, y| viscopade::dissipation_compact_2p09em4_f32(x as f32, y as f32).into()),
-    ("restitution_compact_3p4em6", "float", |x, y| viscopade::restitution_compact_3p4em6_f32(x as f32, y as f32).into()),
-    ("rebound_compact_3p4em6", "float", |x, y| viscopade::rebound_compact_3p4em6_f32(x as f32, y as f32).into()),
-    ("dissipation_compact_3p4em6", "float", |x, y| viscopade::dissipation_compact_3p4em6_f32(x as f32, y as f32).into()),
+    ("restitution_compact_1em3", "double", |x, y| viscopade::restitution_compact_1em3(x, y)),
+    ("rebound_compact_1em3", "double", |x, y| viscopade::rebound_compact_1em3(x, y)),
+    ("dissipation_compact_1em3", "double", |x, y| viscopade::dissipation_compact_1em3(x, y)),
+    ("restitution_compact_1em5", "double", |x, y| viscopade::restitution_compact_1em5(x, y)),
+    ("rebound_compact_1em5", "double", |x, y| viscopade::rebound_compact_1em5(x, y)),
+    ("dissipation_compact_1em5", "double", |x, y| viscopade::dissipation_compact_1em5(x, y)),
+    ("restitution_compact_1em7", "double", |x, y| viscopade::restitution_compact_1em7(x, y)),
+    ("rebound_compact_1em7", "double", |x, y| viscopade::rebound_compact_1em7(x, y)),
+    ("dissipation_compact_1em7", "double", |x, y| viscopade::dissipation_compact_1em7(x, y)),
+    ("restitution_compact_1em3", "float", |x, y| viscopade::restitution_compact_1em3_f32(x as f32, y as f32).into()),
+    ("rebound_compact_1em3", "float", |x, y| viscopade::rebound_compact_1em3_f32(x as f32, y as f32).into()),
+    ("dissipation_compact_1em3", "float", |x, y| viscopade::dissipation_compact_1em3_f32(x as f32, y as f32).into()),
+    ("restitution_compact_1em5", "float", |x, y| viscopade::restitution_compact_1em5_f32(x as f32, y as f32).into()),
+    ("rebound_compact_1em5", "float", |x, y| viscopade::rebound_compact_1em5_f32(x as f32, y as f32).into()),
+    ("dissipation_compact_1em5", "float", |x, y| viscopade::dissipation_compact_1em5_f32(x as f32, y as f32).into()),
 ];
 
 /// The number that C writes as 0x1.8p+1; also nan, inf, -inf.

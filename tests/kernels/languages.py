@@ -101,13 +101,11 @@ def built(directory: Path, *command: str) -> None:
 _DEFINITION = re.compile(
     r"^(?:static inline|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)\(\1 \w+(, \1 \w+)?\)$", re.MULTILINE
 )
-_LASTING = re.compile(r"^#define viscopade_(\w+) viscopade_(\w+)$", re.MULTILINE)
 
 
 def functions_of_c(text: str) -> dict[str, tuple[str, int]]:
-    """Return type and number of arguments of a header's functions by name, that of names that last included."""
-    found = {name: (form, 2 if second else 1) for form, name, second in _DEFINITION.findall(text)}
-    return found | {lasting: found[name] for lasting, name in _LASTING.findall(text) if name in found}
+    """Return type and number of arguments of a header's functions by name."""
+    return {name: (form, 2 if second else 1) for form, name, second in _DEFINITION.findall(text)}
 
 
 def entries(functions: Iterable[tuple[str, str, int, str]]) -> str:
@@ -290,7 +288,6 @@ def of_julia_translated(_: Path, code: Code) -> Compute:
     ]
     names = {"number": number, "NaN": math.nan, kind: number, "log2": np.log2, "exp2": np.exp2, "sqrt": np.sqrt}
     exec("\n".join(lines), names)
-    names |= {lasting: names.get(name) for lasting, name in re.findall(r"^const (\w+) = ([a-z]\w+)$", text, re.M)}
 
     def compute(*columns: np.ndarray) -> Results:
         rows = list(zip(*map(number, columns), strict=True))

@@ -40,7 +40,7 @@ class Header:
 
     @cached_property
     def name(self):
-        return self._word(r"viscopade_restitution_array_(lookup_\w+)\(")
+        return self._word(r"viscopade_restitution_array_(\w+)\(")
 
     @cached_property
     def head(self):
@@ -49,7 +49,7 @@ class Header:
 
     @property
     def full(self):
-        return self.name == "lookup_full"
+        return self.name == "full"
 
     @cached_property
     def native(self):

@@ -43,7 +43,7 @@ from viscopade.kernels.requests import KINDS, Request
 from viscopade.kernels.targets import quotients, vectors
 from viscopade.kernels.targets.languages import target as target_of
 from viscopade.kernels.targets.languages import targets
-from viscopade.kernels.targets.table_free import name_of, names_of
+from viscopade.kernels.targets.table_free import name_of
 
 OTHERS = {
     "minimax-relative": Request(minimax=((2, 3),), v_star_min="0.5", v_star_max="3", measure="relative"),
@@ -157,10 +157,9 @@ def domains(name):
     for kernel in request.prove() if kind(request).id == "quotient" else ():
         for form in FORMS.values():
             try:
-                functions = quotients.functions_of_v_star(kernel, form)
+                found[f"epsilon_{kernel.name}", form.name] = quotients.function_of_v_star(kernel, form).ends
             except ValueError:
                 continue
-            found |= {(f"{f.function}_{kernel.name}", form.name): f.ends for f in functions}
     return found
 
 
@@ -171,14 +170,6 @@ def ending(name):
     return tuple(kernel.name for kernel in found if kernel.end or kernel.interval)
 
 
-@cache
-def lasting(name):
-    """Return the names that last by those of today."""
-    kernels = [kernel for kernel in REQUESTS[name].prove() if kernel is not None]
-    kernels += [names_of(kernel) for kernel in kernels if isinstance(kernel, HalfLineKernel)]
-    return {kernel.name: kernel.lasting_name for kernel in kernels if kernel.lasting_name != kernel.name}
-
-
 def has(how, written, function, form):
     """Whether a file has a function."""
     suffix = target_of(how.target).number(form).suffix
@@ -187,22 +178,18 @@ def has(how, written, function, form):
 
 @cache
 def functions_of(name, language, form, arity):
-    """Return the functions of a file that have vectors, each with the other name of it that lasts, or None."""
-    how, found = LANGUAGES[language], {}
-    for (function, of_form), rows in rows_of(name).items():
-        if of_form == form and rows.shape[1] == arity + 2 and has(how, text(name, how.target), function, form):
-            stay = [
-                function.removesuffix(now) + stays for now, stays in lasting(name).items() if function.endswith(now)
-            ]
-            found[function] = stay[0] if stay else None
-    return found
+    """Return the functions of a file that have vectors."""
+    how = LANGUAGES[language]
+    return tuple(
+        function
+        for (function, of_form), rows in rows_of(name).items()
+        if of_form == form and rows.shape[1] == arity + 2 and has(how, text(name, how.target), function, form)
+    )
 
 
 def code_of(name, language, form, arity):
-    """Return a file and all functions of a type that take so many arguments, under all names."""
-    functions = functions_of(name, language, form, arity)
-    names = (*functions, *filter(None, functions.values()))
-    return Code(text(name, LANGUAGES[language].target), names, form, arity)
+    """Return a file and all functions of a type that take so many arguments."""
+    return Code(text(name, LANGUAGES[language].target), functions_of(name, language, form, arity), form, arity)
 
 
 @pytest.fixture(scope="module")
@@ -307,7 +294,6 @@ def test_coefficients_read_back(name, target):
 
 @pytest.mark.parametrize(("name", "language"), CASES, ids=lambda word: word.replace(", ", "-").replace(" ", "-"))
 def test_results_are_within_the_proven_bounds(run, name, language):
-    """Under the names that last, too."""
     checked = 0
     for form in LANGUAGES[language].forms:
         for arity in (1, 2):
@@ -323,10 +309,8 @@ def check(compute, language, name, form, arity, of=None):
     found = compute(*everything.T[:arity].astype(TYPES[form]))
     smallest = np.finfo(TYPES[form]).tiny
     start = 0
-    for function, stays in functions.items():
+    for function in functions:
         rows = of[function, form]
-        if stays:
-            np.testing.assert_array_equal(found[function], found[stays])
         result = np.float64(found[function][start : start + len(rows)])
         start += len(rows)
         *arguments, least, most = rows.T

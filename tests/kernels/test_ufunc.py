@@ -540,6 +540,6 @@ def test_tables_are_those_of_the_header():
     for name, body in re.findall(r"^static const double (\w+)\[\d+\]\[\d+\] = \{\n(.*?)^\};", text, re.M | re.S):
         rows = [re.findall(r"-?0x[0-9a-f.]+p[+-]\d+|\b-?0\.0\b", line) for line in body.splitlines()]
         tables[name] = np.array([[float.fromhex(number) for number in row] for row in rows])
-    assert set(tables) == {"viscopade_table_lookup_full", "viscopade_full_table"}
-    assert np.array_equal(tables["viscopade_table_lookup_full"], FULL.rows)
+    assert set(tables) == {"viscopade_table_full", "viscopade_full_table"}
+    assert np.array_equal(tables["viscopade_table_full"], FULL.rows)
     assert np.array_equal(tables["viscopade_full_table"], [row.numbers for row in last_place.double_rows()])

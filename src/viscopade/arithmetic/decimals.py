@@ -59,14 +59,6 @@ def _short(number: Fraction | float, digits: int, rounding: str) -> str:
     return f"{decimal:e}" if decimal.adjusted() < -3 else f"{decimal:f}"
 
 
-def power_of_ten(number: Fraction) -> str:
-    """Return the smallest power of ten that is at least a positive number, as a part of a name: "1em5" for 3e-6."""
-    exponent = math.floor(math.log10(number)) - 1
-    while Fraction(10) ** exponent < number:
-        exponent += 1
-    return identifier(f"1e{exponent}")
-
-
 def identifier(number: str) -> str:
     """Return a decimal number as a part of a name: "." becomes p, "-" m."""
     return number.replace(".", "p").replace("-", "m").replace("+", "")

@@ -68,10 +68,10 @@ typedef struct {
         NAN_AMONG(n, out) \
     }
 
-#define AS_ARRAYS(KIND, F, ONE) viscopade_restitution_##KIND##_lookup_full##F(n, speed, beta, out);
+#define AS_ARRAYS(KIND, F, ONE) viscopade_restitution_##KIND##_full##F(n, speed, beta, out);
 #define ONE_BY_ONE(KIND, F, ONE) \
     for (size_t i = 0; i < n; i++) { \
-        out[i] = viscopade_restitution_lookup_full##F(speed[i], ONE); \
+        out[i] = viscopade_restitution_full##F(speed[i], ONE); \
     }
 
 #define NAN_AMONG(n, out) \

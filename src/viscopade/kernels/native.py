@@ -28,8 +28,8 @@ _WRITE = ("nbo", "aligned", "allocate", "no_broadcast", "overlap_assume_elementw
 DOC = """The coefficient of restitution eps at a speed, in double precision or, for float32, in single precision.
 
 Arguments are numbers, lists or arrays of any shapes that broadcast; `out`, `where` and `dtype` are those of NumPy's
-ufuncs. Compiled, it is a ufunc; without a C compiler, a function of Python with the same bits. It runs the kernel
-`lookup_full` of exports/viscopade_speed_full.h.
+ufuncs. Compiled, it is a ufunc; without a C compiler, a function of Python with the same bits. It runs the
+functions of exports/viscopade_speed_full.h.
 
 Parameters
 ----------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from operator import itemgetter
@@ -50,7 +51,7 @@ def half_line_kernel(accuracy: Exact, measure: Measure = "both") -> HalfLineKern
         If an argument is not accepted, or none of the known kernels is accurate enough.
     """
     wanted = accuracy_of(accuracy)
-    return of_half_line(_half_line_powers(wanted, measure_of(measure)), measure)
+    return replace(of_half_line(_half_line_powers(wanted, measure_of(measure)), measure), accuracy=wanted)
 
 
 @recorded("half_line_powers")
@@ -69,7 +70,7 @@ def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
         lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
     found = f"best N/D found in the measure |error|/{RELATIVE_TO[measure]} over all v* >= 0, with these powers of y"
-    return HalfLineKernel(powers, variants, missing, found)
+    return HalfLineKernel(powers, variants, missing, found, None)
 
 
 def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
@@ -93,7 +94,7 @@ def inverse_kernel(accuracy: Exact, epsilon_min: Exact = 0) -> InverseKernel:
     low = arguments.exact_number(
         "epsilon_min", epsilon_min, "0, or a number from 2e-4 to 0.99", lambda e: e == 0 or least <= e <= most
     )
-    return of_inverse(_inverse_powers(wanted, low), low)
+    return replace(of_inverse(_inverse_powers(wanted, low), low), accuracy=wanted)
 
 
 @recorded("inverse_powers")
@@ -117,7 +118,7 @@ def of_inverse(powers: Powers, epsilon_min: Fraction = Fraction(0)) -> InverseKe
         lambda q: certificate.prove_inverse(exact_formulas.inverse_formula(q, form), low),
         lambda a, b, kind: rounding_bounds.inverse_sizes(powers, form, low, a, b, kind),
     )
-    return InverseKernel(powers, variants, missing, "best N/D in the relative error of v*", epsilon_min)
+    return InverseKernel(powers, variants, missing, "best N/D in the relative error of v*", None, epsilon_min)
 
 
 def _first(

@@ -177,7 +177,7 @@ def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure)
     limit = wanted
     for _ in range(ATTEMPTS):
         chosen = cheapest.cheapest_fit(limit, high, low, measure=measure)
-        kernel = _with_proofs(chosen.fit, wanted)
+        kernel = replace(_with_proofs(chosen.fit, wanted), accuracy=wanted)
         error = kernel.variants[0].total
         if error <= wanted:
             return kernel

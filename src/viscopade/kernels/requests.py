@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from viscopade.approximation.measure import Measure
 from viscopade.generated import marker_line, template
 from viscopade.kernels import names, prove_lacunary, prove_rational
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKernel
-from viscopade.kernels.forms.minimax import MinimaxKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.names import FAST, SERIES_DIGITS, SERIES_ORDER, TARGETS, TIERS
 from viscopade.kernels.targets import quotients, table_free, tables, vectors
@@ -141,16 +140,16 @@ class Request:
             for m, n in self.pade
         ]
         found += (prove_rational.of_minimax(m, n, *ends) for m, n in self.minimax)
-        chosen = _by_name(prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
-        return [*found, *chosen]
+        found += (prove_rational.accurate(accuracy, *ends) for accuracy in self.accuracy)
+        return found
 
     def half_line_kernels(self) -> list[HalfLineKernel]:
         """Return the requested kernels for all v* >= 0, with their proofs; errors as for `quotients`."""
-        return _by_name(prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy)
+        return [prove_lacunary.half_line_kernel(accuracy, self.measure) for accuracy in self.accuracy]
 
     def inverse_kernels(self) -> list[InverseKernel]:
         """Return the requested inverse kernels, with their proofs; errors as for `quotients`."""
-        return _by_name(prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse)
+        return [prove_lacunary.inverse_kernel(accuracy, self.epsilon_min) for accuracy in self.inverse]
 
     def render(self, target: str, module: str = MODULE) -> str:
         """Return the text that `viscopade export` makes; `module` is the module's name, if it has one of its own.
@@ -180,14 +179,6 @@ class Request:
             return render(kind.kernels(self), self.command(target))
         assert kind.compact is not None  # the target is one of the kind's
         return kind.compact(target_of(target), kind.kernels(self), self.command(target), module)
-
-
-Named = TypeVar("Named", MinimaxKernel, HalfLineKernel, InverseKernel)
-
-
-def _by_name(kernels: Iterable[Named]) -> list[Named]:
-    """Return each kernel once: one may be the smallest for several accuracies."""
-    return list({kernel.name: kernel for kernel in kernels}.values())
 
 
 class Kind(NamedTuple):

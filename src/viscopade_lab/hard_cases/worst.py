@@ -292,5 +292,5 @@ def _full_from_speed() -> Function:
     def computed(x: Array) -> Array:
         return restitution(x, np.ones_like(x))
 
-    ends, name = (2.0**table.first, 2.0**60), "restitution_lookup_full"
+    ends, name = (2.0**table.first, 2.0**60), "restitution_full"
     return Function("full", name, DOUBLE, computed, exact, *ends, table.proven.ulp, ulp=True, second=(1.0,))

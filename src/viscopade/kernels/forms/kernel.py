@@ -10,9 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from json import dumps
 from typing import Generic, TypeVar
+from zlib import crc32
 
-from viscopade.arithmetic.decimals import above, below, identifier
+from viscopade.arithmetic.decimals import above, at_most, below, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import one_line
 from viscopade.kernels.certificate import Certificate
@@ -36,12 +38,12 @@ class Kernel(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """The end of the functions' names."""
+        """The end of the functions' names, which lasts: it says what was asked for, and not what is proven."""
 
     @property
-    def lasting_name(self) -> str:
-        """The end of the functions' names that does not change when a better kernel takes this one's place."""
-        return self.name
+    def identity(self) -> str:
+        """A number that other kernels do not have, for include guards: 32 bits that depend on the whole record."""
+        return identity_of(dumps(self.record()))
 
     @property
     def label(self) -> str:
@@ -184,9 +186,14 @@ def span(low: Fraction, high: Fraction | None) -> str:
     return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
 
 
-def scientific(bound: str) -> str:
-    """Return a bound as part of a name, always with an exponent: 0.00157 becomes 1p57em3."""
-    return identifier(f"{Decimal(bound).normalize():e}")
+def accuracy_name(accuracy: Fraction) -> str:
+    """Return an accuracy as part of a name, always with an exponent: 1em5 for 1e-5, 3p5em6 for 3.5e-6."""
+    return identifier(f"{Decimal(at_most(accuracy)).normalize():e}")
+
+
+def identity_of(text: str) -> str:
+    """Return 32 bits of a text's checksum as a constant of C."""
+    return f"0x{crc32(text.encode()):08x}"
 
 
 def decimals(form: Format, **coefficients: tuple[float, ...]) -> dict[str, object]:

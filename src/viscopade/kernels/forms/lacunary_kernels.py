@@ -12,10 +12,10 @@ from viscopade.approximation import half_line
 from viscopade.approximation.inverse import INTERVAL_FORM, WHOLE_FORM, InverseForm
 from viscopade.approximation.lacunary import Powers
 from viscopade.approximation.measure import RELATIVE_TO
-from viscopade.arithmetic.decimals import above, at_most, identifier, power_of_ten
+from viscopade.arithmetic.decimals import above, at_most, identifier
 from viscopade.kernels.expressions import CodeBranch
 from viscopade.kernels.forms import formulas
-from viscopade.kernels.forms.kernel import Fitted, Variant, hexadecimals, measure_name, scientific
+from viscopade.kernels.forms.kernel import Fitted, Variant, accuracy_name, hexadecimals, measure_name
 from viscopade.kernels.forms.rounding_bounds import DIGITS, Size
 
 HALF_LINE, INVERSE = "halfline", "inverse"
@@ -64,6 +64,8 @@ class LacunaryKernel(Fitted[LacunaryVariant]):
     ----------
     powers : Powers
         The exponents in N and D.
+    accuracy : Fraction or None
+        That asked for; None if the powers were.
 
     The others, and errors, are those of `Fitted`.
     """
@@ -72,6 +74,7 @@ class LacunaryKernel(Fitted[LacunaryVariant]):
     variants: tuple[LacunaryVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
+    accuracy: Fraction | None
     kind: ClassVar[str]
     """The first part of the name."""
 
@@ -81,23 +84,14 @@ class LacunaryKernel(Fitted[LacunaryVariant]):
         return len(self.powers.top), len(self.powers.bottom)
 
     @property
-    def name(self) -> str:
-        """The name with the proven bound, "halfline_1p57em3"."""
-        return self._name(scientific(self.bound.bound))
+    def _asked(self) -> str:
+        """The accuracy asked for, or else the degrees of N and D, as the end of a name."""
+        return f"{self.powers.m}_{self.powers.n}" if self.accuracy is None else accuracy_name(self.accuracy)
 
     @property
     @abstractmethod
     def checked(self) -> tuple[str, ...]:
         """The functions whose relative error the certificate bounds."""
-
-    @abstractmethod
-    def _name(self, error: str) -> str:
-        """Return the name with an error as its part."""
-
-    @property
-    def lasting_name(self) -> str:
-        """The name with a power of ten in place of the bound: "halfline_1em5" keeps it, in double with rounding."""
-        return self._name(power_of_ten(self.variants[0].total(self.checked)))
 
     @property
     @abstractmethod
@@ -187,9 +181,10 @@ class HalfLineKernel(LacunaryKernel):
         if self.bound.high is not None or self.bound.measure == "speed":
             raise ValueError(f"{self.label}: the proof must be one of eps for all v* >= 0")
 
-    def _name(self, error: str) -> str:
-        """Return "halfline_1p57em3"; "_relative" is appended in that measure."""
-        return f"{HALF_LINE}_{error}{measure_name(self.bound.measure)}"
+    @property
+    def name(self) -> str:
+        """What was asked for, "halfline_1em5"; "_relative" is appended in that measure."""
+        return f"{HALF_LINE}_{self._asked}{measure_name(self.bound.measure)}"
 
     @property
     def formula(self) -> str:
@@ -253,10 +248,11 @@ class InverseKernel(LacunaryKernel):
         """0, or where the proof begins: epsilon_min, rounded down to a multiple of 2^-24."""
         return interval_start(self.epsilon_min)
 
-    def _name(self, error: str) -> str:
-        """Return the name with the interval: "inverse_e0p1_2p4em4", or "inverse_1p05em3" on (0, 1]."""
+    @property
+    def name(self) -> str:
+        """What was asked for, with the interval: "inverse_e0p1_1em5", or "inverse_1em5" on (0, 1]."""
         interval = f"e{identifier(above(self.epsilon_min))}_" if self.epsilon_min else ""
-        return f"{INVERSE}_{interval}{error}"
+        return f"{INVERSE}_{interval}{self._asked}"
 
     @property
     def form(self) -> InverseForm:

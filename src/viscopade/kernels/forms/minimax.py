@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from viscopade.arithmetic.decimals import above, below, identifier, power_of_ten
+from viscopade.arithmetic.decimals import above, below, identifier
 from viscopade.arithmetic.formats import Format
 from viscopade.kernels.certificate import Certificate
 from viscopade.kernels.forms.kernel import (
     Fitted,
     Variant,
+    accuracy_name,
     hexadecimals,
     measure_name,
 )
@@ -54,6 +55,8 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
     ----------
     m, n : int
         Degrees.
+    accuracy : Fraction or None
+        That asked for; None if the degrees were.
 
     The others, and errors, are those of `Fitted`.
     """
@@ -63,6 +66,7 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
     variants: tuple[MinimaxVariant, ...]
     missing: tuple[tuple[str, str], ...]
     source: str
+    accuracy: Fraction | None = None
 
     @property
     def lengths(self) -> tuple[int, int]:
@@ -82,21 +86,19 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
 
     @property
     def name(self) -> str:
-        """The name with degrees, interval and proven bound: "minimax_1_4_v5_9p86em4" has 9.86e-4 up to v* = 5."""
-        return f"minimax_{self.m}_{self.n}_{self._name(identifier(self.bound.bound))}"
+        """What was asked for: "minimax_1_4_v5" for degrees up to v* = 5, "minimax_v5_1em3" for an accuracy."""
+        low, high = self.interval
+        interval = f"v{identifier(below(high) if low == 0 else f'{above(low)}to{below(high)}')}"
+        if self.accuracy is None:
+            asked = f"{self.m}_{self.n}_{interval}"
+        else:
+            asked = f"{interval}_{accuracy_name(self.accuracy)}"
+        return f"minimax_{asked}{measure_name(self.bound.measure)}"
 
     @property
-    def lasting_name(self) -> str:
-        """The name with a power of ten in place of the bound: "minimax_v5_1em3" keeps it, in double with rounding."""
-        return f"minimax_{self._name(power_of_ten(self.variants[0].total))}"
-
-    def _name(self, error: str) -> str:
-        """Return the part of the names with interval, error and measure."""
-        low, high = self.interval
-        ends = identifier(below(high) if low == 0 else f"{above(low)}to{below(high)}")
-        return f"v{ends}_{error}{measure_name(self.bound.measure)}"
-
-    pattern = "minimax_M_N_vV_B"
+    def pattern(self) -> str:
+        """The form of the names."""
+        return "minimax_M_N_vV" if self.accuracy is None else "minimax_vV_B"
 
     @property
     def domain(self) -> str:

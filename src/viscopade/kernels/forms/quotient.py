@@ -55,8 +55,10 @@ class Quotient(Kernel):
         """The paper's name, "[3/6]"."""
         return f"[{self.m}/{self.n}]"
 
-    pattern: ClassVar[str]
-    """The form of the names, as a header explains it."""
+    @property
+    @abstractmethod
+    def pattern(self) -> str:
+        """The form of the names, as a header explains it."""
 
     @property
     def interval(self) -> tuple[Fraction, Fraction] | None:
@@ -184,7 +186,7 @@ class PadeKernel(Quotient):
         return f"pade_{self.m}_{self.n}{'' if self.law == VISCOELASTIC else exponents}"
 
     @property
-    def pattern(self) -> str:  # type: ignore[override]
+    def pattern(self) -> str:
         """The form of the names."""
         return "pade_M_N" if self.law == VISCOELASTIC else "pade_M_N_aA_bB"
 

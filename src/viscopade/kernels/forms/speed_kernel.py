@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple
 
 from viscopade.arithmetic.decimals import at_most, identifier
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms import last_place
-from viscopade.kernels.forms.kernel import scientific
+from viscopade.kernels.forms.kernel import identity_of
 from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel
 from viscopade.kernels.forms.speed_table import Table
 from viscopade.kernels.forms.speed_table_last_place import LastPlaceTable
@@ -71,17 +72,15 @@ class SpeedKernel:
         beyond = [self.slow.variant(DOUBLE).certificate.bound] if self.slow else []
         return max([at_most(self.table.proven.error), *beyond], key=Fraction)
 
-    @cached_property
-    def name(self) -> str:
-        """The end of the functions' names: "lookup", degree, rows per octave, proven bound."""
-        if isinstance(self.table, LastPlaceTable):
-            return "lookup_full"
-        return f"lookup_{self.table.degree}_{1 << self.table.split}_{scientific(self.bound)}"
-
     @property
-    def lasting_name(self) -> str:
-        """The end of names that do not change when a better table takes this one's place: "1em5", "full"."""
+    def name(self) -> str:
+        """The end of the functions' names, which lasts: "1em5", "full"."""
         return identifier(self.tier)
+
+    @cached_property
+    def identity(self) -> str:
+        """A number that other tables do not have, for include guards."""
+        return identity_of(" ".join(map(float.hex, chain(*self.table.rows))))
 
     @property
     def file(self) -> str:

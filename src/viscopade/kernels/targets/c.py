@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from textwrap import wrap
 from typing import Any
@@ -14,7 +15,7 @@ from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.bodies import Language
 from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, constant_of_c, of_c
-from viscopade.kernels.targets.wording import comment, distinct, functions_of, head_of, lasting
+from viscopade.kernels.targets.wording import comment, distinct, head_of
 
 _LANGUAGES = [Language(form, of_c(form), partial(constant_of_c, form=form)) for form in (DOUBLE, FLOAT)]
 
@@ -47,16 +48,16 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
         blocks=blocks,
         types=list(map(_type, _LANGUAGES)),
         define_constant=DEFINE_CONSTANT,
-        lasting=lasting((kernel, functions_of(kernel, of)) for kernel, of in zip(kernels, types, strict=True)),
         has_ends=kernels[0].of_speed or any(block["warning"] for block in blocks),
     )
 
 
 def half_line_functions(kernels: Sequence[HalfLineKernel]) -> str:
     """Return v* of speed and beta, and the functions of v* of half-line kernels in type double."""
-    blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in kernels]
+    double = [replace(kernel, variants=(kernel.variant(DOUBLE),), missing=()) for kernel in kernels]
+    blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in double]
     return template(__name__, "functions.h.jinja").render(
-        blocks=blocks, types=list(map(_type, _LANGUAGES)), define_constant=DEFINE_CONSTANT, of_speed=True, lasting=[]
+        blocks=blocks, types=list(map(_type, _LANGUAGES)), define_constant=DEFINE_CONSTANT, of_speed=True
     )
 
 

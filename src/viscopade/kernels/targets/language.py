@@ -95,7 +95,6 @@ class FunctionText:
     mathematics: str = ""  # {name}, {suffix}: of the mathematical library's functions; "": as in compact kernels
     power: str = ""  # {base}, {p}, {type}, {suffix}: base^p; "" where nothing is assumed of its accuracy
     file: str = "{head}\n\n{functions}\n"  # {head}, {functions}, {module}
-    argument: str = "{given}"  # the name of the parameter
     apart: int = 0  # lines between functions, besides one
 
     def syntax(self, number: Number) -> Syntax:

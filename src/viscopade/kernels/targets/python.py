@@ -12,7 +12,7 @@ from viscopade.kernels.forms.lacunary_kernels import InverseKernel
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.syntax import MATH_MODULE
-from viscopade.kernels.targets.wording import comment, distinct, functions_of, head_of, lasting
+from viscopade.kernels.targets.wording import comment, distinct, head_of
 
 _LANGUAGE = bodies.Language(DOUBLE, MATH_MODULE, repr, continued=" \\")
 
@@ -38,7 +38,6 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
         **bodies.of_speed(_LANGUAGE),
         head=comment(words["lines"], "#"),
         blocks=[_block(kernel) for kernel in kernels],
-        lasting=lasting((kernel, functions_of(kernel, [DOUBLE])) for kernel in kernels),
     )
 
 

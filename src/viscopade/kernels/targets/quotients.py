@@ -23,10 +23,8 @@ from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import text
 from viscopade.kernels.targets.wording import (
-    AnyKernel,
     comment,
     distinct,
-    lasting_kernels,
     preamble,
     variable,
 )
@@ -59,7 +57,7 @@ def render(target: Target, kernels: Sequence[Quotient], command: str, module: st
         If a kernel cannot be written in any of the language's types, or `command` is not one line.
     """
     chosen = distinct(kernels)
-    functions = _texts(target, chosen, functions_of_v_star)
+    functions = _texts(target, chosen)
     calls = [(f"epsilon_{kernel.name}", "v_star", f"eps at {variable(kernel.law)}") for kernel in chosen]
     added = f"{_QUOTIENT_ULPS * FLOAT.epsilon:.1g}"
     in_shaders = f"{_IN_SHADERS}, and the quotient may add {added} eps."
@@ -95,18 +93,11 @@ def _usage(
     ends: Sequence[str],
     in_shaders: str,
 ) -> list[str]:
-    """Return the lines on the functions, on their results, and on names that last."""
+    """Return the lines on the functions and on their results."""
     written = target.written
-    first = {kernel.name: kernel.lasting_name for kernel in lasting_kernels(kernels)}
-    stay = [
-        (name.replace(today, lasting), given, "the same; the name stays when a better kernel comes")
-        for name, given, _ in calls
-        for today, lasting in first.items()
-        if name.endswith(today)
-    ]
     names = [
         f"    {written.call.replace('{function}_{name}', name).format(given=given)}    {what}"
-        for name, given, what in (*calls, *stay)
+        for name, given, what in calls
     ]
     types = ", ".join(
         f"{number.type}{f' (its names end in {number.suffix})' * bool(number.suffix)}" for number in target.numbers
@@ -132,22 +123,16 @@ class WrittenFunction(NamedTuple):
     result: Expression
 
 
-def _texts(
-    target: Target, kernels: Sequence[AnyKernel], functions: Callable[[AnyKernel, Format], list[WrittenFunction]]
-) -> list[str]:
-    """Return the texts of all functions in each type, with those of lasting names; refuse a kernel without any."""
-    found, stay = list[str](), {kernel.name for kernel in lasting_kernels(kernels)}
+def _texts(target: Target, kernels: Sequence[Quotient]) -> list[str]:
+    """Return the texts of all functions in each type; refuse a kernel without any."""
+    found = list[str]()
     for kernel in kernels:
         before, reason = len(found), ""
         for kind in target.numbers:
             try:
-                of_type = functions(kernel, kind.form)
+                found.append(_text(target, kernel, kind, function_of_v_star(kernel, kind.form)))
             except ValueError as error:
                 reason = str(error)
-                continue
-            found += (_text(target, kernel.name, kind, function) for function in of_type)
-            if kernel.name in stay:
-                found += (_forward(target, kernel, kind, function) for function in of_type)
         if len(found) == before:
             raise ValueError(
                 f"{kernel.name} cannot be written in {target.name}: {reason}; accepted are other degrees or targets"
@@ -155,27 +140,26 @@ def _texts(
     return found
 
 
-def functions_of_v_star(kernel: Quotient, form: Format) -> list[WrittenFunction]:
+def function_of_v_star(kernel: Quotient, form: Format) -> WrittenFunction:
     """Return eps of v*."""
     a, b = kernel.rounded(form)
     given = formulas.dense(a=a, b=b)
     branch, _ = formulas.epsilon_branches(given)
-    found = WrittenFunction(
+    return WrittenFunction(
         "epsilon", "v_star", domain_in(kernel, form), given, branch.program, branch.results["epsilon"]
     )
-    return [found]
 
 
-def _words(name: str, number: Number, function: WrittenFunction) -> dict[str, str]:
+def _words(kernel: Quotient, number: Number, function: WrittenFunction) -> dict[str, str]:
     low, high = function.ends
     ends = {"low": number.coefficient(low) if low else number.constant(low), "high": number.coefficient(high)}
-    guard = name if function.function == "epsilon" else f"{function.function}_{name}"
     return {
-        "name": name,
+        "name": kernel.name,
+        "identity": kernel.identity,
         "function": function.function,
         "given": function.given,
         "suffix": number.suffix,
-        "guard": f"{guard}_{number.form.name}".upper(),
+        "guard": f"{kernel.name}_{number.form.name}".upper(),
         "type": number.type,
         **ends,
         "inside": text(formulas.within(function.given, *map(Name, ends.values())), number.syntax),
@@ -183,17 +167,8 @@ def _words(name: str, number: Number, function: WrittenFunction) -> dict[str, st
     }
 
 
-def _forward(target: Target, kernel: Kernel, number: Number, function: WrittenFunction) -> str:
-    """Return the function with the name that lasts, which calls today's."""
-    written, words = target.written, _words(kernel.lasting_name, number, function)
-    argument = written.argument.format(given=function.given)
-    call = written.call.format(function=function.function, name=f"{kernel.name}{number.suffix}", given=argument)
-    body = indent(written.result.format(**words, value=call), "    ")
-    return "\n".join(filter(None, (written.begin.format(**words), body, written.close.format(**words))))
-
-
-def _text(target: Target, name: str, number: Number, function: WrittenFunction) -> str:
-    written, words = target.written, _words(name, number, function)
+def _text(target: Target, kernel: Quotient, number: Number, function: WrittenFunction) -> str:
+    written, words = target.written, _words(kernel, number, function)
     syntax = written.syntax(number)
     statements = [(name, text(expression, syntax)) for name, expression in function.program]
     lines = [

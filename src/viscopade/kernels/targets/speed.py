@@ -10,7 +10,7 @@ from viscopade.arithmetic.decimals import at_most
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Call, Expression, Name
-from viscopade.kernels.forms import formulas, last_place, table_free
+from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.bits import octaves, power_of_two
 from viscopade.kernels.forms.speed_kernel import SpeedKernel
 from viscopade.kernels.forms.speed_table import LAST_ULPS, OCTAVES, SWITCH, Table, of_w
@@ -19,18 +19,11 @@ from viscopade.kernels.names import FULL
 from viscopade.kernels.targets import c
 from viscopade.kernels.targets import last_place as full_text
 from viscopade.kernels.targets.syntax import Syntax, of_c, text
-from viscopade.kernels.targets.wording import lasting, lasting_lines
 from viscopade.kernels.v_star import USUAL, USUAL_TEXT, assumed, of_v_star
 
 BLOCK = 32  # speeds that the array functions take at a time
 AHEAD = 256  # elements by which speeds are asked for in advance, and results by half as many
 CACHE_LINE = 64  # bytes
-_LASTING = [
-    f"{function}{many}_{{}}{suffix}"
-    for suffix in ("", "f")
-    for function in table_free.FUNCTIONS
-    for many in ("", "_array", "_by_pair", "_each")
-]
 FUNCTIONS = (("restitution", "EPSILON"), ("rebound", "REBOUND"), ("dissipation", "DISSIPATION"))
 
 
@@ -60,7 +53,9 @@ def render(given: SpeedKernel, command: str) -> str:
         slow=_slow_text(given),
         slow_epsilon=f"viscopade_epsilon_{slow}(v_star)",
         slow_dissipation=text(formulas.lost_energy(Name("eps"), slow_loss)["of_both"], Syntax()),
-        guard=f"VISCOPADE_{given.name.upper()}",
+        guard=f"VISCOPADE_SPEED_{given.name.upper()}",
+        identity=given.identity,
+        error=given.bound,
         name=given.name,
         number=table.form.name,
         full=isinstance(table, LastPlaceTable),
@@ -76,7 +71,6 @@ def render(given: SpeedKernel, command: str) -> str:
         functions=FUNCTIONS,
         block=BLOCK,
         ahead=AHEAD,
-        lasting=lasting([(given, _LASTING)]),
     )
 
 
@@ -177,10 +171,9 @@ def _head(given: SpeedKernel, command: str) -> list[str]:
         "",
         *wrap(f"End condition: {END_CONDITION}.", WIDTH),
         "",
-        given.name,
+        f"{given.name}",
         *(line for lines in facts for line in lines),
         *_FUNCTIONS.format(name=given.name).splitlines(),
-        *lasting_lines([given]),
     ]
 
 

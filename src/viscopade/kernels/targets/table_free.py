@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from textwrap import wrap
-from typing import NamedTuple
 
 from viscopade.approximation.measure import RELATIVE_TO
-from viscopade.arithmetic.decimals import at_most, power_of_ten
-from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
+from viscopade.arithmetic.decimals import at_most
+from viscopade.arithmetic.formats import FLOAT, Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import Program
 from viscopade.kernels.forms import formulas, table_free
-from viscopade.kernels.forms.kernel import scientific
 from viscopade.kernels.forms.lacunary_kernels import (
     HALF_LINE,
     SPELLING,
@@ -27,13 +25,12 @@ from viscopade.kernels.forms.lacunary_kernels import (
 from viscopade.kernels.forms.table_free import (
     FUNCTIONS,
     LARGEST,
-    LIBRARY,
     RoundingBound,
 )
 from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
 from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, text
-from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines, lasting, lasting_lines
+from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines
 
 COMPACT = "compact"
 _INDENT = 30  # columns that assignments need besides the expression
@@ -68,10 +65,9 @@ def render(target: Target, kernels: Sequence[HalfLineKernel], command: str, modu
         )
     left_out = [kernel for kernel in chosen if kernel not in written]
     head = _head(target, written, left_out, command)
-    stay = {name: stays for ((stays, name),) in lasting((names_of(kernel), ["{}"]) for kernel in written)}
     return template(__name__, target.template("table_free")).render(
         head=comment(head, target.comment),
-        kernels=[_block(target, kernel) | {"lasting": stay.get(name_of(kernel))} for kernel in written],
+        kernels=[_block(target, kernel) for kernel in written],
         example=name_of(written[-1]),
         module=module,
         define_constant=DEFINE_CONSTANT,
@@ -99,24 +95,8 @@ SPECIAL = (
 
 
 def name_of(kernel: HalfLineKernel) -> str:
-    """Return the name with the proven bound, "compact_2p09em4"."""
+    """Return the name, in every language the same: "compact_1em5"."""
     return COMPACT + kernel.name.removeprefix(HALF_LINE)
-
-
-class Names(NamedTuple):
-    """The names of a compact kernel: the one with the bound, and the one that lasts."""
-
-    name: str
-    lasting_name: str
-
-
-def names_of(kernel: HalfLineKernel) -> Names:
-    """Return both names, in every language the same: "compact_1em5" keeps its error, in double with rounding."""
-    variant = kernel.variant(DOUBLE)
-    bound = variant.error
-    rounding, _ = table_free.rounding_bounds(kernel.powers, variant.a, variant.b, LIBRARY[DOUBLE.name])["restitution"]
-    total = power_of_ten(bound + Fraction(rounding) * (1 + bound))
-    return Names(name_of(kernel), name_of(kernel).replace(scientific(kernel.bound.bound), total))
 
 
 # --- what templates need ----------------------------------------------------------------------------------------------
@@ -143,6 +123,7 @@ def _block(target: Target, kernel: HalfLineKernel) -> dict[str, object]:
     return {
         "name": name_of(kernel),
         "guard": f"VISCOPADE_{name_of(kernel).upper()}",
+        "identity": kernel.identity,
         "facts": [line for fact in _errors(target, kernel) for line in wrap(fact, WIDTH)],
         "variants": [_variant(target, kernel, *pair) for pair in pairs],
     }
@@ -209,8 +190,7 @@ def _head(
         "",
         *wrap(f"assumed: {target.assumed}.", WIDTH),
         "",
-        *wrap(f"NAME is compact_B, B being the proven bound of the formula's error {SPELLING}.", WIDTH),
-        *lasting_lines([names_of(kernel) for kernel in kernels]),
+        *wrap(f"NAME is compact_B, B being the accuracy asked for {SPELLING}.", WIDTH),
     ]
 
 

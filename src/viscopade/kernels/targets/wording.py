@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from viscopade.arithmetic.formats import Format
 from viscopade.generated import END_CONDITION, WIDTH, marker_line
@@ -26,15 +26,19 @@ SAMPLED = (
 )
 
 _PADE = "for the Pade approximant [M/N]"
-_MINIMAX = "for the best approximant [M/N] up to v* = V, with the proven bound B of its error"
 _LETTERS = "(p stands for the decimal point, m for the minus of an exponent)"
 _QUOTIENTS = {
     "pade_M_N": f"{_PADE}.",
     "pade_M_N_aA_bB": f"{_PADE} of the law with the exponents a = A and b = B (o stands for the bar of a fraction).",
-    "minimax_M_N_vV_B": f"{_MINIMAX} {_LETTERS}.",
+    "minimax_M_N_vV": f"for the best approximant [M/N] up to v* = V, or vLtoV from v* = L on {_LETTERS}.",
+    "minimax_vV_B": "for the cheapest best approximant up to v* = V, or vLtoV from v* = L on, B being the accuracy "
+    f"asked for {_LETTERS}.",
 }
 """By the form of the functions' names, what they stand for."""
-_INVERSES = "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1"
+_INVERSES = (
+    "NAME is inverse_B for a kernel for 0 < eps <= 1, inverse_eE_B for one for E <= eps <= 1, B being the accuracy "
+    "asked for"
+)
 
 AnyKernel = TypeVar("AnyKernel", bound=Kernel)
 
@@ -69,7 +73,7 @@ def head_of(kernels: Sequence[Quotient | InverseKernel], command: str, forms: Se
         inverses = [kernel for kernel in kernels if isinstance(kernel, InverseKernel)]
         lines, names = inverse_preamble(inverses, command), wrap(f"{_INVERSES} {SPELLING}.", WIDTH)
     return {
-        "lines": [*lines, *lasting_lines(kernels)],
+        "lines": lines,
         "kind": kernels[0].kind,
         "example": kernels[-1].name,
         "names": names,
@@ -184,53 +188,3 @@ def end_condition(law: Law) -> str:
     if law.delayed:
         return END_CONDITION
     return "contact ends when the force vanishes, which by this law is where the compression x returns to 0"
-
-
-# --- names that last --------------------------------------------------------------------------------------------------
-
-
-class Named(Protocol):
-    """A kernel whose functions have a name that may change, and one that lasts."""
-
-    @property
-    def name(self) -> str:
-        """The end of the functions' names."""
-
-    @property
-    def lasting_name(self) -> str:
-        """The end of the names that do not change when a better kernel takes this one's place."""
-
-
-def lasting(functions: Iterable[tuple[Named, Sequence[str]]]) -> list[list[tuple[str, str]]]:
-    """Return pairs of a lasting name and today's by kernel, given its functions with {} in place of its name."""
-    found: dict[str, list[tuple[str, str]]] = {}
-    for kernel, patterns in functions:
-        if kernel.lasting_name != kernel.name:
-            pairs = [(pattern.format(kernel.lasting_name), pattern.format(kernel.name)) for pattern in patterns]
-            found.setdefault(kernel.lasting_name, pairs)
-    return list(found.values())
-
-
-def lasting_kernels(kernels: Sequence[AnyKernel]) -> list[AnyKernel]:
-    """Return the kernels with a lasting name of their own: the first of those that share one."""
-    first = {kernel.lasting_name: kernel for kernel in reversed(kernels)}
-    return [kernel for kernel in kernels if first[kernel.lasting_name] is kernel and kernel.lasting_name != kernel.name]
-
-
-def lasting_lines(kernels: Sequence[Named]) -> list[str]:
-    """Return the sentence on lasting names for the head of a file, wrapped; none if all names last."""
-    pairs = {kernel.lasting_name: kernel.name for kernel in reversed(kernels) if kernel.lasting_name != kernel.name}
-    if not pairs:
-        return []
-    names = ", ".join(f"{lasting_name} (now {name})" for lasting_name, name in reversed(pairs.items()))
-    text = f"NAME may also be {names}: a name that stays when a better kernel takes the place of today's."
-    return ["", *wrap(text, WIDTH, break_on_hyphens=False)]
-
-
-def functions_of(kernel: Quotient | InverseKernel, forms: Iterable[Format]) -> list[str]:
-    """Return the names of a kernel's functions in C and Python, with {} for that of the kernel."""
-    quotient = isinstance(kernel, Quotient)
-    functions = ["epsilon"] if quotient else ["v_star", "v_star_from_loss"]
-    if kernel.of_speed:
-        functions.append("restitution" if quotient else "beta")
-    return [f"{name}_{{}}{form.suffix}" for form in forms for name in functions]

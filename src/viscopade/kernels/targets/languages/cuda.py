@@ -58,13 +58,14 @@ TARGET = Target(
     place="device",
     device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
     functions=FunctionText(
-        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard}\n\n"
+        "#ifndef VISCOPADE_{guard}\n#define VISCOPADE_{guard} {identity}\n\n"
         "VISCOPADE_FUNCTION {type} viscopade_{function}_{name}{suffix}({type} {given})\n{{",
         "const {type} {constant} = {value};",
         "const {type} {variable} = {value};",
         "return {value};",
         'if (!({inside})) {{\n    return nan{suffix}("");\n}}',
-        "}}\n\n#endif",
+        "}}\n\n#elif VISCOPADE_{guard} != {identity}\n"
+        "#error viscopade: two headers have different kernels of one name\n#endif",
         "viscopade_{function}_{name}({given})",
         mathematics="{name}{suffix}",
         file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",

@@ -23,7 +23,6 @@ TARGET = Target(
         "}}",
         "viscopade_{function}_{name}({given})",
         "An argument outside the domain is moved to its nearer end; NaN is not promised to come out of a NaN.",
-        argument="at",
     ),
     assumed=of_shaders("WGSL"),
     larger="max",
