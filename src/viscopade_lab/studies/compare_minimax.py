@@ -15,6 +15,7 @@ on PyPI, Sollya a Debian package.
 
 from __future__ import annotations
 
+import argparse
 import math
 import shutil
 import statistics
@@ -252,4 +253,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()
