@@ -39,7 +39,7 @@ def marker_line(command: str) -> str:
     return f"{generated_by()}: {one_line('command', command)}"
 
 
-def environment(module: str, *, autoescape: bool = False) -> Environment:
+def environment(module: str) -> Environment:
     """Return the Jinja environment for the folder templates/ beside a module (its `__name__`)."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -49,7 +49,6 @@ def environment(module: str, *, autoescape: bool = False) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        autoescape=autoescape,
     )
     major, minor, patch = map(int, re.findall(r"\d+", __version__)[:3])  # of "0.2.0rc1", too
     made.globals |= {"version": __version__, "version_number": 10000 * major + 100 * minor + patch}

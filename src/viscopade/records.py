@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,22 +28,6 @@ class Node:
     source: str
     key: str
     value: object
-
-    @classmethod
-    def of_json(cls, text: str | bytes, source: str) -> Self:
-        """Return the root node of a JSON text.
-
-        Raises
-        ------
-        ValueError
-            If it is no JSON, or nested too deeply.
-        """
-        try:
-            return cls(source, "", json.loads(text))
-        except RecursionError:
-            raise ValueError(f"{source}: its JSON is nested too deeply") from None
-        except ValueError as error:
-            raise ValueError(f"{source}: the text is not JSON: {error}") from None
 
     def refuse(self, accepted: str) -> ValueError:
         """Return the exception that names the file, the key, the value and the accepted values."""
@@ -99,9 +81,9 @@ class Node:
             raise self.refuse("a list")
         return [type(self)(self.source, f"{self.key}[{i}]", value) for i, value in enumerate(self.value)]
 
-    def text(self, *, empty: bool = False) -> str:
+    def text(self) -> str:
         """Return a line of text."""
-        if not isinstance(self.value, str) or not self.value.isprintable() or not (self.value.strip() or empty):
+        if not isinstance(self.value, str) or not self.value.isprintable() or not self.value.strip():
             raise self.refuse("one line of text")
         return self.value
 
@@ -112,19 +94,6 @@ class Node:
                 return word
         raise self.refuse(", ".join(accepted))
 
-    def number(self, *, positive: bool = False) -> float:
-        """Return a finite number that is not negative."""
-        value = self.value
-        # An integer too large for a float compares well with infinity.
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-            raise self.refuse(_at_least_zero(positive))
-        if positive and value == 0:
-            raise self.refuse(_at_least_zero(positive))
-        try:
-            return float(value)
-        except OverflowError:
-            raise self.refuse(_at_least_zero(positive)) from None
-
     def within(self, accepted: str, holds: Callable[[float], bool]) -> float:
         """Return a number that meets a condition; `accepted` describes the condition."""
         value = self.value
@@ -134,10 +103,6 @@ class Node:
             return float(value)
         except OverflowError:
             raise self.refuse(accepted) from None
-
-    def optional(self, *, positive: bool = False) -> float | None:
-        """Return a number or None."""
-        return None if self.value is None else self.number(positive=positive)
 
     def count(self) -> int:
         """Return a positive integer that a double holds exactly."""
@@ -150,10 +115,6 @@ class Node:
         if not isinstance(self.value, bool):
             raise self.refuse("true or false")
         return self.value
-
-
-def _at_least_zero(positive: bool) -> str:
-    return f"a finite number {'>' if positive else '>='} 0"
 
 
 def _shown(value: object) -> str:

@@ -16,6 +16,7 @@ import viscopade as vp
 from tests.cli import called
 from tests.daily import chosen
 from tests.patience import HANGS
+from tools import calculator_tables
 from viscopade import quantity
 from viscopade.calculator import page, tables
 from viscopade.collision import exact, limits
@@ -119,7 +120,7 @@ def test_laws_against_exact_collisions(run, name, law):
 
 def test_todays_table_is_made_again():
     _, law = chosen(list(tables.laws()))
-    made, stored = tables.made(law), tables.stored()[tables.key(law)]
+    made, stored = calculator_tables.made(law), tables.stored()[tables.key(law)]
     assert made.keys() == stored.keys()
     assert made["ends"] == pytest.approx(stored["ends"], rel=1e-12)
     for new, old in zip(made["coefficients"], stored["coefficients"], strict=True):

@@ -74,7 +74,8 @@ def test_kappa_of_the_own_constant(name):
     """The scaled force, from the force in units: kappa x^b x' must be c xi^b xi' times time^2/(mass length)."""
     law, named = law_of(name), NAMED[name]
     k, mass, speed, constant = 3.0e3, 0.2, 1.7, 0.31
-    c = named.damping_constant(constant, k=k, mass=mass, n=named.n or Fraction(1))
+    factor, power = named.factor(named.n or Fraction(1)), float(named.power)
+    c = float(factor) * constant * k**power * mass ** (1 - power)
     length, time = (unit(speed, k=k, mass=mass) for unit in (law.length_scale, law.time_scale))
     assert length / time == pytest.approx(speed)
     assert k * length ** float(law.elastic) * time**2 / (mass * length) == pytest.approx(1)

@@ -13,7 +13,6 @@ from mpmath import mp
 from viscopade.audit.programs import program_of
 from viscopade.simulators import SOFT, TARGETS, lammps
 from viscopade.simulators.soft_text import PROGRAMS
-from viscopade.theory.law import Law
 
 _LAMMPS_WALL = f'fix wall all wall/gran granular {lammps.STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
 _TEXTS = {
@@ -45,7 +44,8 @@ def programs() -> list[dict[str, Any]]:
         program["walls"] = not name.startswith("rebound")  # `viscopade.simulators.rebound` needs two spheres
         if name in SOFT:
             formula = PROGRAMS[name].formula_of(name)
-            program |= {"law": _of_law(formula.law), "kappa": _kappa(name)}
+            law = {"elastic": str(formula.law.elastic), "damping": str(formula.law.damping), "end": formula.law.end}
+            program |= {"law": law, "kappa": _kappa(name)}
         found.append(program)
     return found
 
@@ -53,10 +53,6 @@ def programs() -> list[dict[str, Any]]:
 def _title(name: str) -> str:
     program, _, interface = name.partition("-")
     return program_of(program).title + (f" ({interface.title()})" if interface else "")
-
-
-def _of_law(law: Law) -> dict[str, Any]:
-    return {"elastic": str(law.elastic), "damping": str(law.damping), "end": law.end}
 
 
 def _kappa(name: str) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def page(command: str) -> str:
         The command line that makes it, for its first line.
     """
     marker = marker_line(command)
-    made = generated.environment(__name__, autoescape=False)
+    made = generated.environment(__name__)
     return made.get_template("page.html.jinja").render(marker=marker, comment=marker.replace("--", "- -"), **_parts())
 
 
@@ -74,11 +74,8 @@ def _parts() -> dict[str, str]:
     if "</script" in text or "<!--" in text:
         raise ValueError(f"{KERNELS_FILE} cannot be part of a page")
     facts = json.dumps(_facts(), ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    return {"kernels": text, "facts": facts, "names": ", ".join(_of_kernel(entry) for entry in _kernels())}
-
-
-def _of_kernel(entry: registry.Entry) -> str:
-    return f"{entry.name}: [restitution_{entry.name}, dissipation_{entry.name}]"
+    names = (f"{entry.name}: [restitution_{entry.name}, dissipation_{entry.name}]" for entry in _kernels())
+    return {"kernels": text, "facts": facts, "names": ", ".join(names)}
 
 
 def _kernels() -> list[registry.Entry]:

@@ -6,14 +6,11 @@ They are package data, made by  python -m tools.calculator_tables > src/viscopad
 from __future__ import annotations
 
 import json
-import math
 import pkgutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, cast
 
-from viscopade.collision.curve import curve, curve_tables
-from viscopade.generated import MARKER
 from viscopade.theory.law import ENDS, Law, law_of
 
 DATA = "data/calculator.json"
@@ -21,9 +18,6 @@ ERROR = 1e-11
 """Largest relative error of eps, 1 - eps, x_max, tau_c and kappa from the tables (tests/calculator/test_numbers.py)."""
 LAWS = ("viscoelastic", "linear", "tsuji", "hunt-crossley", "hunt-crossley:1", "kelvin-voigt:1", "3/2,0")
 """The ready laws, by the names that `law_of` takes; the first is the paper's."""
-
-_DROPPED = 1e-12  # sum of the coefficients that a panel's polynomial is cut off by: the error that this makes
-_DECIMALS = 14
 
 Table = dict[str, Any]
 """A table as JSON: ends of panels, coefficients by function (L, X, T) and panel, slopes, largest kappas, decay."""
@@ -36,39 +30,6 @@ def laws() -> Iterator[tuple[str, Law]]:
             law = law_of(name, end)
             if end == "force" or law.nu > 1:
                 yield name, law
-
-
-def made(law: Law) -> Table:
-    """Return the table of a law, from the exact collision on."""
-    whole, table = curve(law), curve_tables(law).of_s
-    return {
-        "ends": list(table.ends),
-        "coefficients": [[_shortened(panel) for panel in function] for function in table.coefficients],
-        "slopes": list(table.slopes),
-        "largest": _number(whole.kappa_max),
-        "largest_of_course": _number(whole.kappa_max_of_course),
-        "decay": None if law.decay is None else float(law.decay),
-    }
-
-
-def _shortened(coefficients: Sequence[float]) -> list[float]:
-    """Return the leading coefficients of a Chebyshev series; what is left out sums up to `_DROPPED` at most."""
-    number, left = len(coefficients), 0.0
-    while number > 1 and left + abs(coefficients[number - 1]) <= _DROPPED:
-        number -= 1
-        left += abs(coefficients[number])
-    return [round(c, _DECIMALS) for c in coefficients[:number]]
-
-
-def _number(value: float) -> float | None:
-    return None if math.isinf(value) else value
-
-
-def data_file() -> str:
-    """Return the content of the data file."""
-    head = f"{MARKER}: python -m tools.calculator_tables > src/viscopade/{DATA}"
-    rows = [f"{json.dumps(key(law))}: {json.dumps(made(law), separators=(',', ':'))}" for _, law in laws()]
-    return "".join(("{\n", f'"command": {json.dumps(head)},\n', ",\n".join(rows), "\n}\n"))
 
 
 def key(law: Law) -> str:

@@ -31,7 +31,6 @@ def violations(
     *,
     strongest: Pair | None = None,
     yield_strength: float | None = None,
-    unit: str = "m/s",
 ) -> Iterator[str]:
     """Yield a sentence, without its full stop, for each assumption of the model that a pair violates.
 
@@ -45,8 +44,6 @@ def violations(
         With the radii of the largest v* at a speed, if sizes are distributed.
     yield_strength : float, optional
         The smaller one of both materials, a pressure.
-    unit : str
-        Unit of speeds.
 
     Raises
     ------
@@ -55,10 +52,24 @@ def violations(
     """
     if yield_strength is not None and not yield_strength > 0:
         raise ValueError(f"yield_strength is {yield_strength!r}: accepted is a number > 0")
-    yield from _depth(pair, fastest)
-    yield from _yielding(pair, fastest, yield_strength, unit)
-    yield from _slowness(pair, fastest, unit)
-    yield from _relaxation(pair if strongest is None else strongest, fastest, unit)
+    share, speed = overlap(pair, fastest), f"{fastest:.3g} m/s"
+    if share > LARGEST_OVERLAP:
+        yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
+    limit = math.inf if yield_strength is None else yield_speed(pair, yield_strength)
+    if fastest > NEAR_YIELD * limit:
+        beyond = "beyond" if fastest > limit else "near"
+        yield SENTENCES["yield"].format(speed=speed, beyond=beyond, limit=f"{limit:.3g} m/s")
+    crossing = min(
+        2 * s.radius / math.sqrt(s.young_modulus / s.density) for s in (pair.first, pair.second) if not s.is_wall
+    )
+    duration = float(pair.contact_time(fastest))
+    if duration < SOUND_CROSSINGS * crossing:
+        times = f"{duration / crossing:.2g}"
+        yield SENTENCES["slowness"].format(speed=speed, share=times, limit=f"{SOUND_CROSSINGS}")
+    fast = pair if strongest is None else strongest
+    share = fast.A / float(fast.contact_time(fastest))
+    if share > LONGEST_RELAXATION:
+        yield SENTENCES["relaxation"].format(speed=speed, share=f"{share:.2g}", limit=f"{LONGEST_RELAXATION:g}")
 
 
 def overlap(pair: Pair, speed: float) -> float:
@@ -76,33 +87,3 @@ def yield_speed(pair: Pair, strength: float) -> float:
         return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)
     except OverflowError:  # stronger than any impact
         return math.inf
-
-
-def _depth(pair: Pair, fastest: float) -> Iterator[str]:
-    share = overlap(pair, fastest)
-    if share > LARGEST_OVERLAP:
-        yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
-
-
-def _yielding(pair: Pair, fastest: float, strength: float | None, unit: str) -> Iterator[str]:
-    limit = math.inf if strength is None else yield_speed(pair, strength)
-    if fastest > NEAR_YIELD * limit:
-        beyond = "beyond" if fastest > limit else "near"
-        yield SENTENCES["yield"].format(speed=f"{fastest:.3g} {unit}", beyond=beyond, limit=f"{limit:.3g} {unit}")
-
-
-def _slowness(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
-    crossing = min(
-        2 * s.radius / math.sqrt(s.young_modulus / s.density) for s in (pair.first, pair.second) if not s.is_wall
-    )
-    duration = float(pair.contact_time(fastest))
-    if duration < SOUND_CROSSINGS * crossing:
-        share, limit = f"{duration / crossing:.2g}", f"{SOUND_CROSSINGS}"
-        yield SENTENCES["slowness"].format(speed=f"{fastest:.3g} {unit}", share=share, limit=limit)
-
-
-def _relaxation(pair: Pair, fastest: float, unit: str) -> Iterator[str]:
-    share = pair.A / float(pair.contact_time(fastest))
-    if share > LONGEST_RELAXATION:
-        limit = f"{LONGEST_RELAXATION:g}"
-        yield SENTENCES["relaxation"].format(speed=f"{fastest:.3g} {unit}", share=f"{share:.2g}", limit=limit)

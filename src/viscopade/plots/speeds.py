@@ -80,9 +80,9 @@ def of_law(law: Law | str, epsilon: float, speed: float) -> SpeedCurve:
     return SpeedCurve(f"law {law}", lambda v: functions.epsilon(kappa * (v / speed) ** power))
 
 
-def over_v_star(name: str = "exact") -> SpeedCurve:
+def over_v_star() -> SpeedCurve:
     """Return the curve of viscoelastic spheres over v*."""
-    return SpeedCurve(name, lambda v_star: np.asarray(double.epsilon(v_star)))
+    return SpeedCurve("exact", lambda v_star: np.asarray(double.epsilon(v_star)))
 
 
 def approximant(m: int, n: int, beta: float | None) -> SpeedCurve:

@@ -16,6 +16,7 @@ import numpy as np
 from viscopade.approximation import cheapest, minimax
 from viscopade.approximation.measure import RELATIVE_TO, Measure
 from viscopade.arithmetic.formats import DOUBLE, FLOAT, FORMATS, Format
+from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import expressions, machine, prove_rational, registry, registry_arrays, requests
 from viscopade.kernels.forms import formulas
@@ -34,6 +35,7 @@ WIDER = Fraction(1, 1 << 18)  # more than what type float does to beta, the spee
 LEAST_ACCURACY = Fraction(1, 10**15)
 TIGHTER = (Fraction(1), Fraction(1, 2), Fraction(1, 4))  # by which accuracy is increased to find a kernel of type float
 SAMPLES = 4001
+_LEAST = 2e-38  # constant: a normal number of type float
 NOISE = 1e-15  # more than double precision adds to a sampled error of eps, relatively
 
 
@@ -92,7 +94,7 @@ class Candidate(ABC):
     def _sampled(self, encounter: Encounter, measure: str) -> tuple[float, float, str]:
         low, high = (float(v) for v in encounter.v_star)
         v_star = np.geomspace(low, high, SAMPLES)
-        eps, loss = encounter.restitution(v_star)
+        eps, loss = double.epsilon(v_star), double.one_minus_epsilon(v_star)
         off = np.maximum(np.abs(self.epsilon(encounter, v_star) - eps) - NOISE * eps, 0.0)
         scale = {"epsilon": eps, "dissipation": loss * (1 + eps) / (2 * eps), "absolute": np.ones_like(eps)}[measure]
         i = int(np.argmax(off / scale))
@@ -176,7 +178,7 @@ def _constant(epsilon: Interval, tolerance: Tolerance, code: Code) -> str:
     middle = sum(kept(_smallest(lambda scale: operator.le(*kept(scale))))) / 2
     for digits in range(1, 18):
         text = f"{middle:.{digits}g}"
-        if _is_accepted(text) and not _of_constant(text, epsilon, code).failing(tolerance):
+        if _LEAST <= float(text) <= 1 and not _of_constant(text, epsilon, code).failing(tolerance):
             return text
     return f"{min(max(middle, low, _LEAST), 1.0):.17g}"
 
@@ -190,14 +192,6 @@ def _smallest(holds: Callable[[float], bool]) -> float:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if holds(middle) else (middle, high)
     return high
-
-
-_LEAST = 2e-38
-
-
-def _is_accepted(text: str) -> bool:
-    """Whether a constant is a normal number of type float, and at most 1."""
-    return _LEAST <= float(text) <= 1
 
 
 def _with_loss(loss: float) -> float:
@@ -256,7 +250,8 @@ class BestApproximant(Candidate):
             both, relative = bound * (1 + of_v_star) + of_v_star, rounding
         else:
             both, relative = of_v_star, bound + rounding
-        return _worst(self.encounters, self.code, Bound(both, relative * (1 + of_v_star), _of_product(self.code)))
+        whole = Bound(both, relative * (1 + of_v_star), _of_product(self.code))
+        return worst([whole.errors(in_format(encounter, self.code)[1]) for encounter in self.encounters])
 
     def epsilon(self, encounter: Encounter, v_star: FloatArray) -> FloatArray:
         """Return the quotient."""
@@ -330,10 +325,6 @@ class RegistryKernel(Candidate):
         if self.entry.kind == "full":
             return requests.Request(full=True)
         return requests.Request(accuracy=(self.entry.tier,))
-
-
-def _worst(encounters: Sequence[Encounter], code: Code, bound: Bound) -> Errors:
-    return worst([bound.errors(in_format(encounter, code)[1]) for encounter in encounters])
 
 
 def in_format(encounter: Encounter, code: Code) -> tuple[Interval, Interval]:

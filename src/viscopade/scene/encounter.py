@@ -10,8 +10,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from viscopade.arrays import double
-from viscopade.arrays.checked import FloatArray
 from viscopade.collision import exact, limits
 from viscopade.collision.spheres import Pair
 from viscopade.scene.description import Meeting, Scene, Sizes, Temperature
@@ -63,10 +61,6 @@ class Encounter:
         """The range of eps, proven: eps falls with v*."""
         low, high = self.v_star
         return proven_epsilon(high)[0], proven_epsilon(low)[1]
-
-    def restitution(self, v_star: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return eps and 1 - eps to the last digits of type double."""
-        return np.asarray(double.epsilon(v_star)), np.asarray(double.one_minus_epsilon(v_star))
 
     @property
     def contact_time(self) -> float:

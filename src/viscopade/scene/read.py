@@ -233,7 +233,9 @@ def _sizes(node: Node) -> Sizes:
         least, largest = (_required(node, name, "length") for name in ("min", "max"))
         typical = _optional(node, "typical", "length")
         middle = geometric_mean(least, largest) if typical is None else typical
-        return _ordered(node, least, middle, largest)
+        if not least <= middle <= largest:
+            raise node.refuse("min <= typical <= max")
+        return Sizes(least, middle, largest)
     if node.has("mean"):
         node.only("mean", "deviation", "tail")
         mean = _required(node, "mean", "length")
@@ -253,12 +255,6 @@ def _sizes(node: Node) -> Sizes:
     if not 0 < found.least <= found.largest < math.inf:
         raise node.refuse("radii that double precision can hold")
     return found
-
-
-def _ordered(node: Node, *radii: float) -> Sizes:
-    if sorted(radii) != list(radii):
-        raise node.refuse("min <= typical <= max")
-    return Sizes(*radii)
 
 
 def _quantile(node: Node) -> float:
@@ -338,7 +334,11 @@ def _meeting(
     bodies: Mapping[str, Body],
     default: Speeds | None,
 ) -> Meeting:
-    speeds = _required_speeds(node, default if (part := node.get("speed")) is None else _speeds(part))
+    speeds = default if (part := node.get("speed")) is None else _speeds(part)
+    if speeds is None:
+        raise ValueError(
+            f"{node.source}: {node.key}.speed is missing: accepted is a speed here, or one for the whole scene"
+        )
     given = _optional(node, "dissipative_constant", "time", zero=True)
     known = node.get("restitution")
     known_at = relative_error = None
@@ -349,14 +349,6 @@ def _meeting(
         given, known_at = _constant(node, pair, given, known), quantity(known["speed"], "speed")
         relative_error = _relative_error(known, pair, given)
     return Meeting(*between, speeds, given, known_at, relative_error)
-
-
-def _required_speeds(node: Node, speeds: Speeds | None) -> Speeds:
-    if speeds is None:
-        raise ValueError(
-            f"{node.source}: {node.key}.speed is missing: accepted is a speed here, or one for the whole scene"
-        )
-    return speeds
 
 
 def _require_damping(found: Scene, meeting: Meeting, place: str) -> None:

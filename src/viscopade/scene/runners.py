@@ -9,7 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -95,7 +95,6 @@ def run_driver(
     file: tuple[str, str],
     numbers: bytes,
     size: int,
-    limit: int = _TIMEOUT,
 ) -> bytes:
     """Compile a driver and run it.
 
@@ -111,8 +110,6 @@ def run_driver(
         What the program reads.
     size : int
         Bytes that it must write, if it is run.
-    limit : int
-        Seconds that the tool, and then the program, may take.
 
     Returns
     -------
@@ -134,7 +131,8 @@ def run_driver(
             if command is runner.start:
                 (here / INPUT).write_bytes(numbers)
             if command:
-                _succeed([w for word in command for w in _filled(word, words, tool)], directory, limit)
+                filled = (tool.words if word == TOOL else (words.get(word, word),) for word in command)
+                _succeed([word for part in filled for word in part], directory)
         made = here / OUTPUT
         found = made.read_bytes() if made.exists() else b""
     if len(found) != size:
@@ -142,14 +140,10 @@ def run_driver(
     return found
 
 
-def _filled(word: str, words: Mapping[str, str], tool: Tool) -> tuple[str, ...]:
-    return tool.words if word == TOOL else (words.get(word, word),)
-
-
-def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
+def _succeed(words: Sequence[str], directory: str) -> None:
     """Run a command; report its first error."""
     name = re.split(r"[/\\]", words[0])[-1]
-    ran = _run(words, directory, limit)
+    ran = _run(words, directory)
     if ran.returncode == 0:
         return
     lines = [line.strip() for line in (ran.stderr + ran.stdout).splitlines() if line.strip()]
@@ -160,14 +154,14 @@ def _succeed(words: Sequence[str], directory: str, limit: int) -> None:
     raise ToolchainError(f"the generated code fails its check: {name}: {first[:300]}")
 
 
-def _run(words: Sequence[str], directory: str | None, limit: int = _TIMEOUT) -> subprocess.CompletedProcess[str]:
+def _run(words: Sequence[str], directory: str | None) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"LC_ALL": "C"}
     start = str(Path(directory, words[0])) if directory is not None and words[0] in START else words[0]
     try:
         return subprocess.run(
-            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=limit,
+            (start, *words[1:]), cwd=directory, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT,
             env=environment, stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
-        reason = error.strerror if isinstance(error, OSError) else f"no answer in {limit} s"
+        reason = error.strerror if isinstance(error, OSError) else f"no answer in {_TIMEOUT} s"
         raise ToolchainError(f"{words[0]} cannot be run: {reason}") from None

@@ -239,10 +239,6 @@ class NamedLaw(NamedTuple):
     factor: Callable[[Fraction], Fraction]
     power: Fraction
 
-    def damping_constant(self, constant: float, *, k: float, mass: float, n: Fraction = Fraction(1)) -> float:
-        """Return c of `Law.kappa` from the law's own constant."""
-        return float(self.factor(n) * constant * k ** float(self.power) * mass ** float(1 - self.power))
-
 
 _HALF = Fraction(1, 2)
 _WHOLE, _ONE = Fraction(1), lambda _: Fraction(1)
