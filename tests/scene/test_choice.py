@@ -215,7 +215,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
     (met,) = encounters(asked)
     kind, unit = (np.float32, 2.0**-24) if form == "float" else (np.float64, 2.0**-53)
     for name, size in (("epsilon", unit / 8), ("epsilon", 1e-3), ("absolute", 1e-6), ("dissipation", 1e-2)):
-        constant = PairConstant([met], Tolerance(**{name: size}), asked.code)
+        constant = PairConstant([met], asked.code, Tolerance(**{name: size}))
         value = Fraction(float(kind(constant.values[0])))
         for eps in met.epsilon:
             off = abs(value - eps)
@@ -224,7 +224,7 @@ def test_constants_are_rounded_to_the_format(form: str) -> None:
             assert abs((1 - value**2) - (1 - eps**2)) / (1 - eps**2) < constant.errors.dissipation
         if size > 1e-6:
             assert not constant.errors.failing(Tolerance(**{name: size}))
-    assert PairConstant([met], Tolerance(epsilon=unit / 100), asked.code).errors.epsilon > Fraction(unit / 100)
+    assert PairConstant([met], asked.code, Tolerance(epsilon=unit / 100)).errors.epsilon > Fraction(unit / 100)
 
 
 @pytest.mark.parametrize("ranges", [(0.5, 0.5), (3.0, 30.0)])
@@ -240,9 +240,9 @@ def test_a_constant_is_found_as_soon_as_there_is_one(ranges: tuple[float, float]
         "dissipation": (high**2 - low**2) / (2 - high**2 - low**2),
     }[name]
     enough, short = float(least * Fraction(101, 100)) + 1e-14, float(least * Fraction(99, 100))
-    assert not PairConstant(met, Tolerance(**{name: enough}), asked.code).errors.failing(Tolerance(**{name: enough}))
+    assert not PairConstant(met, asked.code, Tolerance(**{name: enough})).errors.failing(Tolerance(**{name: enough}))
     if short > 1e-9:
-        assert PairConstant(met, Tolerance(**{name: short}), asked.code).errors.failing(Tolerance(**{name: short}))
+        assert PairConstant(met, asked.code, Tolerance(**{name: short})).errors.failing(Tolerance(**{name: short}))
 
 
 # --- extremes ---------------------------------------------------------------------------------------------------------

@@ -91,7 +91,7 @@ def chosen(made, kind=None):
         place = registry.HOST if code.format == "double" else code.target.place
         looked_for = (kind, {"compact": "1e-3", "speed": "1e-5", "full": "full"}[kind], code.format, place)
         entries = registry.entries()
-        found = next(RegistryKernel(met, e, code) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
+        found = next(RegistryKernel(met, code, e) for e in entries if (e.kind, e.tier, e.format, e.place) == looked_for)
     offer = Offer(found, ())
     return Choice(made, met, [offer], offer, "no kernel is cheaper", ())
 

@@ -47,9 +47,11 @@ class Candidate(ABC):
     ----------
     encounters : sequence of Encounter
         The pairs of the scene.
+    code : Code
     """
 
     encounters: Sequence[Encounter]
+    code: Code
 
     @property
     @abstractmethod
@@ -108,11 +110,9 @@ class PairConstant(Candidate):
     Attributes
     ----------
     tolerance : Tolerance
-    code : Code
     """
 
     tolerance: Tolerance
-    code: Code
 
     @property
     def label(self) -> str:
@@ -206,13 +206,11 @@ class BestApproximant(Candidate):
     Attributes
     ----------
     kernel : MinimaxKernel
-    code : Code
     wanted : Request
         The request to `viscopade export` for it.
     """
 
     kernel: MinimaxKernel
-    code: Code
     wanted: requests.Request
 
     @property
@@ -270,11 +268,9 @@ class RegistryKernel(Candidate):
     Attributes
     ----------
     entry : Entry
-    code : Code
     """
 
     entry: Entry
-    code: Code
 
     @property
     def label(self) -> str:
@@ -359,7 +355,7 @@ def _of_v_star(code: Code) -> Fraction:
 def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candidate]:
     """Yield the kernels for a scene's language, format and argument; of best quotients on the range, the cheapest."""
     code = scene.code
-    yield PairConstant(encounters, scene.tolerance, code)
+    yield PairConstant(encounters, code, scene.tolerance)
     target = code.target
     kinds = target.kinds[code.argument]
     if "polynomial" in kinds:
@@ -371,7 +367,7 @@ def candidates(scene: Scene, encounters: Sequence[Encounter]) -> Iterator[Candid
         fits = code.largest_table is None or entry.bytes <= code.largest_table
         here = entry.place == (HOST if code.format == DOUBLE.name else target.place)
         if entry.kind in kinds and entry.format == code.format and here and fits and covered:
-            yield RegistryKernel(encounters, entry, code)
+            yield RegistryKernel(encounters, code, entry)
 
 
 def uncovered(scene: Scene, encounters: Sequence[Encounter]) -> str | None:
@@ -433,7 +429,7 @@ def _best(scene: Scene, encounters: Sequence[Encounter], ends: Interval, measure
             request = requests.Request(
                 accuracy=(text,), v_star_max=str(float(high)), v_star_min=_plain(low), measure=measure
             )
-            return BestApproximant(encounters, kernel, scene.code, request)
+            return BestApproximant(encounters, scene.code, kernel, request)
     return None
 
 
