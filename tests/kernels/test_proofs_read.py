@@ -16,10 +16,8 @@ MORE = Literal("1.25")
 BOUNDS = {
     "table_row_branch": ("p", lambda: Table(4, -90, 1, FLOAT).bounds(ROW).error),
     "full_row_branch": ("rest", lambda: LastPlaceTable().bounds(ROW).ulp),
-    "full_panel_branch": ("rest", lambda: last_place._double_bound(40, False)),
-    "full_panel_float_branch": ("q", lambda: last_place._float_bound(40, False)),
-    "full_near_branch": ("q", lambda: last_place._near_bound(DOUBLE, True)),
-    "full_near_float_branch": ("q", lambda: last_place._near_bound(FLOAT, True)),
+    "full_panel_branch": ("rest", lambda: last_place._panel_bound(40, False)),
+    "full_near_branch": ("q", last_place._near_bound),
 }
 
 
@@ -53,18 +51,17 @@ def test_a_table_with_other_results_is_refused(monkeypatch, table, name):
         speed_table.check_row_results(table)
 
 
-@pytest.mark.parametrize(("form", "branch"), [(DOUBLE, "full_panel_branch"), (FLOAT, "full_panel_float_branch")])
-def test_a_panel_with_other_results_is_refused(monkeypatch, form, branch):
-    last_place.check_panel_results(form)
-    formula = getattr(formulas, branch)
+def test_a_panel_with_other_results_is_refused(monkeypatch):
+    last_place.check_panel_results()
+    formula = formulas.full_panel_branch
 
     def other(names):
         found = formula(names)
         return found._replace(results={"result": -found.results["result"]})
 
-    monkeypatch.setattr(formulas, branch, other)
+    monkeypatch.setattr(formulas, "full_panel_branch", other)
     with pytest.raises(ArithmeticError, match="are not eps and 1 - eps"):
-        last_place.check_panel_results(form)
+        last_place.check_panel_results()
 
 
 @pytest.mark.parametrize("name", ["elastic", "lost", *table_free.FUNCTIONS])
@@ -118,4 +115,4 @@ def test_a_sum_without_its_loss_is_refused(monkeypatch, branch, name):
 
     monkeypatch.setattr(formulas, branch, other)
     with pytest.raises(ArithmeticError, match="are not eps"):
-        last_place.check_panel_results(DOUBLE) if name == "result" else speed_table.check_row_results(LastPlaceTable())
+        last_place.check_panel_results() if name == "result" else speed_table.check_row_results(LastPlaceTable())
