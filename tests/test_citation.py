@@ -95,7 +95,7 @@ def header(name, pattern):
 
 
 def last_places():
-    return header("speed_full", r"off by at most (\S+) units in"), header("full", r"double, epsilon: +at most (\S+)")
+    return header("speed_full", r"off by at most (\S+) units in"), header("full", r"epsilon: +at most (\S+)")
 
 
 def first_coefficient():
