@@ -472,15 +472,41 @@ int main(void)
     return 0;
 }
 """
-SANITIZERS = ["-fsanitize=undefined,address,float-divide-by-zero", "-fno-sanitize-recover=all"]
+ARRAYS = """
+static void arrays_NAMEEND(size_t n)
+{
+    static uint64_t z = 1;
+    TYPE *speed = malloc(n * sizeof *speed), *beta = malloc(n * sizeof *beta), *out = malloc(n * sizeof *out);
+    int *pair = malloc(n * sizeof *pair);
+    for (size_t i = 0; i < n; i++) {
+        z = z * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        pair[i] = (int)((z >> 40) % n);
+        beta[i] = (TYPE)(z >> 60);
+        memcpy(&speed[i], (const char *)&z + sizeof z - sizeof *speed, sizeof *speed);
+        speed[i] = n % 3 ? speed[i] : (TYPE)(z >> 40);
+    }
+    CALLS
+    free(speed), free(beta), free(out), free(pair);
+}
+"""
+"""Memory is as large as needed, so that the sanitizer sees every access beyond it."""
+SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+
+
+def sanitized(folder, source, *flags):
+    """Compile and run a program that the sanitizers watch; return what it prints."""
+    (folder / "patterns.c").write_text(source)
+    command = [*compiled.compiler("c99"), "-O1", *flags, "-o", str(folder / "patterns"), str(folder / "patterns.c")]
+    if subprocess.run([*command, *SANITIZERS, "-lm"], capture_output=True, text=True).returncode:
+        pytest.skip("the compiler has no sanitizers")
+    done = subprocess.run([str(folder / "patterns")], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path):
-    """No finite input gives an infinity, nor a division by 0 (of which the sanitizer would tell).
-
-    Headers with tables have tests of their own (test_speed_kernels.py, test_last_place.py).
-    """
-    headers = headers_for("c++98")
+    """No finite input gives an infinity, nor a division by 0 (of which the sanitizer would tell)."""
+    headers = headers_for("c99")
     functions = [
         (form, arity, function)
         for form, arity in product(FORMS, (1, 2))
@@ -492,16 +518,10 @@ def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path):
         end = FORMS[form].suffix
         given = ", ".join(f"{x}{end}" for x in "xy"[:arity])
         calls.append(f"judge({i}, (double)x{end}, (double)viscopade_{function}{end}({given}));")
-    source, program = tmp_path / "patterns.c", tmp_path / "patterns"
     body = PATTERNS.replace("CALLS", "\n".join(calls)).replace("NUMBER", str(len(calls)))
-    source.write_text("\n".join([*headers.values(), body]))
-    command = [*compiled.compiler("c99"), "-O1", *SANITIZERS, "-o", str(program), str(source), "-lm"]
-    if subprocess.run(command, capture_output=True, text=True).returncode:
-        pytest.skip("the compiler has no sanitizers")
-    done = subprocess.run([str(program)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    printed = sanitized(tmp_path, "\n".join([*headers.values(), body]), "-fsanitize=float-divide-by-zero")
     assert len(functions) > 60
-    for (_, _, function), line in zip(functions, done.stdout.splitlines(), strict=True):
+    for (_, _, function), line in zip(functions, printed.splitlines(), strict=True):
         usual, infinite = map(int, line.split())
         # Half of all numbers are positive, and half of these are below 1. Intervals of eps are short, some formulas
         # have a zero, and v* of Hunt and Crossley is about 1/eps, which has no number of the type if eps is subnormal.
@@ -509,6 +529,25 @@ def test_no_undefined_behaviour_and_no_overflow_for_any_bits(tmp_path):
         least = 0.09 if re.search("pade_2_5|_relative", function) else least
         assert 0.6 * 40_000 > usual >= (0 if "_e0p" in function else least * 40_000), function
         assert not infinite or ("v_star" in function and "_a" in function), function
+
+
+@pytest.mark.parametrize("math_flag", ["-fno-fast-math", "-ffast-math"])
+def test_no_undefined_behaviour_of_array_functions(tmp_path, math_flag):
+    """For any speeds and lengths, with the rules of IEEE and without them."""
+    body, runs = ["#include <stdlib.h>"], []
+    for name, (form, number) in product([tier.replace("-", "m") for tier in TIERS], FORMS.items()):
+        end = f"{name}{number.suffix}"
+        calls = "\n    ".join(
+            f"viscopade_{function}_{kind_}_{end}(n, speed, {beta}, out);"
+            for function in ("restitution", "rebound", "dissipation")
+            for kind_, beta in (("each", "beta"), ("by_pair", "pair, beta"), ("array", "(TYPE)1.3"))
+        )
+        made = ARRAYS.replace("CALLS", calls).replace("NAME", name).replace("END", number.suffix)
+        body.append(made.replace("TYPE", form))
+        runs.append(f"arrays_{end}(n);")
+    main = f"int main(void) {{ for (size_t n = 0; n < 300; n++) {{ {' '.join(runs)} }} return 0; }}"
+    headers = [text(f"speed-{tier}", "c") for tier in TIERS]
+    sanitized(tmp_path, "\n".join([*headers, *body, main]), math_flag)
 
 
 # --- Python -----------------------------------------------------------------------------------------------------------

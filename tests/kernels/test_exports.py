@@ -120,12 +120,6 @@ def test_no_trace_of_the_machine(name):
     assert str(DIRECTORY.parent) not in committed(name)
 
 
-def test_series_has_61_proven_numbers():
-    h = json.loads(committed("series.json"))["h"]
-    assert len(h) == 61
-    assert h == list(series(60, 50).decimals())
-
-
 @pytest.mark.parametrize(("m", "n"), PAPER_DEGREES)
 def test_kernel_states_the_first_deviation_with_its_sign(m, n):
     """[m/n] - eps = next_term v*^(m+n+1) + …, against the series at a small v*."""
@@ -136,16 +130,6 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
         a, b = (mp.polyval([mpf(x) for x in c[::-1]], v) for c in pade(m, n, 180).decimals())
         deviation = (a / b - mp.polyval([mpf(x) for x in h[::-1]], v)) / v ** (m + n + 1)
         assert mp.almosteq(deviation, mpf(str(k.next_term)), rel_eps=mpf("1e-9"))
-
-
-def test_unknown_target():
-    with pytest.raises(ValueError, match="accepted are c, python, cuda, glsl"):
-        requests.render("cobol")
-
-
-def test_a_target_of_another_kind():
-    with pytest.raises(ValueError, match="accepted for kernels of full accuracy is c, vectors"):
-        requests.Request(full=True).render("fortran")
 
 
 def test_compiled_header_against_mpmath_from_zero_to_a_million(tmp_path):

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-import viscopade as vp
 from tests import compiled
 from tests.kernels.speed_headers import named_compiler
 from viscopade.arithmetic.formats import DOUBLE
@@ -97,18 +96,6 @@ def test_bounds_are_macros():
     fitted["EPSILON_HALFLINE_1EM5"] = prove_lacunary.half_line_kernel("1e-5").variant(DOUBLE).certificate.bound
     assert errors.items() <= (fitted | tables).items()
     assert len(errors) == 3 + 2 + 1 + len(TIERS)
-
-
-@pytest.mark.parametrize("tier", TIERS[:-1])
-def test_a_tier_of_speed_says_how_accurate_it_is(tmp_path, tier):
-    wrapper = (
-        f"static inline double viscopade_lasting(double speed, double beta)\n"
-        f"{{ return viscopade_restitution_{tier}(speed, beta); }}\n"
-    )
-    function = compiled.build(tmp_path, [HEADERS[f"viscopade_speed_{tier}"] + wrapper])["lasting"]
-    for speed in (1e-9, 0.01, 2.0, 300.0, 1e6):
-        true = vp.restitution(speed, 1.307)
-        assert abs(function(speed, 1.307) - true) <= float(tier.replace("m", "-")) * min(true, 1 - true)
 
 
 @every_header

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import random
 import re
@@ -45,7 +44,6 @@ from viscopade.kernels.targets.syntax import MATH_MODULE, of_c, text
 COMMAND = "viscopade export c --inverse 1e-3"
 FORMS = {"double": DOUBLE, "float": FLOAT}
 TYPES = {"double": np.float64, "float": np.float32}
-MATH = {"cbrt": math.cbrt, "sqrt": math.sqrt, "pow": math.pow}
 EPSILON_MIN = Fraction("0.3")
 MIXED_SIGNS = Powers((0, 4, 12, 19), (0, 4, 6, 8, 15))
 SMALL = Powers((0, 4, 8), (0, 4))
@@ -418,22 +416,6 @@ def test_a_kernel_that_is_proven_again_has_the_same_record():
     rounding_bounds.half_line_sizes.cache_clear()
     with store.anew():
         assert prove_lacunary.of_half_line(MIXED_SIGNS, "both") == kernels()[0]
-
-
-def test_records():
-    for kernel in kernels():
-        record = json.loads(json.dumps(kernel.record()))
-        assert record["name"] == kernel.name
-        assert [v["type"] for v in record["variants"]] == [v.form.name for v in kernel.variants]
-        for certificate, variant in zip(json.loads(json.dumps(kernel.certificates())), kernel.variants, strict=True):
-            assert tuple(map(float.fromhex, certificate["a"])) == variant.a
-            assert tuple(map(float.fromhex, certificate["b"])) == variant.b
-            assert tuple(certificate["top"]) == kernel.powers.top
-            assert Fraction(certificate["root"]) == kernel.root
-            assert certificate["bound"] == variant.certificate.bound
-            assert certificate["rounding"].keys() == dict(variant.sizes).keys()
-            if isinstance(kernel, InverseKernel):
-                assert Fraction(certificate["epsilon_low"]) == kernel.epsilon_low
 
 
 # --- constructors -----------------------------------------------------------------------------------------------------

@@ -170,26 +170,3 @@ def test_first_and_last_loop_are_vectorised(tmp_path, target, tier):
             assert any(kind in name and function in name for name in gathering), found
     else:  # beta[pair[i]] may be gathered; rows are not
         assert all(number == 0 or "by_pair" in name for name, number in found.items()), found
-
-
-# --- the checks find what is wrong ------------------------------------------------------------------------------------
-
-
-def test_a_loop_that_is_not_vectorised_is_found(tmp_path):
-    given = header("1e-5")
-    text = given.text
-    line = "        out[i] = viscopade_result_"
-    assert line in text
-    spoiled = type(given)(text.replace(line, '        __asm__ volatile("");\n' + line))
-    report, _ = compiled(tmp_path, spoiled, TARGETS["gcc-haswell"])
-    assert any("last loop in 0 of" in what for what in shortcomings(spoiled, report, TARGETS["gcc-haswell"]))
-
-
-@slow
-def test_gathers_are_found(tmp_path):
-    """Without the barrier that keeps compilers from gathering rows."""
-    given = header("1e-5")
-    spoiled = type(given)(re.sub(r"(#define VISCOPADE_OPAQUE\(index\)) __asm__.*", r"\1 ((void)0)", given.text))
-    assert spoiled.text != given.text
-    _, assembly = compiled(tmp_path, spoiled, TARGETS["gcc-haswell"])
-    assert any(number for name, number in gathers(assembly).items() if "by_pair" not in name)

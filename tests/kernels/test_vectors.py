@@ -96,12 +96,6 @@ def test_headers_pass_bit_for_bit_without_contraction(tmp_path, name):
     assert in_c(tmp_path, header_of(name), name, "-O2", "-ffp-contract=off", words=["bits"]) == passing(name)
 
 
-@pytest.mark.parametrize("name", [daily.chosen(NAMES)])
-def test_headers_pass_with_contraction(tmp_path, name):
-    """Another one every day."""
-    assert in_c(tmp_path, header_of(name), name, "-O3", "-march=native", "-ffp-contract=fast") == passing(name)
-
-
 def test_the_runner_in_c_as_it_says(tmp_path):
     source = RUNNERS / "check.c"
     run(compiled.compiler("c99")[0], "-std=c99", f"-I{EXPORTS}", source, "-lm", "-o", tmp_path / "check")
@@ -325,11 +319,6 @@ def test_numbers_of_a_type(form):
     assert [hexadecimal(x) for x in (0.0, -0.0, 3.0, 5e-324, float("inf"), float("nan"))] == [
         *("0x0p+0", "-0x0p+0", "0x1.8p+1", "0x0.0000000000001p-1022", "inf", "nan"),
     ]
-
-
-def test_the_command_line_takes_other_kernels():
-    text = vectors.render(requests.Request(pade=[(2, 3)]).quotients(), "viscopade export vectors --pade 2/3")
-    assert {row[0] for row in json.loads(text)["vectors"]} == {"epsilon_pade_2_3", "restitution_pade_2_3"}
 
 
 # --- where rounding decides -------------------------------------------------------------------------------------------

@@ -168,13 +168,6 @@ def test_what_is_proven_is_what_the_headers_state():
     assert not proven["speed-full"]["double"].of_v_star
 
 
-def test_the_rivals_have_the_papers_numbers():
-    source = rival("pow+[3/6]").source
-    for number in ("1.07232", "0.574198", "0.141552", "1.72765", "1.37842", "1.19449", "0.467273", "0.235585"):
-        assert f"{number} " in source.replace(")", " ") or f"{number})" in source
-    assert "-1.1534488580952888" in rival("pow+series20").source
-
-
 @needs_compiler
 def test_errors_are_seen_where_they_are():
     """A kernel that is off by 1 % of eps, one without a speed for which an error makes sense, and a limit."""
@@ -334,15 +327,6 @@ def test_all_that_was_asked_for_is_measured_and_the_two_references(quick):
     for row in rows:
         assert row.ratio_to_3_6 == 1 or row.id != "pow+[3/6]"
         assert 0 < row.min_ns <= row.median_ns
-
-
-def test_errors_are_those_that_are_known(quick):
-    errors = {row.id: row for row in quick[1] if row.format == "double"}
-    assert errors["full"].relative < 2e-15
-    assert errors["full"].proven == pytest.approx(0.571 * 3.7e-16, rel=0.5)
-    assert 0.005 < errors["pow+[3/6]"].relative < 0.02
-    assert errors["copy"].relative is None
-    assert 0.1 < errors["fit"].relative < 1
 
 
 def test_unknown_names_and_missing_headers_are_told(tmp_path):
