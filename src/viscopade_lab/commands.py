@@ -126,7 +126,7 @@ def bench_command(
 
 @click.command("hardcases")
 @click.option("--only", "names", multiple=True, help="Name of a case; repeat for more. Default: all.")
-@click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: an hour instead of a minute.")
+@click.option("--thorough", is_flag=True, help="Run more points, orders and compilers: minutes instead of seconds.")
 @click.option("--out", type=click.Path(path_type=Path), help="Directory to write the page and its pictures to.")
 @STYLE
 @click.pass_context

@@ -9,7 +9,6 @@ import xml.etree.ElementTree as ET
 from fractions import Fraction
 from pathlib import Path
 
-import mpmath
 import numpy as np
 import pytest
 from flint import fmpq
@@ -17,6 +16,7 @@ from flint import fmpq
 from tests.cli import called
 from viscopade.arithmetic.balls import working
 from viscopade.arithmetic.formats import DOUBLE, FLOAT
+from viscopade.kernels.toolchain import ToolchainError
 from viscopade.theory import paper
 from viscopade.theory.pade import exact_solution, rational_pade
 from viscopade.theory.series import series
@@ -50,14 +50,14 @@ def test_every_bound_holds_in_the_quick_run(page):
 
 
 def assert_page_is_short(folder):
-    """Each case has one paragraph, one picture as wide as a column of a page, and one table of at most 12 rows."""
+    """Each case has one paragraph, one picture as wide as a column of a page, and one table of at most 7 rows."""
     text = (folder / "hard-cases.md").read_text()
     sections = text.split('\n<a id="')[1:]
     assert [section.partition('"')[0] for section in sections] == [case.name for case in hard_cases.CASES]
     for case, section in zip(hard_cases.CASES, sections, strict=True):
         assert re.findall(r"!\[.*\]\((.*)\)", section) == [f"{case.name}.svg"]
         table = [line for line in section.splitlines() if line.startswith("| ")]
-        assert 4 <= len(table) - 1 <= 12
+        assert 2 <= len(table) - 1 <= 7
         assert all(line.endswith("| yes |") for line in table[1:])
         words = section.split("\n\n")[2].split()
         assert 40 <= len(words) <= 130
@@ -118,22 +118,9 @@ def test_a_place_that_is_off_is_noticed(truncated, factor):
 def test_a_place_far_off_is_noticed_by_the_remainder(truncated):
     given, found = truncated
     assert any("latest" in what for what in failing(truncated_series.judged(given, found * 1.2)))
-    assert any("earliest" in what for what in failing(truncated_series.judged(given, found * 0.8)))
-
-
-def test_another_singularity_is_noticed(truncated):
-    given, found = truncated
-    moved = given._replace(v_s=given.v_s * complex(1, 0.05))
-    assert any("pair of poles" in what for what in failing(truncated_series.judged(moved, found)))
 
 
 # --- Padé -------------------------------------------------------------------------------------------------------------
-
-
-def test_algorithms_solve_the_order_conditions():
-    h = [fmpq(int(x.numerator), int(x.denominator)) for x in map(Fraction, series(15, 40).decimals())]
-    for m in range(6):
-        assert pade_systems.berlekamp_massey(h, m, fmpq(1)) == exact_solution(h, m, m + 3)[1]
 
 
 def test_the_condition_number_is_that_of_finite_differences():
@@ -167,38 +154,15 @@ def test_rounded_data_are_within_their_bounds_and_wrong_ones_are_not(seven):
     """Six digits taken for nine."""
     h, p = seven
     short, u = rounded_data.roundings(h)["6 digits"]
-    assert rounded_data.change(p, short, u).of_bound < 1
-    assert rounded_data.change(p, short, u / 1000).of_bound > 1
-
-
-def test_the_change_of_eps_by_linear_algebra(seven):
-    """The system for rounded data solved by mpmath."""
-    h, p = seven
-    short, u = rounded_data.roundings(h)["6 digits"]
-    with mpmath.workdps(60):
-        rows = [
-            [mpmath.mpf(short[k - j].numerator) / short[k - j].denominator if k >= j else 0 for j in range(1, 11)]
-            for k in range(8, 18)
-        ]
-        right = [-mpmath.mpf(short[k].numerator) / short[k].denominator for k in range(8, 18)]
-        b = [mpmath.mpf(1), *mpmath.lu_solve(mpmath.matrix(rows), mpmath.matrix(right))]
-        a = [
-            sum(b[j] * short[k - j].numerator / mpmath.mpf(short[k - j].denominator) for j in range(k + 1))
-            for k in range(8)
-        ]
-        changes = []
-        for v_star in rounded_data.V_STARS:
-            v = mpmath.mpf(v_star.numerator) / v_star.denominator
-            own = [mpmath.polyval([mpmath.mpf(str(c)) for c in reversed(part)], v) for part in p.decimals()]
-            changes.append(abs(mpmath.polyval(a[::-1], v) / mpmath.polyval(b[::-1], v) / (own[0] / own[1]) - 1))
-    assert rounded_data.change(p, short, u).epsilon == pytest.approx(float(max(changes)), rel=1e-6)
+    assert rounded_data.change(p, short, u).part < 1
+    assert rounded_data.change(p, short, u / 1000).part > 1
 
 
 def test_a_printed_digit_that_is_off_is_noticed():
     (m, n), (a, b) = list(paper.TABLE.items())[-1]
-    assert rounded_data.printed(m, n, a, b)[1] <= 1
+    assert rounded_data.printed(m, n, a, b) <= 1
     last = b[-1][:-1] + ("3" if b[-1][-1] in "12" else "1")
-    assert rounded_data.printed(m, n, a, [*b[:-1], last])[1] > 1
+    assert rounded_data.printed(m, n, a, [*b[:-1], last]) > 1
 
 
 # --- round-off --------------------------------------------------------------------------------------------------------
@@ -259,24 +223,21 @@ def test_a_float_that_is_double_is_noticed(searched):
 
 def test_bounds_that_fail_are_noticed():
     errors = {family: [0.5] for family in rounding.FAMILIES}
-    good = errors, [rounding.FarQuotient("a", 0, 0.5, 1e6)], {name: [1e-17] * 150 for name in rounding.losses()}, [1.0]
+    good = errors, [rounding.FarQuotient("a", 0.5, 1e6)], [1.0] * 150, [1e-17] * 150
     assert failing(rounding.judged(*good)) == []
-    for i, wrong in enumerate(
-        (
-            errors | {"inverse": [1.1]},
-            [rounding.FarQuotient("a", 1, 0.5, 1e6)],
-            dict.fromkeys(good[2], [1e-15] * 150),
-            [1.1],
-        )
+    for i, wrong in (
+        (0, errors | {"inverse": [1.1]}),
+        (1, [rounding.FarQuotient("a", math.inf, 1e6)]),
+        (3, [1e-15] * 150),
     ):
-        assert failing(rounding.judged(*good[:i], wrong, *good[i + 1 :])) != []
+        assert len(failing(rounding.judged(*good[:i], wrong, *good[i + 1 :]))) == 1
 
 
 def test_a_difference_loses_what_is_said():
     """Of 1 - 1.1534e-16, 1 minus eps is 2^-53."""
-    naive, *direct = rounding.losses().values()
-    assert naive[7] == pytest.approx(abs(2.0**-53 / 1.153449e-16 - 1), rel=1e-4)
-    assert max(map(max, direct)) < 1e-15
+    difference, direct = rounding.losses()
+    assert difference[7] == pytest.approx(abs(2.0**-53 / 1.153449e-16 - 1), rel=1e-4)
+    assert max(direct) < 1e-15
 
 
 # --- extremes ---------------------------------------------------------------------------------------------------------
@@ -284,11 +245,11 @@ def test_a_difference_loses_what_is_said():
 
 @pytest.mark.parametrize("wrong", [1, 1 + 1e-12])
 def test_a_wrong_digit_is_noticed(wrong):
-    elastic, _ = extremes.expansions(False)
+    elastic = extremes.expansions(extremes.QUICK)[extremes.NEAR]
     value = extremes.collision("v_star", "1e-10", 40).one_minus_epsilon
     with working(256):
         found, last = extremes.differences(value * wrong, "1e-10", 40, elastic["one_minus_epsilon"])
-    finding = extremes.judged({("v* -> 0", "one_minus_epsilon"): found}, last, 0, 0, 0.5)
+    finding = extremes.judged({(extremes.NEAR, "one_minus_epsilon"): found}, last, 0)
     assert finding.holds == (wrong == 1)
 
 
@@ -299,42 +260,47 @@ def test_faults_are_counted(monkeypatch):
     assert extremes.faults(extremes.QUICK._replace(nested=(("1", (20, 30)),), losses=(), epsilons=())) > 0
 
 
-def test_what_is_not_refused_is_counted(monkeypatch):
-    assert extremes.accepted_outside() == 0
-    monkeypatch.setattr(extremes, "OUTSIDE", (lambda: None,))
-    assert extremes.accepted_outside() == 1
-
-
 # --- compilers --------------------------------------------------------------------------------------------------------
 
 FILE = "vectors_pade.json"
+
+
+@pytest.fixture(scope="module")
+def gcc():
+    build = next((one for one in compilers.builds(False) if one.label == "gcc"), None)
+    if build is None:
+        pytest.skip("there is no gcc")
+    return build, compilers.exported(compilers.header_of(FILE))
 
 
 @pytest.mark.parametrize(
     ("old", "new"),
     [
         ("const double a1 = VISCOPADE_CONSTANT(0x1.008e4", "const double a1 = VISCOPADE_CONSTANT(0x1.108e4"),
-        ("const double u = 1.0 / v_star;", "const double u = 1.0 / v_star, unused = u;"),
-        ("v_star >= 0.0", "v_star >= 1e-300"),
+        ("v_star >= 0.0", "v_star >= 1e-30"),
     ],
 )
-def test_a_wrong_header_is_found(old, new):
-    build = next((one for one in compilers.builds(False) if one.label == "gcc"), None)
-    if build is None:
-        pytest.skip("there is no gcc")
-    text = compilers.exported(compilers.header_of(FILE))
+def test_a_wrong_header_is_noticed(gcc, old, new):
+    build, text = gcc
     assert old in text
-    right, wrong = (compilers.judged([compilers.run(build, FILE, one)]) for one in (text, text.replace(old, new)))
-    assert (failing(right), failing(wrong) != []) == ([], True)
+    right, wrong = ({build: compilers.run(build, FILE, one)} for one in (text, text.replace(old, new)))
+    assert (failing(compilers.judged(right)), failing(compilers.judged(wrong)) != []) == ([], True)
+
+
+def test_a_warning_is_an_error(gcc):
+    build, text = gcc
+    with pytest.raises(ToolchainError, match="unused"):
+        compilers.run(
+            build, FILE, text.replace("const double u = 1.0 / v_star;", "const double u = 1.0 / v_star, v = u;")
+        )
 
 
 def test_errors_of_vectors():
-    build = compilers.Build("plain", (), "")
-    vector = compilers.Vector("f", "double", (1.0,), Fraction(1, 3), Fraction(1, 2**50), None)
-    part, excess = compilers._error(vector, 1 / 3 + 2.0**-49, build)
-    assert (part, excess) == (pytest.approx(2, abs=0.03), pytest.approx(16, abs=1))
+    build = compilers.Build("rounding to nearest", (), "")
+    vector = compilers.Vector("f", "double", (1.0,), Fraction(1, 3), Fraction(1, 2**50))
+    assert compilers.error_part(vector, 1 / 3 + 2.0**-49, build) == pytest.approx(2, abs=0.03)
     known = vector._replace(exact=Fraction(1), error=Fraction(0))
-    assert [compilers._error(known, x, build)[0] for x in (1.0, 1 - 2.0**-53, math.nan)] == [0, math.inf, math.inf]
-    assert compilers._error(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD"))[0] == 0
+    assert [compilers.error_part(known, x, build) for x in (1.0, 1 - 2.0**-53, math.nan)] == [0, math.inf, math.inf]
+    assert compilers.error_part(known, 1 - 2.0**-53, build._replace(mode="FE_DOWNWARD")) == 0
     refused = vector._replace(exact=math.nan, error=Fraction(0))
-    assert [compilers._error(refused, x, build)[0] for x in (math.nan, 1.0)] == [0, math.inf]
+    assert [compilers.error_part(refused, x, build) for x in (math.nan, 1.0)] == [0, math.inf]

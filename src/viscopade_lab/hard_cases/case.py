@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (7.3, 3.1)  # inches: 730 pixels of a page, at a hundred to the inch
-STYLE = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}
+STYLE: Any = {"font.size": 9, "axes.labelsize": 9, "axes.titlesize": 9, "xtick.labelsize": 8, "ytick.labelsize": 8}
 
 
 class Row(NamedTuple):
@@ -81,16 +80,12 @@ def svg(case: Case, finding: Finding) -> bytes:
     ModuleNotFoundError
         Without Matplotlib.
     """
-    from matplotlib import style
+    from matplotlib import rc_context
     from matplotlib.figure import Figure as Sheet
 
-    from viscopade.generated import marker_line
     from viscopade.plots import sheet
 
-    buffer = io.BytesIO()
-    with style.context(["default", {**sheet.STYLE, **STYLE}]):
+    with sheet.styled(), rc_context(STYLE):
         figure = Sheet(figsize=SIZE)
         finding.draw(figure)
-        made_by = marker_line(f"viscopade hardcases --only {case.name}")
-        figure.savefig(buffer, format="svg", metadata=sheet.metadata(case.title, made_by, "svg"))
-    return buffer.getvalue()
+        return sheet.saved(figure, case.title, f"viscopade hardcases --only {case.name}", "svg")

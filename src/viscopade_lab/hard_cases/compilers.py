@@ -4,10 +4,8 @@ Does a compiler, a flag, a rounding mode or a processor make an error of an expo
 
 The test vectors (`exports/vectors_*.json`) have the exact value and the proven error of every exported function, at
 special arguments, at borders of tables, and where round-off is worst. Each header is compiled with each compiler that
-is installed, and run at all of them. -ffast-math breaks the rules of IEEE 754, which bounds rest on: four more units in
-the last place are allowed, for reciprocals and sums in another order, and only arguments and results that are 0 or
-positive normal numbers are looked at. Rounding to nearest is off by half a unit, the other modes by up to one: that
-doubles the bound of rounding, to first order. Other processors are emulated.
+is installed, without warnings, and run at all of them. Rounding to nearest is off by half a unit, the other modes by up
+to one: that doubles the bound of rounding, to first order. Other processors are emulated.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ import math
 import re
 import shutil
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
@@ -31,7 +29,7 @@ from viscopade.arithmetic.balls import ball_of, exact_middle, working
 from viscopade.kernels import requests, truth
 from viscopade.kernels.machine import TYPES
 from viscopade.kernels.toolchain import ToolchainError
-from viscopade.plots.sheet import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
+from viscopade.plots.sheet import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from viscopade.progress import track
 from viscopade_lab.hard_cases.case import Finding, Row
 
@@ -41,44 +39,38 @@ if TYPE_CHECKING:
 EXPORTS = Path(__file__).parents[3] / "exports"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unknown-pragmas", "-Wno-unused-function")
 QUICK = ("vectors_pade.json", "vectors_full.json")
-FAST_ULPS = 4.0
 SECONDS = 600
 KINDS = {
-    "plain": "error / proven error",
-    "bits": "results that differ in a bit from each operation rounded once",
-    "fast": "-ffast-math: error beyond the proven one, in ulp",
-    "mode": "rounding toward zero, upward, downward: error / proven error",
-    "processor": "other processors and C libraries: error / proven error",
-    "refused": "headers that a compiler refuses or warns of",
+    "rounding to nearest": (1.0, BLUE),
+    "rounding toward zero, upward, downward": (2.0, PURPLE),
+    "other processors and C libraries": (1.0, GREEN),
 }
-LIMITS = {"plain": 1.0, "bits": 0.0, "fast": FAST_ULPS, "mode": 2.0, "processor": 1.0, "refused": 0.0}
+"""Kinds of builds: the limit of an error in parts of the proven one, and the colour in the picture."""
 
 
 class Build(NamedTuple):
-    """A way to compile and run: `kind` says what results are held to, and `bits` whether they are known to the bit."""
+    """A way to compile and run, of one of the `KINDS`."""
 
     kind: str
     words: tuple[str, ...]
     label: str
-    bits: bool = False
     emulator: tuple[str, ...] = ()
     mode: str = ""
 
 
 def builds(thorough: bool) -> list[Build]:
     """Return what is there, of each compiler with its flags and each processor."""
+    nearest, others, processors = KINDS
     off, native = ("-O2", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
-    found = []
+    found = [Build(nearest, ("tcc", "-std=c99"), "tcc")]
     for name in ("gcc", "clang", "g++", "clang++") if thorough else ("gcc",):
         start = (name, "-std=c++17") if "++" in name else (name, "-std=c99")
-        found += [Build("plain", (*start, *off), name, True), Build("plain", (*start, *native), f"{name} FMA")]
-        found.append(Build("fast", (*start, *native, "-ffast-math"), f"{name} -ffast-math"))
-    found.append(Build("plain", ("tcc", "-std=c99"), "tcc", True))
+        found += [Build(nearest, (*start, *off), name), Build(nearest, (*start, *native), f"{name} FMA")]
     for mode in ("TOWARDZERO", "UPWARD", "DOWNWARD"):
         words = ("gcc", "-std=c99", "-frounding-math", *off)
-        found.append(Build("mode", words, f"gcc {mode.lower()}", mode=f"FE_{mode}"))
+        found.append(Build(others, words, f"gcc {mode.lower()}", mode=f"FE_{mode}"))
     if thorough:
-        found.append(Build("processor", ("musl-gcc", "-std=c99", *off), "musl", True))
+        found.append(Build(processors, ("musl-gcc", "-std=c99", *off), "musl"))
         for target, emulator, label in (
             ("aarch64-linux-gnu", "aarch64", "aarch64"), ("arm-linux-gnueabihf", "arm", "armhf"),
             ("riscv64-linux-gnu", "riscv64", "riscv64"), ("s390x-linux-gnu", "s390x", "s390x"),
@@ -86,19 +78,18 @@ def builds(thorough: bool) -> list[Build]:
         ):  # fmt: skip
             standard = "-std=gnu17" if label in ("s390x", "i386 x87") else "-std=c99"
             static = (f"{target}-gcc", "-O2", standard, "-static")
-            found.append(Build("processor", static, label, emulator=(f"qemu-{emulator}",)))
+            found.append(Build(processors, static, label, (f"qemu-{emulator}",)))
     return [one for one in found if all(shutil.which(tool) for tool in (one.words[0], *one.emulator))]
 
 
 class Vector(NamedTuple):
-    """A function of a header with its arguments in C, the exact value, the error that is proven, and known bits."""
+    """A function of a header with its arguments in C, the exact value, and the error that is proven."""
 
     function: str
     form: str
     given: tuple[float, ...]
     exact: float | Fraction
     error: Fraction
-    bits: float | None
 
 
 def exported(name: str) -> str:
@@ -112,7 +103,7 @@ def vectors(file: str) -> tuple[Vector, ...]:
     """Return what is known of the functions of a header, from the file of its test vectors."""
     header = set(re.findall(r"\bviscopade_(\w+)\(", exported(header_of(file))))
     found = []
-    for name, form, x, y, exact, nearest, error, _, _, bits in json.loads(exported(file))["vectors"]:
+    for name, form, x, y, exact, nearest, error, *_ in json.loads(exported(file))["vectors"]:
         function = name + ("f" if form == "float" else "")
         if function not in header or exact == "-":
             continue
@@ -120,8 +111,7 @@ def vectors(file: str) -> tuple[Vector, ...]:
         value: float | Fraction = float.fromhex(nearest) if error == "0" else Fraction(exact)
         if error != "0" and name.endswith("_full") and len(exact.partition("e")[0].strip("-0.")) < 19:
             value = _exact(name, given)  # its decimals are too few to measure an error of half a unit in the last place
-        known = None if bits == "-" else float.fromhex(bits)
-        found.append(Vector(function, form, given, value, Fraction(error), known))
+        found.append(Vector(function, form, given, value, Fraction(error)))
     return tuple(found)
 
 
@@ -161,57 +151,14 @@ def program(file: str, mode: str) -> str:
     return "\n".join([*lines, "    (void)y;", "    return 0;", "}", ""])
 
 
-class Result(NamedTuple):
-    """The errors of a header in a build; `reason` says why there are none."""
+def run(build: Build, file: str, header: str) -> float:
+    """Compile and run a header, and return the largest error in parts of the proven one.
 
-    build: Build
-    file: str
-    part: float = 0.0
-    excess: float = 0.0
-    differ: int = 0
-    reason: str = ""
-
-
-def run(build: Build, file: str, header: str) -> Result:
-    """Compile and run a header, and hold the results to the vectors."""
-    try:
-        values = _printed(build, file, header)
-    except ToolchainError as error:
-        return Result(build, file, reason=str(error))
-    part, excess, differ = 0.0, 0.0, 0
-    for vector, value in zip(vectors(file), values, strict=True):
-        if build.kind == "fast" and not _usual(vector):
-            continue
-        wrong = _error(vector, value, build)
-        part, excess = max(part, wrong[0]), max(excess, wrong[1])
-        known = vector.bits
-        differ += build.bits and known is not None and known != value and not (math.isnan(known) and math.isnan(value))
-    return Result(build, file, part, excess, differ)
-
-
-def _usual(vector: Vector) -> bool:
-    """Tell whether arguments and result are 0 or positive normal numbers; -ffast-math promises nothing for others."""
-    least = np.finfo(TYPES[vector.form]).tiny
-    return all(x == 0 or least <= x < math.inf for x in (*vector.given, vector.exact))
-
-
-def _error(vector: Vector, value: float, build: Build) -> tuple[float, float]:
-    """Return the error relative to the proven one, and beyond it in units in the last place."""
-    if not math.isfinite(vector.exact):
-        same = value == vector.exact or (math.isnan(value) and math.isnan(vector.exact))
-        return (0.0, 0.0) if same else (math.inf, math.inf)
-    if not math.isfinite(value):
-        return math.inf, math.inf
-    kind = TYPES[vector.form]
-    unit = Fraction(float(np.spacing(kind(abs(float(vector.exact))))))
-    off = abs(Fraction(value) - Fraction(vector.exact))
-    excess = float(max(off - vector.error, Fraction(0)) / unit)
-    if vector.error == 0:  # a neighbour of the number is right in other rounding modes
-        return (0.0 if off <= (unit if build.mode else 0) else math.inf), excess
-    return float(off / vector.error), excess
-
-
-def _printed(build: Build, file: str, header: str) -> list[float]:
+    Raises
+    ------
+    ToolchainError
+        If the compiler refuses the header or warns of it, or the program fails.
+    """
     pairs = "\n".join(" ".join(map(repr, (*one.given, 0.0)[:2])) for one in vectors(file))
     with TemporaryDirectory() as directory:
         source = Path(directory, "driver.cpp" if "++" in build.words[0] else "driver.c")
@@ -223,62 +170,65 @@ def _printed(build: Build, file: str, header: str) -> list[float]:
             done = subprocess.run(command, cwd=directory, input=pairs, capture_output=True, text=True, timeout=SECONDS)
             if done.returncode:
                 raise ToolchainError(f"{build.label}: {(done.stderr or done.stdout)[:300]}")
-    return [float.fromhex(line) for line in done.stdout.split()]
+    values = map(float.fromhex, done.stdout.split())
+    return max(error_part(vector, value, build) for vector, value in zip(vectors(file), values, strict=True))
+
+
+def error_part(vector: Vector, value: float, build: Build) -> float:
+    """Return the error in parts of the proven one."""
+    if not math.isfinite(vector.exact):
+        return 0.0 if value == vector.exact or (math.isnan(value) and math.isnan(vector.exact)) else math.inf
+    if not math.isfinite(value):
+        return math.inf
+    off = abs(Fraction(value) - Fraction(vector.exact))
+    if vector.error == 0:  # a neighbour of the number is right in other rounding modes
+        unit = float(np.spacing(TYPES[vector.form](abs(float(vector.exact)))))
+        return 0.0 if off <= (unit if build.mode else 0) else math.inf
+    return float(off / vector.error)
 
 
 def measure(thorough: bool) -> Finding:
     """Build with everything that is there."""
     files = [name for name in requests.NAMES if name.startswith("vectors_") and header_of(name) in requests.NAMES]
     jobs = [(build, file) for build in builds(thorough) for file in (files if thorough else QUICK)]
-    return judged([run(*jobs[i], exported(header_of(jobs[i][1]))) for i in track(range(len(jobs)), "compilers")])
+    largest: dict[Build, float] = {}
+    for i in track(range(len(jobs)), "compilers"):
+        build, file = jobs[i]
+        largest[build] = max(largest.get(build, 0.0), run(build, file, exported(header_of(file))))
+    return judged(largest)
 
 
-def judged(found: Sequence[Result]) -> Finding:
-    """Hold the results of all builds to what is proven.
+def judged(largest: Mapping[Build, float]) -> Finding:
+    """Hold the largest error of every build to what is proven.
 
     Raises
     ------
     ToolchainError
         If there is no compiler.
     """
-    if not found:
-        raise ToolchainError("there is no C compiler: accepted are gcc, clang and tcc")
-    ran = [one for one in found if not one.reason]
-    measured: dict[str, Iterable[float]] = {
-        kind: [one.excess if kind == "fast" else one.part for one in ran if one.build.kind == kind] for kind in KINDS
-    }
-    measured |= {"bits": [one.differ for one in ran if one.build.bits], "refused": [len(found) - len(ran)]}
-    rows = tuple(Row(KINDS[kind], max(values), LIMITS[kind]) for kind, values in measured.items() if values)
-    labels = list(dict.fromkeys(one.build.label for one in ran))
-    largest = {label: max(one.part for one in ran if one.build.label == label) for label in labels}
-    kinds = {one.build.label: one.build.kind for one in ran}
-    worst = {kind: max((largest[label] for label in labels if kinds[label] == kind), default=0.0) for kind in KINDS}
+    if not largest:
+        raise ToolchainError("there is no C compiler: expected gcc, clang or tcc")
+    labels = [build.label for build in largest]
+    worst = {kind: max((e for build, e in largest.items() if build.kind == kind), default=0.0) for kind in KINDS}
+    present = {build.kind for build in largest}
+    rows = tuple(Row(f"{kind}: error / proven error", worst[kind], KINDS[kind][0]) for kind in KINDS if kind in present)
+    nearest, others, processors = worst.values()
     summary = (
-        f"{len(ran)} programs by {', '.join(label for label in labels if kinds[label] != 'mode')}. With rounding to "
-        f"nearest the largest error is {max(worst['plain'], worst['processor']):.4f} of what is proven; in the other "
-        f"rounding modes, for which nothing is proven, {worst['mode']:.3f} of it. No bound is promised under "
-        f"-ffast-math: there errors exceed the proven ones by up to {max(measured['fast'], default=0.0):.2f} ulp."
+        f"Built and run without a warning: {', '.join(build.label for build in largest if not build.mode)}. With "
+        f"rounding to nearest the largest error is {max(nearest, processors):.4f} of what is proven; in the other "
+        f"rounding modes, for which nothing is proven, {others:.3f} of it."
     )
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        colors = {"plain": BLUE, "fast": VERMILION, "mode": PURPLE, "processor": GREEN}
-        names = {
-            "plain": "rounding to nearest",
-            "fast": "-ffast-math",
-            "mode": "other rounding modes",
-            "processor": "processors",
-        }
-        for kind, color in colors.items():
-            chosen = [label for label in labels if kinds[label] == kind]
+        for kind, (_, color) in KINDS.items():
+            chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
             at = [labels.index(label) for label in chosen]
-            axes.plot(at, [largest[label] for label in chosen], "o", color=color, markersize=5, label=names[kind])
+            axes.plot(at, list(chosen.values()), "o", color=color, markersize=5, label=kind)
         axes.axhline(1, color=BLACK, linewidth=0.8, label="proven, to nearest")
         axes.axhline(2, color=ORANGE, linewidth=0.8, label="limit of other modes")
         axes.set_xticks(range(len(labels)), labels, rotation=40, ha="right")
-        axes.set(
-            ylabel="error / proven error", ylim=(0, max(4, 1.2 * max(x for x in largest.values() if x < math.inf)))
-        )
+        axes.set(ylabel="error / proven error", ylim=(0, 4))
         axes.legend(loc="upper right", ncols=2, frameon=False, fontsize=8)
 
     return Finding(rows, summary, draw)

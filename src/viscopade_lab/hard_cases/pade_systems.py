@@ -1,10 +1,10 @@
 """Padé systems.
 
-Does the working precision cover the digits that the linear system of [m/m+3] loses, whatever the algorithm?
+Does the working precision cover the digits that the linear system of [m/m+3] loses?
 
 The denominator b solves a linear system in the h_k that becomes ill-conditioned as m grows. Its condition number says
-how many digits rounding the h_k can cost. LU decomposition and the Berlekamp-Massey recursion, which only adds,
-multiplies and divides, are run in floating point at the precision that `pade` chose, against the solution in fractions.
+how many digits rounding the h_k can cost, by any algorithm. LU decomposition is run in floating point at the precision
+that `pade` chose, against the solution in fractions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from flint import arb, arb_mat, fmpq
 
 from viscopade.arithmetic.balls import BITS_PER_DIGIT, bits_for, context, exact_middle, relative_digits, working
-from viscopade.plots.sheet import BLACK, BLUE, GREEN, VERMILION
+from viscopade.plots.sheet import BLACK, BLUE, VERMILION
 from viscopade.theory.pade import exact_solution, order_system, pade
 from viscopade_lab.hard_cases.case import Finding, Row
 
@@ -41,7 +41,6 @@ class Lost(NamedTuple):
     chosen: int
     condition: float
     lu: float
-    recursion: float
     stated: float
     last: float
 
@@ -57,20 +56,19 @@ def lost(m: int) -> Lost:
     chosen = relative_digits(p.h)
     bits = bits_for(chosen)
     h = [rounded(h_k, bits) for h_k in p.h[: 2 * m + 4]]
-    exact, ctx = exact_solution(h, m, m + 3)[1], context(bits)
-    numbers = [ctx.mpf(int(h_k.p)) / int(h_k.q) for h_k in h]
-    by_lu, by_recursion = (solve(numbers, m, ctx.mpf(1)) for solve in (lu, berlekamp_massey))
-    decimals = [context(2 * bits).mpf(text) for text in p.decimals()[1]]
-    fine = berlekamp_massey([_mpf(context(2 * bits), h_k) for h_k in p.h[: 2 * m + 4]], m, context(2 * bits).mpf(1))
-    last = max((float(abs(x / y - 1)) for x, y in zip(decimals, fine, strict=True) if x), default=0.0)
+    exact = exact_solution(h, m, m + 3)[1]
+    by_lu = lu([Fraction(int(h_k.p), int(h_k.q)) for h_k in h], m, bits)
+    fine = lu([exact_middle(h_k) for h_k in p.h[: 2 * m + 4]], m, 2 * bits)
+    pairs = zip(map(Fraction, p.decimals()[1]), fine, strict=True)
+    last = max(
+        (float(abs(context(2 * bits).mpf(x.numerator) / x.denominator / y - 1)) for x, y in pairs if x), default=0.0
+    )
+    ctx = context(bits + 200)
+    right = zip(by_lu, exact, strict=True)
+    error = float(max(abs(x * int(y.q) / ctx.mpf(int(y.p)) - 1) for x, y in right if y != 0))
+    gone = max(bits / BITS_PER_DIGIT + math.log10(error), 0.0) if error else 0.0
     condition = math.log10(condition_number(h, exact, m, bits))
-    lu_lost, recursion_lost = (_digits_gone(b, exact, bits) for b in (by_lu, by_recursion))
-    return Lost(m, chosen, condition, lu_lost, recursion_lost, float(p.digits_lost), last * 10**DIGITS)
-
-
-def _mpf(ctx: Any, ball: arb) -> Any:
-    middle = exact_middle(ball)
-    return ctx.mpf(middle.numerator) / middle.denominator
+    return Lost(m, chosen, condition, gone, float(p.digits_lost), last * 10**DIGITS)
 
 
 def rounded(ball: arb, bits: int) -> fmpq:
@@ -98,44 +96,13 @@ def condition_number(h: Sequence[fmpq], b: Sequence[fmpq], m: int, bits: int) ->
         return max(float((changes[i] / abs(arb(b[i + 1]))).upper()) for i in range(n) if b[i + 1] != 0)
 
 
-def lu(h: Sequence[Any], m: int, one: Any) -> list[Any]:
+def lu(h: Sequence[Fraction], m: int, bits: int) -> list[Any]:
     """Solve the linear system by mpmath's LU decomposition, without the ten bits that it adds to the precision."""
-    n, ctx = m + 3, one.context
-    entries, right = order_system(h, m, n, one - one)
-    ctx.prec -= LU_EXTRA_BITS
-    try:
-        return [
-            one,
-            *ctx.lu_solve(ctx.matrix([list(entries[i * n : (i + 1) * n]) for i in range(n)]), ctx.matrix(right)),
-        ]
-    finally:
-        ctx.prec += LU_EXTRA_BITS
-
-
-def berlekamp_massey(h: Sequence[Any], m: int, one: Any) -> list[Any]:
-    """Find the shortest linear recurrence of 0, 0, h_0, h_1, …, h_(2m+3); b are its coefficients."""
-    zero = one - one
-    s = [zero, zero, *h[: 2 * m + 4]]
-    b, spare, length, gap, last = [one], [one], 0, 1, one
-    for k in range(len(s)):
-        discrepancy = sum((b[i] * s[k - i] for i in range(1, min(length + 1, len(b)))), s[k])
-        if discrepancy != 0:
-            shift = [*[zero] * gap, *(-discrepancy / last * x for x in spare)]
-            size = max(len(b), len(shift))
-            pairs = zip(*([*c, *[zero] * (size - len(c))] for c in (b, shift)), strict=True)
-            if 2 * length <= k:
-                length, spare, last, gap = k + 1 - length, b, discrepancy, 0
-            b = [x + y for x, y in pairs]
-        gap += 1
-    return b[: m + 4] + [zero] * (m + 4 - len(b))
-
-
-def _digits_gone(b: Sequence[Any], exact: Sequence[fmpq], bits: int) -> float:
-    """Return the digits of the precision less those that are right in the worst coefficient."""
-    ctx = context(bits + 200)
-    pairs = [(ctx.mpf(x), ctx.mpf(int(y.p)) / int(y.q)) for x, y in zip(b, exact, strict=True) if y != 0]
-    error = float(max(abs(x / y - 1) for x, y in pairs))
-    return max(bits / BITS_PER_DIGIT + math.log10(error), 0.0) if error else 0.0
+    n, ctx = m + 3, context(bits - LU_EXTRA_BITS)
+    numbers = [context(bits).mpf(h_k.numerator) / h_k.denominator for h_k in h]
+    entries, right = order_system(numbers, m, n, ctx.mpf(0))
+    rows = [list(entries[i * n : (i + 1) * n]) for i in range(n)]
+    return [ctx.mpf(1), *ctx.lu_solve(ctx.matrix(rows), ctx.matrix(right))]
 
 
 def measure(thorough: bool) -> Finding:
@@ -148,7 +115,6 @@ def judged(found: Sequence[Lost]) -> Finding:
     ways = {
         "condition": "condition number of the system",
         "lu": "LU decomposition, in floating point",
-        "recursion": "Berlekamp-Massey, in floating point",
         "stated": "enclosures of `pade`",
     }
     rows = []
@@ -163,8 +129,7 @@ def judged(found: Sequence[Lost]) -> Finding:
     summary = (
         f"The system of [m/m+3] can lose about {slope:.2f} m {'-' if start < 0 else '+'} {abs(start):.1f} digits, "
         f"{end.condition:.1f} at m = {end.m}. There `pade` derives the series to {end.chosen} digits for {DIGITS} that "
-        f"are asked for. The data decide, not the algorithm: at m = {end.m} LU decomposition loses {end.lu:.1f} "
-        f"digits, and the Berlekamp-Massey recursion {end.recursion:.1f}."
+        f"are asked for. LU decomposition loses {end.lu:.1f} digits."
     )
 
     def draw(figure: Figure) -> None:
@@ -172,7 +137,6 @@ def judged(found: Sequence[Lost]) -> Finding:
         axes.plot(m, [one.spare for one in found], color=BLACK, label=f"digits to spare, beyond {DIGITS}")
         axes.plot(m, lost_digits, color=VERMILION, label="condition number")
         axes.plot(m, [one.lu for one in found], "o", color=BLUE, markersize=4, label="lost by LU")
-        axes.plot(m, [one.recursion for one in found], "x", color=GREEN, markersize=5, label="lost by Berlekamp-Massey")
         axes.set(xlabel="$m$ of $[m/m+3]$", ylabel="decimal digits")
         axes.legend(loc="upper left", frameon=False, fontsize=9)
 

@@ -2,24 +2,14 @@ r"""Truncated series.
 
 Up to which v* is the sum of the first terms within 1e-3 of eps, at every order, and does round-off matter?
 
-Where S_k = h_0 + … + h_k v*^k leaves eps is a matter of the remainder. Four things are known of it:
-
-1. S_k - S_(k-1) = h_k v*^k. Where both are within 1e-3 of eps, |h_k| v*^k <= 2e-3 eps: the earlier one of two
-   neighbouring orders leaves before equality.
-2. With M the largest |h_j| R^j from j = k - 4 on and x = v*/R, |remainder| <= M x^(k+1)/(1 - x): no order leaves before
-   that is 1e-3 eps.
-3. eps ~ (ln(1 - v*/v_s))^2 makes h_k = Re(A_k v_s^-k), and A_k ~ (ln k)/k changes by less than 1/k an order. With a
-   constant one, h_k = p h_(k-1) - q h_(k-2), p = 2 Re(1/v_s), q = 1/R^2; what is missing is at most
-   2 sin(arg v_s) |A_k| R^-k/k. v_s is that of the flow: nothing is taken from the coefficients.
-4. The sum in double precision leaves where the exact sum does, but for the bound of Horner's rule.
+With S_k = h_0 + … + h_k v*^k, S_k - S_(k-1) = h_k v*^k. Where both sums are within 1e-3 of eps, |h_k| v*^k <= 2e-3 eps:
+the earlier one of two neighbouring orders leaves before equality. The sum in double precision leaves where the exact
+sum does, but for the bound of Horner's rule.
 """
 
 from __future__ import annotations
 
-import cmath
-import math
 from collections.abc import Callable
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,7 +19,7 @@ from viscopade.arithmetic.balls import exact_middle, working
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
 from viscopade.kernels import truth
-from viscopade.plots.sheet import BLUE, GREEN, V_STAR, VERMILION
+from viscopade.plots.sheet import BLUE, V_STAR, VERMILION
 from viscopade.theory.pade import horner
 from viscopade.theory.series import series
 from viscopade_lab import singularity
@@ -40,25 +30,20 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-3
 BITS = 320  # a sum loses 16 digits next to its zeros
-PERIOD = 5  # orders after which the signs repeat, nearly
 GRID: FloatArray = np.arange(64.0, 5120.0) / 4096  # of v*; between its points the place is bisected
 
 
 class Coefficients(NamedTuple):
-    """h_0, h_1, … up to two orders more than are summed, as balls and as doubles, and the singularity v_s."""
+    """h_0, h_1, … as balls and as doubles, up to an order."""
 
-    order: int
     balls: tuple[arb, ...]
     h: FloatArray
-    v_s: complex
 
 
-@lru_cache(maxsize=2)
 def coefficients(order: int) -> Coefficients:
     """Return what is needed for all orders up to this one."""
-    balls = series(order + 2, 40).h
-    h = np.array([float(exact_middle(h_k)) for h_k in balls])
-    return Coefficients(order, balls, h, complex(singularity.from_flow(10).v_star))
+    balls = series(order, 40).h
+    return Coefficients(balls, np.array([float(exact_middle(h_k)) for h_k in balls]))
 
 
 def bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatArray) -> FloatArray:
@@ -74,12 +59,12 @@ def bisected(beyond: Callable[[FloatArray], Any], low: FloatArray, high: FloatAr
 
 def places(given: Coefficients) -> FloatArray:
     """Return for every order the first v* at which the sum in double precision is off by 1e-3."""
-    h = np.tril(np.ones((given.order + 1, given.order + 1))) * given.h[:-2]
+    h = np.tril(np.ones((len(given.h), len(given.h)))) * given.h
 
     def off(v: FloatArray) -> Any:
         return abs(horner(h.T[:, :, None], v) / double.epsilon(v) - 1) > TOLERANCE
 
-    first = np.argmax(off(np.broadcast_to(GRID, (given.order + 1, len(GRID)))), axis=1)
+    first = np.argmax(off(np.broadcast_to(GRID, (len(given.h), len(GRID)))), axis=1)
     return bisected(off, GRID[first - 1], GRID[first])
 
 
@@ -100,32 +85,10 @@ def distance(given: Coefficients, k: int, place: float) -> float:
 
 def latest(given: Coefficients) -> FloatArray:
     """Return the limit that the earlier one of the orders k - 1 and k must not exceed; infinite where h_k = 0."""
-    h, k = abs(given.h[:-2, None]), np.arange(given.order + 1)[:, None]
+    h, k = abs(given.h[:, None]), np.arange(len(given.h))[:, None]
     low, high = np.full(len(h), GRID[0]), np.full(len(h), 2.0)
     place = bisected(lambda v: h * v**k > 2 * TOLERANCE * double.epsilon(v), low, high)
     return np.where((h[:, 0] > 0) & (k[:, 0] > 0), place, np.inf)
-
-
-def earliest(given: Coefficients) -> FloatArray:
-    """Return the v* before which no order leaves."""
-    k, radius = np.arange(given.order + 1), abs(given.v_s)
-    scaled = abs(given.h * radius ** np.arange(len(given.h)))
-    largest = np.array([scaled[max(j - PERIOD + 1, 0) :].max() for j in k])[:, None]
-
-    def beyond(x: FloatArray) -> Any:
-        return largest * x ** (k[:, None] + 1) > TOLERANCE * double.epsilon(x * radius) * (1 - x)
-
-    return radius * bisected(beyond, np.zeros(len(k)), np.ones(len(k)))
-
-
-def defects(given: Coefficients) -> FloatArray:
-    """Return |h_k - p h_(k-1) + q h_(k-2)| by 2 sin(arg v_s) |A_k| R^-k/k, for the upper half of the orders."""
-    angle = cmath.phase(given.v_s)
-    scaled = given.h * abs(given.v_s) ** np.arange(len(given.h))
-    amplitude = np.hypot(scaled[:-1], (scaled[1:] - scaled[:-1] * math.cos(angle)) / math.sin(angle))
-    missing = abs(scaled[2:] - 2 * math.cos(angle) * scaled[1:-1] + scaled[:-2])
-    ratio: FloatArray = missing * np.arange(2, len(scaled)) / (2 * math.sin(angle) * amplitude[:-1])
-    return ratio[given.order // 2 - 2 :]
 
 
 def measure(thorough: bool) -> Finding:
@@ -135,16 +98,14 @@ def measure(thorough: bool) -> Finding:
 
 def judged(given: Coefficients, found: FloatArray) -> Finding:
     """Hold the v* where sums leave to what is known of the remainder."""
-    radius, order, limits, least = abs(given.v_s), given.order, latest(given), earliest(given)
-    best = int(np.argmax(found))
+    order, limits, best = len(found) - 1, latest(given), int(np.argmax(found))
+    radius = abs(complex(singularity.from_flow(10).v_star))
     rows = (
         Row(
             "earlier one of two neighbouring orders / its latest v*",
             max(np.minimum(found[1:], found[:-1]) / limits[1:]),
             1,
         ),
-        Row("earliest v* by the geometric series / v* of the order", max(least / found), 1),
-        Row("residual of the recursion by a pair of poles / its bound", max(defects(given)), 1),
         Row("round-off where the sum leaves / its bound", max(distance(given, k, v) for k, v in enumerate(found)), 1),
     )
     summary = (
@@ -161,7 +122,6 @@ def judged(given: Coefficients, found: FloatArray) -> Finding:
         axes.plot(
             k, np.where(np.isfinite(limits), limits, np.nan), "_", color=VERMILION, label="latest, of $k-1$ and $k$"
         )
-        axes.plot(k, least, color=GREEN, label="earliest")
         axes.axhline(radius, color="black", linewidth=0.8, label="radius of convergence")
         axes.set(xlabel="order $k$", ylabel=V_STAR, ylim=(0, 1.3))
         axes.legend(loc="lower right", frameon=False, fontsize=9)

@@ -42,24 +42,11 @@ NEIGHBOURS, REACH = 12, 12  # tried of each start in a round, up to 2^REACH numb
 
 
 class Function(NamedTuple):
-    """An exported function, or a branch of it or a row of its table, of one number x of a type.
+    """An exported function, or a branch of it or a row of its table, of one number x of a type, from low to high.
 
-    Attributes
-    ----------
-    family, name : str
-    form : Format
-    computed, exact : callable
-        What code gives for an array of x, each operation rounded; and the exact value of the formula for one x.
-    low, high : float
-        Where x is looked for.
-    bound : Fraction
-        The proven bound of the error, relative to the exact value.
-    ulp : bool
-        Whether the bound is in units in the last place instead.
-    scale : float
-        The function's first argument is x times this.
-    second : tuple of float
-        Its second argument, if it has one.
+    `computed` has what code gives for an array of x, each operation rounded, and `exact` the exact value of the formula
+    for one x. The proven `bound` is relative to the exact value, or in units in the last place if `ulp`. The function's
+    first argument is x times `scale`; `second` has its second argument, if it has one.
     """
 
     family: str
@@ -119,23 +106,16 @@ def worst(function: Function, number: int, rounds: int) -> Worst:
 
 # --- functions --------------------------------------------------------------------------------------------------------
 
-_ROOTS: Mapping[str, Callable[..., Any]] = {
-    "sqrt": np.sqrt,
-    "cbrt": np.cbrt,
-    "pow": np.power,
-    "log2": np.log2,
-    "exp2": np.exp2,
-}
-
 
 def _machine(form: Format) -> Arithmetic:
     """Return the arithmetic of a type; functions of the library are rounded once, from type double."""
     kind = TYPES[form.name]
+    roots = {"sqrt": np.sqrt, "cbrt": np.cbrt, "pow": np.power, "log2": np.log2, "exp2": np.exp2}
 
     def rounded(root: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *x: root(*(np.asarray(z, np.float64) for z in x)).astype(kind)
 
-    return Arithmetic(kind, {name: rounded(root) for name, root in _ROOTS.items()})
+    return Arithmetic(kind, {name: rounded(root) for name, root in roots.items()})
 
 
 _EXACTLY = Arithmetic(
@@ -201,11 +181,9 @@ def _of_quotient(kernel: Quotient, form: Format) -> Iterator[Function]:
     numbers = formulas.dense(a=a, b=b)
     near, _ = formulas.epsilon_branches(numbers)
     ends = LEAST, float(high)
-    yield of_branch("quotients", f"epsilon_{kernel.name}", form, near, "epsilon", numbers, _v_star, ends, bound)
-
-
-def _v_star(x: Any) -> dict[str, Any]:
-    return {"v_star": x}
+    yield of_branch(
+        "quotients", f"epsilon_{kernel.name}", form, near, "epsilon", numbers, lambda x: {"v_star": x}, ends, bound
+    )
 
 
 def _of_inverse(kernel: Any, variant: Any) -> Iterator[Function]:
@@ -214,22 +192,16 @@ def _of_inverse(kernel: Any, variant: Any) -> Iterator[Function]:
     near, far = formulas.inverse_branches(kernel.powers, WHOLE_FORM)
     below, above, one = (float(np.nextafter(kind(x), kind(y))) for x, y in ((0.5, 0), (0.5, 1), (1, 0)))
     bound = dict(variant.sizes)["v_star"].relative
+    epsilon_given: Inputs = lambda x: {"epsilon": x, "loss": 1 - x}  # noqa: E731
+    loss_given: Inputs = lambda x: {"epsilon": 1 - x, "loss": x}  # noqa: E731
     for function, inputs, branch, ends in (
-        ("v_star", _of_epsilon, near, (0.5, one)),
-        ("v_star", _of_epsilon, far, (LEAST, below)),
-        ("v_star_from_loss", _of_loss, near, (LEAST, 0.5)),
-        ("v_star_from_loss", _of_loss, far, (above, one)),
+        ("v_star", epsilon_given, near, (0.5, one)),
+        ("v_star", epsilon_given, far, (LEAST, below)),
+        ("v_star_from_loss", loss_given, near, (LEAST, 0.5)),
+        ("v_star_from_loss", loss_given, far, (above, one)),
     ):
         name = f"{function}_{kernel.name}"
         yield of_branch("inverse", name, form, branch, "v_star", numbers, inputs, ends, bound)
-
-
-def _of_epsilon(x: Any) -> dict[str, Any]:
-    return {"epsilon": x, "loss": 1 - x}
-
-
-def _of_loss(x: Any) -> dict[str, Any]:
-    return {"epsilon": 1 - x, "loss": x}
 
 
 def _compact(kernel: Any) -> Iterator[Function]:
@@ -272,25 +244,18 @@ def _full(name: str) -> Function:
     """Return eps or 1 - eps of full accuracy; exact is the true value."""
 
     def exact(x: float) -> arb:
-        found = truth.enclosed(arb(x))
-        return found.epsilon if name == "epsilon" else found.loss
+        true = truth.enclosed(arb(x))
+        return true.epsilon if name == "epsilon" else true.loss
 
-    def computed(x: Array) -> Array:
-        return np.asarray(last_place.evaluated(name, x))
-
-    bound = last_place.largest_ulp(name)
+    bound, computed = last_place.largest_ulp(name), lambda x: np.asarray(last_place.evaluated(name, x))
     return Function("full", f"{name}_full", DOUBLE, computed, exact, 2.0**-20, 2.0**19, bound, ulp=True)
 
 
 def _full_from_speed() -> Function:
     """Return eps of the table of full accuracy, for beta = 1, where w is exact."""
     table = LastPlaceTable()
-
-    def exact(x: float) -> arb:
-        return truth.enclosed(arb(x).root(10)).epsilon
-
-    def computed(x: Array) -> Array:
-        return restitution(x, np.ones_like(x))
-
-    ends, name = (2.0**table.first, 2.0**60), "restitution_full"
-    return Function("full", name, DOUBLE, computed, exact, *ends, table.proven.ulp, ulp=True, second=(1.0,))
+    return Function(
+        "full", "restitution_full", DOUBLE, lambda x: restitution(x, np.ones_like(x)),
+        lambda x: truth.enclosed(arb(x).root(10)).epsilon, 2.0**table.first, 2.0**60, table.proven.ulp, ulp=True,
+        second=(1.0,),
+    )  # fmt: skip
