@@ -1,3 +1,3 @@
-"""The live calculator: one HTML file with our JavaScript export, tables of ready laws, and the facts of other wings."""
+"""The calculator: one HTML file with our JavaScript export, tables of ready laws, and facts of other packages."""
 
 __all__ = ["page"]

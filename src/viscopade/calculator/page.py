@@ -1,4 +1,4 @@
-"""The page of `viscopade calculator`: its text, and the facts that other wings give it."""
+"""The page of `viscopade calculator`: its text, and the facts that other packages give it."""
 
 from __future__ import annotations
 
