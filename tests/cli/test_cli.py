@@ -184,12 +184,6 @@ def test_export_goes_to_stdout_or_to_a_file(tmp_path):
     assert "viscopade export c --pade 3/6 --pade 1/4\n" in target.read_text()
 
 
-def test_a_generated_file_is_replaced(tmp_path):
-    for _ in range(2):
-        assert called("export", "c", "-o", tmp_path / "eps.h").returncode == 0
-    assert [p.name for p in tmp_path.iterdir()] == ["eps.h"]
-
-
 def test_reproduce_as_json():
     whole = json_of("reproduce")
     assert whole["agreeing"] == len(whole["entries"]) == 32

@@ -161,9 +161,9 @@ def c_library(headers: Sequence[str], command: Sequence[str]) -> ctypes.CDLL:
     return library(tuple(headers), entries(calls), tuple(command))
 
 
-def of_c(_: Path, code: Code, standard: str = "c99", flags: Sequence[str] = ()) -> Compute:
+def of_c(_: Path, code: Code, standard: str = "c99") -> Compute:
     """Run a header for C; that of CUDA is one on the host."""
-    return called(c_library([code.text], c_command(standard, flags)), code, FORMS[code.form].suffix)
+    return called(c_library([code.text], c_command(standard)), code, FORMS[code.form].suffix)
 
 
 def of_cxx(directory: Path, code: Code) -> Compute:
@@ -175,10 +175,10 @@ def of_nvcc(_: Path, code: Code) -> Compute:
     return called(c_library([code.text], [tool("nvcc"), *flags]), code, FORMS[code.form].suffix)
 
 
-def of_calls(code: Code, text: str, calls: Sequence[str], standard: str, flags: Sequence[str] = ()) -> Compute:
+def of_calls(code: Code, calls: Sequence[str], standard: str, flags: Sequence[str]) -> Compute:
     """Run functions of C++ by the text of their calls."""
     made = [(function, code.form, code.arity, call) for function, call in zip(code.functions, calls, strict=True)]
-    return called(library((code.text,), text + entries(made), c_command(standard, flags)), code)
+    return called(library((code.text,), entries(made), c_command(standard, flags)), code)
 
 
 # --- other compiled languages, and JavaScript -------------------------------------------------------------------------
@@ -404,7 +404,7 @@ SHIM_FLAGS = ("-Wno-unused-function", "-Wno-conversion")
 def translated(code: Code, text: str) -> Compute:
     """Run a shader's text that was translated to C++."""
     translated = replace(code, text=SHIMS + text)
-    return of_calls(translated, "", code.calls("viscopade_{}"), "c++17", SHIM_FLAGS)
+    return of_calls(translated, code.calls("viscopade_{}"), "c++17", SHIM_FLAGS)
 
 
 def of_glsl_translated(_: Path, code: Code) -> Compute:

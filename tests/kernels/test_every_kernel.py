@@ -302,9 +302,9 @@ def test_results_are_within_the_proven_bounds(run, name, language):
     assert checked
 
 
-def check(compute, language, name, form, arity, of=None):
+def check(compute, language, name, form, arity):
     """Compare the results of all functions, each with its own rows; return how many there are."""
-    how, functions, of = LANGUAGES[language], functions_of(name, language, form, arity), of or rows_of(name)
+    how, functions, of = LANGUAGES[language], functions_of(name, language, form, arity), rows_of(name)
     everything = np.concatenate([of[function, form] for function in functions])
     found = compute(*everything.T[:arity].astype(TYPES[form]))
     smallest = np.finfo(TYPES[form]).tiny
@@ -392,16 +392,6 @@ def test_all_headers_in_one_program(run, build):
             given = rows.T[:arity].astype(TYPES[form])
             for function, same in run(name, language, form, arity)(*given).items():
                 np.testing.assert_array_equal(compute(*given)[function], same)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", IN_C)
-def test_many_random_arguments(name):
-    rows, builds = read(random_lines(name, 100)), (("-O2",), BUILDS["fused"][1])
-    for flags, form, arity in product(builds, FORMS, (1, 2)):
-        if functions_of(name, "C", form, arity):
-            code = code_of(name, "C", form, arity)
-            check(LANGUAGES["C"].run(None, code, flags=flags), "C", name, form, arity, rows)
 
 
 def claims(kernel, form):

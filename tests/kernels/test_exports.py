@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 from mpmath import mp, mpf
 
-from tests import compiled, daily
+from tests import daily
 from tests.cli import called
 from viscopade import pade, series, store
 from viscopade.cli.main import command
@@ -130,15 +130,3 @@ def test_kernel_states_the_first_deviation_with_its_sign(m, n):
         a, b = (mp.polyval([mpf(x) for x in c[::-1]], v) for c in pade(m, n, 180).decimals())
         deviation = (a / b - mp.polyval([mpf(x) for x in h[::-1]], v)) / v ** (m + n + 1)
         assert mp.almosteq(deviation, mpf(str(k.next_term)), rel_eps=mpf("1e-9"))
-
-
-def test_compiled_header_against_mpmath_from_zero_to_a_million(tmp_path):
-    """The whole way for a high degree: equation of motion -> h_k -> [25/28] -> C -> compiler, against 60 digits."""
-    function = compiled.build(tmp_path, [requests.render("c", [(25, 28)])])["epsilon_pade_25_28"]
-    with mp.workdps(60):
-        a, b = ([mpf(x) for x in c[::-1]] for c in pade(25, 28, 40).decimals())
-        for v in (0.0, *(10.0 ** (i / 20 - 6) for i in range(1, 241))):
-            top, bottom = mp.polyval(a, mpf(v)), mp.polyval(b, mpf(v))
-            condition = sum(mp.polyval([abs(x) for x in c], mpf(v)) / abs(s) for c, s in ((a, top), (b, bottom)))
-            bound = 2 * 56 * condition * mpf(2) ** -53
-            assert bound > 1 or abs(function(v) * bottom / top - 1) <= bound

@@ -481,23 +481,12 @@ def test_a_float_that_is_much_less_accurate_is_left_out():
             "accuracy is 1e-09: accepted is a number >= 2.8.*e-8",
         ),
         (
-            lambda: prove_lacunary.half_line_kernel(1),
-            ValueError,
-            "accuracy is 1: accepted is a number from 1e-15 to 0.99",
-        ),
-        (
             lambda: prove_lacunary.half_line_kernel(0.1, "absolute"),
             ValueError,
             "measure is 'absolute': accepted is 'both' or 'relative'",
         ),
         (lambda: prove_lacunary.half_line_kernel(None), TypeError, "accuracy is None: accepted is a number from"),
-        (
-            lambda: prove_lacunary.inverse_kernel("x"),
-            ValueError,
-            "accuracy of the inverse is 'x': accepted is a number from",
-        ),
         (lambda: prove_lacunary.inverse_kernel(0.1, 1), ValueError, "epsilon_min is 1: accepted is 0, or a number"),
-        (lambda: prove_lacunary.inverse_kernel(0.1, 1e-5), ValueError, "epsilon_min is 1e-05: accepted is 0, or"),
         (
             lambda: prove_lacunary.inverse_kernel(1e-12),
             ValueError,

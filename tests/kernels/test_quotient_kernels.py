@@ -8,8 +8,6 @@ import io
 import json
 import math
 import re
-import shutil
-import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from decimal import Context, Decimal
@@ -17,7 +15,6 @@ from fractions import Fraction
 from functools import cache
 from itertools import accumulate
 from operator import mul
-from pathlib import Path
 from types import SimpleNamespace
 
 import mpmath
@@ -261,20 +258,15 @@ NEGATIVE = decimals_of(["1", "-1", "0", "0", "0", "0", "0"])
     ("changes", "message"),
     [
         ({"m": 4}, r"\[4/6\] has 5 coefficients a_i, not 4"),
-        ({"n": 5}, r"\[3/5\] has 6 coefficients b_i, not 7"),
-        ({"m": -1}, "m is -1"),
         ({"a": decimals_of(["1.1", "0", "0", "0"])}, "a_0 is 1.1, it must be 1"),
         ({"b": (Decimal(0), *PAPER[3].b[1:])}, "b_0 is 0, it must be 1"),
         ({"a": decimals_of(["1", "nan", "0", "0"])}, "NaN is not a finite number"),
-        ({"next_term": Decimal("inf")}, "Infinity is not a finite number"),
         ({"pole": Decimal("3.5")}, r"\[3/6\] has no positive pole at v\* = 3.5"),
         ({"zero": Decimal("3.5")}, r"\[3/6\] has no positive zero at v\* = 3.5"),
         ({"b": NEGATIVE}, r"\[3/6\] has a positive pole, but pole is None"),
         ({"m": 6, "a": NEGATIVE}, r"\[6/6\] has a positive zero, but zero is None"),
-        ({"b": NEGATIVE, "pole": Decimal("1.1")}, r"\[3/6\] has no positive pole at v\* = 1.1"),
         ({"b": NEGATIVE, "pole": Decimal("1.00000000001")}, r"\[3/6\] has no positive pole at v\* = 1.0"),
         ({"b": decimals_of("1100000"), "pole": Decimal(-1)}, r"\[3/6\] has no positive pole at v\* = -1"),
-        ({"source": "two\nlines"}, "source must be one printable line"),
         ({"source": "end */ of comment"}, "source must be one printable line"),
     ],
 )
@@ -514,15 +506,6 @@ def test_latex_has_the_layout_of_the_paper() -> None:
         r" &  &  & $b_{2}=1.15345$ &  \\",
         r"\end{tabular}",
     ]
-
-
-def test_latex_compiles(tmp_path: Path) -> None:
-    if shutil.which("pdflatex") is None:
-        pytest.skip("there is no pdflatex")
-    document = tmp_path / "table.tex"
-    body = tables.latex_table(KERNELS, COMMAND)
-    document.write_text(f"\\documentclass{{article}}\n\\begin{{document}}\n{body}\\end{{document}}\n")
-    subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", document.name], cwd=tmp_path, check=True)
 
 
 H = ("1", "0", "-1.15344885809528707", "0", "0.798266555", "0.2666666666666666666666667", "1.5e-7")

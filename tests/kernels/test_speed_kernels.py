@@ -225,7 +225,7 @@ def expected(functions, function, tier, values, beta):
 
 
 @pytest.mark.parametrize(("build", "tier"), few(("plain", "native", "clang")))
-def test_arrays_of_every_length_are_the_single_results(built, build, tier):
+def test_arrays_of_every_length_and_in_place_are_the_single_results(built, build, tier):
     """Inputs at any address, results between guards; some blocks hold odd speeds."""
     functions, given, generator = built(build, tier), header(tier), np.random.default_rng(5)
     for length in (*range(131), 159, 160, 161, 191, 192, 193, 1000):
@@ -247,22 +247,9 @@ def test_arrays_of_every_length_are_the_single_results(built, build, tier):
                 assert same(room[3 : length + 3], expected(functions, function, tier, values, of_each)), (kind, length)
                 assert np.all(room[:3] == 7.5)
                 assert np.all(room[length + 3 :] == 7.5)
-
-
-@pytest.mark.parametrize(("build", "tier"), few(("plain", "native", "clang")))
-def test_arrays_in_place(built, build, tier):
-    functions, given, generator = built(build, tier), header(tier), np.random.default_rng(6)
-    for form, function, odd in itertools.product(FORMS, FUNCTIONS, (0, 0.01)):
-        values, beta = batch(tier, form, generator, 1999, odd)
-        pair = np.arange(1999, dtype=np.intc)[::-1].copy()
-        for kind, more, of_each in (
-            ("each", (beta,), beta),
-            ("by_pair", (beta, pair), beta[pair]),
-            ("array", (beta.dtype.type(1.25),), np.full_like(beta, 1.25)),
-        ):
-            changed = values.copy()
-            functions(kind, function, given, changed, *more, out=changed)
-            assert same(changed, expected(functions, function, tier, values, of_each)), kind
+                own = values.copy()
+                functions(kind, function, given, own, *arguments[1:], out=own)
+                assert same(own, room[3 : length + 3]), (kind, length, "in place")
 
 
 NEW, OLD = "#if __has_builtin.*", r"#if defined\(__GNUC__\) && !defined\(VISCOPADE_JOINED\)"  # of compilers

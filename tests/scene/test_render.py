@@ -376,7 +376,9 @@ def test_a_batch_of_distributed_sizes_takes_the_beta_of_each(tmp_path):
     assert "tiny_restitution(speed, tiny_beta_of(tiny_pair_a_a, first_radius, second_radius))" in made
 
 
-@pytest.mark.parametrize(("language", "form"), EACH)
+@pytest.mark.parametrize(
+    ("language", "form"), [pair for pair in EACH if pair[0] in ("cuda", "fortran", "rust", "glsl")]
+)
 @pytest.mark.parametrize("constant", [False, True])
 def test_compilers_have_no_warnings(tmp_path, language, form, constant):
     made, name = text(language, form, constant), file_name(choice(language, form, constant).scene)
@@ -390,16 +392,12 @@ def test_compilers_have_no_warnings(tmp_path, language, form, constant):
     elif language == "rust":
         (tmp_path / "lib.rs").write_text("pub mod tiny;\n")
         succeed(tmp_path, tool("rustc"), "--edition", "2021", "--crate-type", "lib", "-D", "warnings", "lib.rs")
-    elif language == "javascript":
-        succeed(tmp_path, tool("node"), "--check", name)
     elif language == "glsl":
         for version in ("450", "320 es"):
             precision = "precision highp float;\n" if "es" in version else ""
             shader = f"#version {version}\n{precision}{made}\n{made}\nvoid main() {{ }}\n"
             (tmp_path / "use.vert").write_text(shader)
             succeed(tmp_path, tool("glslangValidator"), "use.vert")
-    elif language == "python":
-        compile(made, name, "exec")
 
 
 @pytest.mark.parametrize("constant", [False, True])
