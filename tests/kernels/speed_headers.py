@@ -148,24 +148,17 @@ def interface(headers):
     return "\n".join([_INTERFACE, *lines, _CONTROL, "#ifdef __cplusplus", "}", "#endif", ""])
 
 
-def compilers(standard):
-    """Return the commands of the usual compiler (or skip) and of Clang, by name."""
-    usual = compiler(standard)
-    found = {"cc": usual}
-    clang = shutil.which("clang++" if "++" in standard else "clang")
-    if clang is not None and _works([clang, *usual[1:]]):
-        found["clang"] = [clang, *usual[1:]]
-    return found
-
-
 def named_compiler(name, standard, flags=()):
-    """Return the command of "cc" or "clang" with flags, or skip the test."""
-    found = compilers(standard).get(name)
-    if found is None:
-        pytest.skip(f"there is no {name}")
-    if not _works([*found, *flags]):
-        pytest.skip(f"{name} does not know {' '.join(flags)}")
-    return [*found, *flags]
+    """Return the command of the usual compiler, "cc", or of "clang", with flags, or skip the test."""
+    command = compiler(standard)
+    if name == "clang":
+        clang = shutil.which("clang++" if "++" in standard else "clang")
+        if clang is None:
+            pytest.skip("there is no clang")
+        command = [clang, *command[1:]]
+    if not _works([*command, *flags]):
+        pytest.skip(f"{name} does not know {' '.join(flags) or standard}")
+    return [*command, *flags]
 
 
 def _works(command):

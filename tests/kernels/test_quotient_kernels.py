@@ -377,13 +377,6 @@ def test_float_functions(sample: PadeKernel, library: compiled.Library) -> None:
     assert not faults(sample, library[f"epsilon_{sample.name}f"], FLOAT)
 
 
-def test_float_functions_are_left_out_where_they_do_not_fit() -> None:
-    text = " ".join(header(KERNELS[-1]).replace(" *", " ").split())
-    assert "There are no functions of type float: [25/28]: a_" in text
-    assert "is not a normal number of type float." in text
-    assert "static inline float viscopade_epsilon" not in text
-
-
 def test_what_fits_no_double_is_refused() -> None:
     with pytest.raises(ValueError, match=r"\[1/1\]: b_1 = 1.5e-400 is not a normal number of type double"):
         header(kernel("1 1", "1 1.5e-400"))

@@ -42,14 +42,10 @@ class Target(NamedTuple):
 
 TARGETS = {
     "gcc-haswell": Target("gcc", ("-march=haswell",), 32),
-    "gcc-skylake-avx512": Target("gcc", ("-march=skylake-avx512",), 32),
-    "gcc-avx512-wide": Target("gcc", ("-march=skylake-avx512", "-mprefer-vector-width=512"), 64),
     "gcc-cooperlake": Target("gcc", ("-march=cooperlake",), 32),  # with AVX-512 BF16
     "gcc-zen4": Target("gcc", ("-march=znver3", "-mavx512f", "-mavx512vl", "-mavx512bw", "-mavx512dq"), 32),
     "gcc-neon": Target(f"{ARM}-gcc", (), 16),
     "clang-haswell": Target("clang", ("-march=haswell",), 32),
-    "clang-skylake-avx512": Target("clang", ("-march=skylake-avx512",), 32),
-    "clang-avx512-wide": Target("clang", ("-march=skylake-avx512", "-mprefer-vector-width=512"), 64),
     "clang-neon": Target("clang", (f"--target={ARM}", "-isystem", f"/usr/{ARM}/include"), 16),
 }
 # These have all kinds of blocks.
