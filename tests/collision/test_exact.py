@@ -89,7 +89,7 @@ def test_large_v_star_tends_to_the_power_law(v_star):
 
 def test_more_digits_extend_fewer():
     """Enclosures of different precision meet, and a decimal is the rounding of a longer one."""
-    for v_star in ("0.01", "1", "47.11"):
+    for v_star in ("1e-30", "0.01", "1", "47.11", "1e6"):
         short, long = (exact.collision(v_star, digits) for digits in (12, 90))
         for name in NUMBERS:
             assert short.balls()[name].overlaps(long.balls()[name])

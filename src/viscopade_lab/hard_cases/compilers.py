@@ -208,11 +208,9 @@ def judged(largest: Mapping[Build, float]) -> Finding:
     """
     if not largest:
         raise ToolchainError("there is no C compiler: expected gcc, clang or tcc")
-    labels = [build.label for build in largest]
-    worst = {kind: max((e for build, e in largest.items() if build.kind == kind), default=0.0) for kind in KINDS}
-    present = {build.kind for build in largest}
-    rows = tuple(Row(f"{kind}: error / proven error", worst[kind], KINDS[kind][0]) for kind in KINDS if kind in present)
-    nearest, others, processors = worst.values()
+    measured = {kind: [e for build, e in largest.items() if build.kind == kind] for kind in KINDS}
+    rows = tuple(Row(f"{kind}: error / proven error", max(e), KINDS[kind][0]) for kind, e in measured.items() if e)
+    nearest, others, processors = (max(e, default=0.0) for e in measured.values())
     summary = (
         f"Built and run without a warning: {', '.join(build.label for build in largest if not build.mode)}. With "
         f"rounding to nearest the largest error is {max(nearest, processors):.4f} of what is proven; in the other "
@@ -223,11 +221,10 @@ def judged(largest: Mapping[Build, float]) -> Finding:
         axes = figure.subplots()
         for kind, (_, color) in KINDS.items():
             chosen = {build.label: e for build, e in largest.items() if build.kind == kind}
-            at = [labels.index(label) for label in chosen]
-            axes.plot(at, list(chosen.values()), "o", color=color, markersize=5, label=kind)
+            axes.plot(list(chosen), list(chosen.values()), "o", color=color, markersize=5, label=kind)
         axes.axhline(1, color=BLACK, linewidth=0.8, label="proven, to nearest")
         axes.axhline(2, color=ORANGE, linewidth=0.8, label="limit of other modes")
-        axes.set_xticks(range(len(labels)), labels, rotation=40, ha="right")
+        axes.tick_params(axis="x", rotation=40)
         axes.set(ylabel="error / proven error", ylim=(0, 4))
         axes.legend(loc="upper right", ncols=2, frameon=False, fontsize=8)
 
