@@ -119,7 +119,9 @@ class Checker:
     def __init__(self, entry: dict[str, Any]) -> None:
         self.a, self.b = (polynomial(number(c) for c in entry[name]) for name in "ab")
         self.measure = entry["measure"]
-        self.low, self.high = Fraction(entry["v_star_min"]), Fraction(entry["v_star_max"] or -1)
+        if entry["v_star_max"] is None:
+            raise Wrong("it is a certificate without an end")
+        self.low, self.high = Fraction(entry["v_star_min"]), Fraction(entry["v_star_max"])
         self.parts = [(int(panel), int(n)) for panel, n in entry["parts"]]
         if self.measure not in ("both", "relative"):
             raise Wrong(f"the measure is {self.measure!r}")

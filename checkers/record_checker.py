@@ -182,7 +182,7 @@ def entry_of(bound: Mapping[str, Any], formula: Mapping[str, Any]) -> dict[str, 
         **formula,
         **bound,
         "v_star_min": bound["low"],
-        "v_star_max": bound["high"],
+        "v_star_max": None if bound["high"] == "inf" else bound["high"],
         "reference": REFERENCE,
         "reference_error": float(ERROR).hex(),
     }
@@ -535,13 +535,13 @@ def like(bound: Fraction, size: Fraction) -> None:
 
 
 CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = {
-    "of_pade": (check_pade,),
-    "accurate": (check_best,),
-    "of_half_line": (check_half_line,),
-    "half_line_powers": (check_choice("of_half_line"),),
-    "of_inverse": (check_inverse,),
-    "inverse_powers": (check_choice("of_inverse"),),
-    "rounding_bounds": (check_compact,),
+    "pade_kernel": (check_pade,),
+    "minimax_kernel": (check_best,),
+    "half_line_kernel": (check_half_line,),
+    "half_line_powers": (check_choice("half_line_kernel"),),
+    "inverse_kernel": (check_inverse,),
+    "inverse_powers": (check_choice("inverse_kernel"),),
+    "table_free_rounding": (check_compact,),
     "table_rows": (check_table,),
     "table_bounds": (check_table, check_falling),
     "table_rise": (check_rise,),
@@ -549,8 +549,8 @@ CHECKS: dict[str, tuple[Callable[[Sequence[Any], Value, Sample], None], ...]] = 
     "last_place_bounds": (check_table,),
     "double_rows": (check_full_rows,),
     "ulp_bounds": (check_ulps,),
-    "of_v_star": (check_of_v_star,),
-    "of_w": (check_of_w,),
+    "v_star_rounding": (check_of_v_star,),
+    "w_rounding": (check_of_w,),
 }
 
 

@@ -1,6 +1,7 @@
 """Records: what comes back is what was made, and ready kernels are read, not made."""
 
 import json
+import math
 import re
 from decimal import Decimal
 from fractions import Fraction
@@ -25,12 +26,13 @@ def counted():
     @store.recorded("pade")
     def make(
         number: Fraction, form: Format, also: int = 3
-    ) -> tuple[RowBounds, dict[str, tuple[float, ...]], Decimal | None]:
+    ) -> tuple[RowBounds, dict[str, tuple[float, ...]], Decimal | None, tuple[Fraction | float, ...]]:
         calls.append((number, form, also))
         return (
             RowBounds(number, (("float", number / 3),), True),
             {"rows": (0.1, -0.0, 5e-324, float("inf"))},
             Decimal("0.10"),
+            (number, math.inf),
         )
 
     return make, calls
@@ -88,10 +90,12 @@ def test_ready_kernels_are_neither_fitted_nor_proven(monkeypatch):
     curve.curve_tables(curve.law_of("tsuji", "return"))
 
 
-def test_no_two_recorded_functions_share_a_name():
+def test_names_of_records_are_unique_and_say_what_they_hold():
     sources = (path.read_text("utf-8") for path in Path(store.__file__).parent.rglob("*.py"))
     names = [name for text in sources for name in re.findall(r'^@recorded\("(\w+)"\)', text, re.MULTILINE)]
     assert len(names) == len({*names}) >= 10
+    kinds = {"tables", "rows", "rise", "bounds", "kernel", "powers", "rounding"}
+    assert {name.rpartition("_")[2] for name in names} == kinds
     assert {json.loads(path.read_text())["key"][0] for path in FOLDER.iterdir()} == {*names}
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import pkgutil
 import re
 from collections.abc import Callable, Iterator
@@ -105,6 +106,7 @@ def _converter() -> Any:
         (float, float.hex, float.fromhex),
         (Fraction, str, Fraction),
         (Decimal, str, Decimal),
+        (Fraction | float, str, lambda text: math.inf if text == "inf" else Fraction(text)),
     ):
         converter.register_unstructure_hook(kind, write)
         converter.register_structure_hook(kind, lambda text, _, read_text=read_text: read_text(text))

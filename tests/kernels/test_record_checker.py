@@ -90,34 +90,34 @@ IN_POWERS = [  # of a root
     ((*CERTIFICATE, "parts", 3, 1), lambda x: 0),
 ]
 WRONG = {
-    "of_pade": [
+    "pade_kernel": [
         (("bounds", 0, "bound"), smaller),
         (("rounding", 1, 1), lambda x: smaller(x, 0.01)),
         (("b", 2), smaller),
     ],
-    "accurate": [
+    "minimax_kernel": [
         (("variants", 0, "certificate", "bound"), smaller),
         (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
     ],
-    "of_half_line": [
+    "half_line_kernel": [
         *IN_POWERS,
         (("variants", 0, "a", 1), lambda x: "0x1p-1"),
         (("variants", 0, "certificate", "parts"), lambda x: x[1:]),
         (("variants", 0, "sizes", 0, 1, "relative"), lambda x: smaller(x, 0.01)),
     ],
-    "of_inverse": [
+    "inverse_kernel": [
         *IN_POWERS,
         (("variants", 0, "a", 1), lambda x: "0x1p-1"),
         (("variants", 0, "sizes", 1, 1, "relative"), lambda x: smaller(x, 0.01)),
     ],
     "half_line_powers": [(("top", 1), lambda x: x + 1)],
     "inverse_powers": [(("top", 1), lambda x: x + 1)],
-    "rounding_bounds": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
+    "table_free_rounding": [(("restitution", "everywhere"), lambda x: smaller(x, 0.001))],
     "table_rise": [((), lambda x: fraction_by(x, 0.9))],
     "table_bounds": [(("falling",), lambda x: False), (("rounding", 0, 1), lambda x: fraction_by(x, 0.01))],
     "ulp_bounds": [((100, "high"), lambda x: fraction_by(x, 1.01)), ((150, "ulp"), lambda x: "1/10")],
-    "of_v_star": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
-    "of_w": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+    "v_star_rounding": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
+    "w_rounding": [((), lambda x: fraction_by(x, 0.9)), ((), lambda x: fraction_by(x, 1.1))],
 }
 
 
@@ -127,7 +127,7 @@ def test_a_wrong_record_is_refused(kind, place, change):
     record = copy.deepcopy(next(of_kind))
     set_at(record, ("value", *place), change)
     with pytest.raises(Wrong):
-        check(record, Sample(1 if kind in ("of_pade", "accurate", "ulp_bounds") else 100, 0))
+        check(record, Sample(1 if kind in ("pade_kernel", "minimax_kernel", "ulp_bounds") else 100, 0))
 
 
 @pytest.mark.parametrize("kind", ["table_rows", "last_place_rows", "double_rows"])

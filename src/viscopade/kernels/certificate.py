@@ -11,6 +11,7 @@ series that may vanish, nor a root of one, so a bound is also a proof that there
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -28,6 +29,7 @@ from viscopade.kernels.reference import Rows
 from viscopade.progress import track
 
 AnyMeasure = Literal["both", "relative", "speed"]
+End = Fraction | float  # of an interval; the float is infinity
 Functions = Callable[[arb_series], list[arb_series]]
 
 ORDER = 12  # of the Taylor polynomials on a part
@@ -47,8 +49,8 @@ class Certificate:
     measure : str
         "both", relative to the smaller of eps and 1 - eps, "relative" to eps, or "speed", of v*(eps) relative to v*.
     low : Fraction
-    high : Fraction or None
-        Interval of v*; None is infinity.
+    high : Fraction, or infinity as a float
+        Interval of v*.
     bound : str
         |R - eps| <= bound times what it is relative to; decimal, rounded up.
     parts : tuple of (int, int)
@@ -57,7 +59,7 @@ class Certificate:
 
     measure: AnyMeasure
     low: Fraction
-    high: Fraction | None
+    high: End
     bound: str
     parts: tuple[tuple[int, int], ...]
 
@@ -66,21 +68,22 @@ class Certificate:
         return {
             "measure": self.measure,
             "v_star_min": str(self.low),
-            "v_star_max": None if self.high is None else str(self.high),
+            "v_star_max": None if self.high == math.inf else str(self.high),
             "bound": self.bound,
             **reference.record(),
             "parts": self.parts,
         }
 
 
-def prove(formula: Formula, low: Fraction, high: Fraction | None, measure: AnyMeasure = "both") -> Certificate:
+def prove(formula: Formula, low: Fraction, high: End, measure: AnyMeasure = "both") -> Certificate:
     """Prove a bound of the deviation on low <= v* <= high that is tight, unless a pole is near.
 
     Parameters
     ----------
     formula : Formula
-    low, high : Fraction
-        Interval of v*; None is infinity, for a formula with a limit.
+    low : Fraction
+    high : Fraction, or infinity as a float
+        Interval of v*; infinity for a formula with a limit.
     measure : str
         As in `Certificate`, but not "speed": see `prove_inverse`.
 
@@ -96,7 +99,7 @@ def prove(formula: Formula, low: Fraction, high: Fraction | None, measure: AnyMe
         raise ValueError("1 - R must vanish like v*^2 where the deviation is measured relative to 1 - eps")
     proof = _Proof(formula, measure)
     with working(reference.BITS, ORDER + 1):
-        if high is not None:
+        if isinstance(high, Fraction):
             return proof.on_panels(low, high)
         if low >= panel_proof.END:
             raise ValueError(
@@ -207,7 +210,7 @@ class _Proof:
         beyond, _ = self._halved(1, bound, lambda _: message)
         if not beyond < 1:
             raise ArithmeticError(message)
-        return replace(found, high=None, bound=max(found.bound, rounded_up(beyond), key=Fraction))
+        return replace(found, high=math.inf, bound=max(found.bound, rounded_up(beyond), key=Fraction))
 
     def _limit_ratio(self, true: arb) -> Functions:
         """Return the deviation for large v* as a function of u = 1/y, where eps v*^(10/3) is `true`."""

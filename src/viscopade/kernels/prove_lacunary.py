@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -60,13 +61,13 @@ def _half_line_powers(wanted: Fraction, measure: Measure) -> Powers:
     return _first(wanted, candidates, lambda powers: of_half_line(powers, measure))
 
 
-@recorded("of_half_line")
+@recorded("half_line_kernel")
 def of_half_line(powers: Powers, measure: Measure) -> HalfLineKernel:
     """Return the best kernel for all v* >= 0 with given powers of v*^(1/3); errors as for `half_line.fit_half_line`."""
     quotient = half_line.fit_half_line(powers, measure).quotient
     variants, missing = _variants(
         quotient,
-        lambda q: certificate.prove(exact_formulas.half_line_formula(q), Fraction(0), None, measure),
+        lambda q: certificate.prove(exact_formulas.half_line_formula(q), Fraction(0), math.inf, measure),
         lambda a, b, form: rounding_bounds.half_line_sizes(powers, a, b, form),
     )
     found = f"best N/D found in the measure |error|/{RELATIVE_TO[measure]} over all v* >= 0, with these powers of y"
@@ -104,7 +105,7 @@ def _inverse_powers(wanted: Fraction, epsilon_min: Fraction = Fraction(0)) -> Po
     return _first(wanted, candidates, lambda powers: of_inverse(powers, epsilon_min), INVERSE_ACCURACY)
 
 
-@recorded("of_inverse")
+@recorded("inverse_kernel")
 def of_inverse(powers: Powers, epsilon_min: Fraction = Fraction(0)) -> InverseKernel:
     """Return the best kernel for epsilon_min <= eps <= 1 with given powers, all up to their degrees if epsilon_min > 0.
 

@@ -73,7 +73,7 @@ def in_types(
     return (first, second), ()
 
 
-@recorded("of_pade")
+@recorded("pade_kernel")
 def of_pade(m: int, n: int) -> PadeKernel:
     """Return the kernel of a Padé approximant, with bounds on [0, V] for the `USEFUL` V before its first pole or zero.
 
@@ -127,8 +127,7 @@ def _first_positive(roots: Sequence[Root]) -> Decimal | None:
 
 def _with_bounds(bare: PadeKernel, bounds: tuple[Certificate, ...]) -> PadeKernel:
     """Return the kernel with bounds, and those of rounding in each format that holds its coefficients."""
-    sizes, end = [], bounds[-1].high
-    assert end is not None
+    sizes, end = [], Fraction(bounds[-1].high)
     for form in FORMATS.values():
         try:
             bare.rounded(form)
@@ -172,7 +171,7 @@ def accurate(
     return _accurate(wanted, *minimax.interval_of(v_star_min, v_star_max), measure_of(measure))
 
 
-@recorded("accurate")
+@recorded("minimax_kernel")
 def _accurate(wanted: Fraction, low: Fraction, high: Fraction, measure: Measure) -> MinimaxKernel:
     limit = wanted
     for _ in range(ATTEMPTS):

@@ -19,7 +19,7 @@ USUAL = Fraction(10) ** _DECADES
 USUAL_TEXT = f"1e-{_DECADES} <= speed <= 1e{_DECADES}"
 
 
-@recorded("of_v_star")
+@recorded("v_star_rounding")
 def of_v_star(form: Format = DOUBLE, largest: Fraction | None = None) -> Fraction:
     """Return a bound of the relative errors of eps and 1 - eps by the rounding of v*.
 

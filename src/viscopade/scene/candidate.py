@@ -466,8 +466,7 @@ def _outwards(number: Fraction, sign: int) -> Fraction:
 def cheaper_polynomial(found: BestApproximant) -> tuple[str, float, str] | None:
     """Return the best approximant of the next lower cost, its error and its measure in words; None without one."""
     bound = found.kernel.bound
-    assert bound.high is not None
     price = minimax.cost(found.kernel.m, found.kernel.n) - 1
     measure = cast(Measure, bound.measure)
-    fit = cheapest.most_accurate(price, bound.high, bound.low, measure)
+    fit = cheapest.most_accurate(price, Fraction(bound.high), bound.low, measure)
     return None if fit is None else (fit.label, float(fit.error), RELATIVE_TO[measure])

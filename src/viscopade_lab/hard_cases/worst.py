@@ -174,7 +174,7 @@ def _of_quotient(kernel: Quotient, form: Format) -> Iterator[Function]:
     except ValueError:  # there are no functions of a type that does not hold the coefficients
         return
     if isinstance(kernel, PadeKernel):
-        high, bound = max(proof.high or Fraction(0) for proof in kernel.bounds), dict(kernel.rounding)[form.name]
+        high, bound = max(proof.high for proof in kernel.bounds), dict(kernel.rounding)[form.name]
     else:
         variant = cast(Any, kernel).variant(form)
         high, bound = variant.certificate.high, variant.rounding

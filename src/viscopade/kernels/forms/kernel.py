@@ -179,10 +179,8 @@ def measure_name(measure: str) -> str:
     return "" if measure == "both" else f"_{measure}"
 
 
-def span(low: Fraction, high: Fraction | None) -> str:
+def span(low: Fraction, high: Fraction) -> str:
     """Return an interval of v* as text."""
-    if high is None:
-        return f"v* >= {above(low)}"
     return f"v* <= {below(high)}" if low == 0 else f"{above(low)} <= v* <= {below(high)}"
 
 

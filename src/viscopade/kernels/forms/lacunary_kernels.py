@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -178,7 +179,7 @@ class HalfLineKernel(LacunaryKernel):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.bound.high is not None or self.bound.measure == "speed":
+        if self.bound.high < math.inf or self.bound.measure == "speed":
             raise ValueError(f"{self.label}: the proof must be one of eps for all v* >= 0")
 
     @property

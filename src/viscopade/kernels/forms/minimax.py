@@ -76,8 +76,7 @@ class MinimaxKernel(Fitted[MinimaxVariant], Quotient):
     @property
     def interval(self) -> tuple[Fraction, Fraction]:
         """The interval of v*."""
-        assert self.bound.high is not None
-        return self.bound.low, self.bound.high
+        return self.bound.low, Fraction(self.bound.high)
 
     @property
     def bounds(self) -> tuple[Certificate, ...]:

@@ -215,7 +215,7 @@ class PadeKernel(Quotient):
             "zero": None if self.zero is None else repr(float(self.zero)),
             "next_term": _text(self.next_term),
             "error": self.error,
-            "proven": [{"v_star_max": below(c.high), "bound": c.bound} for c in self.bounds if c.high is not None],
+            "proven": [{"v_star_max": below(Fraction(c.high)), "bound": c.bound} for c in self.bounds],
             "rounding": dict(self.rounding),
             "source": self.source,
         }
@@ -322,10 +322,9 @@ def proven_errors(bounds: Sequence[Certificate], rounding: Sequence[tuple[str, s
     """Return the sentences on the proven error; none without a proof."""
     if not bounds:
         return ()
-    errors = ", ".join(f"{bound.bound} for {span(bound.low, bound.high)}" for bound in bounds)
+    errors = ", ".join(f"{bound.bound} for {span(bound.low, Fraction(bound.high))}" for bound in bounds)
     sizes = " and ".join(f"{size} eps in type {name}" for name, size in rounding)
-    low, high = bounds[0].low, bounds[-1].high
-    where = f"for {span(low, high)}" if high is not None else "where the result is a normal number"
+    where = f"for {span(bounds[0].low, Fraction(bounds[-1].high))}"
     return (
         f"proven: |formula - eps| / {RELATIVE_TO[bounds[0].measure]} <= {errors}",
         f"rounding: adds at most {sizes} {where} (proven)",

@@ -405,7 +405,7 @@ def table_bounds(table: Table) -> RowBounds:
     return _worst([table.bounds(i) for i in track(range(table.size), "proof")])
 
 
-@recorded("of_w")
+@recorded("w_rounding")
 def of_w(form: Format) -> Fraction:
     """Return a bound of the relative errors of eps and of 1 - eps by the rounding of w = beta^5 v.
 

@@ -234,7 +234,7 @@ def check_formula(form: Powers, a: Values, b: Values) -> None:
 # --- bounds of rounding errors ----------------------------------------------------------------------------------------
 
 
-@recorded("rounding_bounds")
+@recorded("table_free_rounding")
 def rounding_bounds(form: Powers, a: Values, b: Values, machine: MachineArithmetic) -> dict[str, RoundingBound]:
     """Bound each function's rounding error where beta^2, beta^4, beta^5, w as computed are normal, w up to the cut.
 

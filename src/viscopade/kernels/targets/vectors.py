@@ -68,9 +68,6 @@ Arguments = tuple[float, ...]
 Answer = tuple[arb | float, Fraction] | None
 """The exact result, a float where it is 0, 1, infinite or NaN, and the allowed error; None where nothing is stated."""
 
-FARTHEST = Fraction(10) ** 12
-"""Up to which v* vectors of kernels for all v* state what is exact."""
-
 _INF, _NAN = math.inf, math.nan
 # Numbers of both types: what is exact there is computed once.
 _SIMPLE = (2.0**-10, 2.0**-7, 0.09375, 0.3125, 0.625, 0.90625, 1.0, 1.5, 2.0, 3.0, 4.5, 5.0, 10.0, 100.0, 1e6, 1e10)
@@ -395,7 +392,7 @@ def _stated_of(kernel: Quotient, form: Format) -> tuple[list[tuple[Fraction, str
     else:
         variant = cast(MinimaxKernel, kernel).variant(form)
         bounds, rounding = (variant.certificate,), variant.rounding
-    return sorted((bound.high or FARTHEST, bound.bound) for bound in bounds), Fraction(rounding)
+    return sorted((Fraction(bound.high), bound.bound) for bound in bounds), Fraction(rounding)
 
 
 def _quotient_bits(
