@@ -124,6 +124,24 @@ def test_bounces_in_air_with_their_contacts(tmp_path):
     assert abs(without["beta"] / wall.beta - 1) > 1e-3
 
 
+def test_contacts_of_milliseconds_are_no_bias(tmp_path):
+    """Exact instants of a soft ball; the first contact lasts as long as the law says, by the flight after it."""
+    soft = {"young_modulus": 2e5, "poisson_ratio": 0.45, "dissipative_constant": 1}
+    pair = Pair(Sphere(radius=0.01, density=1000, **soft), Sphere.wall(**soft))
+    instants, speed = [0.1], 4.4
+    for _ in range(8):
+        true = exact.collision(repr(0.2**0.5 * speed**0.1), 20)
+        launch = speed * float(true.epsilon)
+        instants.append(instants[-1] + float(true.tau_c) * pair.time_scale(speed) + 2 * launch / 9.80665)
+        speed = launch
+    file = tmp_path / "drop.csv"
+    file.write_text("time (s)\n" + "\n".join(map(repr, instants)))
+    material = ("--radius", 0.01, "--density", 1000, "--young-modulus", 2e5, "--poisson-ratio", 0.45, "--wall")
+    found = json_of("fit", file, *material)
+    assert abs(found["beta"] - 0.2) < 2 * found["beta_standard_error"] < 1e-9
+    assert found["verdict"] == "holds"
+
+
 # --- table and plot -------------------------------------------------------------------------------------------------
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -18,7 +19,8 @@ MOST_INSTANTS = 20_000
 
 ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
 
-_ROUNDS = 4  # until the contact times of bounces are those of their speeds
+_ROUNDS = 8  # until the contact times of bounces are those of their speeds
+_LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
 
 def contact_time_of(pair: Pair) -> Callable[[FloatArray, FloatArray], FloatArray]:
@@ -83,13 +85,22 @@ def _of_drop(
             )
         launch = flight.launch(spans - contacts)
         speed = flight.impact(launch[:-1])
-        epsilon = launch[1:] / speed
-        if callable(contact_time):  # the speed of the first bounce is not known: its contact lasts as the next one's
-            of_bounces = contact_time(speed, np.minimum(epsilon, 1.0))
-            contacts = np.concatenate([of_bounces[:1], of_bounces])
+        epsilon = np.minimum(launch[1:] / speed, 1.0)
+        if callable(contact_time):
+            speed = np.append(_first_speed(launch[0], speed, epsilon), speed)
+            contacts = contact_time(speed, np.minimum(launch / speed, 1.0))
     # A late instant lengthens the flight before, and shortens the one after.
     of_span = sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(len(spans), len(instants)))
     return _points(flight, launch, _rows(flight.launch_slope(launch)) @ of_span @ _rows(sigma), labels[1:-1])
+
+
+def _first_speed(launch: float, speed: FloatArray, epsilon: FloatArray) -> float:
+    """Return the impact speed of a drop's first bounce by the law, given the speed after it and the other bounces."""
+    beta = np.median(np.asarray(double.v_star_from(epsilon)) ** 2 * speed**-0.2)
+    first = launch
+    for _ in range(_LAW_ROUNDS):
+        first = launch / float(double.epsilon(math.sqrt(beta) * first**0.1))
+    return first
 
 
 def of_heights(
