@@ -292,6 +292,14 @@ def test_approximants_that_do_not_exist_are_named_and_a_larger_one_that_does(m, 
             pade(m, k, 20, law)
 
 
+def test_an_approximant_with_a_coefficient_that_seems_0_is_named_and_one_near_that_works():
+    with pytest.raises(ArithmeticError, match=r"\[2/15\] is not determined by 570 digits") as refused:
+        pade(2, 15, 30, "3,1/2")
+    m, n = map(int, re.search(r"accepted is for instance \[(\d+)/(\d+)\]$", str(refused.value)).groups())
+    assert abs(m - 2) + abs(n - 15) <= 2
+    assert pade(m, n, 20, "3,1/2").n == n
+
+
 def test_contact_order_can_exceed_m_plus_n():
     assert pade(0, 2, 10).contact_order == 3  # h_3 = 0
     assert pade(1, 2, 10).contact_order == 3

@@ -197,13 +197,14 @@ def with_law(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def law_words(law: Law) -> tuple[dict[str, Any], str]:
-    """Return a law that is not the paper's as JSON fields and as a line; nothing for the paper's."""
+    """Return a law as JSON fields, and as a line if it is not the paper's."""
+    fields = {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}
     if law == VISCOELASTIC:
-        return {}, ""
+        return fields, ""
     end = "where the force vanishes" if law.end == "force" else "at x = 0"
     variable = "v* = kappa" if law.d == 1 else f"v* = kappa^(1/{law.d})"
     line = f"law {law}: {law.equation}, nu = {law.nu}; {variable}; contact ends {end}"
-    return {"law": str(law), "end": law.end, "nu": str(law.nu), "d": law.d}, line
+    return fields, line
 
 
 MATERIAL = {

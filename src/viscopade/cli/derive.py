@@ -216,12 +216,12 @@ def epsilon(
     pair = pair_of(**options)
     if pair is not None:
         others = v_star is not None or kappa is not None or beta is not None or digits is not None
-        if others or speed is None or fields:
+        if others or speed is None or of != VISCOELASTIC:
             raise click.UsageError(
                 "a material is given: accepted with it is --speed, and none of --v-star, --kappa, --beta, --digits and "
                 "--law"
             )
-        _show_material(pair, double("speed", speed), {}, options["yield_strength"], {}, style)
+        _show_material(pair, double("speed", speed), {}, options["yield_strength"], fields, style)
         return
     given = (v_star is not None) + (kappa is not None) + (beta is not None and speed is not None)
     if given != 1 or (beta is None) != (speed is None):
@@ -280,7 +280,7 @@ def invert(
     pair = pair_of(**options)
     if pair is not None and speed is None:
         raise click.UsageError("a material also needs --speed")
-    if pair is not None and fields:
+    if pair is not None and of != VISCOELASTIC:
         raise click.UsageError("a material is given: accepted with it is the law viscoelastic with the end force")
     collision = exact.invert(epsilon, digits, one_minus_epsilon=one_minus_epsilon, speed=speed, law=of)
     proven = collision.decimals()
@@ -288,7 +288,12 @@ def invert(
         precise = exact.invert(epsilon, max(digits, 20), one_minus_epsilon=one_minus_epsilon, speed=speed)
         constant = pair.dissipative_constant(precise.floats()["beta"])
         _show_material(
-            pair.damped(constant), double("speed", speed), proven, options["yield_strength"], {"digits": digits}, style
+            pair.damped(constant),
+            double("speed", speed),
+            proven,
+            options["yield_strength"],
+            {"digits": digits, **fields},
+            style,
         )
         return
     units = {} if speed is None else {"beta": _unit_of_beta(of)}

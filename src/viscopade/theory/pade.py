@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Rational
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 DOUBLET_TOLERANCE = 0.01
 # Coefficients of the series beyond order m+n that are looked at for the first one that an approximant misses.
 LOOK_AHEAD = 6
+NEAR, NEAR_DIGITS = 4, 20  # |m' - m| + |n' - n| of degrees that are tried in place of [m/n], and their digits
 LARGEST_DECIDED = 40  # m + n up to which a system that looks singular is shown to be so
 
 
@@ -278,8 +280,23 @@ def _pade(m: int, n: int, digits: int, law: Law) -> Pade:
                 _refuse_if_degenerate(m, n, law)
                 series_digits += digits + m + n
     raise ArithmeticError(
-        f"[{m}/{n}] is not determined by {limit} digits of the series: a coefficient may be 0; try another m or n"
+        f"[{m}/{n}] is not determined by {limit} digits of the series, as if a coefficient were 0: "
+        + _determined_near(m, n, law)
     )
+
+
+def _determined_near(m: int, n: int, law: Law) -> str:
+    """Return the degrees nearest to [m/n] that are determined, with `NEAR_DIGITS`, as the end of a refusal."""
+    near = [(i, k) for i in range(m + NEAR + 1) for k in range(max(n - NEAR, 0), n + NEAR + 1)]
+    near = [(i, k) for i, k in near if 0 < abs(i - m) + abs(k - n) <= NEAR]
+    series_digits = NEAR_DIGITS + 4 * (m + n + NEAR)
+    h = derived(m + n + NEAR + LOOK_AHEAD, series_digits, law).h
+    with working(bits_for(series_digits) + 64):
+        for i, k in sorted(near, key=lambda degrees: abs(degrees[0] - m) + abs(degrees[1] - n)):
+            with suppress(ArithmeticError):
+                _solved(h[: i + k + LOOK_AHEAD + 1], i, k, NEAR_DIGITS)
+                return f"accepted is for instance [{i}/{k}]"
+    return "accepted are other degrees"
 
 
 class _TooWideError(ArithmeticError):

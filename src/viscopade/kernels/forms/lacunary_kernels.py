@@ -267,8 +267,11 @@ class InverseKernel(LacunaryKernel):
 
     @property
     def domain(self) -> str:
-        """The values of eps."""
-        return f"{above(self.epsilon_min)} <= eps <= 1" if self.epsilon_min else "0 < eps <= 1"
+        """The values of eps; the least one is a number of both types."""
+        if not self.epsilon_min:
+            return "0 < eps <= 1"
+        rounded = f" ({above(self.epsilon_min)} rounded down to a multiple of 2^-{LEAST_BITS})"
+        return f"{float(self.epsilon_low)!r} <= eps <= 1{rounded if self.epsilon_low < self.epsilon_min else ''}"
 
     @property
     def ends(self) -> tuple[float, float] | None:
