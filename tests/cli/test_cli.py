@@ -153,6 +153,9 @@ def test_where_the_model_does_not_hold():
     assert "yield_strength is -1.0: accepted is a number > 0" in called(*hard, "--yield-strength", -1).stderr
     (warning,) = json_of(*hard, "--yield-strength", "1 MPa")["warnings"]
     assert warning.startswith("1 m/s is beyond the ")
+    across = ("table", *hard[1:-2], "--to", "1 m/s", "--yield-strength", "1 MPa")
+    assert json_of(*across)["warnings"] == [warning]
+    assert f"Warning: {warning}." in called(*across).stdout
 
 
 def test_invert_with_and_without_a_material():

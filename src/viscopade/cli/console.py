@@ -225,7 +225,7 @@ def material(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
         command = click.option("--wall", is_flag=True, help="One sphere hits a plane wall of the same material.")(
             command
         )
-        for name in ("yield_strength", *reversed(names)):
+        for name in reversed(names):
             command = _material_option(name)(command)
         return _material_option("radius", "radii", multiple=True)(command)
 
@@ -262,6 +262,14 @@ def pair_of(
     spheres = [Sphere(radius=double("radius", radius), **values) for radius in radii]
     values.pop("density")
     return Pair(spheres[0], Sphere.wall(**values) if wall else spheres[-1])
+
+
+def limits_of(pair: Pair, fastest: float, yield_strength: str | None) -> list[str]:
+    """Return a sentence for each assumption of the model that a pair violates at a speed, as `limits.violations`."""
+    from viscopade.collision import limits
+
+    strength = None if yield_strength is None else double("yield_strength", yield_strength)
+    return list(limits.violations(pair, fastest, yield_strength=strength))
 
 
 class Missing(click.ClickException):

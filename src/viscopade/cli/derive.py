@@ -18,6 +18,7 @@ from viscopade.cli.console import (
     Whole,
     double,
     law_words,
+    limits_of,
     material,
     pair_of,
     say,
@@ -181,7 +182,7 @@ def pade_command(
 @click.option("--kappa", help="The damping kappa of the scaled equation, v*^2 for the viscoelastic law.")
 @click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)'; with --speed, instead of --v-star.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed.")
-@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @DIGITS_IF_EXACT
 @with_law
 @STYLE
@@ -247,7 +248,7 @@ def epsilon(
 @click.option("--epsilon", help="Coefficient of restitution eps, > 0 and <= 1.")
 @click.option("--one-minus-epsilon", help="1 - eps, instead of --epsilon, for nearly elastic collisions.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed; then beta is printed, too.")
-@material("young_modulus", "poisson_ratio", "density")
+@material("young_modulus", "poisson_ratio", "density", "yield_strength")
 @DIGITS_OPTION
 @with_law
 @STYLE
@@ -326,7 +327,6 @@ def _show_material(
 ) -> None:
     """Show the numbers of a collision in double precision, but for the proven ones, and where the model fails."""
     from viscopade.arrays import double as scaled
-    from viscopade.collision import limits
 
     v_star = pair.v_star(speed)
     numbers = {
@@ -346,8 +346,7 @@ def _show_material(
         "max_compression": "m",
         "contact_time": "s",
     }
-    given = None if strength is None else double("yield_strength", strength)
-    warnings = list(limits.violations(pair, speed, yield_strength=given))
+    warnings = limits_of(pair, speed, strength)
     shown = {name: repr(float(value)) for name, value in numbers.items()} | proven
     _show_numbers(shown, units, context, style, *(f"Warning: {text}." for text in warnings), warnings=warnings)
 

@@ -126,7 +126,7 @@ def _fitted(
     from viscopade.collision.spheres import Pair, Sphere
     from viscopade.fitting import bounces, damping, read
 
-    names = ("radii", "wall", "young_modulus", "poisson_ratio", "density", "yield_strength")
+    names = ("radii", "wall", "young_modulus", "poisson_ratio", "density")
     body = {name: options.pop(name) for name in names}
     sphere = _sphere(body, options["air_density"] is not None, for_scene)
     resolution, given = options.pop("resolution"), options.pop("contact_time")
@@ -168,8 +168,6 @@ def _fitted(
 
 def _sphere(body: Mapping[str, Any], for_drag: bool, for_scene: bool) -> Sphere | None:
     """Return the measured sphere, with a Young modulus of 1 if none is given; None if nothing is given."""
-    if body["yield_strength"] is not None:
-        raise click.UsageError("--yield-strength is given: accepted is it with `viscopade epsilon`")
     given = {name for name, value in body.items() if value is not None and value != ()} - {"wall"}
     if not given and not for_drag and not for_scene:
         if body["wall"]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from viscopade import simulators
-from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, material, pair_of
+from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, limits_of, material, pair_of
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.names import TIERS
@@ -46,7 +46,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
 @click.option("--speeds", type=SpeedRange(), help="Slowest and fastest impact: the text states the error of eps there.")
-@material("young_modulus", "poisson_ratio", "density", "dissipative_constant")
+@material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength")
 @click.option("--stiffness", type=Real("stiffness"), help="Stiffness of a contact, in SI units; for MuJoCo per mass.")
 @click.option("--contact-time", type=Quantity("contact-time", "time"), help="Duration of a contact at --speed.")
 @click.option("--penetration", type=Quantity("penetration", "length"), help="Penetration in the fastest impact.")
@@ -150,7 +150,6 @@ def _setup_of_material(
     options: dict[str, Any],
 ) -> Setup:
     """Return one pair of bodies with the given A, or with the A that gives the wanted eps."""
-    from viscopade.collision import limits
     from viscopade.simulators.setup import of_pair
 
     constant = options["dissipative_constant"]
@@ -158,9 +157,8 @@ def _setup_of_material(
     assert pair is not None  # some of its options are given
     if epsilon is not None:
         pair = pair.calibrated(speed, epsilon)
-    strength = None if yield_strength is None else double("yield_strength", yield_strength)
     fastest = speed if speeds is None else speeds[1]
-    return of_pair(pair, speed, speeds, tuple(limits.violations(pair, fastest, yield_strength=strength)))
+    return of_pair(pair, speed, speeds, tuple(limits_of(pair, fastest, yield_strength)))
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:

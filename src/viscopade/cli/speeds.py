@@ -18,11 +18,13 @@ from viscopade.cli.console import (
     Real,
     Whole,
     double,
+    limits_of,
     material,
     need,
     pair_of,
     picture_kind,
     read_file,
+    say,
     show,
 )
 from viscopade.cli.generate import read_scene
@@ -47,7 +49,7 @@ def _choice_of_curves(command: Callable[..., None]) -> Callable[..., None]:
             click.option("--beta", help="The damping beta, such as '1.3 (s/cm)^(1/5)', instead of a material."),
             click.option("--epsilon", type=Real("epsilon"), help="eps at --speed, instead of beta or A."),
             click.option("--speed", type=Quantity("speed", "speed"), help="Where all curves have one eps."),
-            material("young_modulus", "poisson_ratio", "density", "dissipative_constant"),
+            material("young_modulus", "poisson_ratio", "density", "dissipative_constant", "yield_strength"),
             click.option("--law", "laws", multiple=True, metavar="NAME|A,B", help="Law of contact; repeatable."),
             click.option("--pade", "approximants", type=Degrees(), multiple=True, help="Approximant; repeatable."),
             click.option("--program", "programs", multiple=True, help="Program of `viscopade audit`; repeatable."),
@@ -75,7 +77,7 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
 
     from viscopade.plots import sheet, speeds
 
-    curves, ends, _, of_v_star = _curves(file, **options)
+    curves, ends, pair, of_v_star = _curves(file, **options)
     if of_v_star and data is not None:
         raise click.UsageError(
             "--data needs spheres: accepted is a scene, a material, --beta, or --epsilon with --speed"
@@ -90,6 +92,8 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, _DRAWN), points, **over)
     write_all({output: sheet.picture(draw, "eps against the impact speed", words, kind)})
     click.echo(f"wrote {output}")
+    for text in [] if pair is None else limits_of(pair, ends[1], options["yield_strength"]):
+        click.echo(f"Warning: {text}.")
 
 
 @click.command("table")
@@ -113,6 +117,7 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
     if pair is not None:
         columns.append(("contact time (s)", pair.contact_time(speeds)))
         columns.append(("max compression (m)", pair.max_compression(speeds)))
+    warnings: list[str] = []
     rows = [
         [f"{number:.{_FIGURES}g}" for number in row] for row in zip(*(values for _, values in columns), strict=True)
     ]
@@ -124,8 +129,13 @@ def table_command(points: int | None, style: str, **options: Any) -> None:
         ],
     }
     if pair is not None:
+        warnings = limits_of(pair, ends[1], options["yield_strength"])
         whole |= {"contact_time": columns[-2][1].tolist(), "max_compression": columns[-1][1].tolist()}
+        whole["warnings"] = warnings
     show(style, [name for name, _ in columns], rows, whole)
+    if style == "text":
+        for text in warnings:
+            say(f"Warning: {text}.")
 
 
 def _curves(
