@@ -119,7 +119,11 @@ def _library(form: Format) -> MachineArithmetic:
 LIBRARY = {form.name: _library(form) for form in (DOUBLE, FLOAT)}
 """log2 and exp2, or log and exp, within 4 units in the last place, and arithmetic of IEEE 754."""
 
-DEVICE = MachineArithmetic(FLOAT, FLOAT, Fraction(2), Fraction(2), Fraction(2), log2_absolute=Fraction(1, 2**22))
+# The programming guide counts from the correctly rounded result, which adds half an ulp: 2 ulp, or 2^-22 in [1/2, 2].
+_DEVICE_ULPS = Fraction(5, 2)
+DEVICE = MachineArithmetic(
+    FLOAT, FLOAT, _DEVICE_ULPS, _DEVICE_ULPS, _DEVICE_ULPS, log2_absolute=Fraction(1, 2**22) + Fraction(1, 2**25)
+)
 """CUDA's __log2f, exp2f and __fdividef: the errors of the programming guide, and arithmetic of IEEE 754."""
 
 # Sums and products are one of the two neighbours, that is rounded to nearest with a bit less; and results below

@@ -10,8 +10,8 @@ from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, constant_o
 
 _ASSUMED = (
     f"on the host log2, exp2, and those of type float, are within {ULPS} units in the last place of the result; on the "
-    "device those of type double are, and __log2f within 2 or 2^-22, exp2f within 2 and __fdividef within 2, as the "
-    "CUDA programming guide says; +, -, *, / are those of IEEE 754"
+    "device those of type double are, and __log2f within 2.5 or 2^-22 + 2^-25, exp2f and __fdividef within 2.5: the "
+    "CUDA programming guide counts 2 and 2^-22 from the correctly rounded result; +, -, *, / are those of IEEE 754"
 )
 
 _COMMON = f"""

@@ -1,0 +1,1 @@
+"""Measurements on a GPU; nothing of it runs in the tests but the compiler."""
