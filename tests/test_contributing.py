@@ -1,18 +1,19 @@
 """CONTRIBUTING.md and its pages on a law and a simulator: what they tell readers to write works."""
 
+import json
+import os
 import re
+import shutil
+import subprocess
+import sys
 from fractions import Fraction
 from pathlib import Path
-from types import ModuleType
 
 import pytest
-from jinja2 import DictLoader, Environment, StrictUndefined
 
-from viscopade.audit.program import audited
-from viscopade.cli.generate import read_scene
+from tests.patience import HANGS
 from viscopade.collision import exact
 from viscopade.generated import MARKER
-from viscopade.scene import units
 from viscopade.theory import law
 
 ROOT = Path(__file__).parents[1]
@@ -21,12 +22,6 @@ ROOT = Path(__file__).parents[1]
 def blocks(page):
     text = (ROOT / "docs" / "development" / f"{page}.md").read_text("utf-8")
     return re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
-
-
-def executed(code):
-    module = ModuleType("example")
-    exec(code, module.__dict__)
-    return module
 
 
 def test_the_law(monkeypatch):
@@ -41,25 +36,54 @@ def test_the_law(monkeypatch):
     assert exact.invert("0.5", 8, law=found).decimals() == exact.invert("0.5", 8, law="3/2,0").decimals()
 
 
-def test_the_audited_program():
-    code = blocks("simulators")[0][1]
-    program = executed(code).PROGRAM
-    (formula,) = program.formulas
-    found = audited(program, formula, "0.5")
-    assert float(found.delivered) == pytest.approx(0.550283, abs=1e-6)
-    assert float(found.instead) == pytest.approx(0.436288, abs=1e-6)
+@pytest.fixture(scope="module")
+def with_two_simulators(tmp_path_factory):
+    """A copy of the package with what the page says: two modules, and a line of the list for each."""
+    source = tmp_path_factory.mktemp("source")
+    shutil.copytree(ROOT / "src" / "viscopade", source / "viscopade", ignore=shutil.ignore_patterns("__pycache__"))
+    folder = source / "viscopade" / "simulators"
+    text = (ROOT / "docs" / "development" / "simulators.md").read_text("utf-8")
+    lines = re.findall(r'`("\w+": \("\w+",\),)`', text)
+    for (_, code), line in zip(blocks("simulators"), lines, strict=True):
+        (folder / f"{line.split(chr(34))[1]}.py").write_text(code, "utf-8")
+    known = (folder / "__init__.py").read_text("utf-8")
+    before, mark, after = known.partition('    "textbook": (),\n')
+    assert mark
+    (folder / "__init__.py").write_text("".join([before, *(f"    {line}\n" for line in lines), mark, after]), "utf-8")
+
+    def run(*words):
+        found = subprocess.run(
+            [sys.executable, "-m", "viscopade", *map(str, words)],
+            env={**os.environ, "PYTHONPATH": str(source)},
+            capture_output=True,
+            text=True,
+            timeout=HANGS,
+        )
+        assert found.returncode == 0, found.stderr
+        return found.stdout
+
+    return run
 
 
-def test_the_renderer_and_its_template():
-    _, (_, code), (kind, text) = blocks("simulators")
-    assert kind == "jinja"
-    module = executed(code)
-    environment = Environment(
-        loader=DictLoader({"bounce.txt.jinja": text}), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    module.template = lambda package, name: environment.get_template(name)
-    setup = units.setup(read_scene(ROOT / "examples" / "steel_balls.toml"))
-    lines = module.render(setup, "viscopade simulators bounce").splitlines()
+def test_an_added_simulator_is_audited(with_two_simulators):
+    words = ("audit", "--program", "bounce", "--epsilon", "0.5", "--format", "json")
+    (row,) = json.loads(with_two_simulators(*words))["rows"]
+    assert float(row["delivered"]) == pytest.approx(0.550283, abs=1e-6)
+    assert row["instead"]["restitution"] == pytest.approx(0.436288, abs=1e-6)
+    assert [*row["why"]] == ["The formula is made for the other end of contact."]
+
+
+def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
+    words = ("simulators", "bounce", "--epsilon", "0.5", "--speed", "1", "--stiffness", "1000", "--mass", "2")
+    lines = with_two_simulators(*words).splitlines()
+    assert MARKER in lines[0]
+    assert lines[-1].split()[:3] == ["contact", '"contact"', "restitution"]
+    assert float(lines[-1].split()[3]) == pytest.approx(0.436288, abs=1e-6)
+    assert lines[-1].split()[4:] == ["stiffness", "1000"]
+
+
+def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simulators):
+    lines = with_two_simulators("simulators", "glide", ROOT / "examples" / "steel_balls.toml").splitlines()
     assert MARKER in lines[0]
     assert [line.split()[:4] for line in lines if line.startswith("pair")] == [
         ["pair", '"ball"', '"ball"', "E"],

@@ -19,7 +19,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 WINGS = (
     *("arguments", "records", "progress", "generated", "extras", "shipped"),
     *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
-    *("audit", "fitting", "simulators", "scene", "plots", "calculator", "cli"),
+    *("fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
 # Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory;
@@ -128,7 +128,7 @@ OF_LANGUAGES = "viscopade.kernels.targets.languages"
 NO_LANGUAGES = {
     # REBOUND has two interfaces, in C and in Python, which are no targets of kernels.
     "viscopade.simulators.rebound",
-    "viscopade.simulators.render",
+    "viscopade.simulators.text",
     # Constants in tables that are called c.
     "viscopade.kernels.forms.formulas",
     "viscopade.kernels.forms.last_place",

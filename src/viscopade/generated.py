@@ -39,12 +39,12 @@ def marker_line(command: str) -> str:
     return f"{generated_by()}: {one_line('command', command)}"
 
 
-def environment(module: str) -> Environment:
-    """Return the Jinja environment for the folder templates/ beside a module (its `__name__`)."""
+def environment(module: str | None = None) -> Environment:
+    """Return the Jinja environment for texts, and for the folder templates/ beside a module (its `__name__`)."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     made = Environment(
-        loader=PackageLoader(module.rpartition(".")[0]),
+        loader=None if module is None else PackageLoader(module.rpartition(".")[0]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -70,3 +70,8 @@ def _lines(values: Sequence[Any], pattern: str) -> str:
 def template(module: str, name: str) -> Template:
     """Return a template from the folder templates/ beside a module (its `__name__`)."""
     return environment(module).get_template(name)
+
+
+def written_template(text: str) -> Template:
+    """Return the template of a text."""
+    return environment().from_string(text)

@@ -11,10 +11,10 @@ import pytest
 from mpmath import mp, mpf
 
 from tests.closed_forms import nu_1
-from viscopade.audit import textbook
-from viscopade.audit.program import ASKED
-from viscopade.audit.textbook import HUNT_CROSSLEY
 from viscopade.collision import exact
+from viscopade.simulators import textbook
+from viscopade.simulators.audit import ASKED
+from viscopade.simulators.textbook import HUNT_CROSSLEY
 from viscopade.theory.law import Law
 from viscopade_lab.figures.laws import COLORS, law_with
 from viscopade_lab.studies import laws

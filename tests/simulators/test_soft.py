@@ -10,10 +10,10 @@ from mpmath import mp
 import viscopade as vp
 from tests.closed_forms import nu_1, nu_2
 from viscopade.cli.main import command
-from viscopade.simulators import soft_text
+from viscopade.simulators import simulator_with
 from viscopade.simulators.soft import SoftContact, Softness, Wanted
 
-PROGRAMS = soft_text.PROGRAMS
+PROGRAMS = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
 ASKED = ("--epsilon", "0.5", "--speed", "1")
 SOFT = ("--contact-time", "31 ms")
 
@@ -25,15 +25,23 @@ def text_of(*words):
     return result.output
 
 
+def text_with_own_law(name):
+    (text,) = simulator_with(name).texts.values()
+    return text
+
+
+def formula_of(name):
+    return simulator_with(name).formula(text_with_own_law(name).formula)
+
+
 def contact(name, epsilon=0.5, speeds=(1.0, 1.0), time_step=None, **softness):
-    program = PROGRAMS[name]
     wanted = Wanted.at(epsilon, 1.0, speeds, mass=2.0)
-    return SoftContact(program.formula_of(name), wanted, Softness(**softness), program.per_mass, time_step)
+    return SoftContact(formula_of(name), wanted, Softness(**softness), text_with_own_law(name).per_mass, time_step)
 
 
 def own_epsilon(name, kappa):
     """Eps of the program's law by its closed form."""
-    law = PROGRAMS[name].formula_of(name).law
+    law = formula_of(name).law
     if law.nu == 1:
         return nu_1(mp.mpf(kappa))
     return nu_2(mp.mpf(kappa / (2 if law.elastic == 1 else math.sqrt(5))), "force")

@@ -11,9 +11,11 @@ import click
 
 from viscopade import arguments
 from viscopade.cli.console import STYLE, Quantity, Real, double, say, show
+from viscopade.simulators import simulator_of, simulators
 
 if TYPE_CHECKING:
-    from viscopade.audit.program import Audit, Program
+    from viscopade.simulators.audit import Audit
+    from viscopade.simulators.simulator import Simulator
 
 _LEAST_STEP, _LEAST_ERROR = 1e-3, 1e-8
 _FIGURES = 6  # of a number in a table
@@ -43,12 +45,11 @@ def audit(
 
     The contact time is that without damping, as `viscopade epsilon` prints it for a material with A = 0.
     """
-    from viscopade.audit.program import ASKED
-    from viscopade.audit.programs import PROGRAMS, program_of
+    from viscopade.simulators.audit import ASKED
 
     unit = 1.0 if contact_time is None else double("contact-time", contact_time)
     step = _in_contact_times(time_step, unit, contact_time is not None)
-    chosen = PROGRAMS if program is None else (program_of(program),)
+    chosen = simulators() if program is None else (simulator_of(program),)
     if epsilon is not None:
         arguments.exact_number("epsilon", epsilon, "a number from 0.001 to 1", lambda e: Fraction(1, 1000) <= e <= 1)
     if step_error is not None and not _LEAST_ERROR <= step_error <= 1:
@@ -87,7 +88,7 @@ def _in_contact_times(time_step: str | None, contact_time: float, is_time: bool)
 
 
 def _audits(
-    programs: Sequence[Program], wanted: Sequence[str], step: float | None, step_error: float | None
+    programs: Sequence[Simulator], wanted: Sequence[str], step: float | None, step_error: float | None
 ) -> tuple[list[Audit], list[str]]:
     """Return the audits, and why formulas do not accept an eps.
 
@@ -96,7 +97,7 @@ def _audits(
     ValueError
         If none accepts one.
     """
-    from viscopade.audit.program import audited
+    from viscopade.simulators.audit import audited
 
     found, refused = [], []
     for program in programs:
@@ -148,8 +149,8 @@ def _show_table(style: str, wanted: Sequence[str], found: Sequence[Audit], whole
 def _json(row: Audit) -> dict[str, Any]:
     from mpmath import mp
 
-    from viscopade.audit.measured import finest
-    from viscopade.audit.program import DIGITS
+    from viscopade.simulators.formula import DIGITS
+    from viscopade.simulators.measured import finest
 
     formula, stepped = row.formula, row.stepped
     found = finest(row.program.name, formula.name, row.asked)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade import simulators
 from viscopade.cli.console import OUTPUT, Quantity, Real, deliver, double, limits_of, material, pair_of
 from viscopade.cli.generate import read_scene
 from viscopade.cli.writer import write_all
 from viscopade.kernels.names import TIERS
+from viscopade.simulators import TARGETS, simulator_with
 
 if TYPE_CHECKING:
     from viscopade.scene.description import Scene
@@ -41,7 +41,7 @@ class SpeedRange(click.ParamType):  # type: ignore[type-arg]
 
 
 @click.command("simulators")
-@click.argument("target", type=click.Choice((*simulators.TARGETS, *simulators.SOFT)))
+@click.argument("target", type=click.Choice(TARGETS))
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--epsilon", type=Real("epsilon"), help="Wanted eps at --speed, instead of a scene or A.")
 @click.option("--speed", type=Quantity("speed", "speed"), help="Impact speed, instead of a scene.")
@@ -67,25 +67,24 @@ def simulators_command(target: str, file: Path | None, tier: str | None, output:
 
     Quantities may have units, such as "10 cm/s"; plain numbers are in SI units.
     """
-    from viscopade.simulators.render import render
+    from viscopade.simulators.simulator import OwnLaw
+    from viscopade.simulators.text import render
 
     words = f"viscopade simulators {target} {_words(file, tier=tier, **options)}"
     soft = {name: options.pop(name) for name in _SOFT}
-    of_soft = target in simulators.SOFT
-    if not of_soft and any(value is not None for value in soft.values()):
+    of_soft = [each for each in TARGETS if isinstance(simulator_with(each).texts[each], OwnLaw)]
+    if target not in of_soft and any(value is not None for value in soft.values()):
         flag = next(name for name, value in soft.items() if value is not None)
-        raise click.UsageError(
-            f"--{flag.replace('_', '-')} is given for {target}: accepted is {', '.join(simulators.SOFT)}"
-        )
+        raise click.UsageError(f"--{flag.replace('_', '-')} is given for {target}: accepted is {', '.join(of_soft)}")
     if tier is not None and not target.startswith("rebound"):
         raise click.UsageError(
             f"--tier is given for {target}, which computes the force: accepted is rebound-c or rebound-python"
         )
     found = _given(file, **options)
-    if of_soft:
+    if target in of_soft:
         text = _soft_text(target, found, words, soft)
     elif found.setup is not None:
-        text = render(target, found.setup, words, tier or "1e-5")
+        text = render(target, found.setup, words, **({} if tier is None else {"tier": tier}))
     else:
         raise click.UsageError(
             f"{target} needs a material: accepted is a scene, or --radius, --density, --young-modulus and "
@@ -162,9 +161,9 @@ def _setup_of_material(
 
 
 def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> str:
-    from viscopade.simulators import soft_text
     from viscopade.simulators.setup import SI
     from viscopade.simulators.soft import STEP_ERROR, Softness, Wanted
+    from viscopade.simulators.text import render_own_law
 
     time, length, step, mass = (
         None if soft[name] is None else double(name, soft[name])
@@ -195,7 +194,7 @@ def _soft_text(target: str, found: _Given, words: str, soft: dict[str, Any]) -> 
             raise click.UsageError("--mass and bodies with masses are given: accepted is one of them")
         wanted = [Wanted.of(contact) for contact in found.setup.contacts]
         opening, units = found.setup.opening, found.setup.units
-    return soft_text.render(
+    return render_own_law(
         target,
         wanted,
         words,

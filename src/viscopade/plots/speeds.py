@@ -11,8 +11,6 @@ from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.audit.program import DampingFormula
-from viscopade.audit.programs import program_of
 from viscopade.collision.curve import curve
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.fitting.points import Points
@@ -34,6 +32,8 @@ from viscopade.plots.sheet import (
     label_axes,
     new_sheet,
 )
+from viscopade.simulators import simulator_of
+from viscopade.simulators.formula import DampingFormula
 from viscopade.theory.law import law_of
 from viscopade.theory.pade import pade
 
@@ -97,7 +97,7 @@ def of_program(name: str, epsilon: float, speed: float) -> list[SpeedCurve]:
     A formula that refuses this eps has no curve.
     """
     found = []
-    program = program_of(name)
+    program = simulator_of(name)
     for formula in program.formulas:
         try:
             kappa = formula.damping(f"{epsilon:.15g}")

@@ -1,16 +1,67 @@
-"""Contact parameters in the words of other programs: DEM codes, and robotics codes with contacts of their own."""
+"""Simulators: the eps that other programs deliver, and our answer in their own parameters; one module for each.
 
-TARGETS = ("lammps", "rebound-c", "rebound-python", "mercurydpm", "yade", "liggghts")
-"""Programs that get the viscoelastic law, or what is nearest to it."""
-SOFT = ("mujoco", "drake", "simbody", "chrono", "jaxdem")
-"""Programs with a contact of their own law, whose stiffness is free."""
+To add one is to write its module here, with one object SIMULATOR, and to list it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from viscopade.simulators.simulator import Simulator
 
 __all__ = [
-    "lammps",
+    "audit",
+    "formula",
+    "measured",
     "rebound",
-    "render",
     "setup",
+    "simulator",
     "soft",
-    "soft_text",
+    "text",
+    "textbook",
     "verification",
 ]
+
+SIMULATORS: Mapping[str, tuple[str, ...]] = {
+    "lammps": ("lammps",),
+    "liggghts": ("liggghts",),
+    "yade": ("yade",),
+    "mercurydpm": ("mercurydpm",),
+    "rebound": ("rebound-c", "rebound-python"),
+    "mujoco": ("mujoco",),
+    "drake": ("drake",),
+    "simbody": ("simbody",),
+    "chrono": ("chrono",),
+    "kratos": (),
+    "jaxdem": ("jaxdem",),
+    "textbook": (),
+}
+"""Names, which are those of the modules, and the targets for which `viscopade simulators` writes each one's text."""
+TARGETS = tuple(target for own in SIMULATORS.values() for target in own)
+
+
+def simulator_of(name: str) -> Simulator:
+    """Return the simulator of a name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if name not in SIMULATORS:
+        raise ValueError(f"program is {name!r}: accepted is {', '.join(SIMULATORS)}")
+    found: Simulator = import_module(f"{__name__}.{name}").SIMULATOR
+    return found
+
+
+def simulators() -> tuple[Simulator, ...]:
+    """Return all simulators."""
+    return tuple(map(simulator_of, SIMULATORS))
+
+
+def simulator_with(target: str) -> Simulator:
+    """Return the simulator that has a target."""
+    return simulator_of(next(name for name, own in SIMULATORS.items() if target in own))

@@ -19,6 +19,17 @@ x + kappa x' stays negative: the force remains cut off until the spheres part. T
 Velocities enter the force as they are half a step before (`Verlet::run`: `FixNVESphere::initial_integrate` adds half of
 the kick, then forces are computed). This makes the scheme one of first order: x'' is multiplied by
 1/(1 - kappa sqrt(x) h/2), up to higher orders of the time step h. `stepped_epsilon` does the same steps.
+
+Other dampings, at commit 07b704c, with the elastic force F:
+
+- `GranSubModDampingCoeffRestitution::init`: c = damp sqrt(m_eff F/d), with damp = 2 zeta for `hooke` and
+  sqrt(5) zeta for `hertz`, zeta the damping ratio for contact that ends at x = 0. Both are exact.
+- `GranSubModDampingTsuji::init`: the same c, damp a polynomial in e of degree 6, which Marshall (2009) fitted to
+  the figure of Tsuji, Tanaka and Ishida (1992). Since 2026 it is multiplied by sqrt(2), as Tsuji's mass is not m_eff.
+- `GranSubModDampingMassVelocity`: c = eta_n0 m_eff. People take eta_n0 from Silbert et al. (2001), which is the linear
+  spring-dashpot contact that ends at x = 0.
+
+With `limit_damping` a force that would pull is 0, with any of them; without, contact ends at x = 0.
 """
 
 from __future__ import annotations
@@ -28,11 +39,24 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any
 
-from viscopade import generated
+from mpmath import mp
+
 from viscopade.arrays import checked
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.generated import WIDTH, marker_line, one_line
+from viscopade.generated import WIDTH, marker_line, one_line, written_template
+from viscopade.simulators.formula import (
+    LINEAR,
+    LINEAR_RETURN,
+    TSUJI,
+    TSUJI_RETURN,
+    DampingFormula,
+    linear_kappa,
+    tsuji_kappa,
+    viscoelastic_kappa,
+)
 from viscopade.simulators.setup import Contact, Setup, Units
+from viscopade.simulators.simulator import Simulator
+from viscopade.theory.law import VISCOELASTIC, law_of
 
 STEPS = (50, 200, 1000)
 """Steps in the shortest contact for which the file states the error."""
@@ -43,6 +67,7 @@ _FRICTIONLESS = "tangential linear_nohistory 0.0 0.0"
 _LAW = f"{_FRICTIONLESS} damping viscoelastic limit_damping"
 STYLE = f"hertz/material {{E}} {{eta_n0}} {{nu}} {_LAW}"
 """The words after the types in pair_coeff, and after `granular` in fix wall/gran, with `HertzMaterial` in braces."""
+_WALL = f'fix wall all wall/gran granular {STYLE} zplane 0.0 NULL  # for "zplane 0.0 NULL" put your wall'
 _STYLES = {("m", "kg", "s"): "si", ("cm", "g", "s"): "cgs", ("um", "pg", "us"): "micro", ("nm", "ag", "ns"): "nano"}
 _MOST_STEPS = 2000  # of one collision in `timestep_error`
 _TOO_MANY_STEPS = 10_000_000
@@ -269,8 +294,7 @@ def render(setup: Setup, command: str) -> str:
     """
     spheres, walls = setup.spheres, _walls(setup)
     pairs = [(first, second) for i, first in enumerate(spheres) for second in spheres[i:]]
-    return _render(
-        "lammps.in.jinja",
+    return written_template(_TEXT).render(
         marker=marker_line(command),
         opening=setup.opening,
         units=setup.units,
@@ -344,8 +368,7 @@ def collision_script(
     atoms = _atoms(setup, contact, v, phase * v * dt)
     radii = [body.radius for body in (pair.first, pair.second) if not body.is_wall]
     wall = pair.second.is_wall
-    return _render(
-        "lammps_collision.in.jinja",
+    return written_template(_COLLISION).render(
         marker=marker_line(command),
         lines=_wrapped(
             f"{one_line('name', contact.name)}: a head-on collision at {_number(v)} {setup.units.speed}, in steps of "
@@ -532,6 +555,215 @@ def _number(x: float) -> str:
     return f"{x:.15g}"
 
 
-def _render(template: str, /, **values: Any) -> str:
-    """Return a template, filled in."""
-    return generated.template(__name__, template).render(values)
+_TEXT = """\
+# {{ marker }}
+#
+{% for line in opening %}
+# {{ line }}
+{% endfor %}
+#
+# For LAMMPS, pair_style granular. Include this file where the atoms have been created already; before
+# it stand {{ units_command }}, an atom_style with radii (sphere) and "comm_modify vel yes".
+{% for line in units_lines %}
+# {{ line }}
+{% endfor %}
+#
+# Atom types:
+{% for type in types %}
+#   {{ type.number }}  {{ type.name }}: R = {{ type.radius }} {{ units.length }}, m = {{ type.mass }} {{ units.mass }}
+{% endfor %}
+#
+# Law, along the line of centres, with the compression d and its rate d':
+#
+#     F = 4/3 E_eff sqrt(R_eff) d^(3/2) + eta_n0 m_eff sqrt(R_eff d) d',    E_eff = E/(2 (1 - nu^2)),
+#
+# which is the viscoelastic force with the dissipative constant A if eta_n0 = 2 A E_eff/m_eff. E and nu
+# of a line are those of one material that is as stiff as the two together, also in tangential
+# direction ("mindlin NULL ..."). For like materials they are the material's own.
+# End condition: contact ends when the force vanishes (x'' = 0), not when d returns to 0. This is what
+# limit_damping does: the force would be attractive from then on, so it is 0 until the spheres part.
+# Without limit_damping eps is smaller. So the law is the viscoelastic one, and eps is the exact one at
+# all speeds, apart from two errors: that of the time step, and that of other sizes.
+#
+# Sizes. eta_n0 holds m_eff: a line is right for the radii and masses stated with it, and for no others.
+# Every pair of types has its line, as the mean that LAMMPS would take for a missing one is not this law.
+#
+# Tangential forces: there are none here (LAMMPS refuses "tangential none", so it is linear_nohistory
+# with both numbers 0). To have them replace these words, for example by
+# "tangential mindlin NULL 1.0 0.5" for the friction coefficient 0.5.
+#
+# Time step. LAMMPS damps with the velocity of half a step before: the error of eps is proportional to
+# the time step. The shortest contact lasts {{ shortest }} {{ units.time }}. With N steps in it eps is off
+# by up to (relative; computed by the same scheme, at the slowest, the typical and the fastest speed of
+# each contact)
+#
+{% for line in time_table %}
+# {{ line }}
+{% endfor %}
+
+pair_style granular
+{% for block in pairs %}
+
+{% for line in block.lines %}
+# {{ line }}
+{% endfor %}
+{{ block.command }}
+{% endfor %}
+{% if walls %}
+
+# Walls. Where a wall is, is for you to say: define its variable before this file is included (the
+# definitions here are ignored then), as "zplane lo hi" (xplane, yplane; NULL for a side that is open)
+# or as "region ID" with fix wall/gran/region in place of wall/gran.
+{% if groups %}
+# Atoms that are created after this are not in the groups, and do not feel walls.
+{% endif %}
+{% for wall in walls %}
+variable {{ wall.variable }} index "zplane 0.0 NULL"  # {{ wall.name }}
+{% endfor %}
+{% for group in groups %}
+group {{ group.name }} type {{ group.number }}
+{% endfor %}
+{% for block in wall_contacts %}
+
+{% for line in block.lines %}
+# {{ line }}
+{% endfor %}
+{{ block.command }}
+{% endfor %}
+{% endif %}
+"""
+
+_COLLISION = """\
+# {{ marker }}
+#
+{% for line in lines %}
+# {{ line }}
+{% endfor %}
+
+{{ units_command }}
+atom_style sphere
+atom_modify map array
+boundary s s s
+comm_modify vel yes
+neighbor {{ skin }} nsq
+region box block {{ -box }} {{ box }} {{ -box }} {{ box }} {{ -box }} {{ box }}
+create_box {{ types }} box
+{% for atom in atoms %}
+create_atoms {{ atom.type }} single 0 0 {{ atom.z }} units box
+set atom {{ loop.index }} diameter {{ atom.diameter }}
+set atom {{ loop.index }} mass {{ atom.mass }}
+set atom {{ loop.index }} vz {{ atom.vz }}
+{% endfor %}
+
+{% for wall in walls %}
+variable {{ wall.variable }} index "{{ wall.place }}"
+{% endfor %}
+include {{ include }}
+
+fix motion all nve/sphere
+timestep {{ timestep }}
+thermo {{ steps }}
+run {{ steps }}
+
+variable epsilon equal {{ rebound }}
+variable expected equal {{ expected }}
+print "epsilon ${epsilon} expected ${expected} overlap $({{ overlap }}:%.9g)"
+"""
+
+_SOURCE = "src/GRANULAR/gran_sub_mod_damping.cpp"
+_EPSILON, _E = ("1e-6", "1"), "coefficient of restitution"
+_POLYNOMIAL = ("4.8218", "-18.022", "27.467", "-22.348", "11.087", "-4.2783", "1.2728")
+
+
+def marshall(e: Any) -> Any:
+    """Return Marshall's fit of Tsuji's alpha(e)."""
+    return mp.polyval([mp.mpf(c) for c in _POLYNOMIAL], e)
+
+
+SIMULATOR = Simulator(
+    "lammps",
+    "LAMMPS",
+    "commit 07b704c",
+    (
+        DampingFormula("hertz, coeff_restitution", TSUJI_RETURN, _E, tsuji_kappa, _EPSILON, "exact", _SOURCE),
+        DampingFormula(
+            "hertz, coeff_restitution, limit_damping", TSUJI, _E, tsuji_kappa, _EPSILON, "other end", _SOURCE
+        ),
+        DampingFormula("hooke, coeff_restitution", LINEAR_RETURN, _E, linear_kappa, _EPSILON, "exact", _SOURCE),
+        DampingFormula(
+            "hooke, coeff_restitution, limit_damping", LINEAR, _E, linear_kappa, _EPSILON, "other end", _SOURCE
+        ),
+        DampingFormula(
+            "hertz, tsuji (22 Jul 2025)",
+            TSUJI_RETURN,
+            _E,
+            marshall,
+            ("0", "1"),
+            "normalisation",
+            _SOURCE,
+            note="The damping lacks the factor √2 between the mass of Tsuji et al. and the effective mass.",
+        ),
+        DampingFormula(
+            "hertz, tsuji",
+            TSUJI_RETURN,
+            _E,
+            lambda e: mp.sqrt(2) * marshall(e),
+            ("0", "1"),
+            "approximate formula",
+            _SOURCE,
+        ),
+        DampingFormula(
+            "hertz, tsuji, limit_damping",
+            TSUJI,
+            _E,
+            lambda e: mp.sqrt(2) * marshall(e),
+            ("0", "1"),
+            "other end",
+            _SOURCE,
+        ),
+        DampingFormula(
+            "hooke, mass_velocity",
+            LINEAR_RETURN,
+            "eta_n0 sqrt(m_eff/k)",
+            mp.mpf,
+            ("0", "100"),
+            "exact",
+            _SOURCE,
+            written=linear_kappa,
+        ),
+        DampingFormula(
+            "hooke, mass_velocity, limit_damping",
+            LINEAR,
+            "eta_n0 sqrt(m_eff/k)",
+            mp.mpf,
+            ("0", "100"),
+            "other end",
+            _SOURCE,
+            written=linear_kappa,
+        ),
+        DampingFormula(
+            "hertz, viscoelastic, limit_damping",
+            VISCOELASTIC,
+            "kappa",
+            mp.mpf,
+            ("0", "1e6"),
+            "exact",
+            _SOURCE,
+            written=viscoelastic_kappa,
+            note="`eta_n0` is as `viscopade simulators lammps` writes it.",
+        ),
+        DampingFormula(
+            "hertz, viscoelastic",
+            law_of("viscoelastic", "return"),
+            "kappa",
+            mp.mpf,
+            ("0", "1e6"),
+            "other end",
+            _SOURCE,
+            written=viscoelastic_kappa,
+            note="`eta_n0` is as `viscopade simulators lammps` writes it, without its `limit_damping`.",
+        ),
+    ),
+    texts={"lammps": render},
+    lines={"pair": f"pair_coeff 1 1 {STYLE}", "wall": _WALL},
+)

@@ -1,7 +1,8 @@
 """LIGGGHTS: the exact viscoelastic law by `hertz/stiffness`, or a constant eps by `hertz`.
 
-Read in the source of LIGGGHTS-PUBLIC 3.8.0, with d the overlap, v_n the speed of compression, and E_eff, R_eff, m_eff
-as in `Pair` (at a wall R_eff and m_eff are the sphere's: `pair_gran_base.h`, `fix_wall_gran_base.h`):
+Read in src of LIGGGHTS-PUBLIC 3.8.0 (CFDEMproject/LIGGGHTS-PUBLIC at commit 25fc396), with d the overlap, v_n the
+speed of compression, and E_eff, R_eff, m_eff as in `Pair` (at a wall R_eff and m_eff are the sphere's:
+`pair_gran_base.h`, `fix_wall_gran_base.h`):
 
 `normal_model_hertz_stiffness.h`, `surfacesIntersect`:
     F = sqrt(R_eff d) (kn d + m_eff gamman v_n).
@@ -12,10 +13,14 @@ as in `Pair` (at a wall R_eff and m_eff are the sphere's: `pair_gran_base.h`, `f
     b = ln e/sqrt(ln^2 e + pi^2) < 0, e being `coefficientRestitution`.
     As S = 3/2 k sqrt(d) with Hertz's k, this is `viscopade.collision.tsuji` with alpha = sqrt(5) |b|: |b| is the
     damping ratio, and e is its eps for the end at x = 0.
+`normal_model_hooke.h`, `surfacesIntersect`:
+    c = sqrt(4 m_eff k/(1 + (pi/ln e)^2)), a linear dashpot with that ratio.
 
-Both end where x = 0, with attraction before it, unless `limitForce on` clips the force at 0. Then `hertz/stiffness` has
+All end where x = 0, with attraction before it, unless `limitForce on` clips the force at 0. Then `hertz/stiffness` has
 this package's end condition, and `hertz` has a larger eps than `coefficientRestitution` says: 0.40 for 0.3. `hertz`
 accepts 0.05 < coefficientRestitution <= 1 (`createCoeffRest`), so with `limitForce on` no eps below about 0.21.
+
+`fix nve/sphere` steps as LAMMPS does: the damping takes the velocity half a step before.
 """
 
 from __future__ import annotations
@@ -24,11 +29,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from viscopade.audit.programs.liggghts import LEAST_COEFFICIENT
+from mpmath import mp
+
 from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
-from viscopade.generated import template
+from viscopade.generated import written_template
+from viscopade.simulators.formula import (
+    LINEAR,
+    LINEAR_RETURN,
+    TSUJI,
+    TSUJI_RETURN,
+    DampingFormula,
+    linear_kappa,
+    tsuji_kappa,
+    viscoelastic_kappa,
+)
 from viscopade.simulators.setup import SI, Contact, Setup
+from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import (
     ConstantEpsilon,
     ProgramErrors,
@@ -38,6 +55,10 @@ from viscopade.simulators.stated import (
     program_errors,
     program_number,
 )
+from viscopade.theory.law import VISCOELASTIC, law_of
+
+LEAST_COEFFICIENT = 0.05
+
 
 Model = Literal["hertz/stiffness", "hertz"]
 
@@ -185,7 +206,7 @@ def render(setup: Setup, command: str, model: Model = "hertz/stiffness") -> str:
     """
     if model not in ("hertz/stiffness", "hertz"):
         raise ValueError(f"model is {model!r}: accepted is 'hertz/stiffness' or 'hertz'")
-    return template(__name__, "liggghts.in.jinja").render(
+    return written_template(_TEXT).render(
         **common(setup, command),
         types=list(enumerate(setup.bodies, 1)),
         si=setup.units == SI,
@@ -246,3 +267,147 @@ def _matrix(setup: Setup, values: Mapping[frozenset[str], float], other: float) 
 
 def _switch(on: bool) -> str:
     return "on" if on else "off"
+
+
+_TEXT = """\
+# {{ marker }}
+#
+{% for line in opening %}
+# {{ line }}
+{% endfor %}
+#
+# LIGGGHTS: material and contact law. Include this file after create_box and before any fix wall/gran.
+# Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{
+setup.units.time }}: use "units si", which converts nothing.
+# Types:{% for number, name in types %} {{ number }} = {{ name }}{{ "," if not loop.last }}{% endfor %}.
+#
+{% for lines in facts %}
+{% for line in lines %}
+# {{ line }}
+{% endfor %}
+{% endfor %}
+#
+{% if model == "hertz/stiffness" %}
+# Law: hertz/stiffness, F = sqrt(R_eff d) (kn d + m_eff gamman v_n), clipped at 0 by limitForce on. With
+# kn = 4/3 E_eff and gamman = 2 A E_eff/m_eff it is the viscoelastic law; contact ends when the force vanishes.
+# The value of gamman belongs to the effective mass above: other sizes need types of their own.
+{% for errors in stiffness_errors %}
+# {{ setup.contacts[loop.index0].name }}:
+{% for line in errors.lines %}
+#   {{ line }}
+{% endfor %}
+{% endfor %}
+{% if setup.contacts | length < types | length * (types | length + 1) // 2 %}
+# Pairs of types without a contact above have the values of their bodies; two walls have 0.
+{% endif %}
+#
+# Without kt and gammat the program does not start, though "tangential off" does not use them. For friction write
+# "tangential history" and give coefficientFriction; kt is Mindlin's 8 G_eff.
+fix viscopade_kn all property/global kn peratomtypepair {{ kn }}
+fix viscopade_gamman all property/global gamman peratomtypepair {{ gamman }}
+fix viscopade_kt all property/global kt peratomtypepair {{ kt }}
+fix viscopade_gammat all property/global gammat peratomtypepair {{ gammat }}
+pair_style gran model hertz/stiffness tangential off limitForce on
+pair_coeff * *
+{% else %}
+# Law: hertz, damping with d^(1/4): one eps for all speeds, {{
+"clipped at 0 by limitForce on" if limit_force == "on" else "with attraction before the overlap ends (limitForce off)"
+}}.
+{% if limit_force == "on" %}
+# Contact ends when the force vanishes. coefficientRestitution is then not eps: it is the number that leads to it.
+{% else %}
+# An eps as small as here cannot be had with limitForce on. Contact ends when the overlap does.
+{% endif %}
+{% for r in restitutions %}
+# {{ setup.contacts[loop.index0].name }}: coefficientRestitution {{ number(r.coefficient) }} gives eps = {{
+number(r.constant.epsilon) }},
+#   the exact one at the typical speed.
+{% for line in r.constant.errors.lines %}
+#   {{ line }}
+{% endfor %}
+{% if r.balanced is not none %}
+#   The largest error is smallest, {{ "%.2e" % r.constant.balanced_errors.largest }}, with {{
+number(r.balanced) }}, which gives eps = {{ number(r.constant.balanced) }}.
+{% endif %}
+{% endfor %}
+{% if setup.contacts | length < types | length * (types | length + 1) // 2 %}
+# Pairs of types without a contact above have 1, no dissipation.
+{% endif %}
+{% if soft %}
+soft_particles yes
+{% endif %}
+{% if hard %}
+hard_particles yes
+{% endif %}
+fix viscopade_young all property/global youngsModulus peratomtype {{ young }}
+fix viscopade_poisson all property/global poissonsRatio peratomtype {{ poisson }}
+fix viscopade_restitution all property/global coefficientRestitution peratomtypepair {{ coefficients }}
+pair_style gran model hertz tangential off limitForce {{ limit_force }}
+pair_coeff * *
+{% endif %}
+#
+# Walls, for instance one of type N (limitForce comes last there):
+# fix wall all wall/gran model {{ model }} tangential off primitive type N zplane 0 limitForce {{
+"on" if model == "hertz/stiffness" else limit_force }}
+# Time step: {{ steps }} steps in the shortest contact.
+{% if model == "hertz/stiffness" %}
+# With it eps is off by up to {{ step_error }} (computed with the program's scheme).
+{% endif %}
+# The error of eps falls in proportion to the step.
+timestep {{ timestep }}
+{% if model == "hertz/stiffness" %}
+#
+{% if refused %}
+# The program's usual law, hertz with coefficientRestitution, cannot have this eps: {{ refused }}.
+{% else %}
+# The program's usual law, hertz with coefficientRestitution and limitForce {{
+limit_force }}, has one eps for all speeds:
+{% for r in restitutions %}
+#   {{ setup.contacts[loop.index0].name }}: coefficientRestitution {{
+number(r.coefficient) }} for the eps at the typical speed.
+{% for line in r.constant.errors.lines %}
+#     {{ line }}
+{% endfor %}
+{% endfor %}
+{% endif %}
+{% endif %}
+"""
+
+_E, _ACCEPTED, _KAPPA = "coefficientRestitution", (str(LEAST_COEFFICIENT), "1"), ("0", "1e6")
+_HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz", "hooke", "hertz_stiffness"))
+
+
+SIMULATOR = Simulator(
+    "liggghts",
+    "LIGGGHTS",
+    "LIGGGHTS-PUBLIC 3.8.0, commit 25fc396",
+    (
+        DampingFormula("hertz", TSUJI_RETURN, _E, tsuji_kappa, _ACCEPTED, "exact", _HERTZ),
+        DampingFormula("hertz, limitForce on", TSUJI, _E, tsuji_kappa, _ACCEPTED, "other end", _HERTZ),
+        DampingFormula("hooke", LINEAR_RETURN, _E, linear_kappa, _ACCEPTED, "exact", _HOOKE),
+        DampingFormula("hooke, limitForce on", LINEAR, _E, linear_kappa, _ACCEPTED, "other end", _HOOKE),
+        DampingFormula(
+            "hertz/stiffness, limitForce on",
+            VISCOELASTIC,
+            "kappa",
+            mp.mpf,
+            _KAPPA,
+            "exact",
+            _STIFFNESS,
+            written=viscoelastic_kappa,
+            note="gamman is as `viscopade simulators liggghts` writes it.",
+        ),
+        DampingFormula(
+            "hertz/stiffness",
+            law_of(VISCOELASTIC, "return"),
+            "kappa",
+            mp.mpf,
+            _KAPPA,
+            "other end",
+            _STIFFNESS,
+            written=viscoelastic_kappa,
+            note="gamman is as `viscopade simulators liggghts` writes it, without its limitForce.",
+        ),
+    ),
+    texts={"liggghts": render},
+)

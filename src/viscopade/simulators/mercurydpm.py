@@ -14,6 +14,19 @@ and E_eff, R_eff, m_eff as in `Pair` (`BaseInteraction::getEffectiveRadius` and 
 
 A pair of different species has a mixed species. Its E_eff is right by itself, as the program's harmonic mean of the two
 E_eff is Hertz's; its A would be the harmonic mean too, which is not that of `Pair.A`. Both are set.
+
+From a coefficient of restitution, read in Kernel of kuwt/MercuryDPM_fork at commits 0841c35, 126c08f and 23b48a9:
+
+- `LinearViscoelasticNormalSpecies::setCollisionTimeAndRestitutionCoefficient`, `setStiffnessAndRestitutionCoefficient`:
+  stiffness and dissipation of a linear contact of two particles of the given mass that ends at x = 0, exactly.
+- `LinearViscoelasticInteraction::computeNormalForce`: F = k x + dissipation v, not cut off. At a wall the same k and
+  dissipation meet twice the m_eff.
+- `HertzianViscoelasticNormalSpecies::setElasticModulusAndRestitutionCoefficient`: Tsuji's damping with the damping
+  ratio for contact that ends at x = 0; the force is not cut off, and m_eff is the contact's own.
+- `HertzianBSHPViscoelasticNormalSpecies::setEffectiveElasticModulusAndRestitutionCoefficient` stops with an error.
+
+`DPMBase::integrateBeforeForceComputation` is half of a velocity Verlet step: the damping takes the velocity half a step
+before.
 """
 
 from __future__ import annotations
@@ -21,11 +34,23 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from mpmath import mp
+
 from viscopade.collision import tsuji
 from viscopade.collision.spheres import Sphere
-from viscopade.generated import template
+from viscopade.generated import written_template
+from viscopade.simulators.formula import (
+    LINEAR_RETURN,
+    TSUJI_RETURN,
+    DampingFormula,
+    linear_kappa,
+    tsuji_kappa,
+    viscoelastic_kappa,
+)
 from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, common, constant, facts
+from viscopade.theory.law import VISCOELASTIC
 
 
 @dataclass(frozen=True)
@@ -85,7 +110,7 @@ def render(setup: Setup, command: str) -> str:
     """
     names = identifiers(list(setup.bodies))
     of_contacts = {frozenset((c.first, c.second)): species_parameters(c) for c in setup.contacts}
-    return template(__name__, "mercurydpm.h.jinja").render(
+    return written_template(_TEXT).render(
         **common(setup, command),
         contacts=[(contact, facts(contact, setup.units), species_parameters(contact)) for contact in setup.contacts],
         species=[
@@ -122,3 +147,134 @@ def identifiers(names: list[str]) -> dict[str, str]:
             same = f"bodies {name!r} and {others[0]!r} get the same C++ name"
             raise ValueError(f"{same}: accepted are names that differ in letters or digits")
     return found
+
+
+_TEXT = """\
+// {{ marker }}
+//
+{% for line in opening %}
+// {{ line }}
+{% endfor %}
+//
+// MercuryDPM 1.0: viscopade::addSpecies(speciesHandler) adds the species below, in this order.
+// Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{ setup.units.time }}.
+//
+// Law: HertzianBSHPViscoelasticSpecies, F = max(0, k d + 3/2 A k v_n) with k = 4/3 E_eff sqrt(R_eff d). It is the
+// viscoelastic law, for all sizes; contact ends when the force vanishes.
+//
+{% for contact, lines, p in contacts %}
+{% for line in lines %}
+// {{ line }}
+{% endfor %}
+//   Error of eps: none, but for the time step.
+//   Older versions have only HertzianViscoelasticSpecies, one eps for all speeds, with attraction before the overlap
+//   ends: setDissipation({{ number(p.constant_dissipation) }}) gives eps = {{
+number(p.constant.epsilon) }}, exact at the typical speed.
+{% for line in p.constant.errors.lines %}
+//     {{ line }}
+{% endfor %}
+{% endfor %}
+//
+// Time step: setTimeStep({{ timestep }}) is {{ steps }} steps in the shortest contact. With it eps is off by up to {{
+step_error }}
+// (computed with the program's scheme). The error of eps falls in proportion to the step.
+
+#ifndef VISCOPADE_MERCURYDPM_H
+#define VISCOPADE_MERCURYDPM_H
+
+#include "SpeciesHandler.h"
+#include "Species/HertzianBSHPViscoelasticSpecies.h"
+
+namespace viscopade
+{
+
+struct Species
+{
+{% for name, body, modulus, dissipation in species %}
+    HertzianBSHPViscoelasticSpecies* {{ name }};
+{% endfor %}
+};
+
+inline Species addSpecies(SpeciesHandler& handler)
+{
+    Species species{};
+    HertzianBSHPViscoelasticSpecies one;
+{% for name, body, modulus, dissipation in species %}
+{% if not body.is_wall %}
+    one.setDensity({{ number(body.density) }});
+{% endif %}
+    one.setEffectiveElasticModulus({{ number(modulus) }});
+    one.setDissipation({{ number(dissipation) }});
+    species.{{ name }} = handler.copyAndAddObject(one);
+{% endfor %}
+{% for first, second, p in mixed %}
+    auto* mixed{{ loop.index }} = handler.getMixedObject(species.{{ first }}, species.{{ second }});
+    mixed{{ loop.index }}->setEffectiveElasticModulus({{ number(p.elastic_modulus) }});
+    mixed{{ loop.index }}->setDissipation({{ number(p.dissipation) }});
+{% endfor %}
+    return species;
+}
+
+} // namespace viscopade
+
+#endif
+"""
+
+_ACCEPTED, _E = ("1e-6", "1"), "restitution coefficient"
+_FOLDER = "Kernel/Species/NormalForceSpecies"
+_LINEAR = f"{_FOLDER}/LinearViscoelasticNormalSpecies.cc"
+
+
+SIMULATOR = Simulator(
+    "mercurydpm",
+    "MercuryDPM",
+    "kuwt/MercuryDPM_fork, commits 0841c35, 126c08f and 23b48a9",
+    (
+        DampingFormula(
+            "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient",
+            LINEAR_RETURN,
+            _E,
+            linear_kappa,
+            _ACCEPTED,
+            "exact",
+            _LINEAR,
+        ),
+        DampingFormula(
+            "LinearViscoelastic, setCollisionTimeAndRestitutionCoefficient, at a wall",
+            LINEAR_RETURN,
+            _E,
+            lambda e: linear_kappa(e) / mp.sqrt(2),
+            _ACCEPTED,
+            "normalisation",
+            _LINEAR,
+            note="The effective mass is taken to be that of two particles of one mass; at a wall it is twice as large.",
+        ),
+        DampingFormula(
+            "HertzianViscoelastic, setElasticModulusAndRestitutionCoefficient",
+            TSUJI_RETURN,
+            _E,
+            tsuji_kappa,
+            _ACCEPTED,
+            "exact",
+            f"{_FOLDER}/HertzianViscoelasticNormalSpecies.cc",
+        ),
+        DampingFormula(
+            "HertzianBSHPViscoelastic",
+            VISCOELASTIC,
+            "kappa",
+            mp.mpf,
+            ("0", "1e6"),
+            "exact",
+            f"{_FOLDER}/HertzianBSHPViscoelasticNormalSpecies.cc",
+            written=viscoelastic_kappa,
+            note="The dissipation is as `viscopade simulators mercurydpm` writes it.",
+        ),
+    ),
+    texts={"mercurydpm": render},
+    lines={
+        "pair": "HertzianBSHPViscoelasticSpecies species;\n"
+        "species.setDensity({density});\n"
+        "species.setEffectiveElasticModulus({E_eff});\n"
+        "species.setDissipation({A});"
+    },
+)

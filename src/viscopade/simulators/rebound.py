@@ -16,24 +16,32 @@ and v* depends on beta^5 v alone, so the pair at speed v has the eps of the typi
 times v. In Python, `rebound/simulation.py` makes a Python callback of any callable, also of a compiled function or of
 the word "hardsphere"; of an address (an int) it makes a pointer to the compiled function itself, so that is what
 the generated module hands over.
+
+For the audit: `reb_collision_resolve_hardsphere` multiplies the normal component of the relative velocity by -eps,
+whatever eps is. There is no force, and no time step in a collision. A constant eps is that of a law with nu = 2.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from textwrap import wrap
 
 import numpy as np
+from mpmath import mp
 
 from viscopade.arithmetic.formats import DOUBLE
 from viscopade.arrays.checked import FloatArray
 from viscopade.collision.spheres import Pair
-from viscopade.generated import END_CONDITION, WIDTH, marker_line, one_line, template
+from viscopade.generated import END_CONDITION, WIDTH, marker_line, one_line, written_template
 from viscopade.kernels import names, prove_lacunary
 from viscopade.kernels.forms import speed_kernel
 from viscopade.kernels.targets import speed
+from viscopade.simulators.formula import LINEAR, DampingFormula, viscoelastic_kappa, wanted_kappa
 from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.simulator import Simulator
+from viscopade.theory.law import VISCOELASTIC
 
 LANGUAGES = ("c", "python")
 SAMPLES = 1001  # speeds at which errors are looked for
@@ -139,10 +147,10 @@ def render(setup: Setup, command: str, language: str = "c", tier: str = "1e-5") 
     chosen = callback_kernel(tier)
     head = _head(setup, named, chosen, command, _ON[language])
     if language == "python":
-        return template(__name__, "rebound.py.jinja").render(
+        return written_template(_PYTHON_TEXT).render(
             head="\n".join(f"# {line}".rstrip() for line in head), contacts=_numbers(named)
         )
-    return template(__name__, "rebound.c.jinja").render(
+    return written_template(_C_TEXT).render(
         head="\n".join(f" * {line}".rstrip() for line in head),
         kernel=speed.render(chosen, command),
         name=chosen.name,
@@ -260,3 +268,273 @@ def _size_line(setup: Setup, error: SizeError) -> str:
 def _walls(setup: Setup) -> list[str]:
     names = [one_line("the name of a contact", c.name) for c in setup.contacts if c.pair.second.is_wall]
     return ["", *wrap(f"REBOUND has no walls; left out: {', '.join(names)}.", WIDTH)] if names else []
+
+
+_C_TEXT = """\
+/*
+{{ head }}
+ */
+{{ kernel }}
+struct reb_simulation;
+{% for contact in contacts %}
+
+/* {{ contact.label }}. REBOUND's v is negative: that of particle 1 relative to 2, along the line from 2 to 1. */
+extern const double viscopade_beta_{{ contact.symbol }};
+const double viscopade_beta_{{ contact.symbol }} = {{ contact.beta_c }}; /* {{ contact.beta }} */
+
+double viscopade_callback_{{ contact.symbol }}(const struct reb_simulation *r, double v);
+double viscopade_callback_{{ contact.symbol }}(const struct reb_simulation *r, double v)
+{
+    (void)r;
+    return viscopade_restitution_{{ name }}(fabs(v), viscopade_beta_{{ contact.symbol }});
+}
+{% endfor %}
+
+#ifndef VISCOPADE_CALLBACK_ONLY
+#ifdef MPI
+#error "the resolve functions need both particles on this machine: define VISCOPADE_CALLBACK_ONLY with MPI"
+#endif
+#include <stddef.h>
+#include "rebound.h"
+
+/* What is used of REBOUND's structures: the Python module compares it with those of the REBOUND that runs. */
+extern const size_t viscopade_layout[8];
+const size_t viscopade_layout[8] = {
+    sizeof(struct reb_particle),
+    offsetof(struct reb_particle, m),
+    offsetof(struct reb_particle, r),
+    sizeof(struct reb_collision),
+    offsetof(struct reb_simulation, particles),
+    offsetof(struct reb_simulation, minimum_collision_velocity),
+    offsetof(struct reb_simulation, collisions_plog),
+    offsetof(struct reb_simulation, collisions_log_n),
+};
+
+/* Smooth spheres bounce: the impulse is along the line of centres. R_0 and m_0 belong to beta. */
+static enum REB_COLLISION_RESOLVE_OUTCOME viscopade_bounce(
+    struct reb_simulation *r, struct reb_collision c, double beta, double R_0, double m_0)
+{
+    struct reb_particle *p1 = &r->particles[c.p1], *p2 = &r->particles[c.p2];
+    /* From 2 to 1; c.gb is the shift of 1 by periodic or shearing boundaries. */
+    const double x = p1->x + c.gb.x - p2->x;
+    const double y = p1->y + c.gb.y - p2->y;
+    const double z = p1->z + c.gb.z - p2->z;
+    const double distance = sqrt(x * x + y * y + z * z);
+    const double reach = p1->r + p2->r;
+    const double closing = x * (p2->vx - c.gb.vx - p1->vx) + y * (p2->vy - c.gb.vy - p1->vy)
+        + z * (p2->vz - c.gb.vz - p1->vz);
+    if (distance > reach || distance == 0.0 || closing < 0.0) {
+        return REB_COLLISION_RESOLVE_OUTCOME_REMOVE_NONE;
+    }
+    const double speed = closing / distance;
+    const double mass = p1->m + p2->m;
+    const double m_eff = p1->m * (p2->m / mass);
+    const double R_eff = p1->r * (p2->r / reach);
+    /* beta^5 speed of this pair over that of the pair of R_0 and m_0 at the same speed. */
+    const double factor = (R_eff / R_0) * (m_0 / m_eff) * (m_0 / m_eff);
+    const double eps = viscopade_restitution_{{ name }}(factor * speed, beta);
+
+    /* REBOUND's own remedy against spheres that sink into each other. */
+    const double larger = p1->r > p2->r ? p1->r : p2->r;
+    const double overlap = reach - distance;
+    const double least = r->minimum_collision_velocity * (overlap < larger ? overlap : larger);
+    const double rebound = (1.0 + eps) * speed;
+    const double change = (rebound < least ? least : rebound) / distance;
+
+    const double of_1 = change * (p2->m / mass), of_2 = change * (p1->m / mass);
+    p1->vx += of_1 * x;
+    p1->vy += of_1 * y;
+    p1->vz += of_1 * z;
+    p2->vx -= of_2 * x;
+    p2->vy -= of_2 * y;
+    p2->vz -= of_2 * z;
+
+    /* REBOUND's records of collisions: momentum along y that is carried along x, and the number. */
+    r->collisions_plog += x * (m_eff * change * y);
+    r->collisions_log_n++;
+    return REB_COLLISION_RESOLVE_OUTCOME_REMOVE_NONE;
+}
+{% for contact in contacts %}
+
+/* {{ contact.label }} */
+enum REB_COLLISION_RESOLVE_OUTCOME viscopade_resolve_{{ contact.symbol }}(
+    struct reb_simulation *r, struct reb_collision c);
+enum REB_COLLISION_RESOLVE_OUTCOME viscopade_resolve_{{ contact.symbol }}(
+    struct reb_simulation *r, struct reb_collision c)
+{
+    /* R_0 = {{ contact.R_eff }}, m_0 = {{ contact.m_eff }} */
+    return viscopade_bounce(r, c, viscopade_beta_{{ contact.symbol }}, {{ contact.R_eff_c }}, {{ contact.m_eff_c }});
+}
+{% endfor %}
+#endif
+"""
+
+_PYTHON_TEXT = '''\
+{{ head }}
+
+"""Give a REBOUND simulation the coefficient of restitution of viscoelastic spheres: `install(sim)`."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+from typing import NamedTuple
+
+LIBRARY = Path(__file__).with_name(f"lib{Path(__file__).stem}.so")
+
+
+class Contact(NamedTuple):
+    """The end of the names of its C functions, and its typical pair."""
+
+    symbol: str
+    beta: float
+    R_eff: float
+    m_eff: float
+
+
+CONTACTS = {
+{% for contact in contacts %}
+    {{ contact.name }}: Contact({{ "%r" | format(contact.symbol) }}, {{ contact.beta }}, {{ contact.R_eff }}, {{
+contact.m_eff }}),
+{% endfor %}
+}
+
+
+def install(sim, contact={{ contacts[0].name }}, by_pair=True, library=None):
+    """Set collision_resolve and coefficient_of_restitution of a simulation, and say how.
+
+    Saved simulations do not keep functions: call this again after loading one.
+
+    Parameters
+    ----------
+    sim : rebound.Simulation
+        Its units must be those stated above; its masses must be positive.
+    contact : str
+        One of CONTACTS: the material of all particles.
+    by_pair : bool
+        Whether beta depends on the masses and radii of the two particles; else it is the typical pair's.
+    library : str or Path, optional
+        The shared library made of the C file; without it LIBRARY, if it exists.
+
+    Returns
+    -------
+    str
+        "compiled", or "python" if there is no library.
+
+    Raises
+    ------
+    ValueError
+        If the contact is not known, or the library is not that of this setup and of the REBOUND that runs.
+    OSError
+        If the library cannot be loaded.
+    """
+    if contact not in CONTACTS:
+        raise ValueError(f"contact is {contact!r}: accepted are {', '.join(CONTACTS)}")
+    if library is None and not LIBRARY.exists():
+        _install_python(sim, CONTACTS[contact], by_pair)
+        return "python"
+    path = Path(LIBRARY if library is None else library).resolve()
+    _install_compiled(sim, CONTACTS[contact], by_pair, path)
+    return "compiled"
+
+
+def _install_compiled(sim, contact, by_pair, path):
+    import rebound
+
+    compiled = ctypes.CDLL(str(path))
+    _check(compiled, contact, by_pair, path)
+    resolve = rebound.clibrebound.reb_collision_resolve_hardsphere
+    if by_pair:
+        resolve = compiled[f"viscopade_resolve_{contact.symbol}"]
+    # REBOUND wraps what is callable in a Python callback, and takes a number as the function's address.
+    sim.collision_resolve = _address(resolve)
+    sim.coefficient_of_restitution = _address(compiled[f"viscopade_callback_{contact.symbol}"])
+
+
+def _address(function):
+    return ctypes.cast(function, ctypes.c_void_p).value
+
+
+def _check(compiled, contact, by_pair, path):
+    """Refuse a library of another setup, and one whose idea of REBOUND's structures is another."""
+    from rebound import Particle, Simulation
+    from rebound.simulation import CollisionS
+
+    try:
+        beta = ctypes.c_double.in_dll(compiled, f"viscopade_beta_{contact.symbol}").value
+        layout = list((ctypes.c_size_t * 8).in_dll(compiled, "viscopade_layout")) if by_pair else None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}: accepted is the C file of this setup, compiled") from None
+    if beta != contact.beta:
+        raise ValueError(f"{path} is of another setup: its beta is {beta!r}, accepted is {contact.beta!r}")
+    here = [
+        ctypes.sizeof(Particle),
+        Particle.m.offset,
+        Particle.r.offset,
+        ctypes.sizeof(CollisionS),
+        Simulation._particles.offset,
+        Simulation.minimum_collision_velocity.offset,
+        Simulation.collisions_plog.offset,
+        Simulation.collisions_log_n.offset,
+    ]
+    if layout not in (None, here):
+        raise ValueError(f"{path} was compiled with another REBOUND's rebound.h: compile it with this one's")
+
+
+def _install_python(sim, contact, by_pair):
+    import rebound
+    from viscopade import restitution
+
+    hardsphere = rebound.clibrebound.reb_collision_resolve_hardsphere
+    factor = 1.0  # of the speed, so that the typical pair has the v* of the pair that collides
+
+    def callback(_, v):
+        return float(restitution(factor * abs(v), contact.beta))
+
+    def resolve(pointer, collision):
+        nonlocal factor
+        particles = pointer.contents._particles
+        p1, p2 = particles[collision.p1], particles[collision.p2]
+        m_eff, R_eff = p1.m * p2.m / (p1.m + p2.m), p1.r * p2.r / (p1.r + p2.r)
+        factor = R_eff / contact.R_eff * (contact.m_eff / m_eff) ** 2
+        return hardsphere(pointer, collision)
+
+    sim.collision_resolve = resolve if by_pair else _address(hardsphere)
+    sim.coefficient_of_restitution = callback
+'''
+
+_SOURCE = "src/collision.c"
+
+
+SIMULATOR = Simulator(
+    "rebound",
+    "REBOUND",
+    "5.2.2",
+    (
+        DampingFormula(
+            "coefficient_of_restitution, a constant",
+            LINEAR,
+            "eps",
+            lambda e: wanted_kappa(LINEAR, mp.nstr(e, 20)),
+            ("0.001", "1"),
+            "exact",
+            _SOURCE,
+            note="There is no contact: eps is applied, the same at all speeds.",
+            scheme=None,
+        ),
+        DampingFormula(
+            "collision_resolve of viscopade simulators",
+            VISCOELASTIC,
+            "kappa",
+            mp.mpf,
+            ("0", "1e6"),
+            "exact",
+            _SOURCE,
+            written=viscoelastic_kappa,
+            note="eps is that of viscoelastic spheres at each speed, by the kernel or by viscopade.restitution.",
+            scheme=None,
+        ),
+    ),
+    texts={"rebound-c": partial(render, language="c"), "rebound-python": partial(render, language="python")},
+    walls=False,
+)

@@ -1,9 +1,9 @@
 """Programs whose contacts have a law of their own: the damping for a wanted eps, and a stiffness of one's choice.
 
 MuJoCo, Drake, Simbody, Chrono and JaxDEM have no viscoelastic law. Each has another power-law contact
-(`viscopade.theory.law`), with a damping that `viscopade.audit` makes exact at one impact speed. At other speeds eps is
-that of the program's law, so it is off: `SoftContact.errors` says by how much. The error may be largest between the
-slowest and the fastest speed.
+(`viscopade.theory.law`), with a damping that is exact at one impact speed. At other speeds eps is that of the program's
+law, so it is off: `SoftContact.errors` says by how much. The error may be largest between the slowest and the fastest
+speed.
 
 The damping does not depend on the stiffness. That is free: a stiff contact is short and shallow, and needs short time
 steps. With a force k x^a it is stated as k/m (m is the effective mass), which follows from the contact time or from the
@@ -22,9 +22,10 @@ from mpmath import mp
 
 from viscopade.arrays import double
 from viscopade.arrays.checked import FloatArray
-from viscopade.audit.program import Advice, DampingFormula, advised, epsilon_of, wanted_kappa
 from viscopade.collision import exact, steps
 from viscopade.collision.spheres import beta_from_restitution, v_star
+from viscopade.simulators.audit import Advice, advised
+from viscopade.simulators.formula import DampingFormula, epsilon_of, wanted_kappa
 from viscopade.simulators.setup import Contact
 
 STEP_ERROR = 0.01

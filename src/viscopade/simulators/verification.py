@@ -20,7 +20,7 @@ import numpy as np
 
 from viscopade.collision import exact, steps
 from viscopade.collision.spheres import Pair, Sphere
-from viscopade.generated import marker_line, template
+from viscopade.generated import marker_line, written_template
 from viscopade.simulators.lammps import hertz_material
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
@@ -153,10 +153,77 @@ def _errors(law: Law, kappa: float, h: float, scaled: dict[str, float]) -> tuple
     return errors, i * h
 
 
+_YAML = """\
+# {{ marker }}
+# {{ case.title }}
+# Expected, by proven digits of the equation of motion: en {{ case.epsilon.value }}, peak overlap {{
+case.peak_overlap.value }} m,
+# contact time {{ case.contact_time.value }} s.
+# analytic_tol is derived from the time step: {{ case.epsilon.tolerance }}.
+---
+lammps_version: 4 Jul 2026
+tags: granular, generated
+date_generated:
+epsilon: 1e-10
+skip_tests:
+prerequisites: |
+  atom sphere
+  pair granular
+pre_commands: |
+  units si
+  dimension 3
+  boundary f f f
+  atom_style sphere
+  region box block -0.2 0.2 -0.1 0.1 -0.1 0.1 units box
+  create_box 1 box
+  create_atoms 1 single -${sep1} 0.0 0.0 units box
+  create_atoms 1 single ${sep2} 0.0 0.0 units box
+  group left id 1
+  group right id 2
+  set group left diameter ${diam1} density ${dens}
+  set group right diameter ${diam2} density ${dens}
+  velocity left set ${v1} 0.0 0.0
+  velocity right set -${v2} 0.0 0.0
+  comm_modify vel yes
+  neighbor 0.01 bin
+  neigh_modify delay 0
+  timestep ${dt}
+post_commands: |
+  fix integr all nve/sphere
+input_file:
+natoms: 2
+variables: |
+  diam1 {{ case.diameters[0] }}
+  diam2 {{ case.diameters[1] }}
+  dens {{ case.density }}
+  emod {{ case.young_modulus }}
+  poisson {{ case.poisson_ratio }}
+  etan {{ case.eta_n0 }}
+  en {{ case.epsilon.value }}
+  vin {{ case.half_speed }}
+  v1 {{ case.speeds[0] }}
+  v2 {{ case.speeds[1] }}
+  sep1 {{ case.places[0] }}
+  sep2 {{ case.places[1] }}
+  dt {{ case.time_step }}
+pair_style: granular
+pair_coeff: |
+  * * hertz/material ${emod} ${etan} ${poisson} tangential linear_nohistory 0.0 0.0 damping viscoelastic{{
+" limit_damping" if case.end == "force" }}
+run_segments: |-
+  {{ case.steps }} 100
+analytic_enable: yes
+analytic_model: collision_restitution
+analytic_tol: {{ case.epsilon.tolerance }}
+analytic_segment: 1
+analytic_only: yes
+...
+"""
+
+
 def verification_files(command: str) -> dict[str, str]:
     """Return file names and texts: a YAML file for each case, and all of them in one JSON file."""
-    made = list(cases())
-    yaml = template(__name__, "lammps_case.yaml.jinja")
+    made, yaml = list(cases()), written_template(_YAML)
     texts = {f"{case.name}.yaml": yaml.render(marker=marker_line(command), case=case) for case in made}
     whole = {
         "generated_by": marker_line(command),

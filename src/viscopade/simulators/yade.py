@@ -22,6 +22,18 @@ contact does. m_eff is the sphere's if the other body is not dynamic.
 With betan = A/2 sqrt(kn/m_eff), set for every contact at every step, c = A kn in all versions. The generated code has
 that as a function to be run by the program: exact, and slow, as it is Python. At walls it uses the A that gives the
 right beta with the program's R_eff.
+
+For the audit, read in pkg/dem of YADE 2025.2.0 (c61292558/yade4deepin at commit f1486c0) and of an older trunk
+(Togekey/yade_trunk at commit a6084d6):
+
+- From `en` (or `es`) `Ip2_FrictMat_FrictMat_MindlinPhys::go` takes betan by (B6) and (B7) of Thornton, Cummins and
+  Cleary (2013), a fit of degree 10. In the older trunk `en` goes through Tsuji's damping ratio for the end at x = 0.
+- Ip2_ViscElMat_ViscElMat_ViscElPhys of ViscoelasticPM.cpp: k and c from `tc`, `en`, `et` are those of a linear
+  contact that ends at x = 0 (Pournin et al. 2001), but a force that would pull is 0. From `en` and Young's modulus
+  find_cn_from_en solves the formula for the end that the contact has (Schwager and Poeschel 2007), to 1 %.
+- For both, a body of mass 0 counts as one of the other's mass: half of m_eff at a wall or a facet.
+
+`NewtonIntegrator` is a leapfrog: the damping takes the velocity half a step before.
 """
 
 from __future__ import annotations
@@ -29,13 +41,28 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from mpmath import mp
 
 from viscopade.arrays.double import epsilon as exact_epsilon
 from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
-from viscopade.generated import template
+from viscopade.generated import written_template
+from viscopade.simulators.formula import (
+    LINEAR,
+    TSUJI,
+    DampingFormula,
+    linear_kappa,
+    ratio_at_force_end,
+    thornton_betan,
+    tsuji_kappa,
+)
 from viscopade.simulators.setup import Contact, Setup
+from viscopade.simulators.simulator import Simulator
 from viscopade.simulators.stated import ConstantEpsilon, ProgramErrors, common, constant, facts, program_errors
+from viscopade.theory.law import VISCOELASTIC
 from viscopade.theory.paper import TABLE
 
 
@@ -113,9 +140,195 @@ def render(setup: Setup, command: str) -> str:
     ValueError
         If a name or the title is not one printable line.
     """
-    return template(__name__, "yade.py.jinja").render(
+    return written_template(_TEXT).render(
         **common(setup, command),
         contacts=[
             (contact, facts(contact, setup.units), mindlin_phys_parameters(contact)) for contact in setup.contacts
         ],
     )
+
+
+_TEXT = '''\
+# {{ marker }}
+#
+{% for line in opening %}
+# {{ line }}
+{% endfor %}
+#
+# YADE: materials and contact law. Say exec(open("this file").read()) first, give bodies material=materials["..."], and
+# use
+#
+#     InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [Law2_ScGeom_MindlinPhys_Mindlin()])
+#     NewtonIntegrator(damping=0)    # its own damping, 0.2 unless set, comes on top of the contact's
+#
+# Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{
+setup.units.time }}. Contact ends when the force vanishes: the program clips it at 0.
+#
+{% for contact, lines, p in contacts %}
+{% for line in lines %}
+# {{ line }}
+{% endfor %}
+#   constant eps: betan {{ number(p.betan) }} gives eps = {{ number(p.constant.epsilon)
+}}, the exact one at the typical speed.
+{% for line in p.constant.errors.lines %}
+#     {{ line }}
+{% endfor %}
+#     The largest error is smallest, {{ "%.2e" % p.constant.balanced_errors.largest }}, with {{
+number(p.balanced) }}, which gives eps = {{ number(p.constant.balanced) }}.
+#   viscoelastic: en {{ number(p.en) }} with vn {{ number(p.vn) }} gives the exact beta.
+#     (en is the printed [3/6] at the exact v*, which the program inverts; eps itself would leave the error of [3/6].)
+{% for line in p.errors.lines %}
+#     {{ line }}
+{% endfor %}
+{% endfor %}
+
+materials = {
+{% for name, body in setup.bodies.items() %}
+    {{ name | tojson }}: O.materials.append(
+        FrictMat(young={{ number(body.young_modulus) }}, poisson={{ number(body.poisson_ratio) }},{{
+"" if body.is_wall else " density=" ~ number(body.density) ~ "," }} frictionAngle=0)
+    ),
+{% endfor %}
+}
+# A pair of materials that is not listed is refused when it meets.
+betan = {
+{% for contact, lines, p in contacts %}
+    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.betan) }},
+{% endfor %}
+}
+en = {
+{% for contact, lines, p in contacts %}
+    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.en) }},
+{% endfor %}
+}
+vn = {
+{% for contact, lines, p in contacts %}
+    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(p.vn) }},
+{% endfor %}
+}
+A = {
+{% for contact, lines, p in contacts %}
+    ({{ contact.first | tojson }}, {{ contact.second | tojson }}): {{ number(contact.pair.A) }},
+{% endfor %}
+}
+
+
+def matches(values):
+    """Return a MatchMaker for pairs of materials."""
+    return MatchMaker(matches=[(materials[a], materials[b], value) for (a, b), value in values.items()])
+
+
+def viscoelastic():
+    """Make the force of every contact viscoelastic in this step; exact in all versions, but slow.
+
+    To use it, put PyRunner(iterPeriod=1, command="viscoelastic()") before the InteractionLoop.
+    """
+    for contact in O.interactions:
+        first, second = O.bodies[contact.id1], O.bodies[contact.id2]
+        mobility = sum(1 / body.state.mass for body in (first, second) if body.dynamic)
+        constant = A_of_materials[frozenset((first.material.id, second.material.id))]
+        # At a wall the program's R_eff is not the sphere's radius: an A that makes up for it leaves beta as it is.
+        curvature = sum(1 / body.shape.radius for body in (first, second) if isinstance(body.shape, Sphere))
+        constant *= ((1 / contact.geom.refR1 + 1 / contact.geom.refR2) / curvature) ** 0.2
+        contact.phys.betan = constant / 2 * (contact.phys.kn * mobility) ** 0.5
+
+
+A_of_materials = {frozenset((materials[a], materials[b])): value for (a, b), value in A.items()}
+
+# After 2023.02a the functor has vn and with it the viscoelastic law; until then it has one eps for all speeds.
+if "vn" in Ip2_FrictMat_FrictMat_MindlinPhys().dict():
+    physics = Ip2_FrictMat_FrictMat_MindlinPhys(en=matches(en), vn=matches(vn))
+else:
+    physics = Ip2_FrictMat_FrictMat_MindlinPhys(betan=matches(betan))
+    print("viscopade: this YADE has one eps for all speeds; see viscoelastic() above for the exact law")
+
+# {{ steps }} steps in the shortest contact. With it the eps of en and vn is off by up to {{
+step_error }} (computed with the program's
+# scheme), that of viscoelastic() by more, as its kn is a step old. The error of eps falls in proportion to the step.
+O.dt = {{ timestep }}
+'''
+
+_MINDLIN, _LINEAR = "pkg/dem/HertzMindlin.cpp", "pkg/dem/ViscoelasticPM.cpp"
+_EN, _NEARLY_ALL = "en", ("0.01", "1")
+
+
+def _of_printed_pade(en: Any) -> Any:
+    """Return the kappa = v*^2 at which the printed [3/6], which falls, is en, to 13 digits."""
+    a, b = ([float(c) for c in row] for row in TABLE[3, 6])
+    wanted = np.polynomial.Polynomial(a) - float(en) * np.polynomial.Polynomial(b)
+    roots = (complex(root) for root in wanted.roots().tolist())
+    return mp.mpf(min((root.real for root in roots if root.real > 1e9 * abs(root.imag)), default=0)) ** 2
+
+
+SIMULATOR = Simulator(
+    "yade",
+    "YADE",
+    "2025.2.0, commit f1486c0 of c61292558/yade4deepin",
+    (
+        DampingFormula(
+            "MindlinPhys, en",
+            TSUJI,
+            _EN,
+            lambda en: mp.sqrt(6) * thornton_betan(en),
+            _NEARLY_ALL,
+            "approximate formula",
+            _MINDLIN,
+        ),
+        DampingFormula(
+            "MindlinPhys, en (trunk before the fit)",
+            TSUJI,
+            _EN,
+            tsuji_kappa,
+            _NEARLY_ALL,
+            "other end",
+            f"{_MINDLIN} at commit a6084d6 of Togekey/yade_trunk",
+        ),
+        DampingFormula(
+            "MindlinPhys, betan",
+            TSUJI,
+            "betan",
+            lambda betan: mp.sqrt(6) * betan,
+            ("0", "100"),
+            "exact",
+            _MINDLIN,
+            written=lambda e: mp.sqrt(mp.mpf(5) / 6) * ratio_at_force_end(e),
+            note="betan is as `viscopade simulators yade` writes it.",
+        ),
+        DampingFormula(
+            "MindlinPhys, en and vn",
+            VISCOELASTIC,
+            _EN,
+            _of_printed_pade,
+            _NEARLY_ALL,
+            "approximate formula",
+            _MINDLIN,
+            note="The printed [3/6] of the paper stands for the exact function; this is at the speed vn.",
+        ),
+        DampingFormula("ViscElPhys, tc, en, et", LINEAR, _EN, linear_kappa, _NEARLY_ALL, "other end", _LINEAR),
+        DampingFormula(
+            "ViscElPhys, tc, en, et, at a wall",
+            LINEAR,
+            _EN,
+            lambda e: linear_kappa(e) / mp.sqrt(2),
+            _NEARLY_ALL,
+            "normalisation",
+            _LINEAR,
+            note="Stiffness and damping are made with half of the mass that the sphere has.",
+        ),
+        DampingFormula(
+            "ViscElPhys, young, en, et",
+            LINEAR,
+            _EN,
+            lambda e: 2 * ratio_at_force_end(e),
+            _NEARLY_ALL,
+            "exact",
+            _LINEAR,
+            note="The program solves the formula to 1 % of en only.",
+        ),
+    ),
+    texts={"yade": render},
+    lines={
+        "pair": "FrictMat(young={young}, poisson={poisson}, density={density}, frictionAngle=0)\n"
+        "Ip2_FrictMat_FrictMat_MindlinPhys(en={en}, vn={speed})  # versions after 2023.02a"
+    },
+)

@@ -10,9 +10,6 @@ from mpmath import mp
 
 from viscopade import restitution
 from viscopade.arrays.checked import FloatArray
-from viscopade.audit.measured import measurements
-from viscopade.audit.program import DampingFormula, wanted_kappa
-from viscopade.audit.programs import program_of
 from viscopade.collision import steps
 from viscopade.collision.spheres import beta_from_restitution
 from viscopade.plots.sheet import (
@@ -30,6 +27,9 @@ from viscopade.plots.sheet import (
     label_axes,
     new_sheet,
 )
+from viscopade.simulators import simulator_of
+from viscopade.simulators.formula import DampingFormula, wanted_kappa
+from viscopade.simulators.measured import measurements
 from viscopade_lab.figures.paper import Figure, figure
 
 if TYPE_CHECKING:
@@ -70,17 +70,13 @@ def _audit() -> Sheet:
     label_axes(bottom, "time step / contact time", EPSILON, (0.001, 0.1), (0.44, 0.56), "x")
     top.plot([0, 1], [0, 1], color=GREY, linewidth=3.4, gid="exact")
     for gid, (_, program, name, look) in CURVES.items():
-        _draw_delivered(top, _formula(program, name), look, gid)
+        _draw_delivered(top, simulator_of(program).formula(name), look, gid)
     _mark_measured(top)
     key_of(top, [(words, look) for words, _, _, look in CURVES.values()], "upper left", 1)
     for name, (_, look) in STEPPED.items():
-        _draw_stepped(bottom, _formula("lammps", name), look)
+        _draw_stepped(bottom, simulator_of("lammps").formula(name), look)
     key_of(bottom, list(STEPPED.values()), "upper left", 3)
     return sheet
-
-
-def _formula(program: str, name: str) -> DampingFormula:
-    return next(each for each in program_of(program).formulas if each.name == name)
 
 
 def _draw_delivered(axes: Axes, formula: DampingFormula, look: Look, gid: str) -> None:
@@ -145,7 +141,7 @@ def _over_speed() -> Sheet:
     exact = restitution(SPEEDS, float(beta_from_restitution(1.0, CHOSEN)))
     top.plot(SPEEDS, exact, color=GREY, linewidth=3.4, gid="viscoelastic")
     for gid, (_, program, name, instead, look) in OVER_SPEED.items():
-        found = _at_speeds(_formula(program, name), instead)
+        found = _at_speeds(simulator_of(program).formula(name), instead)
         draw_look(top, look, SPEEDS, found, gid)
         draw_look(bottom, look, SPEEDS, found / exact - 1, f"{gid}-difference")
     key_of(top, [(words, look) for words, *_, look in OVER_SPEED.values()], "lower left", 1)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from viscopade.audit import textbook
 from viscopade.collision import exact
 from viscopade.plots.sheet import (
     BLACK,
@@ -31,6 +30,7 @@ from viscopade.plots.sheet import (
     label_axes,
     new_sheet,
 )
+from viscopade.simulators import textbook
 from viscopade.theory.law import End, Law
 from viscopade_lab.figures.paper import Figure, Floats, figure
 

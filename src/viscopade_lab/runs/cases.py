@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from mpmath import mp
 
-from viscopade.audit.program import DampingFormula, audited, same
-from viscopade.audit.programs import program_of
 from viscopade.collision import steps
+from viscopade.simulators import simulator_of
+from viscopade.simulators.audit import audited
+from viscopade.simulators.formula import DampingFormula, same
 
 ASKED = ("0.9", "0.5", "0.3")
 TIME_STEPS = (0.1, 0.02, 0.001)
@@ -52,7 +53,7 @@ def case(formula: DampingFormula, asked: str, time_step: float, phase: float) ->
 
 def cases(program: str, left_out: frozenset[str] = frozenset()) -> Iterator[AuditCase]:
     """Yield the cases of a program, without those of formulas that are left out."""
-    for formula in program_of(program).formulas:
+    for formula in simulator_of(program).formulas:
         if formula.name not in left_out:
             for asked in ASKED:
                 for step in TIME_STEPS if formula.scheme else TIME_STEPS[-1:]:
@@ -65,7 +66,7 @@ def cases_instead(program: str, left_out: frozenset[str] = frozenset()) -> Itera
 
     The first is for fine time steps; the others, over the phases, are for a step that the number makes up for.
     """
-    found = program_of(program)
+    found = simulator_of(program)
     for formula in found.formulas:
         if formula.name not in left_out and (formula.written is same or formula.reason != "exact"):
             for step, phases in INSTEAD if formula.scheme else INSTEAD[:1]:

@@ -25,10 +25,10 @@ import click
 
 import viscopade
 from viscopade import Pair, Sphere
-from viscopade.audit import measured
-from viscopade.audit.measured import Measurement
 from viscopade.extras import install_command
+from viscopade.simulators import measured
 from viscopade.simulators import rebound as ours
+from viscopade.simulators.measured import Measurement
 from viscopade.simulators.setup import of_pair
 from viscopade_lab.runs.cases import AuditCase, cases, cases_instead
 

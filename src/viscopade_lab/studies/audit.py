@@ -13,10 +13,12 @@ from pathlib import Path
 import click
 from mpmath import mp
 
-from viscopade.audit.measured import Measurement, finest, measurements
-from viscopade.audit.program import ASKED, Audit, DampingFormula, Program, advised, audited, wanted_kappa
-from viscopade.audit.programs import PROGRAMS, program_of
 from viscopade.collision import steps
+from viscopade.simulators import simulator_of, simulators
+from viscopade.simulators.audit import ASKED, Audit, advised, audited
+from viscopade.simulators.formula import DampingFormula, wanted_kappa
+from viscopade.simulators.measured import Measurement, finest, measurements
+from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law, law_of
 from viscopade_lab.runs import cases
 from viscopade_lab.studies.laws import markdown
@@ -121,18 +123,18 @@ run (`python -m viscopade_lab.studies.audit --pages docs/usage/simulators` write
 """
 
 
-def title_row(program: Program) -> str:
+def title_row(program: Simulator) -> str:
     """Return the heading of a program."""
     return f"### {program.title}"
 
 
-def delivered_table(program: Program) -> str:
+def delivered_table(program: Simulator) -> str:
     """Return the table of delivered eps: one row a formula, one column an eps asked for."""
     rows = ([formula.name, ENDS[formula.law.end], *_delivered(program, formula)] for formula in program.formulas)
     return markdown(["formula", "contact ends at", *(f"{asked} asked" for asked in ASKED)], rows)
 
 
-def _delivered(program: Program, formula: DampingFormula) -> Iterator[str]:
+def _delivered(program: Simulator, formula: DampingFormula) -> Iterator[str]:
     for asked in ASKED:
         try:
             yield number(audited(program, formula, asked))
@@ -145,13 +147,13 @@ def number(found: Audit) -> str:
     return "never parts" if found.delivered is None else f"{float(found.delivered):.4f}"
 
 
-def measured_table(program: Program) -> str:
+def measured_table(program: Simulator) -> str:
     """Return the table for `CHOSEN`: delivered, why, the number to write instead, measured and predicted."""
     head = ["formula", "delivered", "why", "write instead", "measured", "at $t$", "predicted", "largest difference"]
     return markdown(head, (_measured(program, formula) for formula in program.formulas))
 
 
-def _measured(program: Program, formula: DampingFormula) -> list[str]:
+def _measured(program: Simulator, formula: DampingFormula) -> list[str]:
     found, run = audited(program, formula, CHOSEN), finest(program.name, formula.name, CHOSEN)
     instead = "" if found.instead is None else f"`{formula.parameter}` = {found.instead:.6g}"
     why = "" if formula.reason == "exact" else formula.reason
@@ -174,7 +176,7 @@ def instead_table() -> str:
             groups.setdefault((each.program, each.formula, each.asked, each.time_step), []).append(each.epsilon)
     head = ["program", "formula", "asked of it", "$t$", "collisions", "mean", "least", "largest"]
     rows = (
-        [program_of(name).title, formula, asked, f"{step:g}", str(len(found)), *_spread(found)]
+        [simulator_of(name).title, formula, asked, f"{step:g}", str(len(found)), *_spread(found)]
         for (name, formula, asked, step), found in groups.items()
     )
     return markdown(head, rows)
@@ -219,13 +221,13 @@ def sources_table() -> str:
     """Return the table of files and versions."""
     rows = (
         [program.title, program.version, ", ".join(dict.fromkeys(f"`{f.source}`" for f in program.formulas))]
-        for program in PROGRAMS
+        for program in simulators()
         if program.name != "textbook"
     )
     return markdown(["program", "version read", "files"], rows)
 
 
-def notes(program: Program) -> Iterator[str]:
+def notes(program: Simulator) -> Iterator[str]:
     """Yield a line for each note of a formula."""
     yield from (f"- *{formula.name}*: {formula.note}" for formula in program.formulas if formula.note)
 
@@ -234,20 +236,20 @@ def runs_table() -> str:
     """Return the table of versions that were run."""
     versions = dict.fromkeys((each.program, each.version) for each in measurements())
     counts = [sum(each.program == name for each in measurements()) for name, _ in versions]
-    rows = ([program_of(name).title, version, str(n)] for (name, version), n in zip(versions, counts, strict=True))
+    rows = ([simulator_of(name).title, version, str(n)] for (name, version), n in zip(versions, counts, strict=True))
     return markdown(["program", "version run", "collisions"], rows)
 
 
 def parts() -> Iterator[str]:
     """Yield the page, part by part."""
     yield HEAD
-    for program in PROGRAMS:
+    for program in simulators():
         yield f"{title_row(program)}\n\n{delivered_table(program)}\n"
     found = measurements()
     asked = ", ".join(cases.ASKED)
     least, largest = (f"{bound(each.time_step for each in found):g}" for bound in (min, max))
     yield WITH_STEPS.format(chosen=CHOSEN, runs=len(found), asked=asked, least=least, largest=largest)
-    for program in PROGRAMS:
+    for program in simulators():
         if program.name != "textbook":
             lines = "\n".join(notes(program))
             yield f"{title_row(program)}\n\n{measured_table(program)}\n" + (f"\n{lines}\n" if lines else "")
@@ -258,7 +260,7 @@ def parts() -> Iterator[str]:
     yield f"{sources_table()}\n\n{runs_table()}"
 
 
-def section(program: Program) -> str:
+def section(program: Simulator) -> str:
     """Return the rows of a program for its own page, between its two marks."""
     lines = "\n".join(notes(program))
     return (
@@ -268,7 +270,7 @@ def section(program: Program) -> str:
     )
 
 
-def with_section(page: str, program: Program) -> str:
+def with_section(page: str, program: Simulator) -> str:
     """Return a page with the program's rows between its marks."""
     before, _, rest = page.partition(BEGIN)
     return before + section(program) + rest.partition(END)[2]
@@ -281,7 +283,7 @@ def main(pages: Path | None) -> None:
     if pages is None:
         click.echo("\n".join(parts()))
         return
-    for program in (program for program in PROGRAMS if program.name != "textbook"):
+    for program in (program for program in simulators() if program.name != "textbook"):
         page = pages / f"{program.name}.md"
         page.write_text(with_section(page.read_text("utf-8"), program), "utf-8")
 

@@ -10,9 +10,9 @@ from fractions import Fraction
 
 import click
 
-from viscopade.audit import textbook
-from viscopade.audit.program import ASKED
 from viscopade.collision import exact
+from viscopade.simulators import textbook
+from viscopade.simulators.audit import ASKED
 from viscopade.theory.law import Law
 from viscopade_lab.figures.laws import COLORS, epsilon, law_with
 

@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass, fields
 from functools import cache
 from typing import cast
 
-from viscopade.audit.program import DampingFormula
-from viscopade.audit.programs import program_of
 from viscopade.collision import steps
+from viscopade.simulators import simulator_of
+from viscopade.simulators.formula import DampingFormula
 
 DATA = "data/audit.csv"
 
@@ -27,7 +27,7 @@ class Measurement:
     Attributes
     ----------
     program, formula : str
-        Their names in `viscopade.audit.programs`.
+        Their names in `viscopade.simulators`.
     version : str
         What the program says of itself.
     asked : str
@@ -51,7 +51,7 @@ class Measurement:
     @property
     def of(self) -> DampingFormula:
         """The formula."""
-        return next(each for each in program_of(self.program).formulas if each.name == self.formula)
+        return simulator_of(self.program).formula(self.formula)
 
     @property
     def predicted(self) -> float:

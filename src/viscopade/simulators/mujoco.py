@@ -21,9 +21,9 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from viscopade.audit.program import DampingFormula, Program
-from viscopade.audit.spring_dashpot import LINEAR, linear_kappa, ratio_for_return
 from viscopade.collision import steps
+from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa, ratio_for_return
+from viscopade.simulators.simulator import OwnLaw, Simulator
 
 _SOURCE = "src/engine/engine_core_constraint.c"
 
@@ -34,7 +34,39 @@ def _direct(name: str, scheme: steps.Scheme) -> DampingFormula:
     return DampingFormula(name, LINEAR, parameter, mp.mpf, accepted, "other end", _SOURCE, linear_kappa, scheme=scheme)
 
 
-PROGRAM = Program(
+_TEXT = """\
+<!--
+    {{ marker | replace("--", "- -") }}
+
+{% for line in opening %}
+    {{ line | replace("--", "- -") }}
+{% endfor %}
+
+    MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
+    both must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass.
+    They are in {{ units.length }} and {{ units.time
+}}. solimp has a constant impedance: with another one eps is off by up to 0.005.
+    A condim of 4 or 6 needs <option cone="elliptic"/>.
+
+{% for contact in contacts %}
+{% for line in contact.lines %}
+    {{ line | replace("--", "- -") }}
+{% endfor %}
+{% endfor %}
+-->
+<mujocoinclude>
+  <default>
+{% for contact in contacts %}
+    <default class="{{ contact.name }}">
+      <geom solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
+      <pair solref="-{{ contact.stiffness }} -{{ contact.damping }}" solimp="0.9 0.9 0.001"/>
+    </default>
+{% endfor %}
+  </default>
+</mujocoinclude>
+"""
+
+SIMULATOR = Simulator(
     "mujoco",
     "MuJoCo",
     "MuJoCo 3.12.1, commit a725507",
@@ -53,4 +85,6 @@ PROGRAM = Program(
         _direct("solref = -stiffness -damping", steps.LAGGED),
         _direct("solref = -stiffness -damping, RK4", steps.RUNGE_KUTTA),
     ),
+    texts={"mujoco": OwnLaw("solref = -stiffness -damping", "damping", _TEXT, per_mass=True)},
+    lines={"any": '<geom solref="-{stiffness} -{parameter}" solimp="0.9 0.9 0.001"/>'},
 )

@@ -1,10 +1,15 @@
-"""Programs and formulas that compute damping from a wanted eps, and the audit of what their contacts deliver.
+"""Formulas of programs that compute damping from a wanted eps.
 
 A formula has two halves. `DampingFormula.written` is what people write for a wanted eps: eps itself where the program
 asks for it, else the number that a manual tells them. `DampingFormula.kappa` is what the program makes of that number:
 the damping of the scaled equation x'' + x^a + kappa x^b x' = 0, with the law and the end of contact that it has.
 
 The number to write instead is the one whose kappa delivers the wanted eps: the program's own formula, inverted.
+
+Behind most programs is the damping ratio. The contact m x'' + 2 zeta sqrt(k m) x' + k x = 0 has
+eps = exp(-pi zeta/sqrt(1 - zeta^2)) if it ends at x = 0, and a larger one if it ends where the force vanishes. Hertz'
+spring with Tsuji's damping has the same two functions of zeta (`viscopade.collision.tsuji`). kappa is 2 zeta for the
+first, sqrt(5) zeta for the second.
 """
 
 from __future__ import annotations
@@ -16,8 +21,8 @@ from typing import Any, Literal
 
 from mpmath import mp
 
-from viscopade.collision import exact, steps
-from viscopade.theory.law import Law
+from viscopade.collision import exact, steps, tsuji
+from viscopade.theory.law import VISCOELASTIC, Law, law_of
 
 Reason = Literal["exact", "other end", "other law", "normalisation", "approximate formula"]
 REASONS: dict[Reason, str] = {
@@ -27,11 +32,16 @@ REASONS: dict[Reason, str] = {
     "normalisation": "The formula is made for another mass, radius or stiffness than the contact has.",
     "approximate formula": "The formula is an approximation.",
 }
-ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
 DIGITS = 15
 _GUARD = 10
 _HALVINGS = 90
-_AGREES = 1e-9
+
+LINEAR, LINEAR_RETURN = law_of("linear"), law_of("linear", "return")
+TSUJI, TSUJI_RETURN = law_of("tsuji"), law_of("tsuji", "return")
+_THORNTON = (
+    *("-1489.915", "6276.757", "-11342.18", "11494.29", "-7206.864", "2928.711"),
+    *("-796.4559", "146.8049", "-16.41105", "-6.918798", "0"),
+)
 
 
 def same(value: Any) -> Any:
@@ -120,89 +130,6 @@ class DampingFormula:
         return self.parameter_of(wanted_kappa(self.law, asked))
 
 
-@dataclass(frozen=True)
-class Program:
-    """A program, and its formulas.
-
-    Attributes
-    ----------
-    name : str
-        As `viscopade audit --program` takes it.
-    title : str
-        As its authors write it.
-    version : str
-        Version or commit of which the source was read.
-    formulas : tuple of DampingFormula
-    """
-
-    name: str
-    title: str
-    version: str
-    formulas: tuple[DampingFormula, ...]
-
-    def __post_init__(self) -> None:
-        names = [formula.name for formula in self.formulas]
-        if len({*names}) < len(names):
-            raise ValueError(f"two formulas of {self.title} have one name")
-
-
-@dataclass(frozen=True)
-class Audit:
-    """The eps that a formula delivers, and what to write instead.
-
-    Attributes
-    ----------
-    program : Program
-    formula : DampingFormula
-    asked : str
-        The wanted eps, a decimal.
-    written : float
-        The parameter that people write for it.
-    delivered : mpmath number or None
-        Proven eps in the continuum, to `DIGITS` digits; None if the bodies never part.
-    time_step : float or None
-        In units of the undamped contact time; None for a program without time steps, too.
-    stepped : Stepped or None
-        Eps at that time step.
-    instead : float or None
-        The parameter that delivers eps: in the continuum, or on average at the time step. None if there is none.
-    reasons : tuple of str
-        Why the delivered eps is not the one asked for, and why there is no parameter instead; sentences.
-    advice : Advice or None
-        How eps depends on the time step, if that was wanted.
-    """
-
-    program: Program
-    formula: DampingFormula
-    asked: str
-    written: float
-    delivered: Any
-    time_step: float | None
-    stepped: steps.Stepped | None
-    instead: float | None
-    reasons: tuple[str, ...]
-    advice: Advice | None = None
-
-
-@dataclass(frozen=True)
-class Advice:
-    """How the eps of a formula depends on the time step, which is in units of the undamped contact time.
-
-    Attributes
-    ----------
-    error : float
-        The wanted relative error of eps.
-    largest_step : float
-        The largest time step that keeps it, wherever in a step contact begins.
-    slope : float
-        The mean eps is that of the continuum plus slope times the time step, to first order.
-    """
-
-    error: float
-    largest_step: float
-    slope: float
-
-
 @cache
 def epsilon_of(law: Law, kappa: Any) -> Any:
     """Return the eps that a law delivers with a kappa, to `DIGITS` digits, an mpmath number."""
@@ -238,58 +165,35 @@ def wanted_kappa(law: Law, asked: str) -> Any:
         return exact.invert(asked, law=same_epsilon, digits=DIGITS + 2).mpf()["v_star"] ** same_epsilon.d / factor
 
 
-def audited(
-    program: Program,
-    formula: DampingFormula,
-    asked: str,
-    time_step: float | None = None,
-    step_error: float | None = None,
-) -> Audit:
-    """Return what a formula delivers for a wanted eps, in the continuum and at a time step.
-
-    Parameters
-    ----------
-    program : Program
-    formula : DampingFormula
-        One of its formulas.
-    asked : str
-        The wanted eps, a decimal > 0 and <= 1.
-    time_step : float, optional
-        In units of the undamped contact time (`steps.contact_time`).
-    step_error : float, optional
-        Wanted relative error of eps by the time step, for the advice.
-
-    Raises
-    ------
-    ValueError
-        If the program does not accept what people would write for this eps.
-    """
-    kappa, step = formula.damping(asked), None if formula.scheme is None else time_step
-    delivered = formula.delivered(kappa)
-    wrong = delivered is None or abs(delivered / mp.mpf(asked) - 1) > _AGREES
-    reasons = [REASONS[formula.reason], *([formula.note] if formula.note else [])] if wrong else []
-    wanted, stepped = wanted_kappa(formula.law, asked), None
-    if step is not None and formula.scheme is not None:
-        stepped = steps.stepped(formula.law, float(kappa), step, formula.scheme)
-        reasons.append(f"The time step adds {stepped.mean - float(delivered or 0):+.2g} on average.")
-        try:
-            wanted = steps.compensated(formula.law, float(asked), step, float(wanted), formula.scheme)
-        except ValueError as error:
-            wanted = None
-            reasons.append(f"No damping delivers it: {error}.")
-    instead = None if wanted is None else formula.parameter_of(wanted)
-    if instead is None and wanted is not None:
-        reasons.append(f"No accepted {formula.parameter} delivers it.")
-    with mp.workdps(DIGITS):
-        written = float(formula.written(mp.mpf(asked)))
-    number = None if instead is None else float(instead)
-    advice = None if step_error is None or delivered is None else advised(formula, kappa, delivered, step_error)
-    return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons), advice)
+def ratio_for_return(e: Any) -> Any:
+    """Return zeta for eps = e at the end x = 0, -ln e/sqrt(pi^2 + ln^2 e), of an mpmath number."""
+    loss = -mp.log(e)
+    return loss / mp.sqrt(mp.pi**2 + loss**2)
 
 
-def advised(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -> Advice | None:
-    """Return how eps depends on the time step; None for a program without time steps."""
-    if formula.scheme is None:
-        return None
-    largest = steps.largest_step(formula.law, float(kappa), error, float(delivered), formula.scheme)
-    return Advice(error, largest, steps.step_slope(formula.law, float(kappa), formula.scheme))
+def linear_kappa(e: Any) -> Any:
+    """Return kappa of the linear spring with that damping ratio."""
+    return 2 * ratio_for_return(e)
+
+
+def tsuji_kappa(e: Any) -> Any:
+    """Return kappa of Hertz' spring and Tsuji's damping with that damping ratio."""
+    return mp.sqrt(5) * ratio_for_return(e)
+
+
+def ratio_at_force_end(e: Any) -> Any:
+    """Return zeta for eps = e at the end where the force vanishes, to 15 digits."""
+    return mp.mpf(tsuji.damping_ratio(float(e)))
+
+
+def viscoelastic_kappa(e: Any) -> Any:
+    """Return kappa of the viscoelastic law for eps = e, as `viscopade.simulators` do."""
+    return wanted_kappa(VISCOELASTIC, mp.nstr(e, 20))
+
+
+def thornton_betan(en: Any) -> Any:
+    """Return betan by the fit of Thornton, Cummins and Cleary (2013), an mpmath number."""
+    if en == 1:
+        return mp.mpf(0)
+    exponent = mp.polyval([mp.mpf(c) for c in _THORNTON], en)
+    return mp.sqrt(1 / (1 - (1 + en) ** 2 * mp.exp(exponent)) - 1)

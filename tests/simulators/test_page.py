@@ -6,13 +6,13 @@ import pytest
 from click.testing import CliRunner
 
 from tests import daily
-from viscopade.audit.programs import PROGRAMS
+from viscopade.simulators import simulators
 from viscopade_lab.studies import audit
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results" / "audit.md").read_text("utf-8")
 
 
-@pytest.mark.parametrize("program", [daily.chosen(PROGRAMS)], ids=lambda program: program.name)
+@pytest.mark.parametrize("program", [daily.chosen(simulators())], ids=lambda program: program.name)
 def test_tables_of_a_program(program):
     assert audit.delivered_table(program) in PAGE
     if program.name != "textbook":

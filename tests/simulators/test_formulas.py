@@ -5,12 +5,14 @@ import math
 import pytest
 from mpmath import mp
 
-from viscopade.audit.program import ASKED, DampingFormula, Program, audited
-from viscopade.audit.programs import PROGRAMS, program_of
 from viscopade.collision import exact
+from viscopade.simulators import SIMULATORS, TARGETS, simulator_of, simulators
+from viscopade.simulators.audit import ASKED, audited
+from viscopade.simulators.formula import DampingFormula
+from viscopade.simulators.simulator import Simulator
 from viscopade.theory.law import Law
 
-ROWS = [(program, formula) for program in PROGRAMS for formula in program.formulas]
+ROWS = [(program, formula) for program in simulators() for formula in program.formulas]
 rows = pytest.mark.parametrize(("program", "formula"), ROWS, ids=lambda part: part.name)
 
 
@@ -37,23 +39,26 @@ def test_what_is_written_instead_delivers_what_is_asked_for(program, formula):
         assert float(formula.delivered(kappa)) == pytest.approx(0.5, rel=1e-9)
 
 
+def test_the_list_has_what_the_modules_say():
+    assert [(each.name, tuple(each.texts)) for each in simulators()] == [*SIMULATORS.items()]
+    assert len({*TARGETS}) == len(TARGETS)
+
+
 def test_names_are_unique():
-    names = [program.name for program in PROGRAMS]
-    assert len({*names}) == len(names)
-    one = PROGRAMS[0]
+    one = simulator_of("lammps")
     with pytest.raises(ValueError, match="two formulas"):
-        Program("x", "X", "1", (one.formulas[0], one.formulas[0]))
+        Simulator("x", "X", "1", (one.formulas[0], one.formulas[0]))
     with pytest.raises(ValueError, match="reason is 'luck'"):
         DampingFormula("f", Law(1, 0), "e", lambda e: e, ("0", "1"), "luck", "a file")
 
 
 def test_unknown_programs_are_refused():
     with pytest.raises(ValueError, match="program is 'x': accepted is lammps"):
-        program_of("x")
+        simulator_of("x")
 
 
 def test_a_time_step_adds_its_part():
-    program = program_of("lammps")
+    program = simulator_of("lammps")
     found = audited(program, program.formulas[0], "0.5", 0.02)
     assert found.stepped is not None
     assert found.stepped.mean < 0.5 < found.instead
@@ -61,7 +66,7 @@ def test_a_time_step_adds_its_part():
 
 
 def test_a_step_at_which_nothing_delivers_the_eps_still_gets_advice():
-    program = program_of("mercurydpm")
+    program = simulator_of("mercurydpm")
     found = audited(program, program.formulas[0], "0.5", 1.0, 0.01)
     assert found.instead is None
     assert "accepted is" in found.reasons[-1]
@@ -70,6 +75,6 @@ def test_a_step_at_which_nothing_delivers_the_eps_still_gets_advice():
 
 def test_lammps_tsuji_before_its_square_root_of_two():
     """The 0.61 that people get who ask for 0.5."""
-    program = program_of("lammps")
+    program = simulator_of("lammps")
     formula = next(each for each in program.formulas if each.name == "hertz, tsuji (22 Jul 2025)")
     assert [round(float(audited(program, formula, asked).delivered), 2) for asked in ASKED[2:3]] == [0.62]

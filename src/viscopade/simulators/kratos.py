@@ -15,13 +15,12 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from viscopade.audit.program import DampingFormula, Program
-from viscopade.audit.programs.yade import thornton_betan
-from viscopade.audit.spring_dashpot import LINEAR, TSUJI, ratio_at_force_end
+from viscopade.simulators.formula import LINEAR, TSUJI, DampingFormula, ratio_at_force_end, thornton_betan
+from viscopade.simulators.simulator import Simulator
 
 _E, _FOLDER = "COEFFICIENT_OF_RESTITUTION", "applications/DEMApplication/custom_constitutive"
 
-PROGRAM = Program(
+SIMULATOR = Simulator(
     "kratos",
     "Kratos DEM",
     "10.4.4; repository at commits 03f57bf and 013f925",

@@ -8,10 +8,9 @@ import pytest
 
 from tests import daily
 from tests.simulators.two_balls import need
-from viscopade.audit import measured
-from viscopade.audit.measured import csv_text, measurements
-from viscopade.audit.program import audited
-from viscopade.audit.programs import program_of
+from viscopade.simulators import measured, simulator_of
+from viscopade.simulators.audit import audited
+from viscopade.simulators.measured import csv_text, measurements
 from viscopade_lab.runs import cases, simulators
 from viscopade_lab.runs.simulators import FREQUENCY, SIMULATORS, mujoco_rebound, mujoco_solref
 
@@ -73,7 +72,7 @@ def test_the_number_instead_delivers():
     """On average over where in a step of a fiftieth of the contact time the contact begins."""
     need("mujoco")
     for case in some("mujoco", 0.02):
-        number = audited(program_of("mujoco"), case.formula, WANTED, case.time_step).instead
+        number = audited(simulator_of("mujoco"), case.formula, WANTED, case.time_step).instead
         mean, before = (
             statistics.fmean(
                 SIMULATORS["mujoco"].epsilons(

@@ -24,9 +24,9 @@ from typing import Any
 
 from mpmath import mp
 
-from viscopade.audit.program import DampingFormula, Program
-from viscopade.audit.spring_dashpot import LINEAR, linear_kappa
 from viscopade.collision import steps
+from viscopade.simulators.formula import LINEAR, DampingFormula, linear_kappa
+from viscopade.simulators.simulator import OwnLaw, Simulator
 from viscopade.theory.law import law_of
 
 
@@ -53,7 +53,48 @@ def largest_bounce(e: Any) -> Any:
 
 _CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sap/sap_hunt_crossley_constraint.cc"
 
-PROGRAM = Program(
+_TEXT = '''\
+# {{ marker }}
+#
+{% for line in opening %}
+# {{ line }}
+{% endfor %}
+#
+# Drake, compliant point contact: give both bodies of a contact its properties, properties("...").
+# In SDFormat and URDF the tags are drake:hunt_crossley_dissipation and drake:point_contact_stiffness.
+{% if time_step is none %}
+# The dissipation is for continuous contact, or for short time steps of the discrete approximations lagged, similar and
+# tamsi. The approximation sap does not use it.
+{% else %}
+# The dissipation is for the discrete approximations lagged, similar and tamsi with this time step. sap does not use it.
+{% endif %}
+# Two bodies in contact have half of the stiffness that both have.
+# Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+#
+{% for contact in contacts %}
+{% for line in contact.lines %}
+# {{ line }}
+{% endfor %}
+{% endfor %}
+
+from pydrake.geometry import AddContactMaterial, ProximityProperties
+
+CONTACTS = {
+{% for contact in contacts %}
+    {{ contact.name | tojson }}: {"dissipation": {{ contact.dissipation }}{% if contact.stiffness is not none
+%}, "point_stiffness": 2 * {{ contact.stiffness }}{% endif %}},
+{% endfor %}
+}
+
+
+def properties(contact, friction=None):
+    """Return the ProximityProperties of both bodies of a contact; friction is a CoulombFriction."""
+    found = ProximityProperties()
+    AddContactMaterial(friction=friction, properties=found, **CONTACTS[contact])
+    return found
+'''
+
+SIMULATOR = Simulator(
     "drake",
     "Drake",
     "commit be259df",
@@ -75,4 +116,6 @@ PROGRAM = Program(
             scheme=steps.IMPLICIT,
         ),
     ),
+    texts={"drake": OwnLaw("lagged, similar or tamsi, d = 3 (1 - e)/(2 v)", "dissipation", _TEXT, per_speed=True)},
+    lines={"any": "AddContactMaterial(dissipation={parameter}, properties=properties)  # exact at {speed} m/s"},
 )

@@ -1,0 +1,129 @@
+"""The eps that a formula's contact delivers, why it is not the one asked for, and what to write instead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpmath import mp
+
+from viscopade.collision import steps
+from viscopade.simulators.formula import DIGITS, REASONS, DampingFormula, wanted_kappa
+from viscopade.simulators.simulator import Simulator
+
+ASKED = ("0.9", "0.75", "0.5", "0.3", "0.1")
+_AGREES = 1e-9
+
+
+@dataclass(frozen=True)
+class Audit:
+    """The eps that a formula delivers, and what to write instead.
+
+    Attributes
+    ----------
+    program : Simulator
+    formula : DampingFormula
+    asked : str
+        The wanted eps, a decimal.
+    written : float
+        The parameter that people write for it.
+    delivered : mpmath number or None
+        Proven eps in the continuum, to `DIGITS` digits; None if the bodies never part.
+    time_step : float or None
+        In units of the undamped contact time; None for a program without time steps, too.
+    stepped : Stepped or None
+        Eps at that time step.
+    instead : float or None
+        The parameter that delivers eps: in the continuum, or on average at the time step. None if there is none.
+    reasons : tuple of str
+        Why the delivered eps is not the one asked for, and why there is no parameter instead; sentences.
+    advice : Advice or None
+        How eps depends on the time step, if that was wanted.
+    """
+
+    program: Simulator
+    formula: DampingFormula
+    asked: str
+    written: float
+    delivered: Any
+    time_step: float | None
+    stepped: steps.Stepped | None
+    instead: float | None
+    reasons: tuple[str, ...]
+    advice: Advice | None = None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """How the eps of a formula depends on the time step, which is in units of the undamped contact time.
+
+    Attributes
+    ----------
+    error : float
+        The wanted relative error of eps.
+    largest_step : float
+        The largest time step that keeps it, wherever in a step contact begins.
+    slope : float
+        The mean eps is that of the continuum plus slope times the time step, to first order.
+    """
+
+    error: float
+    largest_step: float
+    slope: float
+
+
+def audited(
+    program: Simulator,
+    formula: DampingFormula,
+    asked: str,
+    time_step: float | None = None,
+    step_error: float | None = None,
+) -> Audit:
+    """Return what a formula delivers for a wanted eps, in the continuum and at a time step.
+
+    Parameters
+    ----------
+    program : Simulator
+    formula : DampingFormula
+        One of its formulas.
+    asked : str
+        The wanted eps, a decimal > 0 and <= 1.
+    time_step : float, optional
+        In units of the undamped contact time (`steps.contact_time`).
+    step_error : float, optional
+        Wanted relative error of eps by the time step, for the advice.
+
+    Raises
+    ------
+    ValueError
+        If the program does not accept what people would write for this eps.
+    """
+    kappa, step = formula.damping(asked), None if formula.scheme is None else time_step
+    delivered = formula.delivered(kappa)
+    wrong = delivered is None or abs(delivered / mp.mpf(asked) - 1) > _AGREES
+    reasons = [REASONS[formula.reason], *([formula.note] if formula.note else [])] if wrong else []
+    wanted, stepped = wanted_kappa(formula.law, asked), None
+    if step is not None and formula.scheme is not None:
+        stepped = steps.stepped(formula.law, float(kappa), step, formula.scheme)
+        reasons.append(f"The time step adds {stepped.mean - float(delivered or 0):+.2g} on average.")
+        try:
+            wanted = steps.compensated(formula.law, float(asked), step, float(wanted), formula.scheme)
+        except ValueError as error:
+            wanted = None
+            reasons.append(f"No damping delivers it: {error}.")
+    instead = None if wanted is None else formula.parameter_of(wanted)
+    if instead is None and wanted is not None:
+        reasons.append(f"No accepted {formula.parameter} delivers it.")
+    with mp.workdps(DIGITS):
+        written = float(formula.written(mp.mpf(asked)))
+    number = None if instead is None else float(instead)
+    advice = None if step_error is None or delivered is None else advised(formula, kappa, delivered, step_error)
+    return Audit(program, formula, asked, written, delivered, step, stepped, number, tuple(reasons), advice)
+
+
+def advised(formula: DampingFormula, kappa: Any, delivered: Any, error: float) -> Advice | None:
+    """Return how eps depends on the time step; None for a program without time steps."""
+    if formula.scheme is None:
+        return None
+    largest = steps.largest_step(formula.law, float(kappa), error, float(delivered), formula.scheme)
+    return Advice(error, largest, steps.step_slope(formula.law, float(kappa), formula.scheme))

@@ -1,0 +1,78 @@
+"""Simbody and OpenSim: the dissipation c of `HuntCrossleyForce`.
+
+Read in Simbody of simbody/simbody at commit f312d0d:
+
+- `HuntCrossleyForceImpl::calcForce` of src/HuntCrossleyForce.cpp: f = f_Hertz (1 + 3/2 c x'), a value below 0 is 0,
+  with c = s_1 c_1 + s_2 c_2 and s_1 = k_2/(k_1 + k_2).
+- `ContactMaterial::calcDissipationFromObservedRestitution` of include/simbody/internal/ContactSurface.h: c = (1 - e)/v,
+  which the file says is for small v.
+
+OpenSim hands the `dissipation` of its `HuntCrossleyForce` to Simbody's. The integrators choose their own steps.
+"""
+
+from __future__ import annotations
+
+from mpmath import mp
+
+from viscopade.simulators.formula import DampingFormula
+from viscopade.simulators.simulator import OwnLaw, Simulator
+from viscopade.theory.law import law_of
+
+_FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
+
+_TEXT = '''\
+# {{ marker }}
+#
+{% for line in opening %}
+# {{ line }}
+{% endfor %}
+#
+# OpenSim and Simbody, HuntCrossleyForce: give both bodies of a contact its dissipation and its stiffness.
+#     force.setDissipation(DISSIPATION["..."]), force.setStiffness(stiffness("...", radius))    in OpenSim
+#     force.setBodyParameters(surface, stiffness, dissipation, 0, 0, 0)                         in Simbody, C++
+# Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
+#
+{% for contact in contacts %}
+{% for line in contact.lines %}
+# {{ line }}
+{% endfor %}
+{% endfor %}
+
+DISSIPATION = {
+{% for contact in contacts %}
+    {{ contact.name | tojson }}: {{ contact.dissipation }},
+{% endfor %}
+}
+# k of the force k x^(3/2) (1 + 3/2 dissipation x'); None if nothing says how stiff the contact is.
+STIFFNESS = {
+{% for contact in contacts %}
+    {{ contact.name | tojson }}: {{ contact.stiffness if contact.stiffness is not none else "None" }},
+{% endfor %}
+}
+
+
+def stiffness(contact, radius):
+    """Return the stiffness of both materials of a contact, with its effective radius: of two springs in series."""
+    return 2**1.5 * 0.75 * STIFFNESS[contact] / radius**0.5
+'''
+
+SIMULATOR = Simulator(
+    "simbody",
+    "Simbody and OpenSim",
+    "commit f312d0d",
+    (
+        DampingFormula(
+            _FORMULA,
+            law_of("hunt-crossley:3/2"),
+            "c v",
+            lambda cv: mp.mpf(3) / 2 * cv,
+            ("0", "1e6"),
+            "approximate formula",
+            "Simbody/src/HuntCrossleyForce.cpp",
+            written=lambda e: 1 - e,
+            scheme=None,
+        ),
+    ),
+    texts={"simbody": OwnLaw(_FORMULA, "dissipation", _TEXT, per_speed=True)},
+    lines={"any": "force.setDissipation({parameter})  # exact at {speed} m/s"},
+)

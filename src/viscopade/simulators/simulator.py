@@ -1,0 +1,73 @@
+"""What one module says of its simulator: the formulas that the audit knows, and the text with our parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from viscopade.simulators.formula import DampingFormula
+
+
+@dataclass(frozen=True)
+class OwnLaw:
+    """The text of a simulator whose contacts have a law of their own, and a free stiffness.
+
+    Attributes
+    ----------
+    formula : str
+        Name of the formula whose law the contacts have.
+    number : str
+        What the text calls the number that follows from the formula's parameter, such as "dissipation".
+    template : str
+        The text, a template of Jinja: it has `marker`, `opening`, `contacts`, `units` and `time_step`. Each contact has
+        its `name`, `lines` of comment, `stiffness`, and `number` under its own name.
+    per_speed : bool
+        Whether the number is the parameter over the impact speed.
+    per_mass : bool
+        Whether the stiffness is one over a mass, and the number is the parameter times the root of it.
+    """
+
+    formula: str
+    number: str
+    template: str
+    per_speed: bool = False
+    per_mass: bool = False
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A program that collides particles.
+
+    Attributes
+    ----------
+    name : str
+        That of its module, as `viscopade audit --program` takes it.
+    title : str
+        As its authors write it.
+    version : str
+        Version or commit of which the source was read.
+    formulas : tuple of DampingFormula
+        From a wanted eps to its damping: rows of the audit.
+    texts : mapping
+        Its text by target (`viscopade simulators`): a function of a `Setup` and the command, or an `OwnLaw`.
+    lines : mapping
+        What the calculator writes: for a "pair" of like spheres, for a "wall", or for "any" bodies with this eps.
+    walls : bool
+        Whether it has walls.
+    """
+
+    name: str
+    title: str
+    version: str
+    formulas: tuple[DampingFormula, ...]
+    texts: Mapping[str, Callable[..., str] | OwnLaw] = field(default_factory=dict)
+    lines: Mapping[str, str] = field(default_factory=dict)
+    walls: bool = True
+
+    def __post_init__(self) -> None:
+        if len({formula.name for formula in self.formulas}) < len(self.formulas):
+            raise ValueError(f"two formulas of {self.title} have one name")
+
+    def formula(self, name: str) -> DampingFormula:
+        """Return the formula of a name."""
+        return next(formula for formula in self.formulas if formula.name == name)
