@@ -62,9 +62,10 @@
  * and adds to the error.
  *
  * assumed: on the host log2, exp2, and those of type float, are within 4 units in the last place of
- * the result; on the device those of type double are, and __log2f within 2.5 or 2^-22 + 2^-25, exp2f
- * and __fdividef within 2.5: the CUDA programming guide counts 2 and 2^-22 from the correctly rounded
- * result; +, -, *, / are those of IEEE 754.
+ * the result, and on devices of HIP, where the bounds are those of the host; on devices of CUDA those
+ * of type double are, and __log2f within 2.5 or 2^-22 + 2^-25, exp2f and __fdividef within 2.5: the
+ * CUDA programming guide counts 2 and 2^-22 from the correctly rounded result; +, -, *, / are those of
+ * IEEE 754.
  *
  * NAME is compact_B, B being the accuracy asked for (1p57em3 is 1.57e-3: p stands for the decimal
  * point, m for the minus of an exponent).
@@ -75,15 +76,16 @@
  *     viscopade_rebound_NAME(speed, beta)        eps speed, the speed after the collision
  *     viscopade_dissipation_NAME(speed, beta)    1 - eps^2, which loses no digits where eps is near 1
  *
- * They are for the host, in C99 and C++, and, compiled by nvcc, for the device as well. For arrays on the
- * device, with beta one number, one for each pair of materials, or one for each element:
+ * They are for the host, in C99 and C++, and for the device as well where nvcc (or Clang) compiles CUDA or
+ * HIP, or NVRTC or HIPRTC compiles at run time. For arrays on the device, but not at run time, with beta one
+ * number, one for each pair of materials, or one for each element:
  *
  *     viscopade_launch<viscopade_NAME::restitution>(n, speed, viscopade_beta(beta), out, stream)
  *     viscopade_launch<viscopade_NAME::restitution>(n, speed, viscopade_beta_by_pair(pair, beta), out, stream)
  *     viscopade_launch<viscopade_NAME::restitution>(n, speed, viscopade_beta_each(beta), out, stream)
  *
  * (or ::rebound, ::dissipation; speed and out point to numbers of one type, double or float, in memory of
- * the device; out may be speed itself, they must not overlap otherwise). The result is CUDA's error code.
+ * the device; out may be speed itself, they must not overlap otherwise). The result is the error code of CUDA or HIP.
  *
  * For the paper's ice, beta = 1.307 (s/cm)^(1/5), at 2 cm/s:
  *
@@ -98,27 +100,29 @@
  *     one is +infinity, the other positive, or w beyond       as at the cut-off, but rebound grows with speed
  *     beta^2, beta^4 or beta^5 no normal number as computed   those of another w: nothing is promised of the error
  *
- * Comparing results of host and device: in type float they differ by up to the sum of their bounds. The
- * floating-point exceptions are those of log2 and exp2. With -use_fast_math results below 2^-126 are set
- * to 0; nothing is promised with -ffast-math.
+ * Comparing results of host and device: in type float they differ by up to the sum of their bounds. For
+ * arguments that are finite and not negative, no floating-point exception but inexact and underflow is
+ * raised on the host, and overflow where beta^5 speed overflows. With -use_fast_math results below 2^-126
+ * are set to 0; nothing is promised with -ffast-math.
  */
 #ifndef VISCOPADE_VERSION
 #define VISCOPADE_VERSION "2.0.0"
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMPACT_COMMON
-#define VISCOPADE_COMPACT_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
-
-#ifdef __CUDACC__
-#define VISCOPADE_FUNCTION static inline __host__ __device__
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
 #else
-#define VISCOPADE_FUNCTION static inline
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
 #endif
 
-#ifndef VISCOPADE_CONSTANT
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
@@ -126,6 +130,33 @@
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
 #endif
+
+#ifndef VISCOPADE_FUNCTION
+/* Compilers at run time (NVRTC, HIPRTC) have no headers, and compile for the device only. */
+#if !defined(__CUDACC_RTC__) && !defined(__HIPCC_RTC__)
+#include <math.h>
+#include <stddef.h>
+#define VISCOPADE_HAS_HOST 1
+#else
+#define VISCOPADE_HAS_HOST 0
+#endif
+
+#if defined(__HIPCC__)
+#if VISCOPADE_HAS_HOST
+#include <hip/hip_runtime.h>
+#endif
+#define VISCOPADE_RUNTIME(name) hip##name
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE __host__ __device__
+#elif defined(__CUDACC__)
+#define VISCOPADE_RUNTIME(name) cuda##name
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE __host__ __device__
+#else
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE
+#endif
+#endif
+
+#ifndef VISCOPADE_COMPACT_COMMON
+#define VISCOPADE_COMPACT_COMMON
 
 /* log2, exp2 and a quotient in type float: on the device the fast ones, which are good enough (see above). */
 VISCOPADE_FUNCTION float viscopade_log2f(float x)
@@ -156,7 +187,7 @@ struct viscopade_parts {
     double elastic, lost;
 };
 
-/* w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN. */
+/* w = beta^5 speed, at most 2^900; NaN if an argument is negative or NaN. No kernel takes the logarithm of w = 0, which raises an exception. */
 VISCOPADE_FUNCTION double viscopade_w(double speed, double beta)
 {
     const double largest = VISCOPADE_CONSTANT(0x1p+900, 8.4527124981706439e+270);
@@ -164,7 +195,7 @@ VISCOPADE_FUNCTION double viscopade_w(double speed, double beta)
     const double w = square * square * beta * speed;
 
     if (!(speed >= 0.0 && beta >= 0.0)) {
-        return NAN;
+        return nan("");
     }
     return w > largest ? largest : w;
 }
@@ -174,7 +205,7 @@ struct viscopade_partsf {
     float elastic, lost;
 };
 
-/* w = beta^5 speed, at most 2^120; NaN if an argument is negative or NaN. */
+/* w = beta^5 speed, at most 2^120; NaN if an argument is negative or NaN. No kernel takes the logarithm of w = 0, which raises an exception. */
 VISCOPADE_FUNCTION float viscopade_wf(float speed, float beta)
 {
     const float largest = VISCOPADE_CONSTANT(0x1p+120f, 1.329228e+36f);
@@ -182,12 +213,12 @@ VISCOPADE_FUNCTION float viscopade_wf(float speed, float beta)
     const float w = square * square * beta * speed;
 
     if (!(speed >= 0.0f && beta >= 0.0f)) {
-        return NAN;
+        return nanf("");
     }
     return w > largest ? largest : w;
 }
 
-#ifdef __CUDACC__
+#ifdef VISCOPADE_RUNTIME
 
 /* beta of element i. */
 template <typename T> struct viscopade_beta_of_all {
@@ -206,6 +237,7 @@ template <typename T> struct viscopade_beta_of_each {
     __device__ T operator()(size_t i) const { return beta[i]; }
 };
 
+#if VISCOPADE_HAS_HOST
 template <typename T> viscopade_beta_of_all<T> viscopade_beta(T beta)
 {
     return viscopade_beta_of_all<T>{beta};
@@ -220,6 +252,7 @@ template <typename T> viscopade_beta_of_each<T> viscopade_beta_each(const T *bet
 {
     return viscopade_beta_of_each<T>{beta};
 }
+#endif
 
 /* As many numbers as a thread loads at once. */
 template <typename T> struct alignas(16) viscopade_pack {
@@ -248,8 +281,9 @@ __global__ void viscopade_apply(size_t packs, size_t n, const T *speed, Beta bet
     }
 }
 
+#if VISCOPADE_HAS_HOST
 template <typename Function, typename T, typename Beta>
-cudaError_t viscopade_launch(size_t n, const T *speed, Beta beta, T *out, cudaStream_t stream = 0)
+VISCOPADE_RUNTIME(Error_t) viscopade_launch(size_t n, const T *speed, Beta beta, T *out, VISCOPADE_RUNTIME(Stream_t) stream = 0)
 {
     const size_t threads = 256, most_blocks = 1 << 20;
     const bool aligned = (reinterpret_cast<size_t>(speed) | reinterpret_cast<size_t>(out)) % 16 == 0;
@@ -257,12 +291,13 @@ cudaError_t viscopade_launch(size_t n, const T *speed, Beta beta, T *out, cudaSt
     const size_t blocks = ((aligned ? packs : n) + threads - 1) / threads;
 
     if (n == 0) {
-        return cudaSuccess;
+        return VISCOPADE_RUNTIME(Success);
     }
     viscopade_apply<Function><<<static_cast<unsigned>(blocks == 0 ? 1 : blocks < most_blocks ? blocks : most_blocks),
                                 static_cast<unsigned>(threads), 0, stream>>>(packs, n, speed, beta, out);
-    return cudaGetLastError();
+    return VISCOPADE_RUNTIME(GetLastError)();
 }
+#endif
 
 #endif
 
@@ -296,7 +331,7 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em3(double w)
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b6 = VISCOPADE_CONSTANT(-0x1.e0c6b1e46a4a8p-2, -0.46950796085963953);
     const double b15 = VISCOPADE_CONSTANT(0x1.dc39fb1e14c32p-5, 0.058133116210818861);
-    const double y = exp2(log2(w) * thirtieth);
+    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
     const double y2 = y * y;
     const double y3 = y2 * y;
     const double y6 = y3 * y3;
@@ -345,7 +380,7 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em3f(float w
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b6 = VISCOPADE_CONSTANT(-0x1.e0c6b2p-2f, -0.469507962f);
     const float b15 = VISCOPADE_CONSTANT(0x1.dc39fcp-5f, 0.0581331179f);
-    const float y = viscopade_exp2f(viscopade_log2f(w) * thirtieth);
+    const float y = w > 0.0f ? viscopade_exp2f(viscopade_log2f(w) * thirtieth) : w;
     const float y2 = y * y;
     const float y3 = y2 * y;
     const float y6 = y3 * y3;
@@ -385,7 +420,7 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em3f(float speed, float 
     return lost * inverse * (1.0f + elastic * inverse);
 }
 
-#ifdef __CUDACC__
+#ifdef VISCOPADE_RUNTIME
 struct viscopade_compact_1em3 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const
@@ -455,7 +490,7 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em5(double w)
     const double b6 = VISCOPADE_CONSTANT(-0x1.d448ee6204ce3p-2, -0.45730946038493253);
     const double b8 = VISCOPADE_CONSTANT(0x1.7543006a2fc4ep-5, 0.045564175424708794);
     const double b15 = VISCOPADE_CONSTANT(0x1.ea1d8cdcad7b8p-5, 0.059828543778550125);
-    const double y = exp2(log2(w) * thirtieth);
+    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -507,7 +542,7 @@ VISCOPADE_FUNCTION struct viscopade_partsf viscopade_parts_compact_1em5f(float w
     const float b6 = VISCOPADE_CONSTANT(-0x1.d448eep-2f, -0.457309455f);
     const float b8 = VISCOPADE_CONSTANT(0x1.7543p-5f, 0.0455641747f);
     const float b15 = VISCOPADE_CONSTANT(0x1.ea1d8cp-5f, 0.0598285422f);
-    const float y = viscopade_exp2f(viscopade_log2f(w) * thirtieth);
+    const float y = w > 0.0f ? viscopade_exp2f(viscopade_log2f(w) * thirtieth) : w;
     const float y2 = y * y;
     const float y4 = y2 * y2;
     const float y6 = y4 * y2;
@@ -547,7 +582,7 @@ VISCOPADE_FUNCTION float viscopade_dissipation_compact_1em5f(float speed, float 
     return lost * inverse * (1.0f + elastic * inverse);
 }
 
-#ifdef __CUDACC__
+#ifdef VISCOPADE_RUNTIME
 struct viscopade_compact_1em5 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const
@@ -616,7 +651,7 @@ VISCOPADE_FUNCTION struct viscopade_parts viscopade_parts_compact_1em7(double w)
     const double b9 = VISCOPADE_CONSTANT(0x1.cab291a98f868p-4, 0.11198670291284574);
     const double b10 = VISCOPADE_CONSTANT(0x1.8dc5716623ddcp-3, 0.19422424881893974);
     const double b22 = VISCOPADE_CONSTANT(0x1.397caf389a5f5p-6, 0.019133730997429727);
-    const double y = exp2(log2(w) * thirtieth);
+    const double y = w > 0.0 ? exp2(log2(w) * thirtieth) : w;
     const double y2 = y * y;
     const double y4 = y2 * y2;
     const double y6 = y4 * y2;
@@ -657,7 +692,7 @@ VISCOPADE_FUNCTION double viscopade_dissipation_compact_1em7(double speed, doubl
     return lost * inverse * (1.0 + elastic * inverse);
 }
 
-#ifdef __CUDACC__
+#ifdef VISCOPADE_RUNTIME
 struct viscopade_compact_1em7 {
     struct restitution {
         __device__ double operator()(double speed, double beta) const

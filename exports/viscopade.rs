@@ -134,7 +134,7 @@ fn parts_compact_1em3(w: f64) -> (f64, f64) {
     let b0: f64 = 1.0;
     let b6: f64 = -0.46950796085963953;
     let b15: f64 = 0.05813311621081886;
-    let y = f64::exp2(f64::log2(w) * thirtieth);
+    let y = if w > 0.0 { f64::exp2(f64::log2(w) * thirtieth) } else { w };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -173,7 +173,7 @@ fn parts_compact_1em3_f32(w: f32) -> (f32, f32) {
     let b0: f32 = 1.0;
     let b6: f32 = -0.46950796;
     let b15: f32 = 0.058133118;
-    let y = f32::exp2(f32::log2(w) * thirtieth);
+    let y = if w > 0.0 { f32::exp2(f32::log2(w) * thirtieth) } else { w };
     let y2 = y * y;
     let y3 = y2 * y;
     let y6 = y3 * y3;
@@ -226,7 +226,7 @@ fn parts_compact_1em5(w: f64) -> (f64, f64) {
     let b6: f64 = -0.45730946038493253;
     let b8: f64 = 0.045564175424708794;
     let b15: f64 = 0.059828543778550125;
-    let y = f64::exp2(f64::log2(w) * thirtieth);
+    let y = if w > 0.0 { f64::exp2(f64::log2(w) * thirtieth) } else { w };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -268,7 +268,7 @@ fn parts_compact_1em5_f32(w: f32) -> (f32, f32) {
     let b6: f32 = -0.45730945;
     let b8: f32 = 0.045564175;
     let b15: f32 = 0.059828542;
-    let y = f32::exp2(f32::log2(w) * thirtieth);
+    let y = if w > 0.0 { f32::exp2(f32::log2(w) * thirtieth) } else { w };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;
@@ -323,7 +323,7 @@ fn parts_compact_1em7(w: f64) -> (f64, f64) {
     let b9: f64 = 0.11198670291284574;
     let b10: f64 = 0.19422424881893974;
     let b22: f64 = 0.019133730997429727;
-    let y = f64::exp2(f64::log2(w) * thirtieth);
+    let y = if w > 0.0 { f64::exp2(f64::log2(w) * thirtieth) } else { w };
     let y2 = y * y;
     let y4 = y2 * y2;
     let y6 = y4 * y2;

@@ -49,6 +49,27 @@
 #pragma clang diagnostic ignored "-Wc++17-extensions" /* it has these constants, and warns of each */
 #endif
 
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
+
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
+
+/* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
+#if defined(__cplusplus) && __cplusplus < 201703L
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
+#else
+#define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif
+#endif
+
 #ifndef VISCOPADE_FULL_DOUBLE
 #define VISCOPADE_FULL_DOUBLE
 
@@ -56,7 +77,7 @@
 #include <stdint.h>
 #include <string.h>
 
-static inline double viscopade_full_from_bits(uint64_t bits)
+VISCOPADE_INLINE double viscopade_full_from_bits(uint64_t bits)
 {
     double x;
 
@@ -65,7 +86,7 @@ static inline double viscopade_full_from_bits(uint64_t bits)
 }
 
 /* The bits of |x|. */
-static inline uint64_t viscopade_full_bits(double x)
+VISCOPADE_INLINE uint64_t viscopade_full_bits(double x)
 {
     uint64_t bits;
 
@@ -81,7 +102,7 @@ static inline uint64_t viscopade_full_bits(double x)
  * where t = t1 + t2 = v* - centre; t1 and the first sum are exact. base is 1 in rows up to 58
  * (where eps > 1/2 at the centre), 0 in the others. Row 0 is for [0, 2^-4), then 16 to each octave.
  */
-static const double viscopade_full_table[433][14] = {
+VISCOPADE_TABLE double viscopade_full_table[433][14] = {
     {0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, -0x1.27486ca320b83p+0, 0x1.d9a1c6cf8p-44, 0x1.98b665091c63ap-1, 0x1.1111118fde8c8p-2, -0x1.0bb757f900cf3p-1, -0x1.d86c812c695bep-2, 0x1.645446e36cfep-2, 0x1.dba02f24edp-2, -0x1.00208346cp-2},
     {0x1.08p-4, -0x1.391b55b3ae25dp-8, -0x1.2eb854p-3, 0x1.e622a807p-65, -0x1.ce421538c9329p-33, -0x1.220b306cacb49p+0, 0x1.b5eab7ef3fedp-3, 0x1.b21032900678fp-1, 0x1.f18b046e916p-6, -0x1.5caf66308p-1, -0x1.c3fa1p-3, 0x1.4dd5p-1, -0x1.1068p+5, 0x1.19p+12},
     {0x1.18p-4, -0x1.601433ce9bc4cp-8, -0x1.40d3ca2p-3, -0x1.bea464098p-64, -0x1.7854545e5d0cfp-32, -0x1.2161e1f39949ap+0, 0x1.d10dbbd26bc5bp-3, 0x1.b24972def94eap-1, 0x1.d5cdb16072cp-7, -0x1.5fa675458p-1, -0x1.a018dp-3, 0x1.fc0ep-2, 0x1.fa6p+3, 0x1.93p+12},
@@ -518,7 +539,7 @@ static const double viscopade_full_table[433][14] = {
 };
 
 /* Returns eps (loss = 0) or 1 - eps (loss = 1). For bits below those of 2^23 the index is below 433. */
-static inline double viscopade_full_sum(uint64_t bits, int loss)
+VISCOPADE_INLINE double viscopade_full_sum(uint64_t bits, int loss)
 {
     const uint64_t lead = bits >> 48;
     const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
@@ -542,7 +563,7 @@ static inline double viscopade_full_sum(uint64_t bits, int loss)
     return head + (loss ? lost - rest : lost + rest);
 }
 
-static inline double viscopade_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x5430000000000000); /* 2^324: eps rounds to 0 */
     uint64_t bits = viscopade_full_bits(v_star);
@@ -560,7 +581,7 @@ static inline double viscopade_epsilon_full(double v_star)
     return viscopade_full_sum(bits - ((uint64_t)(3 * n) << 52), 0) * scale;
 }
 
-static inline double viscopade_one_minus_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x4130000000000000); /* 2^20: 1 - eps rounds to 1 */
     const uint64_t bits = viscopade_full_bits(v_star);

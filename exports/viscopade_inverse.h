@@ -68,10 +68,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -79,14 +87,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -106,7 +120,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  */
 
 /* Returns v* for epsilon + loss = 1. */
-static inline double viscopade_of_both_inverse_1em3(double epsilon, double loss)
+VISCOPADE_INLINE double viscopade_of_both_inverse_1em3(double epsilon, double loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.dd00a89f21cdfp-1, 0.93164565031556978);
     const double a16 = VISCOPADE_CONSTANT(0x1.cef55fe008a97p-2, 0.45210790448087707);
@@ -141,7 +155,7 @@ static inline double viscopade_of_both_inverse_1em3(double epsilon, double loss)
     return top / (u3 * bottom);
 }
 
-static inline double viscopade_v_star_inverse_1em3(double epsilon)
+VISCOPADE_INLINE double viscopade_v_star_inverse_1em3(double epsilon)
 {
     if (!(epsilon > 0.0 && epsilon <= 1.0)) {
         return nan("");
@@ -149,7 +163,7 @@ static inline double viscopade_v_star_inverse_1em3(double epsilon)
     return viscopade_of_both_inverse_1em3(epsilon, 1.0 - epsilon);
 }
 
-static inline double viscopade_v_star_from_loss_inverse_1em3(double one_minus_epsilon)
+VISCOPADE_INLINE double viscopade_v_star_from_loss_inverse_1em3(double one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0 && one_minus_epsilon < 1.0)) {
         return nan("");
@@ -157,7 +171,7 @@ static inline double viscopade_v_star_from_loss_inverse_1em3(double one_minus_ep
     return viscopade_of_both_inverse_1em3(1.0 - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline double viscopade_beta_inverse_1em3(double epsilon, double speed)
+VISCOPADE_INLINE double viscopade_beta_inverse_1em3(double epsilon, double speed)
 {
     const double v_star = viscopade_v_star_inverse_1em3(epsilon);
 
@@ -165,7 +179,7 @@ static inline double viscopade_beta_inverse_1em3(double epsilon, double speed)
 }
 
 /* Returns v* for epsilon + loss = 1. */
-static inline float viscopade_of_both_inverse_1em3f(float epsilon, float loss)
+VISCOPADE_INLINE float viscopade_of_both_inverse_1em3f(float epsilon, float loss)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1.dd00a8p-1f, 0.931645632f);
     const float a16 = VISCOPADE_CONSTANT(0x1.cef56p-2f, 0.452107906f);
@@ -200,7 +214,7 @@ static inline float viscopade_of_both_inverse_1em3f(float epsilon, float loss)
     return top / (u3 * bottom);
 }
 
-static inline float viscopade_v_star_inverse_1em3f(float epsilon)
+VISCOPADE_INLINE float viscopade_v_star_inverse_1em3f(float epsilon)
 {
     if (!(epsilon > 0.0f && epsilon <= 1.0f)) {
         return nanf("");
@@ -208,7 +222,7 @@ static inline float viscopade_v_star_inverse_1em3f(float epsilon)
     return viscopade_of_both_inverse_1em3f(epsilon, 1.0f - epsilon);
 }
 
-static inline float viscopade_v_star_from_loss_inverse_1em3f(float one_minus_epsilon)
+VISCOPADE_INLINE float viscopade_v_star_from_loss_inverse_1em3f(float one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0f && one_minus_epsilon < 1.0f)) {
         return nanf("");
@@ -216,7 +230,7 @@ static inline float viscopade_v_star_from_loss_inverse_1em3f(float one_minus_eps
     return viscopade_of_both_inverse_1em3f(1.0f - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline float viscopade_beta_inverse_1em3f(float epsilon, float speed)
+VISCOPADE_INLINE float viscopade_beta_inverse_1em3f(float epsilon, float speed)
 {
     const float v_star = viscopade_v_star_inverse_1em3f(epsilon);
 
@@ -241,7 +255,7 @@ static inline float viscopade_beta_inverse_1em3f(float epsilon, float speed)
  */
 
 /* Returns v* for epsilon + loss = 1. */
-static inline double viscopade_of_both_inverse_1em5(double epsilon, double loss)
+VISCOPADE_INLINE double viscopade_of_both_inverse_1em5(double epsilon, double loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.dcba08713c33ep-1, 0.93110681898369996);
     const double a13 = VISCOPADE_CONSTANT(-0x1.22a4addce64dcp-1, -0.56766265222099888);
@@ -282,7 +296,7 @@ static inline double viscopade_of_both_inverse_1em5(double epsilon, double loss)
     return top / (u3 * bottom);
 }
 
-static inline double viscopade_v_star_inverse_1em5(double epsilon)
+VISCOPADE_INLINE double viscopade_v_star_inverse_1em5(double epsilon)
 {
     if (!(epsilon > 0.0 && epsilon <= 1.0)) {
         return nan("");
@@ -290,7 +304,7 @@ static inline double viscopade_v_star_inverse_1em5(double epsilon)
     return viscopade_of_both_inverse_1em5(epsilon, 1.0 - epsilon);
 }
 
-static inline double viscopade_v_star_from_loss_inverse_1em5(double one_minus_epsilon)
+VISCOPADE_INLINE double viscopade_v_star_from_loss_inverse_1em5(double one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0 && one_minus_epsilon < 1.0)) {
         return nan("");
@@ -298,7 +312,7 @@ static inline double viscopade_v_star_from_loss_inverse_1em5(double one_minus_ep
     return viscopade_of_both_inverse_1em5(1.0 - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline double viscopade_beta_inverse_1em5(double epsilon, double speed)
+VISCOPADE_INLINE double viscopade_beta_inverse_1em5(double epsilon, double speed)
 {
     const double v_star = viscopade_v_star_inverse_1em5(epsilon);
 
@@ -306,7 +320,7 @@ static inline double viscopade_beta_inverse_1em5(double epsilon, double speed)
 }
 
 /* Returns v* for epsilon + loss = 1. */
-static inline float viscopade_of_both_inverse_1em5f(float epsilon, float loss)
+VISCOPADE_INLINE float viscopade_of_both_inverse_1em5f(float epsilon, float loss)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1.dcba08p-1f, 0.931106806f);
     const float a13 = VISCOPADE_CONSTANT(-0x1.22a4aep-1f, -0.567662656f);
@@ -347,7 +361,7 @@ static inline float viscopade_of_both_inverse_1em5f(float epsilon, float loss)
     return top / (u3 * bottom);
 }
 
-static inline float viscopade_v_star_inverse_1em5f(float epsilon)
+VISCOPADE_INLINE float viscopade_v_star_inverse_1em5f(float epsilon)
 {
     if (!(epsilon > 0.0f && epsilon <= 1.0f)) {
         return nanf("");
@@ -355,7 +369,7 @@ static inline float viscopade_v_star_inverse_1em5f(float epsilon)
     return viscopade_of_both_inverse_1em5f(epsilon, 1.0f - epsilon);
 }
 
-static inline float viscopade_v_star_from_loss_inverse_1em5f(float one_minus_epsilon)
+VISCOPADE_INLINE float viscopade_v_star_from_loss_inverse_1em5f(float one_minus_epsilon)
 {
     if (!(one_minus_epsilon >= 0.0f && one_minus_epsilon < 1.0f)) {
         return nanf("");
@@ -363,7 +377,7 @@ static inline float viscopade_v_star_from_loss_inverse_1em5f(float one_minus_eps
     return viscopade_of_both_inverse_1em5f(1.0f - one_minus_epsilon, one_minus_epsilon);
 }
 
-static inline float viscopade_beta_inverse_1em5f(float epsilon, float speed)
+VISCOPADE_INLINE float viscopade_beta_inverse_1em5f(float epsilon, float speed)
 {
     const float v_star = viscopade_v_star_inverse_1em5f(epsilon);
 

@@ -79,10 +79,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -90,14 +98,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -115,7 +129,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  *
  * WARNING: outside this interval nothing is known of the error.
  */
-static inline double viscopade_epsilon_minimax_v5_1em3(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.87cd9a85dbaffp-3, 0.19131012650492349);
@@ -142,12 +156,12 @@ static inline double viscopade_epsilon_minimax_v5_1em3(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em3(double speed, double beta)
 {
     return viscopade_epsilon_minimax_v5_1em3(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_minimax_v5_1em3f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.87cdacp-3f, 0.191310257f);
@@ -174,7 +188,7 @@ static inline float viscopade_epsilon_minimax_v5_1em3f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em3f(float speed, float beta)
 {
     return viscopade_epsilon_minimax_v5_1em3f(viscopade_v_starf(speed, beta));
 }
@@ -194,7 +208,7 @@ static inline float viscopade_restitution_minimax_v5_1em3f(float speed, float be
  *
  * WARNING: outside this interval nothing is known of the error.
  */
-static inline double viscopade_epsilon_minimax_v5_1em5(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.e7eaf3c5acea2p-1, 0.95296441829710354);
@@ -228,12 +242,12 @@ static inline double viscopade_epsilon_minimax_v5_1em5(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em5(double speed, double beta)
 {
     return viscopade_epsilon_minimax_v5_1em5(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_minimax_v5_1em5f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_minimax_v5_1em5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.e7f488p-1f, 0.9530375f);
@@ -267,7 +281,7 @@ static inline float viscopade_epsilon_minimax_v5_1em5f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_minimax_v5_1em5f(float speed, float beta)
 {
     return viscopade_epsilon_minimax_v5_1em5f(viscopade_v_starf(speed, beta));
 }
@@ -289,7 +303,7 @@ static inline float viscopade_restitution_minimax_v5_1em5f(float speed, float be
  *
  * There are no functions of type float: the error would be 1.43e-06.
  */
-static inline double viscopade_epsilon_minimax_v5_1em8(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_minimax_v5_1em8(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.fcaa75adbf115p-1, 0.99348800416877003);
@@ -330,7 +344,7 @@ static inline double viscopade_epsilon_minimax_v5_1em8(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_minimax_v5_1em8(double speed, double beta)
 {
     return viscopade_epsilon_minimax_v5_1em8(viscopade_v_star(speed, beta));
 }

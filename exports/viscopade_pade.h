@@ -94,10 +94,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -105,14 +113,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -128,7 +142,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  * <= 2, 4.68 for v* <= 5
  * rounding: adds at most 3.5e-15 eps in type double and 1.9e-6 eps in type float for v* <= 5 (proven)
  */
-static inline double viscopade_epsilon_pade_0_3(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_pade_0_3(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double b0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
@@ -151,12 +165,12 @@ static inline double viscopade_epsilon_pade_0_3(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_pade_0_3(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_pade_0_3(double speed, double beta)
 {
     return viscopade_epsilon_pade_0_3(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_pade_0_3f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_pade_0_3f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float b0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
@@ -179,7 +193,7 @@ static inline float viscopade_epsilon_pade_0_3f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_pade_0_3f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_pade_0_3f(float speed, float beta)
 {
     return viscopade_epsilon_pade_0_3f(viscopade_v_starf(speed, beta));
 }
@@ -197,7 +211,7 @@ static inline float viscopade_restitution_pade_0_3f(float speed, float beta)
  * v* <= 2, 0.357 for v* <= 5
  * rounding: adds at most 1.6e-15 eps in type double and 8.4e-7 eps in type float for v* <= 5 (proven)
  */
-static inline double viscopade_epsilon_pade_1_4(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_pade_1_4(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.008e4fcacc42cp-1, 0.50108575201568817);
@@ -224,12 +238,12 @@ static inline double viscopade_epsilon_pade_1_4(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_pade_1_4(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_pade_1_4(double speed, double beta)
 {
     return viscopade_epsilon_pade_1_4(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_pade_1_4f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_pade_1_4f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.008e5p-1f, 0.501085758f);
@@ -256,7 +270,7 @@ static inline float viscopade_epsilon_pade_1_4f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_pade_1_4f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_pade_1_4f(float speed, float beta)
 {
     return viscopade_epsilon_pade_1_4f(viscopade_v_starf(speed, beta));
 }
@@ -276,7 +290,7 @@ static inline float viscopade_restitution_pade_1_4f(float speed, float beta)
  *
  * WARNING: from there on, what these functions return is NOT a coefficient of restitution.
  */
-static inline double viscopade_epsilon_pade_2_5(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_pade_2_5(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.1b67f6b5688b8p-1, 0.5535275551267409);
@@ -306,12 +320,12 @@ static inline double viscopade_epsilon_pade_2_5(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_pade_2_5(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_pade_2_5(double speed, double beta)
 {
     return viscopade_epsilon_pade_2_5(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_pade_2_5f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_pade_2_5f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.1b67f6p-1f, 0.553527534f);
@@ -341,7 +355,7 @@ static inline float viscopade_epsilon_pade_2_5f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_pade_2_5f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_pade_2_5f(float speed, float beta)
 {
     return viscopade_epsilon_pade_2_5f(viscopade_v_starf(speed, beta));
 }
@@ -359,7 +373,7 @@ static inline float viscopade_restitution_pade_2_5f(float speed, float beta)
  * for v* <= 2, 0.064 for v* <= 5
  * rounding: adds at most 2e-15 eps in type double and 1.1e-6 eps in type float for v* <= 5 (proven)
  */
-static inline double viscopade_epsilon_pade_3_6(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_pade_3_6(double v_star)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1p+0, 1.0);
     const double a1 = VISCOPADE_CONSTANT(0x1.1283c42dd8ee5p+0, 1.07232309455224);
@@ -391,12 +405,12 @@ static inline double viscopade_epsilon_pade_3_6(double v_star)
     return numerator / denominator;
 }
 
-static inline double viscopade_restitution_pade_3_6(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_pade_3_6(double speed, double beta)
 {
     return viscopade_epsilon_pade_3_6(viscopade_v_star(speed, beta));
 }
 
-static inline float viscopade_epsilon_pade_3_6f(float v_star)
+VISCOPADE_INLINE float viscopade_epsilon_pade_3_6f(float v_star)
 {
     const float a0 = VISCOPADE_CONSTANT(0x1p+0f, 1.0f);
     const float a1 = VISCOPADE_CONSTANT(0x1.1283c4p+0f, 1.07232308f);
@@ -428,7 +442,7 @@ static inline float viscopade_epsilon_pade_3_6f(float v_star)
     return numerator / denominator;
 }
 
-static inline float viscopade_restitution_pade_3_6f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_pade_3_6f(float speed, float beta)
 {
     return viscopade_epsilon_pade_3_6f(viscopade_v_starf(speed, beta));
 }

@@ -75,10 +75,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -86,14 +94,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -107,7 +121,7 @@ static inline float viscopade_v_starf(float speed, float beta)
 #include <stdint.h>
 #include <string.h>
 
-static inline double viscopade_full_from_bits(uint64_t bits)
+VISCOPADE_INLINE double viscopade_full_from_bits(uint64_t bits)
 {
     double x;
 
@@ -116,7 +130,7 @@ static inline double viscopade_full_from_bits(uint64_t bits)
 }
 
 /* The bits of |x|. */
-static inline uint64_t viscopade_full_bits(double x)
+VISCOPADE_INLINE uint64_t viscopade_full_bits(double x)
 {
     uint64_t bits;
 
@@ -132,7 +146,7 @@ static inline uint64_t viscopade_full_bits(double x)
  * where t = t1 + t2 = v* - centre; t1 and the first sum are exact. base is 1 in rows up to 58
  * (where eps > 1/2 at the centre), 0 in the others. Row 0 is for [0, 2^-4), then 16 to each octave.
  */
-static const double viscopade_full_table[433][14] = {
+VISCOPADE_TABLE double viscopade_full_table[433][14] = {
     {0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, -0x1.27486ca320b83p+0, 0x1.d9a1c6cf8p-44, 0x1.98b665091c63ap-1, 0x1.1111118fde8c8p-2, -0x1.0bb757f900cf3p-1, -0x1.d86c812c695bep-2, 0x1.645446e36cfep-2, 0x1.dba02f24edp-2, -0x1.00208346cp-2},
     {0x1.08p-4, -0x1.391b55b3ae25dp-8, -0x1.2eb854p-3, 0x1.e622a807p-65, -0x1.ce421538c9329p-33, -0x1.220b306cacb49p+0, 0x1.b5eab7ef3fedp-3, 0x1.b21032900678fp-1, 0x1.f18b046e916p-6, -0x1.5caf66308p-1, -0x1.c3fa1p-3, 0x1.4dd5p-1, -0x1.1068p+5, 0x1.19p+12},
     {0x1.18p-4, -0x1.601433ce9bc4cp-8, -0x1.40d3ca2p-3, -0x1.bea464098p-64, -0x1.7854545e5d0cfp-32, -0x1.2161e1f39949ap+0, 0x1.d10dbbd26bc5bp-3, 0x1.b24972def94eap-1, 0x1.d5cdb16072cp-7, -0x1.5fa675458p-1, -0x1.a018dp-3, 0x1.fc0ep-2, 0x1.fa6p+3, 0x1.93p+12},
@@ -569,7 +583,7 @@ static const double viscopade_full_table[433][14] = {
 };
 
 /* Returns eps (loss = 0) or 1 - eps (loss = 1). For bits below those of 2^23 the index is below 433. */
-static inline double viscopade_full_sum(uint64_t bits, int loss)
+VISCOPADE_INLINE double viscopade_full_sum(uint64_t bits, int loss)
 {
     const uint64_t lead = bits >> 48;
     const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
@@ -593,7 +607,7 @@ static inline double viscopade_full_sum(uint64_t bits, int loss)
     return head + (loss ? lost - rest : lost + rest);
 }
 
-static inline double viscopade_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x5430000000000000); /* 2^324: eps rounds to 0 */
     uint64_t bits = viscopade_full_bits(v_star);
@@ -611,7 +625,7 @@ static inline double viscopade_epsilon_full(double v_star)
     return viscopade_full_sum(bits - ((uint64_t)(3 * n) << 52), 0) * scale;
 }
 
-static inline double viscopade_one_minus_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x4130000000000000); /* 2^20: 1 - eps rounds to 1 */
     const uint64_t bits = viscopade_full_bits(v_star);
@@ -657,8 +671,12 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #include <string.h>
 
 #if defined(__GNUC__)
-#define VISCOPADE_INLINE static inline __attribute__((always_inline))
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE __attribute__((always_inline))
+#if defined(__cplusplus)
+#define VISCOPADE_SELDOM VISCOPADE_INLINE __attribute__((noinline, cold, unused))
+#else
 #define VISCOPADE_SELDOM static __attribute__((noinline, cold, unused))
+#endif
 #define VISCOPADE_EXPECT(condition) __builtin_expect(condition, 1)
 /* Keeps compilers from loading rows by gather instructions, which are slower than single loads on many processors. */
 #ifndef VISCOPADE_OPAQUE
@@ -675,8 +693,8 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
-#define VISCOPADE_INLINE static inline
-#define VISCOPADE_SELDOM static
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE
+#define VISCOPADE_SELDOM VISCOPADE_INLINE
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
 #define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
@@ -756,7 +774,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #endif
 
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
-VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
+VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
 #if defined(VISCOPADE_JOINED)
@@ -808,7 +826,7 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #define VISCOPADE_RESTITUTION_1EM10_ERROR 3.79e-12 /* of the formula, relative to min(eps, 1 - eps) (proven) */
 
 /* 2048 rows of c0, c1, ...: 98,304 bytes */
-static const double viscopade_table_1em10[2048][6] = {
+VISCOPADE_TABLE double viscopade_table_1em10[2048][6] = {
     {-0x1.3d00986ef5fbfp-20, -0x1.806460c7755f7p-20, 0x1.4b6cabee103d9p-20, -0x1.9d4979bbd4c3dp-21, 0x1.2754b951679bbp-22, -0x1.6ac1729fded71p-25},
     {-0x1.40c2039d986b6p-20, -0x1.6eb4754ecc859p-20, 0x1.2a19079298ad4p-20, -0x1.5e7aa81900288p-21, 0x1.d8450a22e6c2dp-23, -0x1.117870ac67fa6p-25},
     {-0x1.44585e6804e15p-20, -0x1.5ebffd0d1897ap-20, 0x1.0db54afedf9b1p-20, -0x1.2bf46b41044c8p-21, 0x1.7e561cec9984dp-23, -0x1.a2da60655dc74p-26},
@@ -2860,7 +2878,7 @@ static const double viscopade_table_1em10[2048][6] = {
 };
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE double viscopade_scale_1em10(double beta)
+VISCOPADE_ALWAYS double viscopade_scale_1em10(double beta)
 {
     const double b2 = beta * beta;
 
@@ -2868,7 +2886,7 @@ VISCOPADE_INLINE double viscopade_scale_1em10(double beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT64_C(0x800000000000000) if w is in the table. */
-VISCOPADE_INLINE uint64_t viscopade_place_1em10(double w)
+VISCOPADE_ALWAYS uint64_t viscopade_place_1em10(double w)
 {
     uint64_t bits;
 
@@ -2877,7 +2895,7 @@ VISCOPADE_INLINE uint64_t viscopade_place_1em10(double w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE double viscopade_mantissa_1em10(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_mantissa_1em10(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
     double m;
@@ -2887,7 +2905,7 @@ VISCOPADE_INLINE double viscopade_mantissa_1em10(uint64_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const double viscopade_bases_1em10[128] = {
+VISCOPADE_TABLE double viscopade_bases_1em10[128] = {
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
@@ -2898,7 +2916,7 @@ static const double viscopade_bases_1em10[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE double viscopade_base_1em10(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_base_1em10(uint64_t place)
 {
     const uint64_t bits = (0 - ((place - UINT64_C(0x5d0000000000000)) >> 63)) & UINT64_C(0x3ff0000000000000);
     double base;
@@ -2908,7 +2926,7 @@ VISCOPADE_INLINE double viscopade_base_1em10(uint64_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE double viscopade_rest_1em10(double base)
+VISCOPADE_ALWAYS double viscopade_rest_1em10(double base)
 {
     uint64_t bits;
 
@@ -2919,7 +2937,7 @@ VISCOPADE_INLINE double viscopade_rest_1em10(double base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE double viscopade_result_1em10(double base, double p, double speed, int what)
+VISCOPADE_ALWAYS double viscopade_result_1em10(double base, double p, double speed, int what)
 {
     const double eps = base + p;
 
@@ -2944,7 +2962,7 @@ VISCOPADE_SELDOM double viscopade_elsewhere_1em10(double speed, double beta, int
     return eps;
 }
 
-VISCOPADE_INLINE double viscopade_one_1em10(double speed, double beta, int what)
+VISCOPADE_ALWAYS double viscopade_one_1em10(double speed, double beta, int what)
 {
     const double scale = viscopade_scale_1em10(beta);
     const double w = scale * speed;
@@ -2962,17 +2980,17 @@ VISCOPADE_INLINE double viscopade_one_1em10(double speed, double beta, int what)
     return viscopade_elsewhere_1em10(speed, beta, what);
 }
 
-static inline double viscopade_restitution_1em10(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_1em10(double speed, double beta)
 {
     return viscopade_one_1em10(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline double viscopade_rebound_1em10(double speed, double beta)
+VISCOPADE_INLINE double viscopade_rebound_1em10(double speed, double beta)
 {
     return viscopade_one_1em10(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline double viscopade_dissipation_1em10(double speed, double beta)
+VISCOPADE_INLINE double viscopade_dissipation_1em10(double speed, double beta)
 {
     return viscopade_one_1em10(speed, beta, VISCOPADE_DISSIPATION);
 }
@@ -2981,7 +2999,7 @@ static inline double viscopade_dissipation_1em10(double speed, double beta)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_1em10(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_1em10(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
     double c[6][32];
@@ -3026,7 +3044,7 @@ VISCOPADE_INLINE void viscopade_block_1em10(const double *speed, const double *b
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_1em10(size_t n, const double *speed, const int *pair, const double *beta, int each,
+VISCOPADE_ALWAYS void viscopade_many_1em10(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
     double of_pair[32];
@@ -3053,57 +3071,57 @@ VISCOPADE_INLINE void viscopade_many_1em10(size_t n, const double *speed, const 
     }
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_1em10(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_1em10(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_1em10(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_1em10(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_1em10(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_array_1em10(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em10(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_1em10(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_1em10(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em10(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
 /* Type float: computed in type double, and rounded. */
-VISCOPADE_INLINE void viscopade_many_1em10f(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
+VISCOPADE_ALWAYS void viscopade_many_1em10f(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
     int what)
 {
     double speeds[32], betas[32], results[32];
@@ -3130,65 +3148,65 @@ VISCOPADE_INLINE void viscopade_many_1em10f(size_t n, const float *speed, const 
     }
 }
 
-static inline float viscopade_restitution_1em10f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_1em10f(float speed, float beta)
 {
     return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_EPSILON);
 }
 
-static inline float viscopade_rebound_1em10f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_rebound_1em10f(float speed, float beta)
 {
     return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_REBOUND);
 }
 
-static inline float viscopade_dissipation_1em10f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_dissipation_1em10f(float speed, float beta)
 {
     return (float)viscopade_one_1em10((double)speed, (double)beta, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_1em10f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_1em10f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_1em10f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_array_1em10f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_by_pair_1em10f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em10f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_1em10f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em10f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }

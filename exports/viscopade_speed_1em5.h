@@ -74,10 +74,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -85,14 +93,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -114,7 +128,7 @@ static inline float viscopade_v_starf(float speed, float beta)
  */
 
 /* Returns eps (loss = 0) or 1 - eps (loss = 1). */
-static inline double viscopade_portion_halfline_1em5(double v_star, int loss)
+VISCOPADE_INLINE double viscopade_portion_halfline_1em5(double v_star, int loss)
 {
     const double a0 = VISCOPADE_CONSTANT(0x1.27489ae30099p+0, 1.1534516147808951);
     const double a4 = VISCOPADE_CONSTANT(0x1.630fe1daf07a6p-1, 0.69348054692840289);
@@ -155,12 +169,12 @@ static inline double viscopade_portion_halfline_1em5(double v_star, int loss)
     return loss ? lost / (elastic + lost) : elastic / (elastic + lost);
 }
 
-static inline double viscopade_epsilon_halfline_1em5(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_halfline_1em5(double v_star)
 {
     return viscopade_portion_halfline_1em5(v_star, 0);
 }
 
-static inline double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
+VISCOPADE_INLINE double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 {
     return viscopade_portion_halfline_1em5(v_star, 1);
 }
@@ -178,8 +192,12 @@ static inline double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 #include <string.h>
 
 #if defined(__GNUC__)
-#define VISCOPADE_INLINE static inline __attribute__((always_inline))
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE __attribute__((always_inline))
+#if defined(__cplusplus)
+#define VISCOPADE_SELDOM VISCOPADE_INLINE __attribute__((noinline, cold, unused))
+#else
 #define VISCOPADE_SELDOM static __attribute__((noinline, cold, unused))
+#endif
 #define VISCOPADE_EXPECT(condition) __builtin_expect(condition, 1)
 /* Keeps compilers from loading rows by gather instructions, which are slower than single loads on many processors. */
 #ifndef VISCOPADE_OPAQUE
@@ -196,8 +214,8 @@ static inline double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
-#define VISCOPADE_INLINE static inline
-#define VISCOPADE_SELDOM static
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE
+#define VISCOPADE_SELDOM VISCOPADE_INLINE
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
 #define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
@@ -277,7 +295,7 @@ static inline double viscopade_one_minus_epsilon_halfline_1em5(double v_star)
 #endif
 
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
-VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
+VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
 #if defined(VISCOPADE_JOINED)
@@ -329,7 +347,7 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #define VISCOPADE_RESTITUTION_1EM5_ERROR 6.69e-6 /* of the formula, relative to min(eps, 1 - eps) (proven) */
 
 /* 8192 rows of c0, c1, ...: 65,536 bytes */
-static const float viscopade_table_1em5[8192][2] = {
+VISCOPADE_TABLE float viscopade_table_1em5[8192][2] = {
     {-0x1.9beea6p-20f, -0x1.98be48p-22f},
     {-0x1.9d33a6p-20f, -0x1.93be46p-22f},
     {-0x1.9e74b4p-20f, -0x1.8ee0f6p-22f},
@@ -8525,7 +8543,7 @@ static const float viscopade_table_1em5[8192][2] = {
 };
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE double viscopade_scale_1em5(double beta)
+VISCOPADE_ALWAYS double viscopade_scale_1em5(double beta)
 {
     const double b2 = beta * beta;
 
@@ -8533,7 +8551,7 @@ VISCOPADE_INLINE double viscopade_scale_1em5(double beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT64_C(0x800000000000000) if w is in the table. */
-VISCOPADE_INLINE uint64_t viscopade_place_1em5(double w)
+VISCOPADE_ALWAYS uint64_t viscopade_place_1em5(double w)
 {
     uint64_t bits;
 
@@ -8542,7 +8560,7 @@ VISCOPADE_INLINE uint64_t viscopade_place_1em5(double w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE double viscopade_mantissa_1em5(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_mantissa_1em5(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
     double m;
@@ -8552,7 +8570,7 @@ VISCOPADE_INLINE double viscopade_mantissa_1em5(uint64_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const double viscopade_bases_1em5[128] = {
+VISCOPADE_TABLE double viscopade_bases_1em5[128] = {
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
@@ -8563,7 +8581,7 @@ static const double viscopade_bases_1em5[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE double viscopade_base_1em5(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_base_1em5(uint64_t place)
 {
     const uint64_t bits = (0 - ((place - UINT64_C(0x5d0000000000000)) >> 63)) & UINT64_C(0x3ff0000000000000);
     double base;
@@ -8573,7 +8591,7 @@ VISCOPADE_INLINE double viscopade_base_1em5(uint64_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE double viscopade_rest_1em5(double base)
+VISCOPADE_ALWAYS double viscopade_rest_1em5(double base)
 {
     uint64_t bits;
 
@@ -8584,7 +8602,7 @@ VISCOPADE_INLINE double viscopade_rest_1em5(double base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE double viscopade_result_1em5(double base, double p, double speed, int what)
+VISCOPADE_ALWAYS double viscopade_result_1em5(double base, double p, double speed, int what)
 {
     const double eps = base + p;
 
@@ -8609,7 +8627,7 @@ VISCOPADE_SELDOM double viscopade_elsewhere_1em5(double speed, double beta, int 
     return eps;
 }
 
-VISCOPADE_INLINE double viscopade_one_1em5(double speed, double beta, int what)
+VISCOPADE_ALWAYS double viscopade_one_1em5(double speed, double beta, int what)
 {
     const double scale = viscopade_scale_1em5(beta);
     const double w = scale * speed;
@@ -8626,17 +8644,17 @@ VISCOPADE_INLINE double viscopade_one_1em5(double speed, double beta, int what)
     return viscopade_elsewhere_1em5(speed, beta, what);
 }
 
-static inline double viscopade_restitution_1em5(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_1em5(double speed, double beta)
 {
     return viscopade_one_1em5(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline double viscopade_rebound_1em5(double speed, double beta)
+VISCOPADE_INLINE double viscopade_rebound_1em5(double speed, double beta)
 {
     return viscopade_one_1em5(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline double viscopade_dissipation_1em5(double speed, double beta)
+VISCOPADE_INLINE double viscopade_dissipation_1em5(double speed, double beta)
 {
     return viscopade_one_1em5(speed, beta, VISCOPADE_DISSIPATION);
 }
@@ -8645,7 +8663,7 @@ static inline double viscopade_dissipation_1em5(double speed, double beta)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_1em5(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_1em5(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
     float c[32][2];
@@ -8687,7 +8705,7 @@ VISCOPADE_INLINE void viscopade_block_1em5(const double *speed, const double *be
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_1em5(size_t n, const double *speed, const int *pair, const double *beta, int each,
+VISCOPADE_ALWAYS void viscopade_many_1em5(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
     double of_pair[32];
@@ -8714,57 +8732,57 @@ VISCOPADE_INLINE void viscopade_many_1em5(size_t n, const double *speed, const i
     }
 }
 
-static inline void viscopade_restitution_array_1em5(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE void viscopade_restitution_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE void viscopade_restitution_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_1em5(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE void viscopade_restitution_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_1em5(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE void viscopade_rebound_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE void viscopade_rebound_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_1em5(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE void viscopade_rebound_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_1em5(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE void viscopade_dissipation_array_1em5(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE void viscopade_dissipation_by_pair_1em5(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_1em5(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_1em5(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE void viscopade_dissipation_each_1em5(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_1em5(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE float viscopade_scale_1em5f(float beta)
+VISCOPADE_ALWAYS float viscopade_scale_1em5f(float beta)
 {
     const float b2 = beta * beta;
 
@@ -8772,7 +8790,7 @@ VISCOPADE_INLINE float viscopade_scale_1em5f(float beta)
 }
 
 /* How far w's bits are beyond those of 2^-96: below UINT32_C(0x40000000) if w is in the table. */
-VISCOPADE_INLINE uint32_t viscopade_place_1em5f(float w)
+VISCOPADE_ALWAYS uint32_t viscopade_place_1em5f(float w)
 {
     uint32_t bits;
 
@@ -8781,7 +8799,7 @@ VISCOPADE_INLINE uint32_t viscopade_place_1em5f(float w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE float viscopade_mantissa_1em5f(uint32_t place)
+VISCOPADE_ALWAYS float viscopade_mantissa_1em5f(uint32_t place)
 {
     const uint32_t bits = (place & UINT32_C(0x7fffff)) | UINT32_C(0x3f800000);
     float m;
@@ -8791,7 +8809,7 @@ VISCOPADE_INLINE float viscopade_mantissa_1em5f(uint32_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const float viscopade_bases_1em5f[128] = {
+VISCOPADE_TABLE float viscopade_bases_1em5f[128] = {
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f,
@@ -8803,7 +8821,7 @@ static const float viscopade_bases_1em5f[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE float viscopade_base_1em5f(uint32_t place)
+VISCOPADE_ALWAYS float viscopade_base_1em5f(uint32_t place)
 {
     const uint32_t bits = (0 - ((place - UINT32_C(0x2e800000)) >> 31)) & UINT32_C(0x3f800000);
     float base;
@@ -8813,7 +8831,7 @@ VISCOPADE_INLINE float viscopade_base_1em5f(uint32_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE float viscopade_rest_1em5f(float base)
+VISCOPADE_ALWAYS float viscopade_rest_1em5f(float base)
 {
     uint32_t bits;
 
@@ -8824,7 +8842,7 @@ VISCOPADE_INLINE float viscopade_rest_1em5f(float base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE float viscopade_result_1em5f(float base, float p, float speed, int what)
+VISCOPADE_ALWAYS float viscopade_result_1em5f(float base, float p, float speed, int what)
 {
     const float eps = base + p;
 
@@ -8840,7 +8858,7 @@ VISCOPADE_SELDOM float viscopade_elsewhere_1em5f(float speed, float beta, int wh
     return (float)viscopade_elsewhere_1em5((double)speed, (double)beta, what);
 }
 
-VISCOPADE_INLINE float viscopade_one_1em5f(float speed, float beta, int what)
+VISCOPADE_ALWAYS float viscopade_one_1em5f(float speed, float beta, int what)
 {
     const float scale = viscopade_scale_1em5f(beta);
     const float w = scale * speed;
@@ -8857,17 +8875,17 @@ VISCOPADE_INLINE float viscopade_one_1em5f(float speed, float beta, int what)
     return viscopade_elsewhere_1em5f(speed, beta, what);
 }
 
-static inline float viscopade_restitution_1em5f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_1em5f(float speed, float beta)
 {
     return viscopade_one_1em5f(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline float viscopade_rebound_1em5f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_rebound_1em5f(float speed, float beta)
 {
     return viscopade_one_1em5f(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline float viscopade_dissipation_1em5f(float speed, float beta)
+VISCOPADE_INLINE float viscopade_dissipation_1em5f(float speed, float beta)
 {
     return viscopade_one_1em5f(speed, beta, VISCOPADE_DISSIPATION);
 }
@@ -8876,7 +8894,7 @@ static inline float viscopade_dissipation_1em5f(float speed, float beta)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_1em5f(const float *speed, const float *beta, int each, float *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_1em5f(const float *speed, const float *beta, int each, float *out, int what)
 {
     uint32_t place[32];
     float c[32][2];
@@ -8918,7 +8936,7 @@ VISCOPADE_INLINE void viscopade_block_1em5f(const float *speed, const float *bet
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_1em5f(size_t n, const float *speed, const int *pair, const float *beta, int each,
+VISCOPADE_ALWAYS void viscopade_many_1em5f(size_t n, const float *speed, const int *pair, const float *beta, int each,
     float *out, int what)
 {
     float of_pair[32];
@@ -8945,50 +8963,50 @@ VISCOPADE_INLINE void viscopade_many_1em5f(size_t n, const float *speed, const i
     }
 }
 
-static inline void viscopade_restitution_array_1em5f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE void viscopade_restitution_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE void viscopade_restitution_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_restitution_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE void viscopade_restitution_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline void viscopade_rebound_array_1em5f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE void viscopade_rebound_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE void viscopade_rebound_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_rebound_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE void viscopade_rebound_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline void viscopade_dissipation_array_1em5f(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE void viscopade_dissipation_array_1em5f(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE void viscopade_dissipation_by_pair_1em5f(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_1em5f(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline void viscopade_dissipation_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE void viscopade_dissipation_each_1em5f(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_1em5f(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }

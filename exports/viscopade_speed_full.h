@@ -71,10 +71,18 @@
 #define VISCOPADE_VERSION_NUMBER 20000 /* 10000 major + 100 minor + patch */
 #endif
 
-#ifndef VISCOPADE_COMMON
-#define VISCOPADE_COMMON
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
 
-#include <math.h>
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
 
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
@@ -82,14 +90,20 @@
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
 #endif
+#endif
+
+#include <math.h>
+
+#ifndef VISCOPADE_COMMON
+#define VISCOPADE_COMMON
 
 /* v* = beta^(1/2) speed^(1/10). A negative speed is refused here as pow(-infinity, 0.1) is +infinity. */
-static inline double viscopade_v_star(double speed, double beta)
+VISCOPADE_INLINE double viscopade_v_star(double speed, double beta)
 {
     return speed >= 0.0 ? sqrt(beta) * pow(speed, 0.1) : nan("");
 }
 
-static inline float viscopade_v_starf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_v_starf(float speed, float beta)
 {
     return speed >= 0.0f ? sqrtf(beta) * powf(speed, 0.1f) : nanf("");
 }
@@ -103,7 +117,7 @@ static inline float viscopade_v_starf(float speed, float beta)
 #include <stdint.h>
 #include <string.h>
 
-static inline double viscopade_full_from_bits(uint64_t bits)
+VISCOPADE_INLINE double viscopade_full_from_bits(uint64_t bits)
 {
     double x;
 
@@ -112,7 +126,7 @@ static inline double viscopade_full_from_bits(uint64_t bits)
 }
 
 /* The bits of |x|. */
-static inline uint64_t viscopade_full_bits(double x)
+VISCOPADE_INLINE uint64_t viscopade_full_bits(double x)
 {
     uint64_t bits;
 
@@ -128,7 +142,7 @@ static inline uint64_t viscopade_full_bits(double x)
  * where t = t1 + t2 = v* - centre; t1 and the first sum are exact. base is 1 in rows up to 58
  * (where eps > 1/2 at the centre), 0 in the others. Row 0 is for [0, 2^-4), then 16 to each octave.
  */
-static const double viscopade_full_table[433][14] = {
+VISCOPADE_TABLE double viscopade_full_table[433][14] = {
     {0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, 0x0p+0, -0x1.27486ca320b83p+0, 0x1.d9a1c6cf8p-44, 0x1.98b665091c63ap-1, 0x1.1111118fde8c8p-2, -0x1.0bb757f900cf3p-1, -0x1.d86c812c695bep-2, 0x1.645446e36cfep-2, 0x1.dba02f24edp-2, -0x1.00208346cp-2},
     {0x1.08p-4, -0x1.391b55b3ae25dp-8, -0x1.2eb854p-3, 0x1.e622a807p-65, -0x1.ce421538c9329p-33, -0x1.220b306cacb49p+0, 0x1.b5eab7ef3fedp-3, 0x1.b21032900678fp-1, 0x1.f18b046e916p-6, -0x1.5caf66308p-1, -0x1.c3fa1p-3, 0x1.4dd5p-1, -0x1.1068p+5, 0x1.19p+12},
     {0x1.18p-4, -0x1.601433ce9bc4cp-8, -0x1.40d3ca2p-3, -0x1.bea464098p-64, -0x1.7854545e5d0cfp-32, -0x1.2161e1f39949ap+0, 0x1.d10dbbd26bc5bp-3, 0x1.b24972def94eap-1, 0x1.d5cdb16072cp-7, -0x1.5fa675458p-1, -0x1.a018dp-3, 0x1.fc0ep-2, 0x1.fa6p+3, 0x1.93p+12},
@@ -565,7 +579,7 @@ static const double viscopade_full_table[433][14] = {
 };
 
 /* Returns eps (loss = 0) or 1 - eps (loss = 1). For bits below those of 2^23 the index is below 433. */
-static inline double viscopade_full_sum(uint64_t bits, int loss)
+VISCOPADE_INLINE double viscopade_full_sum(uint64_t bits, int loss)
 {
     const uint64_t lead = bits >> 48;
     const unsigned index = lead > 16303 ? (unsigned)(lead - 16303) : 0;
@@ -589,7 +603,7 @@ static inline double viscopade_full_sum(uint64_t bits, int loss)
     return head + (loss ? lost - rest : lost + rest);
 }
 
-static inline double viscopade_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x5430000000000000); /* 2^324: eps rounds to 0 */
     uint64_t bits = viscopade_full_bits(v_star);
@@ -607,7 +621,7 @@ static inline double viscopade_epsilon_full(double v_star)
     return viscopade_full_sum(bits - ((uint64_t)(3 * n) << 52), 0) * scale;
 }
 
-static inline double viscopade_one_minus_epsilon_full(double v_star)
+VISCOPADE_INLINE double viscopade_one_minus_epsilon_full(double v_star)
 {
     const uint64_t largest = UINT64_C(0x4130000000000000); /* 2^20: 1 - eps rounds to 1 */
     const uint64_t bits = viscopade_full_bits(v_star);
@@ -653,8 +667,12 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #include <string.h>
 
 #if defined(__GNUC__)
-#define VISCOPADE_INLINE static inline __attribute__((always_inline))
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE __attribute__((always_inline))
+#if defined(__cplusplus)
+#define VISCOPADE_SELDOM VISCOPADE_INLINE __attribute__((noinline, cold, unused))
+#else
 #define VISCOPADE_SELDOM static __attribute__((noinline, cold, unused))
+#endif
 #define VISCOPADE_EXPECT(condition) __builtin_expect(condition, 1)
 /* Keeps compilers from loading rows by gather instructions, which are slower than single loads on many processors. */
 #ifndef VISCOPADE_OPAQUE
@@ -671,8 +689,8 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #define VISCOPADE_READ_SOON(address) __builtin_prefetch(address, 0)
 #define VISCOPADE_WRITE_SOON(address) __builtin_prefetch(address, 1)
 #else
-#define VISCOPADE_INLINE static inline
-#define VISCOPADE_SELDOM static
+#define VISCOPADE_ALWAYS VISCOPADE_INLINE
+#define VISCOPADE_SELDOM VISCOPADE_INLINE
 #define VISCOPADE_EXPECT(condition) (condition)
 #define VISCOPADE_OPAQUE(index) ((void)0)
 #define VISCOPADE_OPAQUE_OF_TWO(index) ((void)0)
@@ -752,7 +770,7 @@ static inline double viscopade_one_minus_epsilon_full(double v_star)
 #endif
 
 /* The first two numbers of four rows, stored as parts of two columns. A load that takes numbers from several stores would wait for them. */
-VISCOPADE_INLINE void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
+VISCOPADE_ALWAYS void viscopade_columns(const double *row0, const double *row1, const double *row2, const double *row3, double *column0,
     double *column1)
 {
 #if defined(VISCOPADE_JOINED)
@@ -804,7 +822,7 @@ enum { VISCOPADE_EPSILON, VISCOPADE_REBOUND, VISCOPADE_DISSIPATION };
 #define VISCOPADE_RESTITUTION_FULL_ERROR 1.26e-16 /* of the formula, relative to min(eps, 1 - eps) (proven) */
 
 /* 1024 rows of c0, c1, ...: 98,304 bytes */
-static const double viscopade_table_full[1024][12] = {
+VISCOPADE_TABLE double viscopade_table_full[1024][12] = {
     {-0x1.574b7a3fb12d5p-13, -0x1.c2041b1202512p-72, -0x1.02748d0afbcdfp-15, 0x1.8538f59146db7p-17, -0x1.b799867d2b475p-18, 0x1.219f113803b6dp-18, -0x1.9e54e26e4c9c4p-19, 0x1.37f8042ef366bp-19, -0x1.e68f1c3922f8cp-20, 0x1.853f7d6757b56p-20, -0x1.3fe45b4a8ce47p-20, 0x1.08fdcec9031cdp-20},
     {-0x1.5f0429d78ba3ap-13, -0x1.f2d39ec584782p-68, -0x1.d8e6838e896e1p-16, 0x1.3e9a07c5173a3p-17, -0x1.41f5f761a75eap-18, 0x1.7b94186192ddcp-19, -0x1.e5dd1a0cd82c3p-20, 0x1.4751ff7d61371p-20, -0x1.c8c49a5a2e387p-21, 0x1.46f355edad8ap-21, -0x1.e01a23bd62d09p-22, 0x1.63d4815670eeap-22},
     {-0x1.661ccd5791e22p-13, -0x1.993859411d33bp-69, -0x1.b482ddf3b9b6dp-16, 0x1.0a13e45af8fb2p-17, -0x1.e68cea1e275a7p-19, 0x1.037f01abfc65bp-19, -0x1.2c85f308f8102p-20, 0x1.6e5a9ebfb5bp-21, -0x1.ce8d15787df9fp-22, 0x1.2b8ec8a1f354fp-22, -0x1.8d8d258cae7e8p-23, 0x1.0a9438eefa214p-23},
@@ -1832,7 +1850,7 @@ static const double viscopade_table_full[1024][12] = {
 };
 
 /* beta^5, by which the speed is multiplied. */
-VISCOPADE_INLINE double viscopade_scale_full(double beta)
+VISCOPADE_ALWAYS double viscopade_scale_full(double beta)
 {
     const double b2 = beta * beta;
 
@@ -1840,7 +1858,7 @@ VISCOPADE_INLINE double viscopade_scale_full(double beta)
 }
 
 /* How far w's bits are beyond those of 2^-64: below UINT64_C(0x800000000000000) if w is in the table. */
-VISCOPADE_INLINE uint64_t viscopade_place_full(double w)
+VISCOPADE_ALWAYS uint64_t viscopade_place_full(double w)
 {
     uint64_t bits;
 
@@ -1849,7 +1867,7 @@ VISCOPADE_INLINE uint64_t viscopade_place_full(double w)
 }
 
 /* w = 2^e m, 1 <= m < 2. */
-VISCOPADE_INLINE double viscopade_mantissa_full(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_mantissa_full(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
     double m;
@@ -1859,7 +1877,7 @@ VISCOPADE_INLINE double viscopade_mantissa_full(uint64_t place)
 }
 
 /* The middle of the row. */
-VISCOPADE_INLINE double viscopade_middle_full(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_middle_full(uint64_t place)
 {
     const uint64_t bits = (place & UINT64_C(0xe000000000000)) | UINT64_C(0x3ff1000000000000);
     double m;
@@ -1869,7 +1887,7 @@ VISCOPADE_INLINE double viscopade_middle_full(uint64_t place)
 }
 
 /* 1 below w = 2^-3, 0 from there on, by the exponent of w. */
-static const double viscopade_bases_full[128] = {
+VISCOPADE_TABLE double viscopade_bases_full[128] = {
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
@@ -1880,7 +1898,7 @@ static const double viscopade_bases_full[128] = {
 };
 
 /* The same for vector instructions; a comparison could become a branch. */
-VISCOPADE_INLINE double viscopade_base_full(uint64_t place)
+VISCOPADE_ALWAYS double viscopade_base_full(uint64_t place)
 {
     const uint64_t bits = (0 - ((place - UINT64_C(0x3d0000000000000)) >> 63)) & UINT64_C(0x3ff0000000000000);
     double base;
@@ -1890,7 +1908,7 @@ VISCOPADE_INLINE double viscopade_base_full(uint64_t place)
 }
 
 /* 1 - base from the bits: with -ffast-math a difference would be drawn into the sum that it is for, and digits lost. */
-VISCOPADE_INLINE double viscopade_rest_full(double base)
+VISCOPADE_ALWAYS double viscopade_rest_full(double base)
 {
     uint64_t bits;
 
@@ -1901,7 +1919,7 @@ VISCOPADE_INLINE double viscopade_rest_full(double base)
 }
 
 /* The result from p = eps - base; base is 1 where p is negative, 0 elsewhere. */
-VISCOPADE_INLINE double viscopade_result_full(double base, double high, double rest, double speed, int what)
+VISCOPADE_ALWAYS double viscopade_result_full(double base, double high, double rest, double speed, int what)
 {
     const double head = base + high;
     const double lost = (base - head) + high;
@@ -1929,7 +1947,7 @@ VISCOPADE_SELDOM double viscopade_elsewhere_full(double speed, double beta, int 
     return eps;
 }
 
-VISCOPADE_INLINE double viscopade_one_full(double speed, double beta, int what)
+VISCOPADE_ALWAYS double viscopade_one_full(double speed, double beta, int what)
 {
     const double scale = viscopade_scale_full(beta);
     const double w = scale * speed;
@@ -1948,17 +1966,17 @@ VISCOPADE_INLINE double viscopade_one_full(double speed, double beta, int what)
     return viscopade_elsewhere_full(speed, beta, what);
 }
 
-static inline double viscopade_restitution_full(double speed, double beta)
+VISCOPADE_INLINE double viscopade_restitution_full(double speed, double beta)
 {
     return viscopade_one_full(speed, beta, VISCOPADE_EPSILON);
 }
 
-static inline double viscopade_rebound_full(double speed, double beta)
+VISCOPADE_INLINE double viscopade_rebound_full(double speed, double beta)
 {
     return viscopade_one_full(speed, beta, VISCOPADE_REBOUND);
 }
 
-static inline double viscopade_dissipation_full(double speed, double beta)
+VISCOPADE_INLINE double viscopade_dissipation_full(double speed, double beta)
 {
     return viscopade_one_full(speed, beta, VISCOPADE_DISSIPATION);
 }
@@ -1967,7 +1985,7 @@ static inline double viscopade_dissipation_full(double speed, double beta)
  * 32 speeds at a time: places in the table, then their rows, then the sums; the first and last of these loops are for
  * vector instructions. beta is one number, or one for each speed (each = 1).
  */
-VISCOPADE_INLINE void viscopade_block_full(const double *speed, const double *beta, int each, double *out, int what)
+VISCOPADE_ALWAYS void viscopade_block_full(const double *speed, const double *beta, int each, double *out, int what)
 {
     uint64_t place[32];
     double c[12][32];
@@ -2016,7 +2034,7 @@ VISCOPADE_INLINE void viscopade_block_full(const double *speed, const double *be
 }
 
 /* pair = NULL: beta is one number (each = 0) or one for each speed; otherwise beta[pair[i]] is that of speed i. */
-VISCOPADE_INLINE void viscopade_many_full(size_t n, const double *speed, const int *pair, const double *beta, int each,
+VISCOPADE_ALWAYS void viscopade_many_full(size_t n, const double *speed, const int *pair, const double *beta, int each,
     double *out, int what)
 {
     double of_pair[32];
@@ -2043,57 +2061,57 @@ VISCOPADE_INLINE void viscopade_many_full(size_t n, const double *speed, const i
     }
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_full(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_array_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_full(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_full(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_each_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_full(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_array_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_full(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_full(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_each_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_full(size_t n, const double *speed, double beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_array_full(size_t n, const double *speed, double beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_by_pair_full(size_t n, const double *speed, const int *pair, const double *beta,
     double *out)
 {
     viscopade_many_full(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_full(size_t n, const double *speed, const double *beta, double *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_full(size_t n, const double *speed, const double *beta, double *out)
 {
     viscopade_many_full(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
 
 /* Type float: computed in type double, and rounded. */
-VISCOPADE_INLINE void viscopade_many_fullf(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
+VISCOPADE_ALWAYS void viscopade_many_fullf(size_t n, const float *speed, const int *pair, const float *beta, int each, float *out,
     int what)
 {
     double speeds[32], betas[32], results[32];
@@ -2120,65 +2138,65 @@ VISCOPADE_INLINE void viscopade_many_fullf(size_t n, const float *speed, const i
     }
 }
 
-static inline float viscopade_restitution_fullf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_restitution_fullf(float speed, float beta)
 {
     return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_EPSILON);
 }
 
-static inline float viscopade_rebound_fullf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_rebound_fullf(float speed, float beta)
 {
     return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_REBOUND);
 }
 
-static inline float viscopade_dissipation_fullf(float speed, float beta)
+VISCOPADE_INLINE float viscopade_dissipation_fullf(float speed, float beta)
 {
     return (float)viscopade_one_full((double)speed, (double)beta, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_array_fullf(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_array_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_fullf(n, speed, pair, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_restitution_each_fullf(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_restitution_each_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_EPSILON);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_array_fullf(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_array_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_fullf(n, speed, pair, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_rebound_each_fullf(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_rebound_each_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_REBOUND);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_array_fullf(size_t n, const float *speed, float beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_array_fullf(size_t n, const float *speed, float beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, &beta, 0, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_by_pair_fullf(size_t n, const float *speed, const int *pair, const float *beta,
     float *out)
 {
     viscopade_many_fullf(n, speed, pair, beta, 1, out, VISCOPADE_DISSIPATION);
 }
 
-static inline VISCOPADE_VECTORS void viscopade_dissipation_each_fullf(size_t n, const float *speed, const float *beta, float *out)
+VISCOPADE_INLINE VISCOPADE_VECTORS void viscopade_dissipation_each_fullf(size_t n, const float *speed, const float *beta, float *out)
 {
     viscopade_many_fullf(n, speed, NULL, beta, 1, out, VISCOPADE_DISSIPATION);
 }

@@ -99,7 +99,7 @@ def built(directory: Path, *command: str) -> None:
 # --- C and C++ --------------------------------------------------------------------------------------------------------
 
 _DEFINITION = re.compile(
-    r"^(?:static inline|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)\(\1 \w+(, \1 \w+)?\)$", re.MULTILINE
+    r"^(?:VISCOPADE_INLINE|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)\(\1 \w+(, \1 \w+)?\)$", re.MULTILINE
 )
 
 
@@ -278,7 +278,7 @@ def of_julia_translated(_: Path, code: Code) -> Compute:
     text = re.sub(r"\n {12,}", " ", re.sub(r"#.*", "", code.text))  # lines of one expression
     text = re.sub(r"(?<=\d)f(-?\d+)\b", r"e\1", text)
     text = text.replace(")^", ")**")
-    text = re.sub(r"return w > largest \? largest : w", "return largest if w > largest else w", text)
+    text = re.sub(r"(return|y =) (w > \w+) \? (.*) : w", r"\1 \3 if \2 else w", text)
     text = re.sub(r"if !\((.*)\)", r"if not (\1):", text.replace("&&", "and"))
     text = re.sub(r"(\w+ = )(-?\d[\d.e+-]*)$", r"\1number(\2)", text, flags=re.M)
     blocks = re.findall(rf"function (\w+)\(([^)]*::{kind})\)\n(.*?)^end", text, re.M | re.S)

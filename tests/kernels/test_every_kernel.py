@@ -4,6 +4,7 @@ Arguments are those of the test vectors, and random ones, others every day; exac
 that makes the vectors (test_vectors.py compares it with the equation of motion).
 """
 
+import ctypes
 import inspect
 import json
 import math
@@ -300,6 +301,56 @@ def test_results_are_within_the_proven_bounds(run, name, language):
             if functions_of(name, language, form, arity):
                 checked += check(run(name, language, form, arity), language, name, form, arity)
     assert checked
+
+
+SIZES = {
+    "double": (0.0, 5e-324, 1e-310, 1e-300, 1e-20, 0.3, 1.0, 1e20, 1e300),
+    "float": (0.0, 1e-45, 1e-40, 1e-37, 1e-20, 0.3, 1.0, 1e20, 1e37),
+}
+TRAPS = """#define _GNU_SOURCE
+#include <fenv.h>
+#include <stdlib.h>
+int traps(void) { return FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW; }
+int clear(void) { return feclearexcept(traps()); }
+int raised(void) { return fetestexcept(traps()); }
+__attribute__((constructor)) static void trap(void) { if (getenv("TRAP")) feenableexcept(traps()); }
+"""
+# JavaScript and Julia have no exceptions of floating-point numbers, nor have shaders.
+IN_PROCESS, PROGRAMS, PYTHON = ("c", "cuda"), ("fortran", "rust"), ("python", "jax", "numba", "warp")
+RAISING = [case for case in CASES if LANGUAGES[case[1]].target in (*IN_PROCESS, *PROGRAMS, *PYTHON)]
+
+
+@pytest.fixture(scope="module")
+def traps(tmp_path_factory):
+    """Return a library that tells which exceptions were raised, and that lets a program stop at each."""
+    source = tmp_path_factory.mktemp("traps") / "traps.c"
+    source.write_text(TRAPS)
+    library = source.with_suffix(".so")
+    command = [*compiled.compiler("gnu99"), source, "-shared", "-fPIC", "-o", library, "-lm"]
+    if subprocess.run(command, capture_output=True).returncode:
+        pytest.skip("the C library does not trap exceptions")
+    return library
+
+
+@pytest.mark.parametrize(("name", "language"), RAISING, ids=lambda word: word.replace(", ", "-").replace(" ", "-"))
+def test_no_exception_is_raised_that_programs_trap(run, traps, monkeypatch, name, language):
+    """No division by zero, invalid operation or overflow, at which OpenFOAM stops; in Python no warning."""
+    how, found = LANGUAGES[language], ctypes.CDLL(str(traps))
+    if how.target in PROGRAMS:
+        monkeypatch.setenv("TRAP", "1")
+        monkeypatch.setenv("LD_PRELOAD", str(traps))
+    if how.target in PYTHON:
+        monkeypatch.setenv("PYTHONWARNINGS", "error::RuntimeWarning")
+    for form, arity in product(how.forms, (1, 2)):
+        functions = functions_of(name, language, form, arity)
+        if not functions or (language, arity) == ("Rust", 1):  # it also computes what a branch leaves out
+            continue
+        sizes = [size for size in SIZES[form] if size <= 1 or not functions[0].startswith(OF_EPSILON)]
+        rows = product(sizes, (0.0, 1e-40, 0.01, 1.307)) if arity == 2 else ((size,) for size in sizes)
+        columns, compute = np.array(list(rows), TYPES[form]).T, run(name, language, form, arity)
+        found.clear()
+        compute(*columns)
+        assert how.target not in IN_PROCESS or not found.raised()
 
 
 def check(compute, language, name, form, arity):

@@ -158,7 +158,7 @@ def test_a_float_that_would_miss_the_accuracy_is_left_out_with_a_reason():
     header = c.render([kernel], "test")
     assert f"viscopade_epsilon_{kernel.name}(" in header
     assert f"viscopade_epsilon_{kernel.name}f(" not in header
-    assert "float" in header.split("static inline double viscopade_epsilon")[0]
+    assert "float" in header.split("VISCOPADE_INLINE double viscopade_epsilon")[0]
 
 
 @pytest.mark.slow

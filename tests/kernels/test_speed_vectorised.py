@@ -99,7 +99,7 @@ def loops(given, form):
     """Return first and last line of the loops of a type's viscopade_block_, in the order of the text."""
     lines = given.text.splitlines()
     head = f"viscopade_block_{given.name}{SUFFIXES[form]}("
-    start = next(n for n, line in enumerate(lines) if head in line and line.startswith("VISCOPADE_INLINE"))
+    start = next(n for n, line in enumerate(lines) if head in line and line.startswith("VISCOPADE_ALWAYS"))
     end = lines.index("}", start)
     starts = [n for n in range(start, end) if re.match(r" +for \(", lines[n])]
     return [(n + 1, next(m for m in range(n, end) if lines[m] == lines[n].split("f")[0] + "}") + 1) for n in starts]

@@ -27,7 +27,7 @@ NAMES = [name for name in requests.NAMES if name.startswith("vectors_")]
 EVERY = pytest.mark.parametrize("name", NAMES)
 COMPACT, TABLE = "vectors_compact.json", "vectors_speed_1em5.json"
 _DEFINITION = re.compile(
-    r"^(?:static inline|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)"
+    r"^(?:VISCOPADE_INLINE|VISCOPADE_FUNCTION) (double|float) viscopade_(\w+)"
     r"\((?:double|float) \w+(, (?:double|float) \w+)?\)$",
     re.M,
 )

@@ -14,7 +14,7 @@ from viscopade.kernels.forms.lacunary_kernels import HalfLineKernel, InverseKern
 from viscopade.kernels.forms.quotient import Quotient
 from viscopade.kernels.targets import bodies
 from viscopade.kernels.targets.bodies import Language
-from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, constant_of_c, of_c
+from viscopade.kernels.targets.syntax import PRELUDE, constant_of_c, of_c
 from viscopade.kernels.targets.wording import comment, distinct, head_of
 
 _LANGUAGES = [Language(form, of_c(form), partial(constant_of_c, form=form)) for form in (DOUBLE, FLOAT)]
@@ -47,7 +47,7 @@ def render(kernels: Sequence[Quotient | InverseKernel], command: str) -> str:
         head=comment(words["lines"], " *"),
         blocks=blocks,
         types=list(map(_type, _LANGUAGES)),
-        define_constant=DEFINE_CONSTANT,
+        prelude=PRELUDE,
         has_ends=kernels[0].of_speed or any(block["warning"] for block in blocks),
     )
 
@@ -57,7 +57,7 @@ def half_line_functions(kernels: Sequence[HalfLineKernel]) -> str:
     double = [replace(kernel, variants=(kernel.variant(DOUBLE),), missing=()) for kernel in kernels]
     blocks = [_block(kernel, _LANGUAGES[:1]) for kernel in double]
     return template(__name__, "functions.h.jinja").render(
-        blocks=blocks, types=list(map(_type, _LANGUAGES)), define_constant=DEFINE_CONSTANT, of_speed=True
+        blocks=blocks, types=list(map(_type, _LANGUAGES)), prelude=PRELUDE, of_speed=True
     )
 
 

@@ -135,6 +135,7 @@ class Target:
     larger: str = ""  # of two numbers, where there may be no logarithm of 0
     next_line: str = "\n" + " " * 8  # what stands between the lines of an expression
     stem: str = "viscopade"  # of the exported file
+    prelude: str = ""  # what each file needs before its functions
     place: str = HOST  # where numbers of type float are computed, as the registry says it
     device: Runner | None = None  # what compiles the program "check_on_device" besides, without running it
 

@@ -12,7 +12,7 @@ from viscopade.generated import END_CONDITION, WIDTH, marker_line, template
 from viscopade.kernels.expressions import CodeBranch, Expression, Name
 from viscopade.kernels.forms import formulas, last_place
 from viscopade.kernels.forms.bits import smaller_word
-from viscopade.kernels.targets.syntax import Syntax, of_c, text
+from viscopade.kernels.targets.syntax import PRELUDE, Syntax, of_c, text
 
 
 def render(command: str) -> str:
@@ -29,7 +29,7 @@ def render(command: str) -> str:
         If `command` is not one line.
     """
     head = "\n".join(f" * {line}".rstrip() for line in _head(command))
-    return template(__name__, "last_place.h.jinja").render(head=head, **_words())
+    return template(__name__, "last_place.h.jinja").render(head=head, prelude=PRELUDE, **_words())
 
 
 def render_functions() -> str:

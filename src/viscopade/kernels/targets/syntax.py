@@ -125,14 +125,56 @@ def shortest(value: float, form: Format) -> str:
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
 
 
-DEFINE_CONSTANT = """\
+PRELUDE = """\
+#ifndef VISCOPADE_INLINE
+/* Constants or doubles of 32 bits (-fsingle-precision-constant, AVR) would break the bounds. */
+typedef char viscopade_needs_double_of_64_bits[sizeof(0.0) == 8 ? 1 : -1];
+
+/* External linkage from C++17 on: templates that a module exports may call the functions. */
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define VISCOPADE_INLINE inline
+#define VISCOPADE_TABLE inline const
+#else
+#define VISCOPADE_INLINE static inline
+#define VISCOPADE_TABLE static const
+#endif
+
 /* C++ before C++17 has no hexadecimal constants; the decimal is rounded to the same number. */
 #if defined(__cplusplus) && __cplusplus < 201703L
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (decimal)
 #else
 #define VISCOPADE_CONSTANT(hexadecimal, decimal) (hexadecimal)
+#endif
 #endif"""
-"""What a header must define for `constant_of_c`."""
+"""What every header of C begins with: what it needs of the compiler, linkage, and what `constant_of_c` needs."""
+
+PRELUDE_OF_CUDA = f"""\
+{PRELUDE}
+
+#ifndef VISCOPADE_FUNCTION
+/* Compilers at run time (NVRTC, HIPRTC) have no headers, and compile for the device only. */
+#if !defined(__CUDACC_RTC__) && !defined(__HIPCC_RTC__)
+#include <math.h>
+#include <stddef.h>
+#define VISCOPADE_HAS_HOST 1
+#else
+#define VISCOPADE_HAS_HOST 0
+#endif
+
+#if defined(__HIPCC__)
+#if VISCOPADE_HAS_HOST
+#include <hip/hip_runtime.h>
+#endif
+#define VISCOPADE_RUNTIME(name) hip##name
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE __host__ __device__
+#elif defined(__CUDACC__)
+#define VISCOPADE_RUNTIME(name) cuda##name
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE __host__ __device__
+#else
+#define VISCOPADE_FUNCTION VISCOPADE_INLINE
+#endif
+#endif"""
+"""The same for headers that are for devices as well; VISCOPADE_RUNTIME names the functions and types of the runtime."""
 
 
 def constant_of_c(value: float, form: Format) -> str:

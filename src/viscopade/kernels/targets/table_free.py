@@ -29,7 +29,7 @@ from viscopade.kernels.forms.table_free import (
 )
 from viscopade.kernels.targets import slope
 from viscopade.kernels.targets.language import Number, Target
-from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, text
+from viscopade.kernels.targets.syntax import Syntax, text
 from viscopade.kernels.targets.wording import PROVEN, comment, distinct, kernel_lines
 
 COMPACT = "compact"
@@ -70,7 +70,7 @@ def render(target: Target, kernels: Sequence[HalfLineKernel], command: str, modu
         kernels=[_block(target, kernel) for kernel in written],
         example=name_of(written[-1]),
         module=module,
-        define_constant=DEFINE_CONSTANT,
+        prelude=target.prelude,
         w=_statements(formulas.w_program(), target.numbers[0].syntax, target),
         types=[_type(number) for number in target.numbers],
         table=SPECIAL,

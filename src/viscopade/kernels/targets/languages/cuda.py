@@ -6,29 +6,14 @@ from viscopade.arithmetic.formats import DOUBLE, FLOAT, Format
 from viscopade.kernels.forms.rounding_bounds import ULPS
 from viscopade.kernels.forms.table_free import DEVICE, LIBRARY, called, plain
 from viscopade.kernels.targets.language import DRIVER, PROGRAM, START, TOOL, FunctionText, Number, Runner, Target
-from viscopade.kernels.targets.syntax import DEFINE_CONSTANT, Syntax, constant_of_c, of_c, shortest
+from viscopade.kernels.targets.syntax import PRELUDE_OF_CUDA, Syntax, constant_of_c, of_c, shortest
 
 _ASSUMED = (
-    f"on the host log2, exp2, and those of type float, are within {ULPS} units in the last place of the result; on the "
-    "device those of type double are, and __log2f within 2.5 or 2^-22 + 2^-25, exp2f and __fdividef within 2.5: the "
-    "CUDA programming guide counts 2 and 2^-22 from the correctly rounded result; +, -, *, / are those of IEEE 754"
+    f"on the host log2, exp2, and those of type float, are within {ULPS} units in the last place of the result, and on "
+    "devices of HIP, where the bounds are those of the host; on devices of CUDA those of type double are, and __log2f "
+    "within 2.5 or 2^-22 + 2^-25, exp2f and __fdividef within 2.5: the CUDA programming guide counts 2 and 2^-22 from "
+    "the correctly rounded result; +, -, *, / are those of IEEE 754"
 )
-
-_COMMON = f"""
-#include <math.h>
-
-#ifndef VISCOPADE_FUNCTION
-#ifdef __CUDACC__
-#define VISCOPADE_FUNCTION static inline __host__ __device__
-#else
-#define VISCOPADE_FUNCTION static inline
-#endif
-#endif
-
-#ifndef VISCOPADE_CONSTANT
-{DEFINE_CONSTANT}
-#endif
-"""
 
 
 def _number(form: Format) -> Number:
@@ -55,6 +40,7 @@ TARGET = Target(
     ),
     templates={"scene": "scene.h.jinja", "check": "check.c.jinja", "check_on_device": "check.cu.jinja"},
     assumed=_ASSUMED,
+    prelude=PRELUDE_OF_CUDA,
     place="device",
     device=Runner(("nvcc",), ".cu", (TOOL, "-c", DRIVER, "-o", PROGRAM)),
     functions=FunctionText(
@@ -68,7 +54,7 @@ TARGET = Target(
         "#error viscopade: two headers have different kernels of one name\n#endif",
         "viscopade_{function}_{name}({given})",
         mathematics="{name}{suffix}",
-        file="/*\n{head}\n */\n" + _COMMON + "\n{functions}\n",
+        file=f"/*\n{{head}}\n */\n{PRELUDE_OF_CUDA}\n\n{{functions}}\n",
         power="pow{suffix}({base}, {p})",
     ),
     include='#include "{file}"',
