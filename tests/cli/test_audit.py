@@ -38,6 +38,8 @@ def test_seconds_need_a_contact_time():
     )
     for one, other in zip(scaled, seconds, strict=True):
         assert one["at_time_step"] == pytest.approx(other["at_time_step"])
+        assert one["integrator"].startswith("semi-implicit Euler")
+    assert "integrator: semi-implicit Euler" in run(*words[:4], "--time-step", "0.02").output
 
 
 def test_the_largest_time_step_has_the_wanted_error():

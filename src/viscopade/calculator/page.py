@@ -61,7 +61,7 @@ def page(command: str) -> str:
     """
     marker = marker_line(command)
     made = generated.environment(__name__)
-    return made.get_template("page.html.jinja").render(marker=marker, comment=marker.replace("--", "- -"), **_parts())
+    return made.get_template("page.html.jinja").render(marker=marker, **_parts())
 
 
 def functions() -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -68,6 +68,8 @@ def audit(
         for line in refused:
             say(line)
     if style == "text" and time_step is not None:
+        for line in _integrators(found):
+            say(line)
         say(f"time step: {step:.6g} undamped contact times; eps on average, and its range over where contact begins")
 
 
@@ -131,6 +133,16 @@ def _columns(row: Audit, contact_time: float) -> dict[str, str]:
     }
 
 
+def _integrators(found: Sequence[Audit]) -> Iterator[str]:
+    """Yield a line for each integrator: its name, and the simulators that are taken to use it."""
+    users: dict[str, dict[str, None]] = {}
+    for row in found:
+        if row.formula.scheme is not None:
+            users.setdefault(row.formula.scheme.name, {})[row.program.title] = None
+    for name, titles in users.items():
+        yield f"integrator: {name} ({', '.join(titles)})"
+
+
 def _number(delivered: Any) -> str:
     return "never parts" if delivered is None else f"{float(delivered):.{_FIGURES}g}"
 
@@ -163,6 +175,7 @@ def _json(row: Audit) -> dict[str, Any]:
         "end": formula.law.end,
         "law": str(formula.law),
         "time_step": row.time_step,
+        "integrator": formula.scheme and formula.scheme.name,
         "at_time_step": stepped and {"mean": stepped.mean, "least": stepped.least, "largest": stepped.largest},
         "advice": row.advice and asdict(row.advice),
         "why": list(row.reasons),

@@ -62,7 +62,7 @@ def _drift_then_kick(x: Array, u: Array, h: Array, force: Force) -> tuple[Array,
     return x, u - h * force(x, u)
 
 
-LAGGED = Scheme("damping from the velocity half a step before", _drift_then_kick)
+LAGGED = Scheme("semi-implicit Euler, or velocity Verlet whose damping lags by half a step", _drift_then_kick)
 """Semi-implicit Euler; velocity Verlet and leapfrog with the damping of the velocity between two steps."""
 
 
@@ -84,7 +84,7 @@ def _implicit(x: Array, u: Array, h: Array, force: Force) -> tuple[Array, Array]
     return x + h * w, w
 
 
-IMPLICIT = Scheme("force at the end of the step", _implicit)
+IMPLICIT = Scheme("implicit Euler", _implicit)
 """Implicit Euler's method, in steps that begin in contact: laws with a, b = 1, 1 or 1, 0 and the end "force" only."""
 
 

@@ -36,10 +36,10 @@ def _direct(name: str, scheme: steps.Scheme) -> DampingFormula:
 
 _TEXT = """\
 <!--
-    {{ marker | replace("--", "- -") }}
+    {{ marker | replace("--", "-\\\\-") }}
 
 {% for line in opening %}
-    {{ line | replace("--", "- -") }}
+    {{ line | replace("--", "-\\\\-") }}
 {% endfor %}
 
     MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
@@ -47,10 +47,11 @@ _TEXT = """\
     They are in {{ units.length }} and {{ units.time
 }}. solimp has a constant impedance: with another one eps is off by up to 0.005.
     A condim of 4 or 6 needs <option cone="elliptic"/>.
+    A comment may not contain two hyphens: a shell reads -\\- as these.
 
 {% for contact in contacts %}
 {% for line in contact.lines %}
-    {{ line | replace("--", "- -") }}
+    {{ line | replace("--", "-\\\\-") }}
 {% endfor %}
 {% endfor %}
 -->

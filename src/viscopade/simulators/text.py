@@ -126,7 +126,7 @@ def _facts(contact: SoftContact, own: OwnLaw, units: Units, step_error: float) -
     """Return lines on a contact: its eps over the speeds, how long and deep it is, and its time step."""
     wanted, law = contact.wanted, contact.formula.law
     lines = [
-        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed}, exactly; the law is "
+        f"{wanted.name}: eps = {contact.epsilon:.6g} at {wanted.typical:.6g} {units.speed} without weight; the law is "
         f"{law.equation}, kappa = {contact.kappa:.10g},",
         "  and contact ends where the force vanishes",
     ]
