@@ -20,17 +20,13 @@ _E, _ACCEPTED, _SOURCE = "cr_eff", ("1e-15", "1"), "src/chrono/physics/ChContact
 _TEXT = """\
 // {{ marker }}
 //
-{% for line in opening %}
-// {{ line }}
-{% endfor %}
+{{ opening | lines("// {}") }}
 //
 // Chrono, smooth contacts (SMC) with the Hertz model: give both bodies of a contact its material. Of two materials the
 // program takes the smaller restitution. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 //
 {% for contact in contacts %}
-{% for line in contact.lines %}
-// {{ line }}
-{% endfor %}
+{{ contact.lines | lines("// {}") }}
 {% endfor %}
 #pragma once
 

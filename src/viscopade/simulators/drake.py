@@ -56,9 +56,7 @@ _CONTINUOUS, _DISCRETE = "plant/contact_defaults_doxygen.h", "contact_solvers/sa
 _TEXT = '''\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # Drake, compliant point contact: give both bodies of a contact its properties, properties("...").
 # In SDFormat and URDF the tags are drake:hunt_crossley_dissipation and drake:point_contact_stiffness.
@@ -72,9 +70,7 @@ _TEXT = '''\
 # Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 #
 {% for contact in contacts %}
-{% for line in contact.lines %}
-# {{ line }}
-{% endfor %}
+{{ contact.lines | lines("# {}") }}
 {% endfor %}
 
 from pydrake.geometry import AddContactMaterial, ProximityProperties

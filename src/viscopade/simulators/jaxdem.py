@@ -15,17 +15,13 @@ from viscopade.simulators.simulator import OwnLaw, Simulator
 _TEXT = '''\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # JaxDEM, force model "cundallstrack": give both particles of a contact its material. Of two materials the program takes
 # the smaller e. Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 #
 {% for contact in contacts %}
-{% for line in contact.lines %}
-# {{ line }}
-{% endfor %}
+{{ contact.lines | lines("# {}") }}
 {% endfor %}
 
 RESTITUTION = {

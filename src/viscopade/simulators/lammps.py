@@ -558,15 +558,11 @@ def _number(x: float) -> str:
 _TEXT = """\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # For LAMMPS, pair_style granular. Include this file where the atoms have been created already; before
 # it stand {{ units_command }}, an atom_style with radii (sphere) and "comm_modify vel yes".
-{% for line in units_lines %}
-# {{ line }}
-{% endfor %}
+{{ units_lines | lines("# {}") }}
 #
 # Atom types:
 {% for type in types %}
@@ -597,16 +593,12 @@ _TEXT = """\
 # by up to (relative; computed by the same scheme, at the slowest, the typical and the fastest speed of
 # each contact)
 #
-{% for line in time_table %}
-# {{ line }}
-{% endfor %}
+{{ time_table | lines("# {}") }}
 
 pair_style granular
 {% for block in pairs %}
 
-{% for line in block.lines %}
-# {{ line }}
-{% endfor %}
+{{ block.lines | lines("# {}") }}
 {{ block.command }}
 {% endfor %}
 {% if walls %}
@@ -625,9 +617,7 @@ group {{ group.name }} type {{ group.number }}
 {% endfor %}
 {% for block in wall_contacts %}
 
-{% for line in block.lines %}
-# {{ line }}
-{% endfor %}
+{{ block.lines | lines("# {}") }}
 {{ block.command }}
 {% endfor %}
 {% endif %}
@@ -636,9 +626,7 @@ group {{ group.name }} type {{ group.number }}
 _COLLISION = """\
 # {{ marker }}
 #
-{% for line in lines %}
-# {{ line }}
-{% endfor %}
+{{ lines | lines("# {}") }}
 
 {{ units_command }}
 atom_style sphere

@@ -31,7 +31,6 @@ from typing import Literal
 
 from mpmath import mp
 
-from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
 from viscopade.generated import written_template
 from viscopade.simulators.formula import (
@@ -57,7 +56,7 @@ from viscopade.simulators.stated import (
 )
 from viscopade.theory.law import VISCOELASTIC, law_of
 
-LEAST_COEFFICIENT = 0.05
+_LEAST_COEFFICIENT = "0.05"
 
 
 Model = Literal["hertz/stiffness", "hertz"]
@@ -127,21 +126,23 @@ def coefficient_restitution(epsilon: float, limit_force: bool) -> float:
     >>> f"{coefficient_restitution(0.9, True):.6f} {coefficient_restitution(0.3, True):.6f}"
     '0.897887 0.165219'
     """
-    ratio = tsuji.damping_ratio(epsilon, end="force" if limit_force else "position")
-    result = tsuji.epsilon(ratio, "position") if limit_force else epsilon
-    if result <= LEAST_COEFFICIENT:
+    found = _hertz_formula(limit_force).instead(repr(epsilon))
+    if found is None:
         raise ValueError(
             f"epsilon is {epsilon:.6g}: accepted by LIGGGHTS with limitForce {_switch(limit_force)} "
             f"is more than {least_epsilon(limit_force):.4g}"
         )
-    return result
+    return float(found)
 
 
 def least_epsilon(limit_force: bool) -> float:
     """Return the lower limit of eps with `hertz`, as `coefficientRestitution` must be above 0.05."""
-    if not limit_force:
-        return LEAST_COEFFICIENT
-    return tsuji.epsilon(tsuji.damping_ratio(LEAST_COEFFICIENT, end="position"), "force")
+    formula = _hertz_formula(limit_force)
+    return float(formula.delivered(formula.damping(_LEAST_COEFFICIENT)))
+
+
+def _hertz_formula(limit_force: bool) -> DampingFormula:
+    return SIMULATOR.formula("hertz, limitForce on" if limit_force else "hertz")
 
 
 @dataclass(frozen=True)
@@ -272,9 +273,7 @@ def _switch(on: bool) -> str:
 _TEXT = """\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # LIGGGHTS: material and contact law. Include this file after create_box and before any fix wall/gran.
 # Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{
@@ -282,9 +281,7 @@ setup.units.time }}: use "units si", which converts nothing.
 # Types:{% for number, name in types %} {{ number }} = {{ name }}{{ "," if not loop.last }}{% endfor %}.
 #
 {% for lines in facts %}
-{% for line in lines %}
-# {{ line }}
-{% endfor %}
+{{ lines | lines("# {}") }}
 {% endfor %}
 #
 {% if model == "hertz/stiffness" %}
@@ -293,9 +290,7 @@ setup.units.time }}: use "units si", which converts nothing.
 # The value of gamman belongs to the effective mass above: other sizes need types of their own.
 {% for errors in stiffness_errors %}
 # {{ setup.contacts[loop.index0].name }}:
-{% for line in errors.lines %}
-#   {{ line }}
-{% endfor %}
+{{ errors.lines | lines("#   {}") }}
 {% endfor %}
 {% if setup.contacts | length < types | length * (types | length + 1) // 2 %}
 # Pairs of types without a contact above have the values of their bodies; two walls have 0.
@@ -322,9 +317,7 @@ pair_coeff * *
 # {{ setup.contacts[loop.index0].name }}: coefficientRestitution {{ number(r.coefficient) }} gives eps = {{
 number(r.constant.epsilon) }},
 #   the exact one at the typical speed.
-{% for line in r.constant.errors.lines %}
-#   {{ line }}
-{% endfor %}
+{{ r.constant.errors.lines | lines("#   {}") }}
 {% if r.balanced is not none %}
 #   The largest error is smallest, {{ "%.2e" % r.constant.balanced_errors.largest }}, with {{
 number(r.balanced) }}, which gives eps = {{ number(r.constant.balanced) }}.
@@ -365,15 +358,13 @@ limit_force }}, has one eps for all speeds:
 {% for r in restitutions %}
 #   {{ setup.contacts[loop.index0].name }}: coefficientRestitution {{
 number(r.coefficient) }} for the eps at the typical speed.
-{% for line in r.constant.errors.lines %}
-#     {{ line }}
-{% endfor %}
+{{ r.constant.errors.lines | lines("#     {}") }}
 {% endfor %}
 {% endif %}
 {% endif %}
 """
 
-_E, _ACCEPTED, _KAPPA = "coefficientRestitution", (str(LEAST_COEFFICIENT), "1"), ("0", "1e6")
+_E, _ACCEPTED, _KAPPA = "coefficientRestitution", (_LEAST_COEFFICIENT, "1"), ("0", "1e6")
 _HERTZ, _HOOKE, _STIFFNESS = (f"src/normal_model_{name}.h" for name in ("hertz", "hooke", "hertz_stiffness"))
 
 

@@ -36,7 +36,6 @@ from dataclasses import dataclass
 
 from mpmath import mp
 
-from viscopade.collision import tsuji
 from viscopade.collision.spheres import Sphere
 from viscopade.generated import written_template
 from viscopade.simulators.formula import (
@@ -75,21 +74,10 @@ class SpeciesParameters:
     constant_dissipation: float
 
 
-def dissipation(epsilon: float) -> float:
-    """Return the `setDissipation` of species without BSHP that gives the wanted eps, > 0 and <= 1.
-
-    Examples
-    --------
-    >>> f"{dissipation(0.9):.6f}"
-    '0.074950'
-    """
-    return tsuji.alpha(tsuji.damping_ratio(epsilon, end="position"))
-
-
 def species_parameters(contact: Contact) -> SpeciesParameters:
     """Return the parameters for a contact."""
     found = constant(contact)
-    return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, dissipation(found.epsilon))
+    return SpeciesParameters(contact.pair.E_eff, contact.pair.A, found, float(tsuji_kappa(found.epsilon)))
 
 
 def render(setup: Setup, command: str) -> str:
@@ -152,9 +140,7 @@ def identifiers(names: list[str]) -> dict[str, str]:
 _TEXT = """\
 // {{ marker }}
 //
-{% for line in opening %}
-// {{ line }}
-{% endfor %}
+{{ opening | lines("// {}") }}
 //
 // MercuryDPM 1.0: viscopade::addSpecies(speciesHandler) adds the species below, in this order.
 // Numbers are in {{ setup.units.length }}, {{ setup.units.mass }}, {{ setup.units.time }}.
@@ -163,16 +149,12 @@ _TEXT = """\
 // viscoelastic law, for all sizes; contact ends when the force vanishes.
 //
 {% for contact, lines, p in contacts %}
-{% for line in lines %}
-// {{ line }}
-{% endfor %}
+{{ lines | lines("// {}") }}
 //   Error of eps: none, but for the time step.
 //   Older versions have only HertzianViscoelasticSpecies, one eps for all speeds, with attraction before the overlap
 //   ends: setDissipation({{ number(p.constant_dissipation) }}) gives eps = {{
 number(p.constant.epsilon) }}, exact at the typical speed.
-{% for line in p.constant.errors.lines %}
-//     {{ line }}
-{% endfor %}
+{{ p.constant.errors.lines | lines("//     {}") }}
 {% endfor %}
 //
 // Time step: setTimeStep({{ timestep }}) is {{ steps }} steps in the shortest contact. With it eps is off by up to {{

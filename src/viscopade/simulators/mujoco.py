@@ -38,9 +38,7 @@ _TEXT = """\
 <!--
     {{ marker | replace("--", "-\\\\-") }}
 
-{% for line in opening %}
-    {{ line | replace("--", "-\\\\-") }}
-{% endfor %}
+{{ opening | lines("    {}") | replace("--", "-\\\\-") }}
 
     MuJoCo: <include file="..."/> this file in a model and give geoms, or pairs, class="...". Of two geoms in contact
     both must have the class; a pair needs it alone. The numbers are per mass: eps depends on no mass.
@@ -50,9 +48,7 @@ _TEXT = """\
     A comment may not contain two hyphens: a shell reads -\\- as these.
 
 {% for contact in contacts %}
-{% for line in contact.lines %}
-    {{ line | replace("--", "-\\\\-") }}
-{% endfor %}
+{{ contact.lines | lines("    {}") | replace("--", "-\\\\-") }}
 {% endfor %}
 -->
 <mujocoinclude>

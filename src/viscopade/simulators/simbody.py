@@ -23,9 +23,7 @@ _FORMULA = "HuntCrossleyForce, calcDissipationFromObservedRestitution"
 _TEXT = '''\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # OpenSim and Simbody, HuntCrossleyForce: give both bodies of a contact its dissipation and its stiffness.
 #     force.setDissipation(DISSIPATION["..."]), force.setStiffness(stiffness("...", radius))    in OpenSim
@@ -33,9 +31,7 @@ _TEXT = '''\
 # Numbers are in {{ units.length }}, {{ units.mass }}, {{ units.time }}.
 #
 {% for contact in contacts %}
-{% for line in contact.lines %}
-# {{ line }}
-{% endfor %}
+{{ contact.lines | lines("# {}") }}
 {% endfor %}
 
 DISSIPATION = {

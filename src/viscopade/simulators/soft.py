@@ -50,8 +50,8 @@ class Wanted:
         eq:betadef, of typical bodies.
     slowest, typical, fastest : float
         Impact speeds; at the typical one eps must be exact.
-    mass, radius : float, optional
-        Effective ones.
+    mass : float, optional
+        Effective.
     contact_time : float, optional
         Of the viscoelastic contact at the typical speed.
     extremes : tuple of float
@@ -64,7 +64,6 @@ class Wanted:
     typical: float
     fastest: float
     mass: float | None = None
-    radius: float | None = None
     contact_time: float | None = None
     extremes: tuple[float, ...] = ()
 
@@ -94,7 +93,6 @@ class Wanted:
             contact.typical,
             contact.fastest,
             pair.m_eff,
-            pair.R_eff,
             float(pair.contact_time(contact.typical)),
             tuple(size.beta for size in contact.extremes),
         )

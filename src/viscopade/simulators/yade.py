@@ -38,7 +38,6 @@ For the audit, read in pkg/dem of YADE 2025.2.0 (c61292558/yade4deepin at commit
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -47,7 +46,6 @@ import numpy as np
 from mpmath import mp
 
 from viscopade.arrays.double import epsilon as exact_epsilon
-from viscopade.collision import tsuji
 from viscopade.collision.spheres import Pair
 from viscopade.generated import written_template
 from viscopade.simulators.formula import (
@@ -90,15 +88,15 @@ class MindlinPhysParameters:
     errors: ProgramErrors
 
 
-def betan(epsilon: float) -> float:
-    """Return the `betan` that gives the wanted eps, > 0 and <= 1.
+def betan(epsilon: Any) -> Any:
+    """Return the `betan` that gives the wanted eps, an mpmath number.
 
     Examples
     --------
-    >>> f"{betan(0.9):.6f} {betan(0.3):.6f}"
+    >>> f"{float(betan(0.9)):.6f} {float(betan(0.3)):.6f}"
     '0.031280 0.453915'
     """
-    return math.sqrt(5 / 6) * tsuji.damping_ratio(epsilon)
+    return mp.sqrt(mp.mpf(5) / 6) * ratio_at_force_end(epsilon)
 
 
 def printed_pade(v_star: float) -> float:
@@ -117,8 +115,8 @@ def mindlin_phys_parameters(contact: Contact) -> MindlinPhysParameters:
 
     return MindlinPhysParameters(
         found,
-        betan(found.epsilon),
-        betan(found.balanced),
+        float(betan(found.epsilon)),
+        float(betan(found.balanced)),
         printed_pade(pair.v_star(contact.typical)),
         contact.typical,
         program_errors(same_beta, contact),
@@ -151,9 +149,7 @@ def render(setup: Setup, command: str) -> str:
 _TEXT = '''\
 # {{ marker }}
 #
-{% for line in opening %}
-# {{ line }}
-{% endfor %}
+{{ opening | lines("# {}") }}
 #
 # YADE: materials and contact law. Say exec(open("this file").read()) first, give bodies material=materials["..."], and
 # use
@@ -165,21 +161,15 @@ _TEXT = '''\
 setup.units.time }}. Contact ends when the force vanishes: the program clips it at 0.
 #
 {% for contact, lines, p in contacts %}
-{% for line in lines %}
-# {{ line }}
-{% endfor %}
+{{ lines | lines("# {}") }}
 #   constant eps: betan {{ number(p.betan) }} gives eps = {{ number(p.constant.epsilon)
 }}, the exact one at the typical speed.
-{% for line in p.constant.errors.lines %}
-#     {{ line }}
-{% endfor %}
+{{ p.constant.errors.lines | lines("#     {}") }}
 #     The largest error is smallest, {{ "%.2e" % p.constant.balanced_errors.largest }}, with {{
 number(p.balanced) }}, which gives eps = {{ number(p.constant.balanced) }}.
 #   viscoelastic: en {{ number(p.en) }} with vn {{ number(p.vn) }} gives the exact beta.
 #     (en is the printed [3/6] at the exact v*, which the program inverts; eps itself would leave the error of [3/6].)
-{% for line in p.errors.lines %}
-#     {{ line }}
-{% endfor %}
+{{ p.errors.lines | lines("#     {}") }}
 {% endfor %}
 
 materials = {
@@ -291,7 +281,7 @@ SIMULATOR = Simulator(
             ("0", "100"),
             "exact",
             _MINDLIN,
-            written=lambda e: mp.sqrt(mp.mpf(5) / 6) * ratio_at_force_end(e),
+            written=betan,
             note="betan is as `viscopade simulators yade` writes it.",
         ),
         DampingFormula(

@@ -36,32 +36,12 @@ _HEIGHT = 0.5
 _BOUNCES, _DURATION = 7, 2.35  # in LAMMPS
 _MUJOCO_DURATION = 3.2
 
-_BOUNCE = """
-units si
-atom_style sphere
-atom_modify map array
-boundary f f f
-newton off
-comm_modify vel yes
-region box block -0.1 0.1 -0.1 0.1 -0.1 1
-create_box 1 box
-create_atoms 1 single 0 0 {height}
-set group all diameter {diameter}
-set group all density {density}
-neighbor 0.01 bin
-pair_style granular
-pair_coeff * * hertz 1 0 tangential linear_nohistory 0 0
-fix move all nve/sphere
-fix fall all gravity {gravity} vector 0 0 -1
-fix floor all wall/gran granular hertz {stiffness} {eta} tangential linear_nohistory 0 0 &
+_BOUNCE = f"""
+fix fall all gravity {GRAVITY} vector 0 0 -1
+fix floor all wall/gran granular hertz {STIFFNESS} {DAMPING} {simulators.FRICTIONLESS} &
     damping viscoelastic limit_damping zplane 0 NULL
-timestep {step}
-variable gap equal z[1]-{radius}
+variable gap equal z[1]-{RADIUS}
 variable speed equal vz[1]
-thermo_style custom step v_gap v_speed
-thermo_modify format float %.15g
-thermo {every}
-run {run}
 """
 _LINE = re.compile(r"^\s*[0-9]+\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
 
@@ -124,17 +104,17 @@ def lammps_bounces() -> FloatArray:
     """Return the instants of bounces in LAMMPS."""
     duration = 3 * (MASS / (STIFFNESS * math.sqrt(RADIUS))) ** 0.4 * math.sqrt(2 * GRAVITY * _HEIGHT) ** -0.2
     step = duration / _BOUNCE_STEPS
-    script = _BOUNCE.format(
-        height=_HEIGHT + RADIUS,
-        radius=RADIUS,
+    script = simulators.lammps_script(
+        (_HEIGHT + RADIUS,),
+        _BOUNCE,
+        "v_gap v_speed",
+        style=f"hertz 1 0 {simulators.FRICTIONLESS}",  # of a second sphere, which is not there
+        box="-0.1 0.1 -0.1 0.1 -0.1 1",
         diameter=2 * RADIUS,
-        density=DENSITY,
-        gravity=GRAVITY,
-        stiffness=STIFFNESS,
-        eta=DAMPING,
-        step=repr(step),
-        every=_EVERY,
+        mass=MASS,
+        step=step,
         run=round(_DURATION / step),
+        every=_EVERY,
     )
     run = np.array(_LINE.findall(simulators.lammps(script)), dtype=float)
     return _instants(run[:, 0], run[:, 1], step * _EVERY)[:_BOUNCES]

@@ -80,7 +80,7 @@ def package(name: str) -> Any:
 
 # --- LAMMPS -----------------------------------------------------------------------------------------------------------
 
-_LAMMPS_SPHERES = """
+_LAMMPS = """
 clear
 units si
 atom_style sphere
@@ -88,27 +88,28 @@ atom_modify map array
 boundary f f f
 newton off
 comm_modify vel yes
-region box block -{box} {box} -{box} {box} -{box} {box}
+region box block {box}
 create_box 1 box
-create_atoms 1 single 0 0 -{apart}
-create_atoms 1 single 0 0 {apart}
+{atoms}
 set group all diameter {diameter}
 set group all mass {mass}
-set atom 1 vz {half_speed}
-set atom 2 vz -{half_speed}
 neighbor {diameter} bin
 pair_style granular
 pair_coeff * * {style}
 fix move all nve/sphere
 timestep {step}
-variable force equal abs(fz[2])
-variable rebound equal (vz[2]-vz[1])/(2*{half_speed})
-variable gap equal z[2]-z[1]-{diameter}
-thermo_style custom step v_force v_rebound
+{commands}
+thermo_style custom step {columns}
 thermo_modify format float %.15g
 thermo {every}
 run {run}
-print "collision $(v_rebound:%.15g) $(v_gap:%.15g)"
+"""
+_SPHERES = """
+set atom 1 vz {half_speed}
+set atom 2 vz -{half_speed}
+variable force equal abs(fz[2])
+variable rebound equal (vz[2]-vz[1])/(2*{half_speed})
+variable gap equal z[2]-z[1]-{diameter}
 """
 _COLLISION = re.compile(r"^collision (\S+) (\S+)$", re.MULTILINE)
 FRICTIONLESS = "tangential linear_nohistory 0 0"
@@ -127,6 +128,25 @@ def lammps_version() -> str:
     return found[1]
 
 
+def lammps_script(
+    heights: Sequence[float],
+    commands: str,
+    columns: str,
+    *,
+    style: str,
+    box: str,
+    diameter: float,
+    mass: float,
+    step: float,
+    run: int,
+    every: int,
+) -> str:
+    """Return an input with equal spheres above each other; `every` so many steps the columns are printed."""
+    atoms = "\n".join(f"create_atoms 1 single 0 0 {height!r}" for height in heights)
+    numbers = {"diameter": repr(diameter), "mass": repr(mass), "step": repr(step), "run": run, "every": every}
+    return _LAMMPS.format(atoms=atoms, commands=commands, columns=columns, style=style, box=box, **numbers)
+
+
 def lammps_spheres(
     style: str,
     step: float,
@@ -139,17 +159,20 @@ def lammps_spheres(
     every: int = 10**9,
 ) -> str:
     """Return the commands of one head-on collision of equal spheres; `every` so many steps the force is printed."""
-    return _LAMMPS_SPHERES.format(
+    apart, size = diameter / 2 + phase * speed * step / 2, 5 * diameter
+    script = lammps_script(
+        (-apart, apart),
+        _SPHERES.format(half_speed=repr(speed / 2), diameter=repr(diameter)),
+        "v_force v_rebound",
         style=style,
-        step=repr(step),
+        box=f"-{size} {size} -{size} {size} -{size} {size}",
+        diameter=diameter,
+        mass=mass,
+        step=step,
         run=run,
         every=every,
-        diameter=repr(diameter),
-        mass=repr(mass),
-        half_speed=repr(speed / 2),
-        apart=repr(diameter / 2 + phase * speed * step / 2),
-        box=repr(5 * diameter),
     )
+    return f'{script}print "collision $(v_rebound:%.15g) $(v_gap:%.15g)"\n'
 
 
 def _lammps_script(case: AuditCase) -> str:
