@@ -14,6 +14,7 @@ import math
 import sympy as sp
 
 from viscopade.collision import tsuji
+from viscopade.simulators.formula import ratio_for_return, tsuji_kappa
 
 m, k, alpha, x, u = sp.symbols("m k alpha x u", positive=True)
 force = -k * x ** sp.Rational(3, 2) - alpha * sp.sqrt(m * k) * x ** sp.Rational(1, 4) * u
@@ -137,5 +138,5 @@ for wanted in (0.999999, 0.9, 0.5, 0.2, math.exp(-2), 0.1, 1e-6):
     assert abs(tsuji.epsilon(tsuji.damping_ratio(wanted)) / wanted - 1) < 1e-14
     found = float(inverse.subs(L, -math.log(wanted)))
     assert abs(tsuji.damping_ratio(wanted, end="position") / found - 1) < 1e-14
-assert abs(tsuji.alpha(1.0) - float(sp.solve(zeta_of_alpha - 1, alpha)[0])) < 1e-15
+assert abs(tsuji_kappa(0.5) / ratio_for_return(0.5) - float(sp.solve(zeta_of_alpha - 1, alpha)[0])) < 1e-15
 print("derived: eps of the x^(1/4) damping for both ends of contact, and zeta = alpha/sqrt(5)")

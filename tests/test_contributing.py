@@ -82,6 +82,12 @@ def test_an_added_simulator_with_its_own_law_has_its_text(with_two_simulators):
     assert lines[-1].split()[4:] == ["stiffness", "1000"]
 
 
+def test_an_added_simulator_is_in_the_calculator(with_two_simulators):
+    page = with_two_simulators("calculator")
+    assert '{"name":"bounce","title":"Bounce","texts":{"any":"restitution {parameter}"},"walls":true' in page
+    assert '{"name":"glide","title":"Glide","texts":{},"walls":true}' in page
+
+
 def test_an_added_simulator_with_the_viscoelastic_law_has_its_text(with_two_simulators):
     lines = with_two_simulators("simulators", "glide", ROOT / "examples" / "steel_balls.toml").splitlines()
     assert MARKER in lines[0]

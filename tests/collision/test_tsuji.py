@@ -49,7 +49,7 @@ def test_beyond_critical_damping_only_the_force_ends_contact(zeta):
 def test_the_motion_integrated_in_time(epsilon, end):
     case = setup(epsilon)
     pair = case.contacts[0].pair
-    alpha = tsuji.alpha(tsuji.damping_ratio(epsilon, end=end))
+    alpha = math.sqrt(5) * tsuji.damping_ratio(epsilon, end=end)
 
     def force(x, u):
         return pair.rho * x**1.5 + alpha * math.sqrt(pair.m_eff * pair.rho) * x**0.25 * u
@@ -64,7 +64,7 @@ def test_a_clipped_force_is_the_end_at_zero_force():
     zeta, h = 0.5, 1e-4
     x, u = 0.0, 1.0
     while x >= 0:
-        push = x**1.5 + tsuji.alpha(zeta) * x**0.25 * (u - h / 2 * x**1.5)
+        push = x**1.5 + math.sqrt(5) * zeta * x**0.25 * (u - h / 2 * x**1.5)
         u -= h * max(0.0, push)
         x += h * u
     assert -u == pytest.approx(tsuji.epsilon(zeta), rel=1e-3)

@@ -37,11 +37,6 @@ _LOSS = Accepted("a number >= 0 and < 1", lambda x: 0 <= x < 1)
 _STEPS = 200
 
 
-def alpha(damping_ratio: float) -> float:
-    """Return the alpha of the module's docstring, sqrt(5) zeta."""
-    return math.sqrt(5) * damping_ratio
-
-
 def epsilon(damping_ratio: Number, end: End = "force") -> float:
     """Return the coefficient of restitution of a damping ratio.
 
