@@ -1,9 +1,14 @@
-"""Checks of arguments: a refusal is one line that names the value and the accepted ones."""
+"""Checks of arguments: a refusal is one line that names the value and the accepted ones.
+
+Quantities of other packages, such as Astropy and Pint, are recognised by their attributes: none of them is imported.
+"""
 
 from __future__ import annotations
 
+import numbers
 import operator
 import re
+import reprlib
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
@@ -15,7 +20,82 @@ MAX_DEGREE = 200  # of numerator and denominator
 MAX_CHARACTERS = 20_000
 MAX_EXPONENT = 100_000
 
+UNITS = {
+    "speed": "m/s",
+    "sigma_speed": "m/s",
+    "fastest": "m/s",
+    "beta": "s^(1/5)/m^(1/5)",
+    "radius": "m",
+    "mass": "kg",
+    "density": "kg/m^3",
+    "young_modulus": "Pa",
+    "yield_strength": "Pa",
+    "dissipative_constant": "s",
+    "contact_time": "s",
+    "gravity": "m/s^2",
+    "air_density": "kg/m^3",
+}
+"""The SI unit of each argument that has one, as both Astropy and Pint read it: a name has one meaning."""
+
+_MARKS = ("unit", "units", "dimensionality")  # of a quantity: Astropy's has the first, Pint's the others
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60  # characters
 _DECIMAL = re.compile(r"[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]{1,9})?")
+
+
+def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
+    """Return an argument without its unit: a quantity of Astropy or Pint becomes its number in the SI unit.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name: it has the unit of `UNITS`, or none.
+    value : object
+        What has no unit is returned as it is; so is a quantity without a dimension, as its number.
+    unit : str, optional
+        The argument's unit, if it is not that of `UNITS`.
+
+    Raises
+    ------
+    TypeError
+        If it has another dimension, or its unit cannot be converted.
+    """
+    if isinstance(value, list | tuple):
+        if all(issubclass(kind, numbers.Number | str) for kind in {*map(type, value)}):
+            return value
+        return [without_unit(name, part, unit) for part in value]
+    if hasattr(value, "data_vars"):  # of xarray; the variables may have units
+        raise TypeError(refusal(name, value, "one variable of the data set"))
+    if isinstance(value, type) or not any(getattr(value, mark, None) is not None for mark in _MARKS):
+        return value
+    wanted = UNITS.get(name, "") if unit is None else unit
+    attributes = getattr(value, "attrs", None)  # of xarray: a unit is a text among them
+    if isinstance(attributes, dict) and {*map(attributes.get, _MARKS)} <= {None, "", "1", "dimensionless", wanted}:
+        bare = value.copy(deep=False)
+        bare.attrs = {key: text for key, text in attributes.items() if key not in _MARKS}
+        return bare
+    for form in (wanted, ""):
+        try:
+            converted = value.to(form)
+            number = converted.magnitude if hasattr(converted, "magnitude") else converted.value
+        except (AttributeError, TypeError, ValueError, ArithmeticError):  # those of units are among them
+            continue
+        if hasattr(value, "mask") and not hasattr(number, "mask"):  # a masked column of Astropy
+            from numpy.ma import array
+
+            return array(number, mask=value.mask)
+        return number
+    accepted = f"a quantity in {wanted} or a like unit, or a number" if wanted else "a number without a dimension"
+    raise TypeError(refusal(name, value, accepted))
+
+
+def refusal(name: str, value: object, accepted: str) -> str:
+    """Return a refusal: one line with the name, the value and the accepted values."""
+    try:
+        text = " ".join(_REPR.repr(value).split())
+    except ValueError:  # an integer with more digits than Python prints
+        text = "an integer of thousands of digits"
+    return f"{name} is {text}: accepted is {accepted}"
 
 
 def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:
@@ -28,12 +108,13 @@ def integer(name: str, value: SupportsIndex, low: int, high: int) -> int:
     ValueError
         If it lies outside the range.
     """
-    accepted = f"accepted is an integer from {low} to {high}"
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name} is {value!r}: {accepted}")
-    number = operator.index(value)
+    accepted = f"an integer from {low} to {high}"
+    value = without_unit(name, value)
+    number = None if isinstance(value, bool) else _index(value)
+    if number is None:
+        raise TypeError(refusal(name, value, accepted))
     if not low <= number <= high:
-        raise ValueError(f"{name} is {number}: {accepted}")
+        raise ValueError(refusal(name, number, accepted))
     return number
 
 
@@ -47,7 +128,9 @@ def digits(value: SupportsIndex) -> int:
     return integer("digits", value, 1, MAX_DIGITS)
 
 
-def exact_number(name: str, value: object, accepted: str, allowed: Callable[[Fraction], bool]) -> Fraction:
+def exact_number(
+    name: str, value: object, accepted: str, allowed: Callable[[Fraction], bool], unit: str | None = None
+) -> Fraction:
     """Return a finite number as an exact fraction: a string is read as a decimal number, never through a float.
 
     Parameters
@@ -58,6 +141,8 @@ def exact_number(name: str, value: object, accepted: str, allowed: Callable[[Fra
         Exponents beyond 10^±100000 are refused.
     allowed : callable
         Whether a number is accepted.
+    unit : str, optional
+        As for `without_unit`. The number that the quantity's package returns in this unit is taken exactly.
 
     Raises
     ------
@@ -66,12 +151,13 @@ def exact_number(name: str, value: object, accepted: str, allowed: Callable[[Fra
     ValueError
         If it is not finite, not a number in a string, or not allowed.
     """
+    value = without_unit(name, value, unit)
     number = _fraction(value)
     if number is None:
         kind = ValueError if isinstance(value, str | float | Decimal) or _is_mpf(value) else TypeError
-        raise kind(f"{name} is {_short(value)}: accepted is {accepted}")
+        raise kind(refusal(name, value, accepted))
     if not allowed(number):
-        raise ValueError(f"{name} is {_short(value)}: accepted is {accepted}")
+        raise ValueError(refusal(name, value, accepted))
     return number
 
 
@@ -92,8 +178,8 @@ def _fraction(value: Any) -> Fraction | None:
         return int(-mantissa if sign else mantissa) * Fraction(2) ** int(exponent)
     if isinstance(value, bool | type):
         return None
-    if hasattr(value, "__index__") and not getattr(value, "ndim", 0):
-        return Fraction(operator.index(value))
+    if (index := _index(value)) is not None:
+        return Fraction(index)
     if not hasattr(value, "as_integer_ratio"):
         return None
     try:
@@ -102,10 +188,13 @@ def _fraction(value: Any) -> Fraction | None:
         return None
 
 
+def _index(value: Any) -> int | None:
+    """Return an integer of any kind as an int; None if it is none, as an array or a masked number is."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        return None
+
+
 def _is_mpf(value: object) -> bool:
     return hasattr(value, "_mpf_")
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:40] + "…" + text[-10:]

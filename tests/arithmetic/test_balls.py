@@ -1,5 +1,7 @@
 """From enclosures to decimals: what is printed is the correct rounding of every number in the ball, or nothing."""
 
+import copy
+import pickle
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 
@@ -19,6 +21,9 @@ from viscopade.arithmetic.balls import (
     to_mpf,
     working,
 )
+from viscopade.collision import exact
+from viscopade.theory.pade import pade, rational_pade
+from viscopade.theory.series import series
 
 mantissas = st.integers(-(10**30), 10**30)
 exponents = st.integers(-60, 60)
@@ -127,3 +132,48 @@ def test_working_puts_everything_back_after_an_error():
     with pytest.raises(RuntimeError), working(1000, 77):
         raise RuntimeError
     assert (ctx.prec, ctx.cap) == saved
+
+
+# --- records of balls -------------------------------------------------------------------------------------------------
+
+RECORDS = {
+    "series": lambda: series(6, 30),
+    "pade": lambda: pade(3, 6, 30),
+    "exact and half-way": lambda: rational_pade([Fraction(1), Fraction(1, 2), Fraction(5, 4)], 1, 1, 1),
+    "collision": lambda: exact.collision("1.5", 30),
+    "elastic": lambda: exact.collision(0, 30),
+    "infinite": lambda: exact.collision("inf", 30),
+    "of another law": lambda: exact.collision(kappa="1.5", law="linear"),
+}
+
+
+@pytest.mark.parametrize("record", RECORDS)
+@pytest.mark.parametrize("copied", [lambda x: pickle.loads(pickle.dumps(x)), copy.copy, copy.deepcopy])
+def test_records_are_pickled_copied_and_compared(record, copied):
+    original = RECORDS[record]()
+    found = copied(original)
+    assert found == original
+    assert hash(found) == hash(original)
+    assert repr(found) == repr(original)
+    assert len({found, original}) == 1
+
+
+@pytest.mark.parametrize("precision", [53, 5000])
+def test_pickled_balls_are_the_same_to_the_last_bit(precision):
+    with working(400):
+        balls = [arb(n).sqrt().exp() for n in range(200)]
+        balls += [arb(0, 1), arb(-3), arb.pos_inf(), arb(0), arb(2) ** -100_000 + arb(0, 1), arb("nan")]
+    with working(precision):
+        for ball in balls:
+            found = pickle.loads(pickle.dumps(ball))
+            assert str(found) == str(ball)
+            assert not ball.is_finite() or (found.mid() == ball.mid() and found.rad() == ball.rad())
+
+
+def test_records_that_prove_something_else_differ():
+    assert series(3, 10) != series(3, 11)
+    assert series(3, 10) != series(3, 10, "tsuji")
+    assert pade(3, 6, 10) != pade(2, 5, 10)
+    assert exact.collision(1, 10) != exact.collision(2, 10)
+    assert exact.collision(1, 10) != series(3, 10)
+    assert exact.collision("1.5", 20) == exact.collision(1.5, 20)

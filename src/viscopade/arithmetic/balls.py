@@ -2,18 +2,21 @@
 
 FLINT keeps its working precision in a global; `working` sets it for a `with` block and puts it back. Threads take
 turns, so that within the block the precision stays. (A thread that uses FLINT past this module is not held back.)
+
+Balls can be pickled and copied once this module is loaded, which FLINT's own cannot be.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import copyreg
+from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
-from flint import arb, arb_series, ctx
+from flint import acb, arb, arb_series, ctx
 
 if TYPE_CHECKING:
     from mpmath import mp
@@ -154,3 +157,33 @@ def known_decimal(ball: arb, digits: int) -> str:
         if text is not None:
             return text
     raise ArithmeticError(f"the enclosure {ball} determines no digit")
+
+
+class Determined:
+    """A record of enclosures. Two of a kind are equal if the decimals that they prove are the same."""
+
+    def proven(self) -> Hashable:
+        """Return what the record proves."""
+        raise NotImplementedError
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other record proves the same."""
+        return self.proven() == other.proven() if isinstance(other, type(self)) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return the same number for equal records."""
+        return hash(self.proven())
+
+
+def parts_of(ball: arb) -> tuple[Any, ...]:
+    """Return a function and its arguments, which make this ball again, to the last bit."""
+    if not ball.is_finite():
+        return (arb.pos_inf, ()) if ball > 0 else (arb, (str(ball),))
+    middle, (mantissa, exponent) = ball.mid().man_exp(), map(int, ball.rad().man_exp())
+    # FLINT rounds a radius up that fills its 30 bits: then that of the next smaller number is the wanted one.
+    radii = (mantissa, exponent), (2 * mantissa - 1, exponent - 1)
+    return arb, ((int(middle[0]), int(middle[1])), next(radius for radius in radii if arb(middle, radius).rad() == ball.rad()))
+
+
+copyreg.pickle(arb, parts_of)
+copyreg.pickle(acb, lambda ball: (acb, (ball.real, ball.imag)))

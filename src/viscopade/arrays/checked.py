@@ -1,15 +1,22 @@
-"""Checks of arguments in double precision: numbers and arrays are converted, or refused with one line."""
+"""Functions of checked numbers and arrays in double precision: what is no such number is refused with one line.
+
+A function of arrays treats containers as NumPy's ufuncs do. A masked array stays masked, and what is under the mask is
+never looked at. The others (pandas, xarray, Dask) apply the function to their arrays themselves, by NumPy's protocol
+`__array_ufunc__`, and so keep their index or coordinates.
+"""
 
 from __future__ import annotations
 
 import math
 import numbers
-import reprlib
-from collections.abc import Callable
-from typing import Any, NamedTuple, SupportsFloat, SupportsIndex, TypeVar, cast
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, SupportsFloat, SupportsIndex, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
+
+from viscopade.arguments import refusal, without_unit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,11 +34,6 @@ class Accepted(NamedTuple):
     holds: Callable[[Any], Any]
 
 
-def refusal(name: str, value: object, accepted: str) -> str:
-    """Return a refusal: one line with the name, the value and the accepted values."""
-    return f"{name} is {' '.join(reprlib.repr(value).split())}: accepted is {accepted}"
-
-
 def number(name: str, value: object, accepted: Accepted) -> float:
     """Return `value` as a float within the accepted range.
 
@@ -42,6 +44,7 @@ def number(name: str, value: object, accepted: Accepted) -> float:
     ValueError
         If it lies outside the range.
     """
+    value = without_unit(name, value)
     try:
         result = float(cast(SupportsFloat, value)) if _is_real(value) else None
     except (OverflowError, ValueError):  # an integer beyond double precision, a signalling NaN
@@ -74,11 +77,14 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     ValueError
         If one of them lies outside the range.
     """
+    values = without_unit(name, values)
+    if np.ma.is_masked(values):
+        raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY + ", none of them masked"))
     try:
         given = np.asarray(values)
-    except ValueError:  # lists of different lengths
+    except (ValueError, TypeError):  # lists of different lengths, what is no array
         raise TypeError(refusal(name, values, accepted.accepted + _OR_ARRAY)) from None
-    if given.dtype.kind == "O":  # Fraction, Decimal, huge integers
+    if given.dtype.kind == "O":  # Fraction, Decimal, huge integers, quantities
         flat = [number(name, value, accepted) for value in given.flat]
         return np.array(flat, dtype=np.float64).reshape(given.shape)
     if given.dtype.kind not in "iuf":
@@ -91,13 +97,75 @@ def array(name: str, values: object, accepted: Accepted) -> FloatArray:
     return result
 
 
+def unmasked(values: Iterable[Any]) -> tuple[list[Any], npt.NDArray[np.bool_] | None]:
+    """Return the data of arrays, and where one of them is masked, in the shape of all; None if none is a masked one."""
+    data, masks = [], []
+    for value in values:
+        if hasattr(value, "unmasked"):  # a masked array of Astropy
+            masks.append(np.asarray(value.mask))
+            data.append(np.asarray(value.unmasked))
+        else:
+            masks += [np.ma.getmaskarray(value)] if isinstance(value, np.ma.MaskedArray) else []
+            data.append(np.ma.getdata(value) if isinstance(value, np.ma.MaskedArray) else value)
+    if not masks:
+        return data, None
+    shape = np.broadcast_shapes(*map(np.shape, data))
+    return data, np.logical_or.reduce([np.broadcast_to(mask, shape) for mask in masks])
+
+
+@dataclass(frozen=True, eq=False)
+class Elementwise:
+    """A function of numbers and arrays, which checks them: what a container needs to know of a ufunc.
+
+    Attributes
+    ----------
+    function : callable
+        Of double-precision arrays.
+    accepted : dict
+        The accepted values of each argument, by its name.
+    """
+
+    function: Callable[..., FloatArray]
+    accepted: dict[str, Accepted]
+
+    __name__: ClassVar[str] = "elementwise"
+    nout: ClassVar[int] = 1
+    signature: ClassVar[None] = None
+
+    @property
+    def nin(self) -> int:
+        """Number of arguments."""
+        return len(self.accepted)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return a float for numbers, an array for arrays, and else what a container makes of it."""
+        given = list(map(without_unit, self.accepted, arguments))
+        contained = by_container(self, given)
+        if contained is not NotImplemented:
+            return contained
+        values, hidden = unmasked(given)
+        if hidden is not None:
+            values = [np.broadcast_to(value, hidden.shape)[~hidden] for value in values]
+        checked = map(array, self.accepted, values, self.accepted.values())
+        with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented
+            result = self.function(*checked)
+        if hidden is None:
+            return float(result) if result.ndim == 0 else result
+        whole = np.ones(hidden.shape)
+        whole[~hidden] = result
+        return np.ma.array(whole, mask=hidden)[()]
+
+
+def by_container(function: Any, values: Sequence[Any], **keywords: Any) -> Any:
+    """Return what the first container makes of a function of these values; `NotImplemented` if there is none."""
+    for value in values:
+        protocol = None if isinstance(value, np.ndarray | np.generic) else getattr(value, "__array_ufunc__", None)
+        result = NotImplemented if protocol is None else protocol(function, "__call__", *values, **keywords)
+        if result is not NotImplemented:
+            return result
+    return NotImplemented
+
+
 def elementwise(function: Callable[[FloatArray], FloatArray], name: str, values: Values, accepted: Accepted) -> Values:
     """Apply `function` to checked values: a number gives a float, an array an array."""
-    checked = array(name, values, accepted)
-    with np.errstate(over="ignore", divide="ignore"):  # the result is then inf, as documented
-        return cast(Values, float_if_scalar(function(checked)))
-
-
-def float_if_scalar(result: FloatArray) -> float | FloatArray:
-    """Return a float if the argument was a number, an array otherwise."""
-    return float(result) if result.ndim == 0 else result
+    return cast(Values, Elementwise(function, {name: accepted})(values))

@@ -18,6 +18,7 @@ End of contact is that of the law: eq:tEndAdvanced, where the force vanishes, fo
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
@@ -26,7 +27,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 from flint import arb, fmpz
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, rational_power, to_mpf, working
+from viscopade.arithmetic.balls import Determined, ball_of, bits_for, decimal_string, rational_power, to_mpf, working
 from viscopade.arrays import double
 from viscopade.collision.flow import Branch, Dyadic, Motion, NoEndError, integrate
 from viscopade.collision.validation import Ends, ends
@@ -56,8 +57,8 @@ _RESTITUTIONS = "1, or a number from 1e-330 to 1 - 1e-1990"
 _LOSSES = "0, or a number from 1e-1990 to 1 - 1e-330"
 
 
-@dataclass(frozen=True)
-class Collision:
+@dataclass(frozen=True, eq=False)
+class Collision(Determined):
     """One collision in scaled units (eq:equationOfMotionNatUnit), every number a proven enclosure.
 
     Attributes
@@ -98,6 +99,10 @@ class Collision:
         undetermined = [name for name in self.balls() if self._decimal(name) is None]
         if undetermined:
             raise ValueError(f"enclosures are too wide for {self.digits} digits: {', '.join(undetermined)}")
+
+    def proven(self) -> Hashable:
+        """Return the decimals to all digits."""
+        return self.digits, *self.decimals().items()
 
     def balls(self) -> dict[str, arb]:
         """Return the enclosures by name."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from viscopade.arrays import checked
+from viscopade.arrays.checked import Accepted
 from viscopade.collision.spheres import Pair
 
 LARGEST_OVERLAP = 0.03  # of the smaller radius
@@ -12,6 +14,9 @@ NEAR_YIELD = 0.5  # of the speed at which the material yields
 SOUND_CROSSINGS = 5  # of the smaller sphere, that a contact should last at least
 LONGEST_RELAXATION = 0.3  # A over the contact time
 YIELD_PRESSURE = 1.6  # largest pressure in the contact at first yield, over the yield strength (Hertz, von Mises)
+
+_SPEED = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
+_STRENGTH = Accepted("a number > 0", lambda x: x > 0)
 
 SENTENCES = {
     "depth": "the overlap reaches {share} of the radius, more than {limit}: Hertz's theory is for small contacts",
@@ -47,11 +52,10 @@ def violations(
 
     Raises
     ------
-    ValueError
-        If the strength is not a number > 0.
+    TypeError, ValueError
+        If the strength is not a number > 0, or the speed is none >= 0.
     """
-    if yield_strength is not None and not yield_strength > 0:
-        raise ValueError(f"yield_strength is {yield_strength!r}: accepted is a number > 0")
+    fastest = checked.number("fastest", fastest, _SPEED)
     share, speed = overlap(pair, fastest), f"{fastest:.3g} m/s"
     if share > LARGEST_OVERLAP:
         yield SENTENCES["depth"].format(share=f"{share:.2g}", limit=f"{LARGEST_OVERLAP:g}")
@@ -82,6 +86,7 @@ def yield_speed(pair: Pair, strength: float) -> float:
 
     p = 2 E_eff/pi sqrt(xi/R_eff), and m_eff v^2/2 = 8/15 E_eff R_eff^(1/2) xi^(5/2) without dissipation.
     """
+    strength = checked.number("yield_strength", strength, _STRENGTH)
     try:
         xi = pair.R_eff * (YIELD_PRESSURE * strength * math.pi / (2 * pair.E_eff)) ** 2
         return math.sqrt(16 / 15 * pair.E_eff * math.sqrt(pair.R_eff) * xi**2.5 / pair.m_eff)

@@ -26,10 +26,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import overload
+from typing import Any, cast, overload
 
 import numpy as np
 
+from viscopade.arguments import refusal
 from viscopade.arrays import checked, double
 from viscopade.arrays.checked import Accepted, FloatArray, Number, Values
 from viscopade.arrays.double import v_star_from
@@ -41,6 +42,7 @@ _LEAST_NORMAL = 2.0**-1022  # smaller numbers of type double have fewer digits
 _POSITIVE = Accepted("a finite number > 0", lambda x: (x > 0) & (x < math.inf))
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: (x >= 0) & (x < math.inf))
 _EXTENT = Accepted("a number > 0, or inf for a wall", lambda x: x > 0)
+_PORTION = Accepted("a number >= 0 and <= 1", lambda x: (x >= 0) & (x <= 1))
 _POISSON = Accepted("a number > -1 and <= 1/2", lambda x: (x > -1) & (x <= 0.5))
 
 
@@ -172,7 +174,7 @@ class Pair:
     def __post_init__(self) -> None:
         for name, value in (("first", self.first), ("second", self.second)):
             if not isinstance(value, Sphere):
-                raise TypeError(checked.refusal(name, value, "a Sphere"))
+                raise TypeError(refusal(name, value, "a Sphere"))
         if self.first.is_wall and self.second.is_wall:
             raise ValueError("first and second are walls: accepted is at most one wall")
         _in_range("rho", self.rho)
@@ -297,8 +299,10 @@ class Pair:
         '3.921873e-05 0.900000000000'
         """
         v = checked.number("speed", speed, _POSITIVE)
-        beta = beta_from_restitution(v, epsilon, one_minus_epsilon=one_minus_epsilon)
-        return self.damped(self.dissipative_constant(float(beta)))
+        portions = {"epsilon": epsilon, "one_minus_epsilon": one_minus_epsilon}
+        given = {name: checked.number(name, x, _PORTION) for name, x in portions.items() if x is not None}
+        beta: Any = beta_from_restitution(v, **given)
+        return self.damped(self.dissipative_constant(beta))
 
     def damped(self, dissipative_constant: float) -> Pair:
         """Return this pair of the same spheres, but both with a new dissipative constant A, a time."""
@@ -386,11 +390,11 @@ def beta_from_restitution(
     ValueError
         If an argument is out of range anywhere.
     """
-    v = checked.array("speed", speed, _POSITIVE)
-    reached = np.asarray(v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon))  # type: ignore[type-var]
-    if np.isinf(reached).any():
+    reached: Any = v_star_from(epsilon, one_minus_epsilon=one_minus_epsilon)  # type: ignore[type-var]
+    if np.asarray(np.isinf(reached)).any():
         raise ValueError("epsilon is 0: accepted is a number > 0 and <= 1")
-    return checked.float_if_scalar(reached**2 / v**0.2)
+    beta = checked.Elementwise(lambda v, v_star: v_star**2 / v**0.2, {"speed": _POSITIVE, "v_star": _NON_NEGATIVE})
+    return cast(float | FloatArray, beta(speed, reached))
 
 
 @overload
@@ -421,8 +425,8 @@ def v_star(speed: float | FloatArray, beta: float | FloatArray) -> float | Float
     ValueError
         If an argument is negative, infinite or NaN anywhere.
     """
-    v, b = checked.array("speed", speed, _NON_NEGATIVE), checked.array("beta", beta, _NON_NEGATIVE)
-    return checked.float_if_scalar(np.sqrt(b) * v**0.1)
+    of = checked.Elementwise(lambda v, b: np.sqrt(b) * v**0.1, {"speed": _NON_NEGATIVE, "beta": _NON_NEGATIVE})
+    return cast(float | FloatArray, of(speed, beta))
 
 
 @overload
@@ -453,10 +457,9 @@ def speed_from_v_star(v_star: float | FloatArray, beta: float | FloatArray) -> f
     ValueError
         If v_star is negative, or beta not positive, or either infinite or NaN anywhere.
     """
-    v, b = checked.array("v_star", v_star, _NON_NEGATIVE), checked.array("beta", beta, _POSITIVE)
-    with np.errstate(over="ignore"):
-        # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
-        return checked.float_if_scalar((v / np.sqrt(b)) ** 10)
+    # The power comes last: v*^10 and beta^5 overflow long before their quotient does.
+    of = checked.Elementwise(lambda v, b: (v / np.sqrt(b)) ** 10, {"v_star": _NON_NEGATIVE, "beta": _POSITIVE})
+    return cast(float | FloatArray, of(v_star, beta))
 
 
 def restitution_error(v_star: float, relative_error: float) -> float:

@@ -26,6 +26,7 @@ import math
 from collections.abc import Callable
 from typing import Literal
 
+from viscopade.arguments import refusal
 from viscopade.arrays import checked
 from viscopade.arrays.checked import Accepted, Number
 
@@ -121,7 +122,7 @@ def _wanted(epsilon: Number | None, loss: Number | None) -> float:
 
 def _checked(end: str) -> str:
     if end not in ("force", "position"):
-        raise ValueError(checked.refusal("end", end, "'force' or 'position'"))
+        raise ValueError(refusal("end", end, "'force' or 'position'"))
     return end
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from viscopade.arrays import double
-from viscopade.arrays.checked import FloatArray
+from viscopade.arrays.checked import Accepted, FloatArray, number
 from viscopade.collision.spheres import Pair, Sphere, beta_from_restitution, restitution_error
 from viscopade.extras import require
 from viscopade.fitting.points import Points
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from viscopade.fitting.likelihood import LawFit
     from viscopade.fitting.verdict import Verdict
 
+_SPEEDS = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
 LEVELS = (0.68, 0.95)
 MANY, GROUPS = 20_000, 4096
 """Number of points beyond which groups of neighbours in speed are fitted, and the least number of groups."""
@@ -84,7 +85,7 @@ class DampingFit:
 
     def epsilon(self, speed: float) -> tuple[float, float]:
         """Return eps of the viscoelastic law at a speed, and its standard error."""
-        v_star = math.sqrt(self.beta) * speed**0.1
+        v_star = math.sqrt(self.beta) * number("speed", speed, _SPEEDS) ** 0.1
         value = float(double.epsilon(v_star))
         return value, restitution_error(v_star, self.beta_standard_error / self.beta if self.beta else 0.0)
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from viscopade.arrays.checked import Accepted, FloatArray, array
+from viscopade.arguments import without_unit
+from viscopade.arrays.checked import Accepted, FloatArray, array, unmasked
 from viscopade.extras import require
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class Points:
         Whether these errors are all: else eps scatters besides, by an amount that the fit finds.
     counts : array or None
         Of how many measured points each is the mean, if it is one of `grouped`.
+    masked : int
+        Number of measured points that a mask hides; they are none of these points.
     """
 
     speed: FloatArray
@@ -59,6 +62,7 @@ class Points:
     contact_time: FloatArray | None = None
     known: bool = False
     counts: FloatArray | None = None
+    masked: int = 0
 
     def __post_init__(self) -> None:
         bad = ~_EPSILON.holds(self.epsilon)
@@ -94,7 +98,7 @@ class Points:
         scatter: bool | None = None,
         labels: Sequence[str] = (),
     ) -> Points:
-        """Return measured speeds and eps.
+        """Return measured speeds and eps, without the points of which a mask hides a number.
 
         Parameters
         ----------
@@ -121,24 +125,34 @@ class Points:
         require("Points.measured", "scipy")
         from scipy import sparse  # when it is needed: the package's names load without it
 
-        v, e = array("speed", speed, _POSITIVE), array("epsilon", epsilon, _FINITE)
-        if v.ndim != 1 or v.shape != e.shape:
-            raise ValueError(f"speed and epsilon have the shapes {v.shape} and {e.shape}: accepted is one length")
-        names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(v) + 1))
+        given = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
+        given |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
+        _require_one_index(given)
+        data, hidden = unmasked(without_unit(name, values) for name, values in given.items())
+        shapes = [np.shape(values) for values in data]
+        if len(shapes[0]) != 1 or shapes[0] != shapes[1]:
+            raise ValueError(f"speed and epsilon have the shapes {shapes[0]} and {shapes[1]}: accepted is one length")
+        for name, shape in zip(given, shapes, strict=True):
+            if shape not in ((), shapes[0]):
+                raise ValueError(f"{name} has the shape {shape}: accepted is one number, or {shapes[0][0]}")
+        shown = np.ones(shapes[0], dtype=bool) if hidden is None else ~hidden
         known = sigma_epsilon is not None and not scatter
-        errors = 0.0 if sigma_epsilon is None else sigma_epsilon
-        of_e = _of_length("sigma_epsilon", errors, _SIGMA if known else _SIGMA_OR_0, len(v))
-        of_v = _of_length("sigma_speed", sigma_speed, _NON_NEGATIVE, len(v))
+        accepted = (_POSITIVE, _FINITE, _SIGMA if known else _SIGMA_OR_0, _NON_NEGATIVE, _POSITIVE)
+        v, e, of_e, of_v, times = (
+            array(name, np.broadcast_to(values, shapes[0])[shown], test)
+            for name, values, test in zip(given, data, accepted, strict=True)
+        )
+        names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(shown) + 1))
         zero = sparse.csr_array((len(v), len(v)))
-        times = None if contact_time is None else _of_length("contact_time", contact_time, _POSITIVE, len(v))
         return cls(
             v,
             e,
             sparse.hstack([zero, sparse.diags_array(of_v)], format="csr"),
             sparse.hstack([sparse.diags_array(of_e), zero], format="csr"),
-            names,
-            times,
+            tuple(name for name, kept in zip(names, shown, strict=True) if kept),
+            None if contact_time is None else times,
             known,
+            masked=int(np.count_nonzero(~shown)),
         )
 
     def grouped(self, number: int) -> Points:
@@ -212,9 +226,10 @@ class Points:
         )
 
 
-def _of_length(name: str, values: object, accepted: Accepted, length: int) -> FloatArray:
-    """Return an array of a length; a number is repeated."""
-    found = array(name, values, accepted)
-    if found.shape not in ((), (length,)):
-        raise ValueError(f"{name} has the shape {found.shape}: accepted is one number, or {length}")
-    return np.broadcast_to(found, (length,))
+def _require_one_index(given: dict[str, Any]) -> None:
+    """Refuse columns of pandas whose rows are in different orders: points are made of rows by their place."""
+    indices = {name: values.index for name, values in given.items() if hasattr(values, "iloc")}
+    for name, index in indices.items():
+        first = next(iter(indices))
+        if not index.equals(indices[first]):
+            raise ValueError(f"{first} and {name} have different indices: accepted is one index, in one order")

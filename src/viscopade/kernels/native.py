@@ -1,6 +1,7 @@
 """`restitution(speed, beta)` on NumPy arrays: the exported kernel, compiled, or its program evaluated by NumPy.
 
 The extension `_native` is built at installation if there is a C compiler. Results do not depend on it, to the last bit.
+Before either of the two, `restitution` takes units and masks away, as the other functions of arrays do.
 The environment variable VISCOPADE_BACKEND, read once, asks for one of the two.
 """
 
@@ -14,11 +15,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from viscopade.arguments import without_unit
+from viscopade.arrays import checked
+from viscopade.arrays.checked import Accepted
+
 Array = npt.NDArray[Any]
 
 BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
 
+_NUMBERS = Accepted("a number that double precision can hold", np.isfinite)
 _INVALID = "invalid value encountered in restitution"
 _FLAGS: Sequence[Any] = ("external_loop", "buffered", "zerosize_ok", "copy_if_overlap")
 _PART = 2048  # elements at once: all that belongs to them stays in the cache
@@ -28,8 +34,8 @@ _WRITE = ("nbo", "aligned", "allocate", "no_broadcast", "overlap_assume_elementw
 DOC = """The coefficient of restitution eps at a speed, in double precision or, for float32, in single precision.
 
 Arguments are numbers, lists or arrays of any shapes that broadcast; `out`, `where` and `dtype` are those of NumPy's
-ufuncs. Compiled, it is a ufunc; without a C compiler, a function of Python with the same bits. It runs the
-functions of exports/viscopade_speed_full.h.
+ufuncs. Compiled, a ufunc computes; without a C compiler, NumPy does, with the same bits. Both run the functions of
+exports/viscopade_speed_full.h.
 
 Parameters
 ----------
@@ -41,15 +47,17 @@ x2 : array_like
 Returns
 -------
 float or array
-    eps, from 1 at rest to 0: float32 for float32 and float16, float64 for float64 and for integers of any size.
+    eps, from 1 at rest to 0: float32 for float32 and float16, float64 for float64 and for integers of any type.
     1 where speed or beta is 0, 0 where one is infinite. NaN where one is negative, and where one is 0 and the other
     infinite, which is reported as "invalid value" (`numpy.errstate`), as the root of -1 is; NaN where one is NaN.
-    No other floating-point error is reported.
+    No other floating-point error is reported. A masked array stays masked: what it hides is not looked at.
 
 Raises
 ------
 TypeError
-    If an argument is not made of real numbers of at most double precision.
+    If an argument is not made of real numbers of at most double precision, or has a unit of another dimension.
+ValueError
+    If an integer is too large for double precision.
 
 See Also
 --------
@@ -66,7 +74,7 @@ Examples
 def numpy_restitution(
     x1: Any, x2: Any, /, out: Array | None = None, *, where: Any = True, dtype: npt.DTypeLike | None = None
 ) -> Any:
-    """Return what the compiled `restitution` does, by NumPy: with its broadcasting, types, masks and overlaps."""
+    """Return what the compiled `restitution` does, by NumPy: with its broadcasting, types and overlaps."""
     kind = _computed_type(x1, x2, dtype)
     first, second = (np.asarray(x, kind if type(x) in (bool, int, float) else None) for x in (x1, x2))
     operands: list[Any] = [first, second, out]
@@ -94,9 +102,6 @@ def numpy_restitution(
         warnings.warn(_INVALID, RuntimeWarning, stacklevel=2)
     if out is not None:
         return out
-    if any(isinstance(x, np.ma.MaskedArray) for x in (x1, x2)):
-        mask = np.ma.getmaskarray(x1) | np.ma.getmaskarray(x2)
-        result = np.ma.array(result, mask=np.broadcast_to(mask, result.shape))
     return result[()]
 
 
@@ -176,7 +181,38 @@ def chosen_backend(wanted: str | None) -> tuple[str, Any]:
     return "numpy", numpy_restitution
 
 
-_BACKEND, restitution = chosen_backend(environ.get(VARIABLE))
+_BACKEND, _kernel = chosen_backend(environ.get(VARIABLE))
+
+
+def restitution(
+    x1: Any, x2: Any, /, out: Array | None = None, *, where: Any = True, dtype: npt.DTypeLike | None = None
+) -> Any:
+    """Return what the kernel makes of the arguments without their units and masks."""
+    given = [without_unit("speed", x1), without_unit("beta", x2)]
+    for name, value in zip(("speed", "beta"), given, strict=True):
+        if type(value) is int:
+            checked.number(name, value, _NUMBERS)
+    choices = (("out", out, None), ("where", where, True), ("dtype", dtype, None))
+    keywords = {name: value for name, value, default in choices if value is not default}
+    contained = checked.by_container(restitution, given, **keywords)
+    if contained is not NotImplemented:
+        return contained
+    values, hidden = checked.unmasked(given)
+    if hidden is None:
+        return _kernel(*values, **keywords)
+    if out is None:
+        # Python's numbers adapt to the other argument's type: they stay what they are.
+        values = [value if type(value) in (int, float) else np.where(hidden, 1, value) for value in values]
+        result = _kernel(*values, **keywords)
+        return np.ma.array(result, mask=hidden)[()]
+    _kernel(*values, **keywords | {"out": np.ma.getdata(out), "where": np.logical_and(where, ~hidden)})
+    if isinstance(out, np.ma.MaskedArray):
+        out.mask = np.broadcast_to(hidden, out.shape)
+    return out
+
+
+restitution.__doc__ = DOC
+vars(restitution).update(nin=2, nout=1, signature=None)  # what a container asks a ufunc for
 
 
 def backend() -> str:

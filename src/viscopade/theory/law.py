@@ -8,6 +8,7 @@ the coefficient of restitution the family has one parameter, nu = (a + 1)/(b + 1
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -169,7 +170,8 @@ class Law:
         speed : float
             Impact speed v > 0, length/time.
         k, c : float
-            Constants of the force k xi^a + c xi^b xi'. For Hertz' contact k is `Pair.rho`.
+            Constants of the force k xi^a + c xi^b xi', in N/m^a and N s/m^(b+1) if they are quantities with a unit. For
+            Hertz' contact k is `Pair.rho`.
         mass : float
             Effective mass, `Pair.m_eff`.
 
@@ -178,18 +180,33 @@ class Law:
         TypeError, ValueError
             If a value is not a positive number (c and speed may be 0).
         """
-        number = _physical(speed=speed, k=k, damping=c, mass=mass)
+        number = self._physical(speed=speed, k=k, damping=c, mass=mass)
         return number["damping"] / number["mass"] * _power(number, 1 / self.nu, 2 * self.c)
 
     def length_scale(self, speed: float, *, k: float, mass: float) -> float:
         """Return the unit of x, (k/mass)^(-1/(a+1)) v^(2/(a+1)), a length; arguments as for `kappa`."""
         power = 1 / (self.elastic + 1)
-        return _power(_physical(speed=speed, k=k, mass=mass), power, 2 * power)
+        return _power(self._physical(speed=speed, k=k, mass=mass), power, 2 * power)
 
     def time_scale(self, speed: float, *, k: float, mass: float) -> float:
         """Return the unit of tau, (k/mass)^(-1/(a+1)) v^((1-a)/(a+1)), a time; arguments as for `kappa`."""
         power = 1 / (self.elastic + 1)
-        return _power(_physical(speed=speed, k=k, mass=mass), power, 2 * power - 1)
+        return _power(self._physical(speed=speed, k=k, mass=mass), power, 2 * power - 1)
+
+    def _physical(self, **values: float) -> dict[str, float]:
+        """Return numbers from 0 (speed, damping) or the least double on to the largest one."""
+        units = {"k": f"N/m^({self.elastic})", "damping": f"N s/m^({self.damping + 1})"}
+        accepted = "a positive number (speed and damping may be 0)"
+
+        def number(name: str, value: float) -> float:
+            least = 0.0 if name in ("speed", "damping") else math.ulp(0)
+            allowed = Fraction(least), Fraction(sys.float_info.max)
+            exact = arguments.exact_number(
+                name, value, accepted, lambda x: allowed[0] <= x <= allowed[1], units.get(name)
+            )
+            return float(exact)
+
+        return {name: number(name, value) for name, value in values.items()}
 
 
 def _exponent(name: str, value: object, least: Fraction) -> Fraction:
@@ -203,18 +220,6 @@ def _exponent(name: str, value: object, least: Fraction) -> Fraction:
             raise ValueError(f"{name} is {value!r}: accepted is {accepted}")
         value = top / bottom
     return arguments.exact_number(name, value, accepted, lambda x: least <= x <= LARGEST_EXPONENT)
-
-
-def _physical(**values: float) -> dict[str, float]:
-    def allowed(name: str) -> Callable[[Fraction], bool]:
-        return (lambda x: x >= 0) if name in ("speed", "damping") else (lambda x: x > 0)
-
-    return {
-        name: float(
-            arguments.exact_number(name, value, "a positive number (speed and damping may be 0)", allowed(name))
-        )
-        for name, value in values.items()
-    }
 
 
 def _power(number: dict[str, float], compliance: Fraction, speed: Fraction) -> float:

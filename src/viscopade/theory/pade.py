@@ -11,7 +11,7 @@ more.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -20,19 +20,22 @@ from typing import TYPE_CHECKING, SupportsIndex, TypeVar, cast
 
 import numpy as np
 from flint import acb, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from viscopade import arguments
 from viscopade.arithmetic.balls import (
+    Determined,
     bits_for,
     context,
     decimal_at,
     decimal_string,
     exact_middle,
+    parts_of,
     relative_digits,
     to_mpf,
     working,
 )
+from viscopade.arrays.checked import Accepted, Values, elementwise
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
 from viscopade.theory.series import derived
 
@@ -45,6 +48,8 @@ LOOK_AHEAD = 6
 NEAR, NEAR_DIGITS = 4, 20  # |m' - m| + |n' - n| of degrees that are tried in place of [m/n], and their digits
 LARGEST_DECIDED = 40  # m + n up to which a system that looks singular is shown to be so
 
+
+_SPEEDS = Accepted("a number >= 0, or inf", lambda x: x >= 0)
 
 Number = TypeVar("Number", arb, fmpq)
 
@@ -97,8 +102,8 @@ class Doublet:
     distance: float
 
 
-@dataclass(frozen=True)
-class Pade:
+@dataclass(frozen=True, eq=False)
+class Pade(Determined):
     """The Padé approximant [m/n] of eps(v*) (eq:padeDef), a(v*)/b(v*) with b_0 = 1.
 
     Attributes
@@ -204,6 +209,11 @@ class Pade:
                 pairs.append(Doublet(pole, zero, distance))
         return tuple(sorted(pairs, key=lambda pair: pair.distance))
 
+    def proven(self) -> Hashable:
+        """Return the decimals to all digits; a coefficient that lies half-way between two decimals is its ball."""
+        coefficients = (decimal_string(ball, self.digits) or parts_of(ball) for ball in self.a + self.b)
+        return self.m, self.n, self.digits, *coefficients
+
     def decimals(self, digits: int | None = None) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return a and b as decimal strings, correctly rounded to `digits` (at most `self.digits`)."""
         digits = self.digits if digits is None else arguments.integer("digits", digits, 1, self.digits)
@@ -213,28 +223,23 @@ class Pade:
         """Return a and b as mpmath numbers, the middles of the enclosures (relative error below 5 10^-digits)."""
         return tuple(map(to_mpf, self.a)), tuple(map(to_mpf, self.b))
 
-    def __call__(self, v_star: ArrayLike) -> NDArray[np.float64]:
+    def __call__(self, v_star: Values) -> Values:
         """Evaluate a(v*)/b(v*) in double precision for v* >= 0 of any shape; infinity gives the limit.
 
         Raises
         ------
-        ValueError
-            If an element is negative or NaN.
+        TypeError, ValueError
+            If an element is no real number, negative or NaN.
         """
-        v = np.asarray(v_star, dtype=float)
-        if not np.all(v >= 0):
-            raise ValueError("v* must not be negative or NaN: accepted is v* >= 0")
+        return elementwise(self._quotient, "v_star", v_star, _SPEEDS)
+
+    def _quotient(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         a, b = (np.array([float(c.mid()) for c in _stripped(side)]) for side in (self.a, self.b))
         low = np.minimum(v, 1.0)
-        with np.errstate(divide="ignore"):
-            u = 1 / np.maximum(v, 1.0)  # beyond v* = 1 in powers of 1/v*, which neither overflow nor give inf/inf
+        u = 1 / np.maximum(v, 1.0)  # beyond v* = 1 in powers of 1/v*, which neither overflow nor give inf/inf
         degree = len(b) - len(a)
-        with np.errstate(over="ignore"):
-            high = (u**degree if degree >= 0 else np.maximum(v, 1.0) ** -degree) * (
-                horner(a[::-1], u) / horner(b[::-1], u)
-            )
-        value: NDArray[np.float64] = np.where(v <= 1, horner(a, low) / horner(b, low), high)
-        return value
+        high = (u**degree if degree >= 0 else np.maximum(v, 1.0) ** -degree) * (horner(a[::-1], u) / horner(b[::-1], u))
+        return np.where(v <= 1, horner(a, low) / horner(b, low), high)
 
 
 def horner(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

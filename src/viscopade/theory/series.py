@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -31,7 +31,16 @@ from flint import arb, arb_series, fmpq, fmpq_poly, fmpq_series, fmpz_poly
 from numpy.typing import NDArray
 
 from viscopade import arguments
-from viscopade.arithmetic.balls import ball_of, bits_for, decimal_string, fixed_point, rational_power, to_mpf, working
+from viscopade.arithmetic.balls import (
+    Determined,
+    ball_of,
+    bits_for,
+    decimal_string,
+    fixed_point,
+    rational_power,
+    to_mpf,
+    working,
+)
 from viscopade.arithmetic.function_balls import FunctionBall, Orders, Wiener, divided_up
 from viscopade.progress import track
 from viscopade.theory.law import VISCOELASTIC, Law, law_of
@@ -44,8 +53,8 @@ GUARD_BITS = 8
 MAX_ATTEMPTS = 20
 
 
-@dataclass(frozen=True)
-class Series:
+@dataclass(frozen=True, eq=False)
+class Series(Determined):
     """The first coefficients of eps = sum h_k v*^k (eq:epsSeriesAdvanced).
 
     Attributes
@@ -72,6 +81,10 @@ class Series:
             raise ValueError("h_0 must be 1: eps = 1 at v* = 0")
         if not all(_determined(h_k, self.digits) for h_k in self.h):
             raise ValueError(f"an enclosure is too wide for {self.digits} digits")
+
+    def proven(self) -> Hashable:
+        """Return the law, and the decimals to all digits."""
+        return self.law, self.digits, self.decimals()
 
     def decimals(self, digits: int | None = None) -> tuple[str, ...]:
         """Return the coefficients as decimal strings, correctly rounded to `digits` (at most `self.digits`).
