@@ -182,7 +182,10 @@ def parts_of(ball: arb) -> tuple[Any, ...]:
     middle, (mantissa, exponent) = ball.mid().man_exp(), map(int, ball.rad().man_exp())
     # FLINT rounds a radius up that fills its 30 bits: then that of the next smaller number is the wanted one.
     radii = (mantissa, exponent), (2 * mantissa - 1, exponent - 1)
-    return arb, ((int(middle[0]), int(middle[1])), next(radius for radius in radii if arb(middle, radius).rad() == ball.rad()))
+    return arb, (
+        (int(middle[0]), int(middle[1])),
+        next(radius for radius in radii if arb(middle, radius).rad() == ball.rad()),
+    )
 
 
 copyreg.pickle(arb, parts_of)
