@@ -81,7 +81,7 @@ def test_console_examples(block, tmp_path):
 def test_python_examples(tmp_path):
     pairs = [pair for text in PAGES for pair in pairwise(blocks(text))]
     examples = [(code, out) for (kind, code), (_, out) in pairs if kind == "python"]
-    assert len(examples) == 6
+    assert len(examples) == 7
     for code, expected in examples:
         assert output_of([sys.executable, "-c", code], tmp_path) == expected
 
