@@ -17,18 +17,17 @@ SOURCE = Path(__file__).parents[1] / "src"
 
 # Design section 3, from the ground up. Those of the first line are files; a wing imports from those before it.
 WINGS = (
-    *("arguments", "records", "progress", "generated", "extras", "shipped"),
+    *("arguments", "records", "files", "progress", "generated", "extras", "shipped"),
     *("arithmetic", "store", "quantity", "arrays", "theory", "collision", "approximation", "kernels"),
     *("fitting", "simulators", "scene", "plots", "calculator", "cli"),
 )
 FRAME = {"viscopade", "viscopade.__main__"}
-# Programs hand sources to compilers in temporary directories; the store keeps records in the user's cache directory;
-# `shipped` finds the folders of the package.
+# Programs hand sources to compilers in temporary directories; `files` reads what people give; `shipped` finds the
+# folders of the package.
 TOUCH_FILES = {
     "viscopade.cli.writer",
-    "viscopade.cli.console",
+    "viscopade.files",
     "viscopade.shipped",
-    "viscopade.store",
     "viscopade.kernels.toolchain",
     "viscopade.scene.runners",
 }
@@ -136,6 +135,8 @@ NO_LANGUAGES = {
     "viscopade.kernels.forms.speed_table_last_place",
     "viscopade.kernels.targets.last_place",
     "viscopade.kernels.targets.speed",
+    # The element of a cell in XLSX.
+    "viscopade.fitting.spreadsheet",
 }
 
 

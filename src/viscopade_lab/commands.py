@@ -9,7 +9,8 @@ from pathlib import Path
 
 import click
 
-from viscopade.cli.console import STYLE, Whole, need, read_file, say, show
+from viscopade import files
+from viscopade.cli.console import STYLE, Whole, need, say, show
 from viscopade.cli.writer import check_targets, write, write_all
 from viscopade_lab import figures
 
@@ -106,7 +107,7 @@ def bench_command(
     check_targets([path for path in (out, picture) if path is not None])
     comments: list[str] = []
     if result is not None:
-        rows = from_csv(read_file(result, "what `viscopade bench --out` wrote"), str(result))
+        rows = from_csv(files.content(result, "what `viscopade bench --out` wrote"), str(result))
     else:
         sizes = bench.QUICK if quick else bench.Sizes()
         read = requests.file if headers is None else partial(toolchain.read_from, headers)

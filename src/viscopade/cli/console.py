@@ -126,7 +126,6 @@ class Degrees(_Pair):
 
 
 PICTURES = ("svg", "png", "pdf")
-LONGEST = 1 << 24  # bytes of a file that is read
 _ENDLESS = 1_000_000  # columns: wider than any table
 _IN_A_PIPE = 100  # columns of a table that no terminal shows
 _NARROWEST = 20  # columns of a terminal; what is narrower gets lines of this length
@@ -306,24 +305,6 @@ def picture_kind(option: str, file: Path) -> str:
     if kind not in PICTURES:
         raise click.UsageError(f"{option} is {file}: accepted is a name that ends in .svg, .png or .pdf")
     return kind
-
-
-def read_file(file: Path, accepted: str, *, longest: int = LONGEST) -> bytes:
-    """Return the content of a file.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or has more than `longest` bytes.
-    """
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(longest + 1)
-    except OSError as error:
-        raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
-    if len(content) > longest:
-        raise ValueError(f"{file} has more than {longest} bytes: accepted is {accepted}")
-    return content
 
 
 def show(

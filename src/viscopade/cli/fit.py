@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, picture_kind, read_file, say, show
+from viscopade.cli.console import STYLE, Quantity, double, material, need, pair_of, picture_kind, say, show
 from viscopade.cli.writer import check_targets, write_all
 
 if TYPE_CHECKING:
@@ -123,6 +123,7 @@ def _fitted(
     """Return the fit, the sphere with its Young modulus, and the constants of the material that follow."""
     from dataclasses import replace
 
+    from viscopade import files
     from viscopade.collision.spheres import Pair, Sphere
     from viscopade.fitting import bounces, damping, read
 
@@ -136,7 +137,7 @@ def _fitted(
         pair = Pair(sphere, _partner(sphere, body["wall"]))
         contact = bounces.contact_time_of(pair) if given is None else contact
     points = read.points(
-        read_file(data, "CSV or a spreadsheet", longest=read.LONGEST),
+        files.content(data, "CSV or a spreadsheet"),
         str(data),
         read.Options(
             dict(options.pop("columns")),

@@ -17,7 +17,6 @@ from viscopade.cli.console import (
     STYLE,
     Degrees,
     deliver,
-    read_file,
     say,
     show,
 )
@@ -198,9 +197,10 @@ def scene_command(
 
 def read_scene(file: Path) -> Scene:
     """Return the scene that a TOML file describes."""
+    from viscopade import files
     from viscopade.scene.read import from_toml
 
-    return from_toml(read_file(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
+    return from_toml(files.content(file, "a scene in TOML (docs/usage/scenes.md)"), str(file))
 
 
 COMMANDS = (export, scene_command)

@@ -23,7 +23,6 @@ from viscopade.cli.console import (
     need,
     pair_of,
     picture_kind,
-    read_file,
     say,
     show,
 )
@@ -84,9 +83,10 @@ def plot(file: Path | None, data: Path | None, output: Path, **options: Any) -> 
         )
     points = None
     if data is not None:
+        from viscopade import files
         from viscopade.fitting import read
 
-        points = read.points(read_file(data, "CSV or a spreadsheet", longest=read.LONGEST), str(data))
+        points = read.points(files.content(data, "CSV or a spreadsheet"), str(data))
     words = shlex.join(["viscopade", "plot", *([] if file is None else [file.name])])
     over = {"over": sheet.V_STAR} if of_v_star else {}
     draw = partial(speeds.draw_speeds, curves, np.geomspace(*ends, _DRAWN), points, **over)

@@ -14,17 +14,16 @@ heights.
 from __future__ import annotations
 
 import csv
-import io
 import math
 import re
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from viscopade import files
 from viscopade.arrays.checked import FloatArray
-from viscopade.fitting import bounces
+from viscopade.fitting import bounces, spreadsheet
 from viscopade.fitting.bounces import ContactTime
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
@@ -52,13 +51,11 @@ ACCEPTED = (
 )
 SLOWEST, FASTEST, FASTEST_FLIGHT = 1e-9, 1e4, 100.0
 """Speeds that are read, and of bodies that fall, in m/s."""
-LONGEST = 1 << 28  # bytes of a file
 
-_HEAD = re.compile(r"\s*([^()\[\]]+?)\s*(?:[(\[]\s*([^()\[\]]*?)\s*[)\]])?\s*")
+_HEAD = re.compile(r"([^()\[\]]+)(?:[(\[]([^()\[\]]*)[)\]])?")
 _BOUNCE = re.compile(r"bounce_([0-9]{1,3})")
 _BLANK_SEPARATED = re.compile(r"[^\s()\[\]]+(?:\s*[(\[][^()\[\]]*[)\]])?")
 _XLS, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-_ROWS = 3_000_000
 
 
 @dataclass(frozen=True)
@@ -107,39 +104,22 @@ def sheets(content: bytes, source: str) -> list[Cells]:
 
 
 def _archive(content: bytes, source: str) -> list[Cells]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            names = [info for info in archive.infolist() if info.filename.lower().endswith(".csv")]
-            names = [info for info in names if "/" not in info.filename and info.file_size <= LONGEST]
-            found = [_csv(archive.read(info), f"{source}/{info.filename}") for info in names]
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError) as error:
-        raise ValueError(f"{source}: the ZIP archive cannot be read: {error}") from None
+    parts = files.members(content, source).items()
+    found = [_csv(part, f"{source}/{name}") for name, part in parts if re.fullmatch(r"(?i)[^/]*\.csv", name)]
     if not found:
         raise ValueError(f"{source}: the ZIP archive has no CSV file: accepted is one with phyphox's CSV files")
     return found
 
 
 def _sheets(content: bytes, source: str) -> list[Cells]:
-    from python_calamine import CalamineError, CalamineWorkbook
-
-    found = []
-    try:
-        with CalamineWorkbook.from_filelike(io.BytesIO(content)) as book:
-            for name in book.sheet_names:
-                rows = book.get_sheet_by_name(name).to_python()
-                if len(rows) > 1:
-                    cells = [[_cell(cell) for cell in row] for row in rows]
-                    where = f"{source}, sheet {name}"
-                    found.append(Cells(where, tuple(cells[0]), cells[1:], list(range(2, len(rows) + 1))))
-    except (CalamineError, OSError, ValueError) as error:
-        raise ValueError(f"{source}: the spreadsheet cannot be read: {str(error).splitlines()[0]}") from None
+    found = [
+        Cells(f"{source}, sheet {name}", tuple(rows[0]), rows[1:], list(range(2, len(rows) + 1)))
+        for name, rows in spreadsheet.sheets(content, source)
+        if len(rows) > 1
+    ]
     if not found:
         raise ValueError(f"{source}: no sheet has rows below a header")
     return found
-
-
-def _cell(cell: object) -> str:
-    return repr(cell) if isinstance(cell, float) else str(cell)
 
 
 def _csv(content: bytes, source: str) -> Cells:
@@ -152,17 +132,18 @@ def _csv(content: bytes, source: str) -> Cells:
             raise ValueError(f"{source}: the file is not text: accepted is CSV or a spreadsheet") from None
     if "\0" in text:
         raise ValueError(f"{source}: the file is not text: accepted is CSV or a spreadsheet")
-    lines = ((number, line) for number, line in enumerate(text.splitlines(), 1))
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    files.require_cells(source, text.count("\n"))
+    lines = ((number, line) for number, line in enumerate(text.split("\n"), 1))
     lines = ((number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#"))
     numbers, kept = [], []
     for number, line in lines:
         numbers.append(number)
         kept.append(line)
-        if len(kept) > _ROWS:
-            raise ValueError(f"{source}: the file has more than {_ROWS} rows")
     if len(kept) < 2:
         raise ValueError(f"{source}: the file has {len(kept)} lines with data: accepted is a header and rows below it")
     delimiter = next((each for each in "\t;,|" if each in kept[0]), None)
+    files.require_cells(source, sum(map(_cells_in(delimiter), kept)))
     try:
         rows = list(csv.reader(kept, delimiter=delimiter, strict=True)) if delimiter else list(map(_split, kept))
     except csv.Error as error:
@@ -170,6 +151,13 @@ def _csv(content: bytes, source: str) -> Cells:
     if len(rows) != len(kept):
         raise ValueError(f"{source}: a quoted cell extends over several lines: accepted is one line a row")
     return Cells(source, tuple(rows[0]), rows[1:], numbers[1:], comma=delimiter != ",")
+
+
+def _cells_in(delimiter: str | None) -> Callable[[str], int]:
+    """Return the function that counts the cells in a line."""
+    if delimiter:
+        return lambda line: line.count(delimiter) + 1
+    return lambda line: sum(1 for _ in _BLANK_SEPARATED.finditer(line))
 
 
 def _split(line: str) -> list[str]:
@@ -293,7 +281,7 @@ def _known(table: Cells, options: Options) -> dict[str, int]:
     names = {also: name for name, (_, every) in COLUMNS.items() for also in every}
     found: dict[str, int] = {}
     for i, header in enumerate(table.header):
-        match = _HEAD.fullmatch(header)
+        match = _HEAD.fullmatch(header.strip())
         plain = _plain(match[1] if match else header)
         name = given.get(header.strip()) or (plain if _BOUNCE.fullmatch(plain) else names.get(plain))
         if name is None or (name in options.columns and header.strip() not in given):
@@ -343,8 +331,8 @@ class _Reader:
             return math.nan
 
     def _unit(self, name: str, dimension: str) -> float:
-        match = _HEAD.fullmatch(self.table.header[self.known[name]])
-        written = match[2] if match else None
+        match = _HEAD.fullmatch(self.table.header[self.known[name]].strip())
+        written = (match[2] or "").strip() if match else None
         unit = self.options.units.get(name) or written
         if written and name in self.options.units:
             raise ValueError(f"the column {name} has the unit {written!r} in its header: accepted is no other one")

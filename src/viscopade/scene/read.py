@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations_with_replacement
 from statistics import NormalDist
 from typing import TypeVar, cast, get_args
 
+from viscopade import files
 from viscopade.collision.spheres import Pair, Sphere, restitution_error
 from viscopade.kernels.targets.languages import LANGUAGES, target
 from viscopade.quantity import factor, quantity, words
@@ -59,7 +59,7 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     ValueError
         One line that names the file, the key, what is there and what is accepted.
     """
-    whole = Node(source, "", _parsed(content, source)).only(*_TOP)
+    whole = Node(source, "", files.toml(content, source)).only(*_TOP)
     materials = {
         name: _material(node) for name, node in _named(whole.need("material", "one table or more, [material.NAME]"))
     }
@@ -85,19 +85,6 @@ def from_toml(content: bytes | str, source: str) -> Scene:
     for i, meeting in enumerate(meetings):
         _require_damping(found, meeting, f"contact[{i}]" if whole.has("contact") else "")
     return found
-
-
-def _parsed(content: bytes | str, source: str) -> dict[str, object]:
-    try:
-        return tomllib.loads(content if isinstance(content, str) else content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ValueError(f"{source}: the file is not text in UTF-8: accepted is a scene in TOML") from None
-    except RecursionError:
-        raise ValueError(f"{source}: its tables are nested too deeply: accepted is a scene in TOML") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{source}: the text is not TOML: {error}") from None
-    except ValueError:
-        raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None
 
 
 def _name(node: Node | None, source: str) -> str:

@@ -1,0 +1,96 @@
+"""Reader of files that other people wrote: their size and shape are bounded before a parser sees them."""
+
+from __future__ import annotations
+
+import io
+import lzma
+import re
+import tomllib
+import zipfile
+import zlib
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+LONGEST = 1 << 27  # bytes of a file, and of all members of an archive
+MOST_CELLS = 1 << 23  # of all sheets of a file, empty ones included
+MOST_MEMBERS = 1000  # of an archive, and sheets
+LONGEST_TOML = 1 << 20  # bytes; they are parsed at some 1 MB/s
+DEEPEST = 8  # tables and lists within one another; parts of a dotted key
+
+# A string without an end goes on to the end of the text: no place is searched twice.
+_STRING_OR_COMMENT = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"{3,5}|\Z)'
+    r"|'''.*?(?:'{3,5}|\Z)"
+    r'|"(?:[^"\\\n]|\\[^\n])*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+",
+    re.DOTALL,
+)
+_PART = r"[^\s.,=\[\]{}]"
+_DOTTED = re.compile(rf"(?<!{_PART})(?:{_PART}++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+
+def content(file: Path, accepted: str) -> bytes:
+    """Return the content of a file.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is too long.
+    """
+    try:
+        with file.open("rb") as stream:
+            found = stream.read(LONGEST + 1)
+    except OSError as error:
+        raise ValueError(f"cannot read {file}: {error.strerror or error}; accepted is {accepted}") from None
+    require_size(str(file), len(found))
+    return found
+
+
+def require_size(source: str, size: int, largest: int = LONGEST) -> None:
+    """Refuse a file, or what an archive unpacks to, of too many bytes."""
+    if size > largest:
+        raise ValueError(f"{source}: the content has more than {largest} bytes: expected up to that many")
+
+
+def require_cells(source: str, cells: int) -> None:
+    """Refuse tables of too many cells."""
+    if cells > MOST_CELLS:
+        raise ValueError(f"{source}: the tables have more than {MOST_CELLS} cells: expected up to that many")
+
+
+def members(archive: bytes, source: str) -> dict[str, bytes]:
+    """Return the members of a ZIP archive by name."""
+    require_size(source, len(archive))
+    try:
+        with zipfile.ZipFile(io.BytesIO(archive)) as opened:
+            listed = opened.infolist()
+            if len(listed) > MOST_MEMBERS:
+                raise ValueError(f"the archive has {len(listed)} members: expected up to {MOST_MEMBERS}")
+            require_size(source, sum(info.file_size for info in listed))  # no more is unpacked than an entry says
+            return {info.filename: opened.read(info) for info in listed}
+    except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, ValueError) as error:
+        message = str(error)
+        raise ValueError(
+            message if message.startswith(source) else f"{source}: the ZIP archive cannot be read: {message}"
+        ) from None
+
+
+def toml(text: bytes | str, source: str) -> dict[str, Any]:
+    """Return the tables in a TOML file."""
+    require_size(source, len(text), LONGEST_TOML)
+    try:
+        plain = text if isinstance(text, str) else text.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{source}: the file is not text in UTF-8: accepted is a scene in TOML") from None
+    code = _STRING_OR_COMMENT.sub("x", plain)
+    depths = accumulate((c in "[{") - (c in "]}") for c in code if c in "[]{}")
+    if _DOTTED.search(code) or max(depths, default=0) > DEEPEST:
+        raise ValueError(f"{source}: its tables are nested too deeply: expected up to {DEEPEST} within one another")
+    try:
+        return tomllib.loads(plain)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{source}: the text is not TOML: {error}") from None
+    except ValueError:
+        raise ValueError(f"{source}: the text is not TOML: a number has too many digits") from None

@@ -1,0 +1,171 @@
+"""Sheets of a spreadsheet (XLS, XLSX, ODS); how far their cells reach is looked at first.
+
+The parser makes a table that reaches from the first cell to the last, whatever lies between them.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+import zipfile
+from collections.abc import Iterator
+from xml.parsers import expat
+
+import numpy as np
+
+from viscopade import files
+
+_REFERENCE = re.compile(r"([A-Za-z]{1,9})([0-9]{1,9})")
+_NUMBER, _LABEL, _BOOLEAN, _RK, _LABEL_SST, _MUL_RK, _FORMULA = 0x203, 0x204, 0x205, 0x27E, 0xFD, 0xBD, 0x6
+_CELLS = {_NUMBER, _LABEL, _BOOLEAN, _RK, _LABEL_SST, _MUL_RK, _FORMULA}
+_DIMENSIONS, _SHEET, _END = 0x200, 0x85, 0xA
+_SHORT_STREAM = 4096  # bytes: shorter ones lie in sectors of 64 bytes
+
+
+def sheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str]]]]:
+    """Yield the names and the rows of cells of all sheets.
+
+    Raises
+    ------
+    ValueError
+        If the file is no spreadsheet, or its cells reach too far.
+    ModuleNotFoundError
+        If no package reads it.
+    """
+    from python_calamine import CalamineError, CalamineWorkbook
+
+    if content.startswith(b"PK"):
+        content = _checked_archive(content, source)
+    else:
+        files.require_cells(source, _reach_of_xls(content, source))
+    try:
+        with CalamineWorkbook.from_filelike(io.BytesIO(content)) as book:
+            cells = 0
+            for name in book.sheet_names:
+                sheet = book.get_sheet_by_name(name)
+                files.require_cells(source, cells := cells + sheet.total_height * sheet.total_width)
+                yield name, [[_cell(cell) for cell in row] for row in sheet.to_python()]
+    except BaseException as error:
+        if isinstance(error, CalamineError | OSError) or type(error).__name__ == "PanicException":  # of Rust
+            raise ValueError(f"{source}: the spreadsheet cannot be read: {str(error).splitlines()[0]}") from None
+        raise
+
+
+def _cell(cell: object) -> str:
+    return repr(cell) if isinstance(cell, float) else str(cell)
+
+
+def _checked_archive(content: bytes, source: str) -> bytes:
+    """Return an archive of the XML in an XLSX or ODS, unpacked and seen to be of bounded size."""
+    parts = files.members(content, source)
+    kept = {name: part for name, part in parts.items() if name.endswith((".xml", ".rels")) or name == "mimetype"}
+    try:
+        files.require_cells(source, sum(_reach_of_xml(part) for name, part in kept.items() if name != "mimetype"))
+    except expat.ExpatError as error:
+        raise ValueError(f"{source}: the spreadsheet cannot be read: {error}") from None
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, part in kept.items():
+            archive.writestr(name, part)
+    return packed.getvalue()
+
+
+def _reach_of_xml(text: bytes) -> int:
+    """Return the number of cells between the first one and the last one of all tables in an XML file."""
+    total = row = column = rows = columns = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal total, row, column, rows, columns
+        kind = tag.rpartition(":")[2]
+        if kind in ("worksheet", "table"):
+            total, row, rows, columns = total + rows * columns, 0, 0, 0
+        elif kind == "row":  # of XLSX, as is "c"
+            row, column = int(attributes.get("r", row + 1)), 0
+        elif kind == "c":
+            column += 1
+            if reference := _REFERENCE.fullmatch(attributes.get("r", "")):
+                row, column = int(reference[2]), 0
+                for letter in reference[1].upper():
+                    column = 26 * column + ord(letter) - 64
+            rows, columns = max(rows, row), max(columns, column)
+        elif kind == "table-row":  # of ODS, as is "table-cell"
+            row, column = row + int(attributes.get("table:number-rows-repeated", 1)), 0
+        elif kind in ("table-cell", "covered-table-cell"):
+            column += int(attributes.get("table:number-columns-repeated", 1))
+            if any(name.startswith("office:") for name in attributes):  # it has a value
+                rows, columns = max(rows, row), max(columns, column)
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.Parse(text, True)
+    return total + rows * columns
+
+
+def _reach_of_xls(content: bytes, source: str) -> int:
+    """Return the number of cells between the first one and the last one of all sheets in an XLS."""
+    try:
+        records = _records_of_xls(content)
+        starts = [struct.unpack_from("<I", body)[0] for kind, body in _records(records, 0) if kind == _SHEET]
+        reach = {start: _reach_of_sheet(records, start) for start in set(starts[: files.MOST_MEMBERS])}
+        return sum(reach[start] for start in starts)
+    except (struct.error, LookupError, ValueError):
+        raise ValueError(f"{source}: the spreadsheet cannot be read: it is no XLS") from None
+
+
+def _records(stream: bytes, start: int) -> Iterator[tuple[int, bytes]]:
+    """Yield the kinds and bodies of the records up to an end of a part."""
+    kind = -1
+    while kind != _END and start + 4 <= len(stream):
+        kind, length = struct.unpack_from("<HH", stream, start)
+        yield kind, stream[start + 4 : start + 4 + length]
+        start += 4 + length
+
+
+def _reach_of_sheet(stream: bytes, start: int) -> int:
+    rows = columns = stated = 0
+    for kind, body in _records(stream, start):
+        if kind in _CELLS:
+            row, column = struct.unpack_from("<HH", body)
+            last = struct.unpack("<H", body[-2:])[0] if kind == _MUL_RK else column
+            rows, columns = max(rows, row + 1), max(columns, last + 1, column + 1)
+        elif kind == _DIMENSIONS:  # memory is reserved for as many
+            first, last, left, right = struct.unpack_from("<IIHH" if len(body) > 10 else "<HHHH", body)
+            stated = max(stated, (last - first) % (1 << 32) * ((right - left) % (1 << 32)))
+    return max(rows * columns, stated)
+
+
+def _records_of_xls(content: bytes) -> bytes:
+    """Return the stream of records: a compound file chains its sectors by tables."""
+
+    def sector(number: int) -> bytes:
+        return content[(number + 1) * size : (number + 2) * size]
+
+    def numbers(data: bytes) -> list[int]:
+        return np.frombuffer(data, "<u4").tolist()
+
+    def chain(number: int, table: list[int], data: bytes, size: int) -> bytes:
+        pieces: list[bytes] = []
+        while number < len(table) and len(pieces) < len(table):
+            pieces.append(data[number * size : (number + 1) * size])
+            number = table[number]
+        return b"".join(pieces)
+
+    size = 1 << min(content[30], 12)
+    directory, short_table, more = (struct.unpack_from("<I", content, place)[0] for place in (48, 60, 68))
+    tables = numbers(content[76:512])
+    for _ in range(len(content) // size):
+        if not (listed := numbers(sector(more))):
+            break
+        tables, more = tables + listed[:-1], listed[-1]
+    table = numbers(b"".join(map(sector, tables)))
+    found: dict[str, tuple[int, int]] = {}
+    entries = chain(directory, table, content[size:], size)
+    for at in range(0, len(entries) - 127, 128):
+        name = entries[at : at + 64].decode("utf-16-le", errors="replace").partition("\0")[0]
+        found.setdefault(name if at else "root", struct.unpack_from("<II", entries, at + 116))
+    first, length = found["Workbook" if "Workbook" in found else "Book"]
+    if length >= _SHORT_STREAM:
+        return chain(first, table, content[size:], size)
+    short = chain(found["root"][0], table, content[size:], size)
+    return chain(first, numbers(chain(short_table, table, content[size:], size)), short, 64)

@@ -1,0 +1,157 @@
+"""Files that would take all memory or all time are refused before they are parsed, in a process with little memory."""
+
+import io
+import subprocess
+import sys
+import zipfile
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from viscopade import files
+from viscopade.fitting import read
+from viscopade.scene.read import from_toml
+
+resource = pytest.importorskip("resource")
+
+MEMORY = 1 << 30
+ROWS = "speed,epsilon\n1,0.5\n2,0.4\n3,0.3\n"
+PHYPHOX = Path(__file__).parent / "fitting/phyphox.xls"
+SHEET = (
+    '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>{}</sheetData></worksheet>'
+)
+RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+CELLS = (
+    '<row r="1"><c r="A1" t="str"><v>speed</v></c><c r="B1" t="str"><v>epsilon</v></c></row>'
+    '<row r="2"><c r="A2"><v>1</v></c><c r="B2"><v>0.5</v></c></row>'
+)
+ODS = (
+    '<office:document-content xmlns:office="urn:oasis:names:tc:opendocument:xmlns:office:1.0" '
+    'xmlns:table="urn:oasis:names:tc:opendocument:xmlns:table:1.0" '
+    'xmlns:text="urn:oasis:names:tc:opendocument:xmlns:text:1.0"><office:body><office:spreadsheet>'
+    '<table:table table:name="s">{}</table:table></office:spreadsheet></office:body></office:document-content>'
+)
+EMPTY = '<table:table-row table:number-rows-repeated="1000000"><table:table-cell/></table:table-row>'
+FAR = '<table:table-row><table:table-cell table:number-columns-repeated="700"/>'
+FAR += '<table:table-cell office:value="1"/></table:table-row>'
+
+
+def archive(members):
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, text in members.items():
+            packed.writestr(name, text)
+    return made.getvalue()
+
+
+def xlsx(cells):
+    relations = '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">{}</Relationships>'
+    relation = f'<Relationship Id="r1" Type="{RELATIONS}/{{}}" Target="{{}}"/>'
+    workbook = (
+        f'<workbook xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main" xmlns:r="{RELATIONS}">'
+        '<sheets><sheet name="s" sheetId="1" r:id="r1"/></sheets></workbook>'
+    )
+    return archive(
+        {
+            "[Content_Types].xml": "<Types/>",
+            "_rels/.rels": relations.format(relation.format("officeDocument", "xl/workbook.xml")),
+            "xl/workbook.xml": workbook,
+            "xl/_rels/workbook.xml.rels": relations.format(relation.format("worksheet", "worksheets/sheet1.xml")),
+            "xl/worksheets/sheet1.xml": SHEET.format(cells),
+        }
+    )
+
+
+def ods(rows):
+    kind = "application/vnd.oasis.opendocument.spreadsheet"
+    manifest = "<manifest:manifest xmlns:manifest='urn:oasis:names:tc:opendocument:xmlns:manifest:1.0'/>"
+    return archive({"mimetype": kind, "META-INF/manifest.xml": manifest, "content.xml": ODS.format(rows)})
+
+
+def far_xls():
+    """The phyphox file, with its last cell moved to the last row and column that the format can name."""
+    content = PHYPHOX.read_bytes()
+    place = content.rfind(b"\xfd\x00\x0a\x00")
+    return content[: place + 4] + b"\xff" * 4 + content[place + 8 :]
+
+
+def damaged(content):
+    return content[:60] + b"\xff" * 8 + content[68:]
+
+
+HOSTILE = {
+    "far.xlsx": (
+        lambda: xlsx(CELLS + '<row r="1048576"><c r="ZZ1048576"><v>1</v></c></row>'),
+        "more than 8388608 cells",
+    ),
+    "row.xlsx": (
+        lambda: xlsx(CELLS + '<row r="1048576">' + "<c><v>1</v></c>" * 9 + "</row>"),
+        "more than 8388608 cells",
+    ),
+    "far.ods": (lambda: ods(EMPTY + FAR), "more than 8388608 cells"),
+    "far.xls": (far_xls, "more than 8388608 cells"),
+    "cells.csv": (lambda: ROWS + "," * 9_000_000, "more than 8388608 cells"),
+    "lines.csv": (lambda: ROWS + "\n" * 9_000_000, "more than 8388608 cells"),
+    "bomb.zip": (lambda: archive({f"{i}.csv": ROWS + "1,0.5\n" * 3_000_000 for i in range(8)}), "134217728 bytes"),
+    "many.zip": (lambda: archive({f"{i}.csv": ROWS for i in range(1001)}), "1001 members: expected up to 1000"),
+    "damaged.zip": (lambda: damaged(archive({"a.csv": ROWS * 50})), "the ZIP archive cannot be read"),
+    "damaged.xlsx": (lambda: damaged(xlsx(CELLS)), "the ZIP archive cannot be read"),
+    "entities.xlsx": (lambda: xlsx("&a;"), "the spreadsheet cannot be read"),
+    "blanks.csv": (lambda: "speed" + " " * 100_000 + "x(m/s,epsilon\n1,0.5\n", "the columns are 'speed "),
+    "dots.toml": (lambda: "a." * 200_000 + "a = 1", "nested too deeply"),
+    "quoted.toml": (lambda: 'x = {a = """\'"""", ' + "'b' . " * 100_000 + "c = 1}", "nested too deeply"),
+    "lists.toml": (lambda: "a = " + "[" * 200_000, "nested too deeply"),
+    "quotes.toml": (lambda: 'a = "' + '\\"' * 200_000, "the text is not TOML"),
+    "long.toml": (lambda: "a = 1\n" * 200_000, "more than 1048576 bytes"),
+}
+
+
+def refusal(name):
+    content = HOSTILE[name][0]()
+    content = content.encode() if isinstance(content, str) else content
+    try:
+        from_toml(content, name) if name.endswith(".toml") else read.points(content, name)
+    except ValueError as error:
+        return str(error)
+    return "read"
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_are_refused_in_little_memory(name):
+    if name.endswith((".xls", ".xlsx", ".ods")):
+        pytest.importorskip("python_calamine")
+    code = f"from tests import test_files; print(test_files.refusal({name!r}))"
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[1],
+        env={"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        preexec_fn=partial(resource.setrlimit, resource.RLIMIT_AS, (MEMORY, MEMORY)),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.startswith(f"{name}: ")
+    assert HOSTILE[name][1] in run.stdout
+    assert run.stdout.count("\n") == 1
+
+
+def test_spreadsheets_as_programs_write_them_are_read():
+    """LibreOffice ends each sheet with a million empty rows of 16384 empty columns."""
+    pytest.importorskip("python_calamine")
+    values = (("speed", "epsilon"), (1, 0.5))
+
+    def cell(value):
+        kind = "string" if isinstance(value, str) else f'float" office:value="{value}'
+        return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
+
+    rows = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in values)
+    for name, content in (("a.ods", ods(rows + EMPTY)), ("a.xlsx", xlsx(CELLS))):
+        assert read.points(content, name).epsilon.tolist() == [0.5]
+
+
+def test_a_title_may_have_dots_and_brackets():
+    text = 'title = "a.b.c.d.e.f.g.h.i.j [[[[[[[[[[ \\" # x"  # a.b.c.d.e.f.g.h.i.j\n'
+    text += "b = [1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5]"
+    assert set(files.toml(text, "a.toml")) == {"title", "b"}
