@@ -12,8 +12,6 @@ import zipfile
 from collections.abc import Iterator
 from xml.parsers import expat
 
-import numpy as np
-
 from viscopade import files
 
 _REFERENCE = re.compile(r"([A-Za-z]{1,9})([0-9]{1,9})")
@@ -142,7 +140,7 @@ def _records_of_xls(content: bytes) -> bytes:
         return content[(number + 1) * size : (number + 2) * size]
 
     def numbers(data: bytes) -> list[int]:
-        return np.frombuffer(data, "<u4").tolist()
+        return [number for (number,) in struct.iter_unpack("<I", data)]
 
     def chain(number: int, table: list[int], data: bytes, size: int) -> bytes:
         pieces: list[bytes] = []
