@@ -114,7 +114,7 @@ def _archive(content: bytes, source: str) -> list[Cells]:
 def _sheets(content: bytes, source: str) -> list[Cells]:
     found = [
         Cells(f"{source}, sheet {name}", tuple(rows[0]), rows[1:], list(range(2, len(rows) + 1)))
-        for name, rows in spreadsheet.sheets(content, source)
+        for name, rows in spreadsheet.worksheets(content, source)
         if len(rows) > 1
     ]
     if not found:

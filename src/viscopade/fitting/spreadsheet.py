@@ -21,7 +21,7 @@ _DIMENSIONS, _SHEET, _END = 0x200, 0x85, 0xA
 _SHORT_STREAM = 4096  # bytes: shorter ones lie in sectors of 64 bytes
 
 
-def sheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str]]]]:
+def worksheets(content: bytes, source: str) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield the names and the rows of cells of all sheets.
 
     Raises
