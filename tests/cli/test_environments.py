@@ -168,6 +168,15 @@ def test_a_locale_changes_nothing(first, usual):
         assert run(CODE.format(commands=COMMANDS), changed={"LC_ALL": name}) == usual, name
 
 
+def test_a_user_whom_the_machine_does_not_know_has_no_home(tmp_path):
+    """Programs in containers run with any number; Matplotlib then finds no place for its cache."""
+    pytest.importorskip("matplotlib")
+    unknown = "import pwd\ndef unknown(*_): raise KeyError\npwd.getpwuid = pwd.getpwnam = unknown\n"
+    words = ("plot", "--beta", "0.1", "-o", str(tmp_path / "plot.svg"))
+    ran = run(unknown + CODE.format(commands=[words]), changed={"HOME": None, "XDG_CACHE_HOME": NOWHERE})
+    assert (ran.out[-7:], ran.err, ran.status) == (b"exit 0\n", b"", 0)
+
+
 # --- settings of the calling program ----------------------------------------------------------------------------------
 
 # What a program may have set before it calls the package, and how that reads afterwards.
