@@ -140,6 +140,18 @@ NO_LANGUAGES = {
 }
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_language_has_its_templates(language):
+    """What scenes, their checks and the calculator write in it."""
+    named = target(language).template
+    for file in (
+        f"scene/templates/{named('scene')}",
+        f"scene/templates/{named('check')}",
+        f"calculator/templates/snippets/{language}.jinja",
+    ):
+        assert (SOURCE / "viscopade" / file).is_file(), f"{language} needs src/viscopade/{file}"
+
+
 @pytest.mark.parametrize("module", sorted({*PRODUCT} - NO_LANGUAGES))
 def test_no_module_names_a_language(module):
     """But the list of languages, and each language's own module."""
