@@ -10,6 +10,8 @@ import pytest
 import viscopade as vp
 from viscopade.arguments import UNITS
 from viscopade.collision import spheres, tsuji
+from viscopade.fitting import bounces
+from viscopade.fitting.flight import Flight
 from viscopade.kernels import native
 
 BALL = {"radius": 0.01, "density": 1000.0, "young_modulus": 1e7, "poisson_ratio": 0.45, "dissipative_constant": 1e-4}
@@ -101,7 +103,31 @@ NUMBERS = {
     "pade, m": (lambda x: vp.pade(x, 6).m, "m", 3),
     "tsuji.epsilon": (tsuji.epsilon, "damping_ratio", 0.5),
 }
-COLUMNS = {f"Points.measured, {name}": (points(name), name, values) for name, values in MEASURED.items()}
+DROP, NAMES = np.array([0.0, 0.6, 1.1, 1.5]), ["1", "2", "3", "4"]
+HIGH = np.array([1.0, 0.8, 0.6])
+
+
+def rebounds(found):
+    return np.concatenate([found.speed, found.epsilon, np.ravel(found.epsilon_errors.toarray())])
+
+
+OF_TIMES, OF_HEIGHTS = bounces.of_times, bounces.of_heights
+COLUMNS = {
+    "of_times, instants": (lambda x: rebounds(OF_TIMES([(x, NAMES)], Flight())), "instants", DROP),
+    "of_heights, heights": (lambda x: rebounds(OF_HEIGHTS([(x, NAMES)], Flight())), "heights", HIGH),
+}
+NUMBERS |= {
+    "of_times, sigma": (lambda x: rebounds(OF_TIMES([(DROP, NAMES)], Flight(), sigma=x)), "instants", 1e-3),
+    "of_times, contact": (
+        lambda x: rebounds(OF_TIMES([(DROP, NAMES)], Flight(), contact_time=x)),
+        "contact_time",
+        1e-3,
+    ),
+    "of_heights, sigma": (lambda x: rebounds(OF_HEIGHTS([(HIGH, NAMES)], Flight(), sigma=x)), "heights", 1e-3),
+    "Flight, gravity": (lambda x: Flight(x).gravity, "gravity", 9.8),
+    "Flight, terminal_speed": (lambda x: Flight(terminal_speed=x).terminal_speed, "terminal_speed", 9.8),
+}
+COLUMNS |= {f"Points.measured, {name}": (points(name), name, values) for name, values in MEASURED.items()}
 CALLS = ARRAYS | NUMBERS | COLUMNS
 WITHOUT_NUMBERS = {"backend", "get_include", "fit", "curve", "Pair", "Points"}
 

@@ -34,6 +34,9 @@ UNITS = {
     "contact_time": "s",
     "gravity": "m/s^2",
     "air_density": "kg/m^3",
+    "terminal_speed": "m/s",
+    "instants": "s",
+    "heights": "m",
 }
 """The SI unit of each argument that has one, as both Astropy and Pint read it: a name has one meaning."""
 

@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import sparse
 
+from viscopade.arguments import without_unit
 from viscopade.arrays import double
-from viscopade.arrays.checked import FloatArray
+from viscopade.arrays.checked import Accepted, FloatArray, array, number
 from viscopade.collision.spheres import Pair
 from viscopade.fitting.flight import Flight
 from viscopade.fitting.points import Points
@@ -19,6 +20,8 @@ MOST_INSTANTS = 20_000
 
 ContactTime = float | Callable[[FloatArray, FloatArray], FloatArray]
 
+_FINITE = Accepted("a finite number", np.isfinite)
+_ERRORS = Accepted("a number >= 0", lambda x: x >= 0)
 _ROUNDS = 8  # until the contact times of bounces are those of their speeds
 _LAW_ROUNDS = 40  # until a speed and its eps give the speed after the bounce: each divides the error by at least 3
 
@@ -58,15 +61,16 @@ def of_times(
         than three instants in every drop.
     """
     parts = []
-    for i, (instants, labels) in enumerate(drops):
+    lasting = contact_time if callable(contact_time) else number("contact_time", contact_time, _ERRORS)
+    for i, (given, labels) in enumerate(drops):
+        instants = array("instants", given, _FINITE)
         if (late := np.diff(instants) <= 0).any():
             k = int(np.argmax(late))
             raise ValueError(
                 f"{labels[k + 1]}: the bounce is at {instants[k + 1]:g}: accepted is later than the one before"
             )
         if len(instants) > 2:
-            errors = np.broadcast_to(float(sigma) if isinstance(sigma, float | int) else sigma[i], instants.shape)
-            parts.append(_of_drop(instants, labels, flight, errors, contact_time))
+            parts.append(_of_drop(instants, labels, flight, _errors(sigma, i, instants, "s"), lasting))
     if not parts:
         raise ValueError("no drop has three bounces: accepted are three instants or more, for one eps")
     return _together(parts)
@@ -111,18 +115,26 @@ def of_heights(
     Parameters and errors are those of `of_times`, for heights instead of instants.
     """
     parts = []
-    for i, (heights, labels) in enumerate(drops):
+    for i, (given, labels) in enumerate(drops):
+        heights = array("heights", given, _FINITE)
         if (low := heights <= 0).any():
             k = int(np.argmax(low))
             raise ValueError(f"{labels[k]}: the height is {heights[k]:g}: accepted is a number > 0")
         if len(heights) < 2:
             continue
-        errors = np.broadcast_to(float(sigma) if isinstance(sigma, float | int) else sigma[i], heights.shape)
+        errors = _errors(sigma, i, heights, "m")
         launch = flight.launch_to(heights)
         parts.append(_points(flight, launch, _rows(flight.launch_to_slope(heights) * errors), labels[1:]))
     if not parts:
         raise ValueError("no drop has two heights: accepted are the height of release and a rebound, or more")
     return _together(parts)
+
+
+def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
+    """Return the standard errors of a drop's values."""
+    given = without_unit("sigma", sigma, unit)
+    of_drop = given[drop] if isinstance(given, Sequence) or getattr(given, "ndim", 0) else given
+    return np.broadcast_to(array("sigma", without_unit("sigma", of_drop, unit), _ERRORS), values.shape)
 
 
 def _points(flight: Flight, launch: FloatArray, of_launch: sparse.sparray, labels: Sequence[str]) -> Points:

@@ -22,6 +22,7 @@ DRAG_COEFFICIENT = 0.47
 
 _POSITIVE = Accepted("a finite number > 0", lambda x: 0 < x < math.inf)
 _NON_NEGATIVE = Accepted("a finite number >= 0", lambda x: 0 <= x < math.inf)
+_POSITIVE_OR_INFINITE = Accepted("a number > 0, or inf", lambda x: x > 0)
 _STEPS = 60
 
 
@@ -39,6 +40,10 @@ class Flight:
 
     gravity: float = STANDARD_GRAVITY
     terminal_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        for name, accepted in (("gravity", _POSITIVE), ("terminal_speed", _POSITIVE_OR_INFINITE)):
+            object.__setattr__(self, name, number(name, getattr(self, name), accepted))  # the class is frozen
 
     @classmethod
     def of_sphere(
