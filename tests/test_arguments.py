@@ -236,6 +236,12 @@ def test_masked_points_are_left_out_and_counted():
         assert (len(found), found.masked) == (4, 1)
         assert found.labels == ("point 1", "point 2", "point 3", "point 4")
         assert vp.fit(found).beta == clean.beta == pytest.approx(0.0937, abs=1e-4)
+    with pytest.raises(
+        ValueError, match=r"^speed and epsilon have the shapes \(5,\) and \(4,\): accepted is one length$"
+    ):
+        vp.Points.measured(np.ma.array(speed, mask=outlier), epsilon[:4])
+    with pytest.raises(ValueError, match=r"^there are 2 labels: accepted are 5, one for each point$"):
+        vp.Points.measured(speed, epsilon, labels=["a", "b"])
     first = vp.Points.measured(np.ma.array(speed, mask=[1, 0, 0, 0, 0]), epsilon, sigma_epsilon=0.01)
     assert first.labels[0] == "point 2"
     errors = np.ma.array([0.01] * 4 + [math.nan], mask=outlier)
@@ -309,6 +315,7 @@ def test_quantities_in_containers(quantity):
         given = xarray.DataArray(speeds, {"x": [1, 2]}, "x")
         for function in (PAIR.epsilon, lambda x: vp.restitution(x, PAIR.beta)):
             np.testing.assert_allclose(function(given).values, expected, rtol=1e-12)
+        np.testing.assert_allclose(vp.Points.measured(given, [0.9, 0.8]).speed, [0.5, 1.0], rtol=1e-14)
 
 
 def test_masked_quantities():

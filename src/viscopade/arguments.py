@@ -69,7 +69,9 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
         return [without_unit(name, part, unit) for part in value]
     if hasattr(value, "data_vars"):  # of xarray; the variables may have units
         raise TypeError(refusal(name, value, "one variable of the data set"))
-    if isinstance(value, type) or not any(getattr(value, mark, None) is not None for mark in _MARKS):
+    if _is_marked(data := getattr(value, "data", None)):  # a container of xarray
+        return value.copy(data=without_unit(name, data, unit))
+    if isinstance(value, type) or not _is_marked(value):
         return value
     wanted = UNITS.get(name, "") if unit is None else unit
     attributes = getattr(value, "attrs", None)  # of xarray: a unit is a text among them
@@ -90,6 +92,10 @@ def without_unit(name: str, value: Any, unit: str | None = None) -> Any:
         return number
     accepted = f"a quantity in {wanted} or a like unit, or a number" if wanted else "a number without a dimension"
     raise TypeError(refusal(name, value, accepted))
+
+
+def _is_marked(value: object) -> bool:
+    return any(getattr(value, mark, None) is not None for mark in _MARKS)
 
 
 def refusal(name: str, value: object, accepted: str) -> str:

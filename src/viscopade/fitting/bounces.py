@@ -133,7 +133,7 @@ def of_heights(
 def _errors(sigma: float | Sequence[FloatArray], drop: int, values: FloatArray, unit: str) -> FloatArray:
     """Return the standard errors of a drop's values."""
     given = without_unit("sigma", sigma, unit)
-    of_drop = given[drop] if isinstance(given, Sequence) or getattr(given, "ndim", 0) else given
+    of_drop = given[drop] if isinstance(given, Sequence) or np.ndim(given) else given
     return np.broadcast_to(array("sigma", without_unit("sigma", of_drop, unit), _ERRORS), values.shape)
 
 

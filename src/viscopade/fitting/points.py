@@ -128,13 +128,14 @@ class Points:
         given = {"speed": speed, "epsilon": epsilon, "sigma_epsilon": 0.0 if sigma_epsilon is None else sigma_epsilon}
         given |= {"sigma_speed": sigma_speed, "contact_time": 1.0 if contact_time is None else contact_time}
         _require_one_index(given)
-        data, hidden = unmasked(without_unit(name, values) for name, values in given.items())
-        shapes = [np.shape(values) for values in data]
+        plain = [without_unit(name, values) for name, values in given.items()]
+        shapes = [np.shape(values) for values in plain]
         if len(shapes[0]) != 1 or shapes[0] != shapes[1]:
             raise ValueError(f"speed and epsilon have the shapes {shapes[0]} and {shapes[1]}: accepted is one length")
         for name, shape in zip(given, shapes, strict=True):
             if shape not in ((), shapes[0]):
                 raise ValueError(f"{name} has the shape {shape}: accepted is one number, or {shapes[0][0]}")
+        data, hidden = unmasked(plain)
         shown = np.ones(shapes[0], dtype=bool) if hidden is None else ~hidden
         known = sigma_epsilon is not None and not scatter
         accepted = (_POSITIVE, _FINITE, _SIGMA if known else _SIGMA_OR_0, _NON_NEGATIVE, _POSITIVE)
@@ -143,6 +144,8 @@ class Points:
             for name, values, test in zip(given, data, accepted, strict=True)
         )
         names = tuple(labels) or tuple(f"point {i}" for i in range(1, len(shown) + 1))
+        if len(names) != len(shown):
+            raise ValueError(f"there are {len(names)} labels: accepted are {len(shown)}, one for each point")
         zero = sparse.csr_array((len(v), len(v)))
         return cls(
             v,
