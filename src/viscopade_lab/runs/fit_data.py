@@ -10,7 +10,6 @@ ball bounces on a plane in LAMMPS, with viscoelastic damping, and in MuJoCo, who
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -36,14 +35,7 @@ _HEIGHT = 0.5
 _BOUNCES, _DURATION = 7, 2.35  # in LAMMPS
 _MUJOCO_DURATION = 3.2
 
-_BOUNCE = f"""
-fix fall all gravity {GRAVITY} vector 0 0 -1
-fix floor all wall/gran granular hertz {STIFFNESS} {DAMPING} {simulators.FRICTIONLESS} &
-    damping viscoelastic limit_damping zplane 0 NULL
-variable gap equal z[1]-{RADIUS}
-variable speed equal vz[1]
-"""
-_LINE = re.compile(r"^\s*[0-9]+\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
+_CONTACT = f"hertz {STIFFNESS} {DAMPING} {simulators.FRICTIONLESS} damping viscoelastic limit_damping"
 
 
 def beta(radius_eff: float, mass_eff: float) -> float:
@@ -87,7 +79,7 @@ def collisions(viscoelastic: bool = True) -> Collisions:
         for speed, step in zip(SPEEDS.tolist(), steps.tolist(), strict=True)
     )
     parts = simulators.lammps(script).split("\ncollision ")[:-1]
-    found = [np.array(_LINE.findall(part), dtype=float) for part in parts]
+    found = [np.array(simulators.LINE.findall(part), dtype=float) for part in parts]
     if len(found) != len(SPEEDS) or any(run[-1, 0] for run in found):
         raise RuntimeError("collisions have not ended in LAMMPS")
     durations = np.array([np.count_nonzero(run[:, 0]) for run in found]) * steps
@@ -104,20 +96,17 @@ def lammps_bounces() -> FloatArray:
     """Return the instants of bounces in LAMMPS."""
     duration = 3 * (MASS / (STIFFNESS * math.sqrt(RADIUS))) ** 0.4 * math.sqrt(2 * GRAVITY * _HEIGHT) ** -0.2
     step = duration / _BOUNCE_STEPS
-    script = simulators.lammps_script(
-        (_HEIGHT + RADIUS,),
-        _BOUNCE,
-        "v_gap v_speed",
-        style=f"hertz 1 0 {simulators.FRICTIONLESS}",  # of a second sphere, which is not there
-        box="-0.1 0.1 -0.1 0.1 -0.1 1",
-        diameter=2 * RADIUS,
+    ((gap, speed),) = simulators.lammps_falls(
+        [(_HEIGHT, 0.0)],
+        _CONTACT,
+        radius=RADIUS,
         mass=MASS,
+        gravity=GRAVITY,
         step=step,
         run=round(_DURATION / step),
         every=_EVERY,
     )
-    run = np.array(_LINE.findall(simulators.lammps(script)), dtype=float)
-    return _instants(run[:, 0], run[:, 1], step * _EVERY)[:_BOUNCES]
+    return _instants(gap, speed, step * _EVERY)[:_BOUNCES]
 
 
 def mujoco_bounces() -> tuple[FloatArray, float]:

