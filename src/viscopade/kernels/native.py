@@ -25,6 +25,7 @@ BACKENDS = ("compiled", "numpy")
 VARIABLE = "VISCOPADE_BACKEND"
 
 _NUMBERS = Accepted("a number that double precision can hold", np.isfinite)
+_LARGE = 1 << 1000
 _INVALID = "invalid value encountered in restitution"
 _FLAGS: Sequence[Any] = ("external_loop", "buffered", "zerosize_ok", "copy_if_overlap")
 _PART = 2048  # elements at once: all that belongs to them stays in the cache
@@ -188,6 +189,8 @@ def restitution(
     x1: Any, x2: Any, /, out: Array | None = None, *, where: Any = True, dtype: npt.DTypeLike | None = None
 ) -> Any:
     """Return what the kernel makes of the arguments without their units and masks."""
+    if out is None and where is True and dtype is None and _is_plain(x1) and _is_plain(x2):
+        return _kernel(x1, x2)  # all that follows takes twenty times as long as one number
     given = [without_unit("speed", x1), without_unit("beta", x2)]
     for name, value in zip(("speed", "beta"), given, strict=True):
         if type(value) is int:
@@ -209,6 +212,14 @@ def restitution(
     if isinstance(out, np.ma.MaskedArray):
         out.mask = np.broadcast_to(hidden, out.shape)
     return out
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a value surely has neither a unit nor a mask, and is no integer that double precision cannot hold."""
+    kind = type(value)
+    if kind is np.ndarray:
+        return bool(value.dtype.kind == "f")
+    return kind is float or kind is np.float64 or (kind is int and abs(value) < _LARGE)
 
 
 restitution.__doc__ = DOC
